@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,17 @@ from matplotlib.figure import Figure
 import fiveaxis as fx
 
 MACHINE = "hayashi-640123"
-PART = Path(__file__).parents[1] / "examples/overhang/part.stl"
+EXAMPLES = Path(__file__).parents[1] / "examples"
+PART = EXAMPLES / "overhang/part.stl"
 BLUE, ORANGE, GREY = "#3465a4", "#ce5c00", "#babdb6"
 STYLE: Any = {"svg.hashsalt": "fiveaxis", "svg.fonttype": "path", "font.size": 9, "axes.spines.top": False}
 
 
 def draw_all(folder: Path) -> None:
-    """Draw every figure into a folder."""
+    """Draw every figure into a folder, beside the pictures of the examples."""
     folder.mkdir(parents=True, exist_ok=True)
+    # Its logs aren't in the project, so that it can't be drawn here.
+    shutil.copy(EXAMPLES / "calibration/umich-x.png", folder)
     drawings = {
         "chain": chain,
         "power-surface": power_surface,

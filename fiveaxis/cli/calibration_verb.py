@@ -1,4 +1,4 @@
-"""The command that fits a drive to a log."""
+"""The command that fits a drive to logs."""
 
 from __future__ import annotations
 
@@ -22,46 +22,66 @@ if TYPE_CHECKING:
 
 LOG: Mapping[str, Any] = {
     "velocity": optional(str, "column of the speed; default: from position"),
+    "velocity_unit": optional(
+        str, "mm/s, mm/min, m/min, m/s, inch/min or inch/s; deg/s, deg/min, rad/s or rev/min"
+    ),
     "acceleration": optional(str, "column of the acceleration; default: from speed"),
-    "position": optional(str, "column of the position"),
-    "time": optional(str, "column of the time, in s"),
+    "acceleration_unit": optional(str, "mm/s2, m/s2, inch/s2 or g; deg/s2 or rad/s2"),
+    "position": optional(str, "column of the position; beside a speed, checks it and shows gaps"),
+    "position_unit": optional(str, "mm, inch, m or um; deg, rad or rev"),
+    "time": optional(str, "column of the time; steps may differ"),
+    "time_unit": optional(str, "s, ms, us or min; iso for dates and times"),
     "rate": optional(float, "rows per second, in place of --time"),
-    "power_unit": optional(str, "unit of the power: W (default) or kW"),
-    "length_unit": optional(str, "unit of lengths: mm, inch or deg; default: mm or deg"),
+    "longest_step": optional(float, "a longer step is a gap, s; default: 10 median steps"),
+    "nominal_power": optional(float, "power of 100 % load, W"),
+    "nominal_current": optional(float, "current of 100 % load, A, with --voltage"),
+    "voltage": optional(float, "W per A: of a DC supply, or √3 U cos φ of three phases"),
     "moved_mass": optional(float, "total moving mass, kg"),
     "gravity": optional(float, "gravity load that opposes the + direction, N or N·m (friction)"),
-    "max_acceleration": optional(float, "drop rows above this acceleration, length unit per s²"),
-    "standstill": optional(float, "speed that counts as 0; default: 0.5 % of the highest"),
+    "max_acceleration": optional(float, "fit rows up to this acceleration, mm/s² or deg/s²"),
+    "standstill": optional(float, "speed that counts as 0, mm/s or deg/s; default: 0.5 % of the highest"),
     "efficiency": optional(float, "efficiency of the drive, 1 by default; a log doesn't show it"),
     "terms": optional(str, "terms of a friction drive: friction,viscous,counterbalance,copper,hold, …"),
     "proportional": optional(
         bool, "directional drive: power proportional to speed, or not (default)", "--proportional/--constant"
     ),
+    "hold_out": Annotated[
+        list[Path] | None,
+        typer.Option("--hold-out", help="log to price with the drive but not to fit; repeatable"),
+    ],
 }
 
 
 @takes(LOG)
 def calibrate(
     context: typer.Context,
-    log: Annotated[
-        Path, typer.Argument(help="CSV file; its first line names the columns", metavar="LOG.csv")
+    logs: Annotated[
+        list[Path],
+        typer.Argument(help="CSV files, fitted together; their first line names the columns", metavar="LOG…"),
     ],
     axis: Annotated[str, typer.Option("--axis", help="letter of the axis")],
     model: Annotated[
         str, typer.Option("--model", help="drive model: friction, affine, weight or directional")
     ],
-    power: Annotated[str, typer.Option("--power", help="column of the drive's power", metavar="COLUMN")],
+    power: Annotated[
+        str, typer.Option("--power", help="column of the drive's power or load", metavar="COLUMN")
+    ],
+    power_unit: Annotated[str, typer.Option("--power-unit", help="W, kW, % (load) or A")],
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="file for the TOML block of the machine file; default: stdout"),
     ] = None,
     figure: Annotated[
-        Path | None, typer.Option("--figure", help="file for a figure of the residuals, .png or .svg")
+        Path | None,
+        typer.Option("--figure", help="file for a figure of the fit and its errors, .png or .svg"),
     ] = None,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Fit the drive of an axis to a log of its speed and power, for the machine file."""
+    """Fit the drive of an axis to logs of its speed and power, for the machine file.
+
+    Every column needs its unit. Of several logs each is held out in turn, or those of --hold-out are.
+    """
     with errors_explained(as_json):
         from fiveaxis.energy.calibration import calibrate_drive
         from fiveaxis.files import write_atomically
@@ -73,7 +93,9 @@ def calibrate(
         given = {name: value for name in LOG if (value := context.params[name]) is not None}
         if "terms" in given:
             given["terms"] = [name.strip() for name in given["terms"].split(",")]
-        fit = partial(calibrate_drive, log, axis=axis, model=model, power=power, **given)
+        fit = partial(
+            calibrate_drive, logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
+        )
         found = work_aside(fit)
         written = [] if output is None else [write_atomically(output, found.block)]
         written += [] if figure is None else [write_calibration_figure(found, figure)]
@@ -89,18 +111,67 @@ def _print_calibration(found: Calibration, *, with_block: bool) -> None:
     table = Table("coefficient", "value", "95 % from", "to", "unit", box=None)
     for c in found.coefficients:
         table.add_row(c.name, f"{c.value:.4g}", f"{c.low:.4g}", f"{c.high:.4g}", c.unit)
-    out.print(f"axis {found.axis}, {found.model} model, {found.rows} rows of {escape(found.source)}")
+    names = ", ".join(found.logs)
+    out.print(f"axis {found.axis}, {found.model} model, {found.rows} rows of {escape(names)}")
     out.print(table)
     out.print(
         f"R² {found.r_squared:.4f} ({found.r_squared_moving:.4f} of the rows in motion); "
         f"residual {found.residual_rms:.3g} W rms, {found.noise:.3g} W robust"
     )
     out.print("the intervals contain all coefficients at once with 95 % confidence")
-    for reason, count in found.dropped.items():
-        out.print(f"dropped {count} rows: {reason}")
+    _print_rows(found)
     if found.note:
         out.print(escape(found.note))
+    if found.runs:
+        _print_runs(found)
     if with_block:
         out.print()
         # Not through the console, which would break long lines.
         write_results(found.block)
+
+
+def _print_rows(found: Calibration) -> None:
+    """Say what the log's rows are, and which weren't used."""
+    if found.standstill_power is not None:
+        words = f"{found.standstill_power:.4g} W standing (median of {found.standstill_rows} rows)"
+        out.print(f"{words}, {found.moving_power:.4g} W moving")
+        if found.nominal is not None:
+            shares = [f"{p / found.nominal:.1%}" for p in (found.standstill_power, found.moving_power)]
+            out.print(f"of {found.nominal:g} W: {shares[0]} standing, {shares[1]} moving")
+    _print_counts("", found.dropped, found.gaps)
+    if not all(run.held_out for run in found.runs):
+        # Otherwise each was held out in turn, and its rows are counted above.
+        for run in found.runs:
+            if run.held_out:
+                _print_counts(f"{run.name}: ", run.dropped, run.gaps)
+
+
+def _print_counts(place: str, dropped: Mapping[str, int], gaps: Mapping[str, int]) -> None:
+    """Say which rows of a log weren't used, and where it was split."""
+    for reason, count in dropped.items():
+        out.print(escape(f"{place}dropped {count} rows: {reason}"))
+    for reason, count in gaps.items():
+        out.print(escape(f"{place}{count} gaps: {reason}"))
+
+
+def _print_runs(found: Calibration) -> None:
+    """Compare the energy of each run with the drive's, within the bound of acceleration and over all rows."""
+    bounded = any(run.time < run.whole_time for run in found.runs)
+    heads = ["run", "", "s", "measured J", "drive J", "error", "R²"]
+    table = Table(*heads, *(["all rows J", "drive J", "error"] if bounded else []), box=None)
+    for run in found.runs:
+        cells = [run.name, "held out" if run.held_out else "fitted", f"{run.time:.1f}"]
+        cells += [f"{run.measured:.2f}", f"{run.fitted:.2f}", _signed(run.error), f"{run.r_squared:.3f}"]
+        if bounded:
+            cells += [f"{run.whole_measured:.2f}", f"{run.whole_fitted:.2f}", _signed(run.whole_error)]
+        table.add_row(*map(escape, cells))
+    out.print(table)
+    out.print(
+        f"held-out runs together: {_signed(found.held_out_error)}"
+        + (f", all rows {_signed(found.held_out_whole_error)}" if bounded else "")
+    )
+
+
+def _signed(error: float) -> str:
+    # Rounded first: -0.0% would be a sign without an error.
+    return f"{round(error, 3) + 0.0:+.1%}"

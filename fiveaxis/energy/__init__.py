@@ -3,7 +3,7 @@
 from fiveaxis.energy.block_costs import BlockCosts, block_costs
 from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energy, job_budget
 from fiveaxis.energy.calibration import calibrate_drive
-from fiveaxis.energy.calibration_record import Calibration
+from fiveaxis.energy.calibration_record import Calibration, RunEnergy
 from fiveaxis.energy.cutting_forces import (
     CuttingCoefficients,
     CuttingRecord,
@@ -77,6 +77,7 @@ __all__ = [
     "KindEnergy",
     "PowerSurface",
     "Process",
+    "RunEnergy",
     "Share",
     "absolute_sum_power",
     "auxiliary_power",

@@ -1,52 +1,61 @@
-"""Calibration: a drive's coefficients from a log of its speed and power.
+"""Calibration: a drive's coefficients from logs of its speed and power, and its error on other logs.
 
-The column must hold the drive's own power: a log of the whole machine includes its base power, for which the
-drive models have no term.
+The column should hold the drive's own power. A constant part, such as the machine's base power, is told apart
+by the rows at standstill: it is a term of its own, and no part of a drive that takes nothing there.
 """
 
 from __future__ import annotations
 
-import logging
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.energy.calibration_record import Calibration, Coefficient
-from fiveaxis.energy.drive_fits import Record, RobustFit, fit_model
-from fiveaxis.energy.drive_terms import AxisFacts, DriveModel, choose_model, require_facts
-from fiveaxis.energy.drives import STANDARD_GRAVITY
-from fiveaxis.energy.motion_log import AxisLog, LogColumns, length_factor, read_axis_log
+from fiveaxis.energy.calibration_record import Calibration, Coefficient, RunEnergy, held_out_error
+from fiveaxis.energy.drive_terms import STANDING, AxisFacts, require_facts
+from fiveaxis.energy.log_columns import LogColumns, require_columns
+from fiveaxis.energy.log_fits import (
+    ROWS_PER_TERM,
+    LogFit,
+    fit_logs,
+    r_squared,
+    record_of,
+    require_fit,
+    steady_rows,
+)
+from fiveaxis.energy.motion_log import AxisLog, join_logs, read_axis_log, require_motion
 from fiveaxis.errors import InputError, SettingError
-from fiveaxis.geometry import Array, BoolArray
 
-logger = logging.getLogger(__name__)
-
-STANDSTILL = "standstill"
 # Share of the highest speed that the noise of a scale, or of a differentiated position, shows at rest.
 STILL_SHARE = 0.005
-WORST_FIT = -0.1  # R² below this is no fit; it is about 0 where the power hardly varies
+NEGLIGIBLE = 0.001  # share of the power in motion, below which none is drawn at standstill
 IDLE_NOISE = 3.0  # multiple of the noise below which a power at standstill counts as none
-ROWS_PER_TERM = 10
-# Share of an interval's half-width: the solver stays inside the bounds by a hair, not worth printing.
-AT_BOUND = 1e-6
-DIGITS = 6  # of a coefficient in the machine file; its interval is far wider
+
+Log = str | Path
 
 
 def calibrate_drive(
-    log: str | Path,
+    log: Log | Sequence[Log],
     *,
     axis: str,
     model: str,
     power: str,
+    power_unit: str | None = None,
     velocity: str | None = None,
+    velocity_unit: str | None = None,
     acceleration: str | None = None,
+    acceleration_unit: str | None = None,
     position: str | None = None,
+    position_unit: str | None = None,
     time: str | None = None,
+    time_unit: str | None = None,
     rate: float | None = None,
-    power_unit: str = "W",
-    length_unit: str | None = None,
+    longest_step: float | None = None,
+    nominal_power: float | None = None,
+    nominal_current: float | None = None,
+    voltage: float | None = None,
     moved_mass: float | None = None,
     gravity: float | None = None,
     max_acceleration: float | None = None,
@@ -54,8 +63,9 @@ def calibrate_drive(
     efficiency: float = 1.0,
     terms: Sequence[str] | None = None,
     proportional: bool = False,
+    hold_out: Log | Sequence[Log] = (),
 ) -> Calibration:
-    """Fit a drive model to a log of an axis.
+    """Fit a drive model to logs of an axis.
 
     The power of a friction drive, ``P = F v / η + c F² + P_h`` with ``F = m a + F_c sgn v + B v + G − F_b``,
     shows only F/η: η is given, not fitted, and with η = 1 the forces are those apparent at the motor's
@@ -63,35 +73,44 @@ def calibrate_drive(
 
     Parameters
     ----------
-    log : CSV file
+    log : CSV file, or several of the same columns, which are fitted together; with several that move and none
+        held out, each of these is held out in turn from a fit of the others
     axis : its letter
     model : friction, affine, weight or directional
-    power, velocity, acceleration, position : names of columns; missing ones are derived (`read_axis_log`)
-    time, rate : name of the column in s, or rows per second
-    power_unit : W or kW
-    length_unit : unit of position, of velocity per s and of acceleration per s²; mm or deg by default
+    power, velocity, acceleration, position, time : names of columns; missing ones are derived
+        (`read_axis_log`). Position beside velocity and time checks the velocity and shows gaps
+    power_unit, velocity_unit, acceleration_unit, position_unit, time_unit : of each named column; none is
+        assumed. Power in W or kW, in % of a nominal power, or in A of a known voltage
+    rate : rows per second, in place of a time column
+    longest_step : s, a longer step between rows is a gap; 10 times the median step by default
+    nominal_power : W, of 100 %
+    nominal_current : A, of 100 %, with the voltage
+    voltage : W per A: of a DC supply, or √3 U cos φ of three phases
     moved_mass : kg, everything that the linear axis moves, with workpiece and fixture; the weight model needs
         it, and so does friction unless `max_acceleration` keeps steady rows only
     gravity : N or N·m that the axis holds while its value grows, for friction; 9.81 N per kg of a Z that
         lifts its mass. Required for Z, 0 for the others by default
-    max_acceleration : rows that accelerate more are dropped; length unit per s²
-    standstill : speed that counts as standstill, length unit per s; 0.5 % of the highest by default
+    max_acceleration : mm/s² or deg/s², rows that accelerate more are dropped
+    standstill : mm/s or deg/s, speed that counts as standstill; 0.5 % of the highest by default
     efficiency : η, of a friction drive
-    terms : of a friction drive; by default friction and viscous, counterbalance if there is gravity, and
-        inertia of a rotary axis without `max_acceleration`. Copper, hold and regeneration only if named
+    terms : of a friction drive; by default friction and viscous, counterbalance if there is gravity, inertia
+        of a rotary axis without `max_acceleration`, and hold if there are rows at standstill. Copper and
+        regeneration only if named
     proportional : whether a directional table is W per speed instead of W
+    hold_out : logs that aren't fitted, but priced with the drive
 
     Returns
     -------
-    The drive and its coefficients; a friction drive lacks the terms that the rows can't identify
+    The drive and its coefficients, and each run's energy; a friction drive lacks the terms that the rows
+    can't identify
 
     Raises
     ------
     SettingError
-        An option is out of its range, or the model needs one that is missing.
+        An option is out of its range, or the model needs one that is missing; a unit is missing or unknown.
     InputError
-        The log is faulty (with file, line and column), has too few rows, no change in speed or power, or
-        can't separate the terms.
+        A log is faulty (with file, line and column), its values aren't plausible in their units, it has too
+        few rows, no change in speed or power, or can't separate the terms; a load in % has no nominal power.
 
     References
     ----------
@@ -110,169 +129,189 @@ def calibrate_drive(
         proportional,
     )
     require_facts(facts)
-    unit = length_factor(length_unit, rotary=facts.rotary)
-    columns = LogColumns(power, velocity, acceleration, position, time, rate, power_unit, length_unit)
-    rows = _steady_rows(read_axis_log(log, columns, rotary=facts.rotary), facts, unit)
-    at_rest = _rows_at_rest(rows, facts, unit)
-    idle = float(np.median(rows.power[at_rest])) if at_rest.any() else None
-    rows = replace(rows, speed=np.where(at_rest, 0.0, rows.speed))
-    if model != "friction":
-        # At rest these models give 0 whatever their coefficients.
-        rows = rows.without(at_rest, STANDSTILL)
-    record, fitted = _record(rows, facts), choose_model(facts)
-    _require_content(rows, fitted)
-    fit = fit_model(fitted, record)
-    left_out: tuple[str, ...] = ()
-    while fit.unidentified:
-        if model != "friction":
-            raise InputError(
-                f"the rows can't separate {' and '.join(fit.unidentified)} from the other coefficients "
-                f"({', '.join(t.name for t in fitted.terms)}); log several speeds in both directions",
-                file=rows.file,
-            )
-        left_out += fit.unidentified
-        fitted = fitted.without(fit.unidentified)
-        fit = fit_model(fitted, record)
-    omitted = f", without {', '.join(left_out)}" if left_out else ""
-    logger.info("%s: %s model to %d rows%s", Path(log).name, model, len(rows.power), omitted)
-    for reason, count in rows.dropped.items():
-        logger.debug("dropped %d rows: %s", count, reason)
-    calibration = _assess(rows, record, fitted, fit, left_out, idle, facts)
-    _require_fit(calibration, rows.file)
-    return calibration
+    columns = LogColumns(
+        power=power,
+        power_unit=power_unit,
+        velocity=velocity,
+        velocity_unit=velocity_unit,
+        acceleration=acceleration,
+        acceleration_unit=acceleration_unit,
+        position=position,
+        position_unit=position_unit,
+        time=time,
+        time_unit=time_unit,
+        rate=rate,
+        longest_step=longest_step,
+        nominal_power=nominal_power,
+        nominal_current=nominal_current,
+        voltage=voltage,
+    )
+    require_columns(columns, rotary=facts.rotary)
+    logs, held_out = _listed(log), _listed(hold_out)
+    _require_choice(logs, held_out, columns, facts)
+    runs = [read_axis_log(one, columns, rotary=facts.rotary) for one in logs]
+    others = [read_axis_log(one, columns, rotary=facts.rotary) for one in held_out]
+    require_motion(join_logs(runs), columns, rotary=facts.rotary)
+    still = _standstill(join_logs(runs), facts)
+    runs, others = ([_with_rests(run, still) for run in group] for group in (runs, others))
+    _require_watts(join_logs(runs), columns)
+    fit = fit_logs(runs, facts)
+    require_fit(fit)
+    names = tuple(Path(run.file).name for run in runs)
+    return _assess(fit, names, _energies(runs, others, fit, facts), columns, facts)
 
 
-def _steady_rows(rows: AxisLog, facts: AxisFacts, unit: float) -> AxisLog:
-    """Drop the rows above the acceleration bound; raise if an acceleration is needed and isn't known."""
-    if facts.max_acceleration is None and not facts.dynamic:
-        return rows
-    if rows.acceleration is None:
+def _listed(logs: Log | Sequence[Log]) -> list[Log]:
+    return [logs] if isinstance(logs, str | Path) else list(logs)
+
+
+def _require_choice(
+    logs: Sequence[Log], hold_out: Sequence[Log], columns: LogColumns, facts: AxisFacts
+) -> None:
+    """Raise if the logs aren't different ones, lack the time for energies, or can't show a term."""
+    if not logs:
+        raise SettingError("no log to fit; name one")
+    twice = [path for path, count in Counter(map(Path, (*logs, *hold_out))).items() if count > 1]
+    if twice:
+        raise SettingError(f"{twice[0]} is given twice; fit it or hold it out, once")
+    if len(logs) + len(hold_out) > 1 and columns.time is None and columns.rate is None:
+        raise SettingError("the energy of several runs needs the time: name its column, or the rate in Hz")
+    if not columns.signed and "regeneration" in (facts.terms or ()):
         raise SettingError(
-            "the acceleration is needed: name its column, or the time's, or give the rate in Hz"
+            f"a power in {columns.power_unit} has no sign and doesn't show regeneration; leave this term out"
         )
-    if facts.max_acceleration is None:
-        return rows
-    above = np.abs(rows.acceleration) > facts.max_acceleration * unit
-    return rows.without(above, "acceleration above the bound")
 
 
-def _rows_at_rest(rows: AxisLog, facts: AxisFacts, unit: float) -> BoolArray:
-    """Find the rows at standstill, (n,)."""
+def _standstill(rows: AxisLog, facts: AxisFacts) -> float:
+    """Return the speed up to which an axis stands, mm/s or rad/s."""
     highest = float(np.abs(rows.speed).max(initial=0.0))
+    unit = np.radians(1.0) if facts.rotary else 1.0
     if highest == 0.0 and len(rows):
-        raise InputError(
-            "the axis stands still in every remaining row; log moves of this axis", file=rows.file
-        )
+        raise InputError("the axis stands still in every row; log moves of this axis", file=rows.file)
     still = STILL_SHARE * highest if facts.standstill is None else facts.standstill * unit
-    at_rest = np.abs(rows.speed) <= still
-    if at_rest.all() and len(rows):
+    if highest <= still and len(rows):
+        shown = "deg/s" if facts.rotary else "mm/s"
         raise InputError(
-            f"every row is at standstill, the fastest at {highest / unit:g} per s; lower that speed",
+            f"every row is at standstill, the fastest at {highest / unit:g} {shown}; lower that speed",
             file=rows.file,
         )
-    return at_rest
+    return still
 
 
-def _record(rows: AxisLog, facts: AxisFacts) -> Record:
-    mass = facts.moved_mass or 0.0
-    return Record(
-        speed=rows.speed,
-        power=rows.power,
-        acceleration=rows.acceleration if facts.dynamic and rows.acceleration is not None else 0.0,
-        gravity=(facts.gravity or 0.0) / (1.0 if facts.rotary else 1000.0),
-        weight=mass * STANDARD_GRAVITY,
-        inertia=mass * 1e-6,
+def _with_rests(rows: AxisLog, still: float) -> AxisLog:
+    """Return the log with speed 0 exactly in its rows at standstill."""
+    return replace(rows, speed=np.where(np.abs(rows.speed) <= still, 0.0, rows.speed))
+
+
+def _require_watts(rows: AxisLog, columns: LogColumns) -> None:
+    """Raise if the load is in % of nobody knows what, and say what it shows."""
+    if not columns.is_load or columns.nominal is not None:
+        return
+    rest = rows.speed == 0.0
+    shares = [
+        f"{float(np.median(rows.power[some])):.3g} % {word} (median of {int(some.sum())} rows)"
+        for word, some in (("standing", rest), ("moving", ~rest))
+        if some.any()
+    ]
+    raise InputError(
+        f"the load is {' and '.join(shares)}; which power 100 % are isn't known: give the nominal power, or "
+        "the nominal current and the voltage",
+        file=rows.file,
     )
 
 
-def _require_content(rows: AxisLog, model: DriveModel) -> None:
-    """Raise if a log can't identify the coefficients, whatever they are."""
-    least = ROWS_PER_TERM * len(model.terms)
-    moving = int(np.count_nonzero(rows.speed))
-    if moving < least:
-        lost = "".join(f"; {count} dropped: {reason}" for reason, count in rows.dropped.items())
-        raise InputError(
-            f"{moving} rows in motion are too few for {len(model.terms)} coefficients, which need "
-            f"{least}{lost}",
-            file=rows.file,
+def _energies(
+    runs: Sequence[AxisLog], others: Sequence[AxisLog], fit: LogFit, facts: AxisFacts
+) -> tuple[RunEnergy, ...]:
+    """Price every run with a drive; without others, each run that moves with a fit of the rest.
+
+    Raises
+    ------
+    InputError
+        A fit of the rest isn't possible.
+    """
+    if others:
+        return (
+            *(_energy(run, fit, facts, held_out=False) for run in runs),
+            *(_energy(run, fit, facts, held_out=True) for run in others),
         )
-    for quantity, values in {"velocity": rows.speed, "power": rows.power}.items():
-        if np.ptp(values) <= 1e-12 * np.abs(values).max():
+    moving = [run for run in runs if run.speed.any()]
+    found = []
+    for run in moving if len(moving) > 1 else ():
+        try:
+            rest = fit_logs([one for one in runs if one is not run], facts)
+        except InputError as fault:
+            name = Path(run.file).name
             raise InputError(
-                f"the {quantity} is the same in all {len(rows)} remaining rows; log moves of different "
-                "speeds in both directions",
-                file=rows.file,
-            )
+                f"{fault} (without {name}, held out in turn; name the runs to hold out)"
+            ) from None
+        found.append(_energy(run, rest, facts, held_out=True))
+    return tuple(found)
+
+
+def _energy(run: AxisLog, fit: LogFit, facts: AxisFacts, *, held_out: bool) -> RunEnergy:
+    record, steady = record_of(run, facts), steady_rows(run, facts)
+    power, time = fit.power(record), run.duration
+    return RunEnergy(
+        name=Path(run.file).name,
+        held_out=held_out,
+        rows=int(steady.sum()),
+        time=float(time[steady].sum()),
+        measured=float(record.power[steady] @ time[steady]),
+        fitted=float(power[steady] @ time[steady]),
+        r_squared=r_squared(record.power[steady], power[steady]),
+        whole_time=float(time.sum()),
+        whole_measured=float(record.power @ time),
+        whole_fitted=float(power @ time),
+        dropped=run.dropped,
+        gaps=run.gaps,
+    )
 
 
 def _assess(
-    rows: AxisLog,
-    record: Record,
-    model: DriveModel,
-    fit: RobustFit,
-    left_out: tuple[str, ...],
-    idle: float | None,
-    facts: AxisFacts,
+    fit: LogFit, names: tuple[str, ...], runs: tuple[RunEnergy, ...], columns: LogColumns, facts: AxisFacts
 ) -> Calibration:
-    values = [
-        t.low if value - t.low <= AT_BOUND * half else float(f"{value:.{DIGITS}g}")
-        for t, value, half in zip(model.terms, fit.values, fit.half_widths, strict=True)
-    ]
-    drive = model.drive(values)
-    fitted = record.predict(drive)
+    record, rows = fit.record, fit.rows
+    fitted, moving = fit.power(record), record.moving
     coefficients = tuple(
         Coefficient(t.name, value, t.unit, max(value - half, t.low), min(value + half, t.high))
-        for t, value, half in zip(model.terms, values, map(float, fit.half_widths), strict=True)
+        for t, value, half in zip(
+            fit.model.terms, fit.values, map(float, fit.robust.half_widths), strict=True
+        )
     )
-    moving = record.moving
     return Calibration(
         axis=facts.axis,
+        logs=names,
         model=facts.model,
-        drive=drive,
+        drive=fit.model.drive(fit.values),
         coefficients=coefficients,
-        left_out=left_out,
-        r_squared=_r_squared(record.power, fitted),
-        r_squared_moving=_r_squared(record.power[moving], fitted[moving]),
+        left_out=fit.left_out,
+        r_squared=r_squared(record.power, fitted),
+        r_squared_moving=r_squared(record.power[moving], fitted[moving]),
         residual_rms=float(np.sqrt(np.mean((record.power - fitted) ** 2))),
-        noise=fit.scale,
-        standstill_power=idle,
+        noise=fit.robust.scale,
+        standstill_power=fit.idle,
+        standstill_rows=fit.idle_rows,
+        moving_power=float(np.median(record.power[moving])),
+        nominal=columns.nominal,
         rows=len(rows),
         dropped=rows.dropped,
-        source=f"{Path(rows.file).name} (sha256 {rows.sha256})",
-        note=_note(facts, left_out, _unexplained(idle, model, fit)),
-        lines=rows.lines,
+        gaps=rows.gaps,
+        source=rows.source,
+        note=_note(fit, runs, columns, facts),
+        runs=runs,
         speed=record.speed,
         power=record.power,
         fitted=fitted,
     )
 
 
-def _require_fit(found: Calibration, file: str) -> None:
-    """Raise if the power's mean explains it better than the fit: the coefficients then mean nothing."""
-    if found.r_squared < WORST_FIT:
-        idle = found.standstill_power
-        rest = "" if idle is None else f" (the column has {idle:.4g} W at standstill)"
-        raise InputError(
-            f"the {found.model} model explains the power worse than its mean: R² is {found.r_squared:.3g}"
-            f"{rest}; log the drive's own power, without the machine's base power, or fit other terms",
-            file=file,
-        )
-
-
-def _r_squared(power: Array, fitted: Array) -> float:
-    spread = float(np.sum((power - power.mean()) ** 2))
-    return 1.0 - float(np.sum((power - fitted) ** 2)) / spread if spread > 0.0 else 0.0
-
-
-def _unexplained(idle: float | None, model: DriveModel, fit: RobustFit) -> float:
-    """Return the power at standstill that the model has no term for, W; 0 within the noise."""
-    explained = any(term.name in ("hold", "copper") for term in model.terms)
-    return 0.0 if idle is None or explained or abs(idle) <= IDLE_NOISE * fit.scale else idle
-
-
-def _note(facts: AxisFacts, left_out: tuple[str, ...], idle: float) -> str:
+def _note(fit: LogFit, runs: Sequence[RunEnergy], columns: LogColumns, facts: AxisFacts) -> str:
     """List the assumptions behind the coefficients, and what the fit left out."""
     parts = []
+    if not columns.signed:
+        each = f"load of {columns.nominal:g} W" if columns.is_load else f"current at {columns.voltage:g} V"
+        parts.append(f"power from a {each}, without sign: braking counts as pushing")
     if facts.moved_mass is not None and facts.model in ("weight", "friction"):
         parts.append(f"moved mass given as {facts.moved_mass:g} kg, workpiece and fixture included")
     if facts.model == "friction":
@@ -281,6 +320,23 @@ def _note(facts: AxisFacts, left_out: tuple[str, ...], idle: float) -> str:
             parts.append(f"gravity given as {facts.gravity:g} {'N·m' if facts.rotary else 'N'}")
         if not facts.dynamic:
             parts.append("steady rows, without the axis's inertia")
-    parts += [f"not identified by these rows: {', '.join(left_out)}"] if left_out else []
-    parts += [f"{idle:.4g} W at standstill aren't in the model, base power or hold?"] if idle else []
+    parts += [f"not identified by these rows: {', '.join(fit.left_out)}"] if fit.left_out else []
+    parts += _standing_notes(fit)
+    held = sum(run.held_out for run in runs)
+    parts += [f"energy of held-out logs ({held}): {held_out_error(runs):+.1%}"] if held else []
     return "; ".join(parts)
+
+
+def _standing_notes(fit: LogFit) -> list[str]:
+    """Say where the power at standstill is."""
+    standing = fit.model.standing(fit.values)
+    if standing > NEGLIGIBLE * float(np.median(np.abs(fit.record.power[fit.record.moving]))):
+        rows = f"fitted to {fit.idle_rows} rows"
+        return [f"{standing:.4g} W at standstill, {rows}, aren't in this drive; add them to the base power"]
+    if any(term.name in ("hold", "copper", STANDING) for term in fit.model.terms):
+        return []
+    if fit.idle is not None and abs(fit.idle) > IDLE_NOISE * fit.robust.scale:
+        return [f"{fit.idle:.4g} W at standstill aren't in the model, base power or hold?"]
+    if fit.idle_rows < ROWS_PER_TERM:
+        return [f"{fit.idle_rows} rows at standstill, too few to tell a constant power apart"]
+    return []

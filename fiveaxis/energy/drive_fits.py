@@ -2,13 +2,14 @@ r"""Robust fits of the drive models, in the units of a machine file, with confid
 
 The fit uses `drive_power` itself, so that a model and its fit can't diverge. It minimises ``Σ ρ(r_i / s)``
 with ``ρ(u) = 2 (sqrt(1 + u²) − 1)``, quadratic for small residuals r and linear for outliers (SciPy's soft
-L1); the scale s is 1.4826 times the median of \|r\| over the rows in motion, by iteration.
+L1); the scale s is 1.4826 times the median of \|r\|, by iteration. Rows at standstill have a scale of their
+own, since a drive at rest hardly varies: so they, and not the misfit of moving rows, tell the constant part.
 
 The covariance of the optimum is the sandwich of Huber's estimators, ``A⁻¹ B A⁻¹`` with ``A = Σ ψ'(u_i) J_i
-J_iᵀ`` and ``B = Σ g_i g_iᵀ``, ``g_i = s ψ(u_i) J_i / (1 − h_i)``, ψ = ρ'/2, which assumes no constant
-variance. The residuals of a log are correlated in time, so the covariance is also computed with products of
-neighbours (Bartlett's weights), and the wider of the two intervals is used. A drive is used with all its
-coefficients at once, so the 95 % hold for all p intervals together: each alone has ``1 − 0.05 / p``
+J_iᵀ`` and ``B = Σ g_i g_iᵀ``, ``g_i = ψ(u_i) J_i / (1 − h_i)``, J of u = r / s, ψ = ρ'/2, which assumes no
+constant variance. The residuals of a log are correlated in time, so the covariance is also computed with
+products of neighbours (Bartlett's weights), and the wider of the two intervals is used. A drive is used with
+all its coefficients at once, so the 95 % hold for all p intervals together: each alone has ``1 − 0.05 / p``
 (Bonferroni), with Student's t of n − p degrees of freedom.
 
 References
@@ -19,7 +20,7 @@ correction by leverages h, HC3). Newey & West (1987), Econometrica 55, 703; lags
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,7 @@ CONFIDENCE = 0.95
 NORMAL_MAD = 1.4826  # standard deviation of normal noise over its median absolute value
 ROUNDS = 12  # of fit and scale; three or four usually suffice
 SETTLED = 1e-3
+STEADIER = 0.01  # least scale of the rows at standstill, over that in motion: their power may not vary at all
 # A column of the Jacobian with a smaller part orthogonal to the others can't be identified.
 OWN_SHARE = 1e-3
 STEP = 1e-6  # relative step of the differences
@@ -65,6 +67,10 @@ class Record:
             inertia=self.inertia,
         )
 
+    def explain(self, model: DriveModel, values: Sequence[float] | Array) -> Array:
+        """Compute the power that a model with these values gives, (n,) W, also what isn't the drive's."""
+        return self.predict(model.drive(values)) + model.standing(values)
+
 
 @dataclass(frozen=True, eq=False)
 class RobustFit:
@@ -74,7 +80,7 @@ class RobustFit:
     ----------
     values : (p,), in the units of the terms
     half_widths : (p,), of the intervals that contain all coefficients together with 95 % confidence
-    scale : W, of the residuals
+    scale : W, of the residuals in motion
     unidentified : names of terms that the rows can't separate from those before them
     """
 
@@ -99,15 +105,17 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
     from scipy.optimize import least_squares
 
     def residuals(values: Array) -> Array:
-        return record.predict(model.drive(values)) - record.power
+        return record.explain(model, values) - record.power
 
     bounds = np.array([(t.low, t.high) for t in model.terms]).T
     start = values = _start(model, record)
     floor = 1e-9 * float(np.abs(record.power).max())
-    scale = _scale(record.power - np.median(record.power[record.moving]), record, floor)
+    moving = record.moving
+    scale, still = _scales(record.power - _medians(record.power, moving), moving, floor)
     for _ in range(ROUNDS):
+        scales = np.where(moving, scale, still)
         found = least_squares(
-            lambda v, s=scale: residuals(v) / s,
+            lambda v, s=scales: residuals(v) / s,
             values,
             jac="3-point",
             bounds=bounds,
@@ -115,15 +123,16 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
             x_scale="jac",
         )
         values, before = found.x, scale
-        scale = _scale(residuals(values), record, floor)
+        scale, still = _scales(residuals(values), moving, floor)
         if abs(scale - before) <= SETTLED * before:
             break
     jacobian = _jacobian(residuals, values, np.maximum(np.abs(values), start))
     unidentified = tuple(model.terms[i].name for i in _made_of_others(jacobian))
     if unidentified:
         return RobustFit(values, np.full(len(values), np.inf), scale, unidentified)
+    scales = np.where(moving, scale, still)
     try:
-        widths = _half_widths(jacobian, residuals(values), scale)
+        widths = _half_widths(jacobian / scales[:, None], residuals(values) / scales)
     except np.linalg.LinAlgError:  # rows that the loss counts for almost nothing identify none of them
         return RobustFit(values, np.full(len(values), np.inf), scale, tuple(t.name for t in model.terms))
     return RobustFit(values, widths, scale, ())
@@ -135,16 +144,24 @@ def _start(model: DriveModel, record: Record) -> Array:
     share = np.sqrt(np.mean(record.power**2)) / len(values)
     for i, term in enumerate(model.terms):
         step = np.where(np.arange(len(values)) == i, 1.0, 0.0)
-        change = record.predict(model.drive(values + step)) - record.predict(model.drive(values))
+        change = record.explain(model, values + step) - record.explain(model, values)
         size = float(np.sqrt(np.mean(change**2)))
         if np.isfinite(term.low) and size > 0.0:
             values[i] = min(share / size, 0.5 * term.high)
     return values
 
 
-def _scale(residuals: Array, record: Record, floor: float) -> float:
-    # Rows at standstill are easy to fit and would make the noise look small.
-    return max(NORMAL_MAD * float(np.median(np.abs(residuals[record.moving]))), floor)
+def _medians(power: Array, moving: BoolArray) -> Array:
+    """Return the median of the rows in motion and that at standstill, each in its rows, (n,)."""
+    return np.where(moving, np.median(power[moving]), 0.0 if moving.all() else np.median(power[~moving]))
+
+
+def _scales(residuals: Array, moving: BoolArray, floor: float) -> tuple[float, float]:
+    """Return the scale of the residuals in motion and of those at standstill."""
+    scale = max(NORMAL_MAD * float(np.median(np.abs(residuals[moving]))), floor)
+    if moving.all():
+        return scale, scale
+    return scale, max(NORMAL_MAD * float(np.median(np.abs(residuals[~moving]))), STEADIER * scale)
 
 
 def _jacobian(residuals: Callable[[Array], Array], values: Array, sizes: Array) -> Array:
@@ -171,19 +188,23 @@ def _made_of_others(jacobian: Array) -> list[int]:
     return found
 
 
-def _half_widths(jacobian: Array, residuals: Array, scale: float) -> Array:
-    """Compute the half-widths of the confidence intervals, (p,), as described in the module's docstring."""
+def _half_widths(jacobian: Array, residuals: Array) -> Array:
+    """Compute the half-widths of the confidence intervals, (p,), as described in the module's docstring.
+
+    Parameters
+    ----------
+    jacobian, residuals : (n, p), (n,), over their scales
+    """
     from scipy.special import stdtrit
 
     n, p = jacobian.shape
     # Columns of unit size, so that the inverse doesn't depend on units.
     size = np.linalg.norm(jacobian, axis=0)
     columns = jacobian / size
-    u = residuals / scale
-    slope = (1.0 + u**2) ** -1.5
+    slope = (1.0 + residuals**2) ** -1.5
     bread = np.linalg.inv((columns * slope[:, None]).T @ columns)
     leverage = np.minimum(slope * np.einsum("ij,jk,ik->i", columns, bread, columns), 0.5)
-    scores = columns * (scale * u / np.sqrt(1.0 + u**2) / (1.0 - leverage))[:, None]
+    scores = columns * (residuals / np.sqrt(1.0 + residuals**2) / (1.0 - leverage))[:, None]
     alone = scores.T @ scores
     together = alone.copy()
     lags = int(4.0 * (n / 100.0) ** (2.0 / 9.0))

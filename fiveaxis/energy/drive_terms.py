@@ -14,6 +14,8 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
 
 MODELS = ("friction", "affine", "weight", "directional")
+# What a log's power has at standstill beside a drive that then takes nothing; of friction drives it is hold.
+STANDING = "standing"
 
 
 @dataclass(frozen=True)
@@ -97,21 +99,34 @@ def _require_friction_options(given: AxisFacts) -> None:
         )
 
 
-def choose_model(given: AxisFacts) -> DriveModel:
-    """Choose the terms to fit; for a friction drive those that were named, or the usual ones."""
-    per_speed = f"W/({'deg' if given.rotary else 'mm'}/min)"
-    factor = 60.0 / (math.radians(1.0) if given.rotary else 1.0)
-    if given.model == "directional":
-        unit = (per_speed, factor) if given.proportional else ("W", 1.0)
-        return directional_model(*unit, proportional=given.proportional)
-    if given.model == "affine":
-        return affine_model(per_speed, factor)
-    if given.model == "weight":
-        return weight_model()
+def choose_model(given: AxisFacts, *, standing: bool) -> DriveModel:
+    """Choose the terms to fit; for a friction drive those that were named, or the usual ones.
+
+    Parameters
+    ----------
+    given : facts of the axis
+    standing : whether the rows at standstill suffice for a term of their own
+    """
+    if given.model != "friction":
+        model = _table_model(given)
+        return model.with_standing() if standing else model
     usual = ["friction", "viscous"]
     usual += ["counterbalance"] if given.gravity else []
     usual += ["inertia"] if given.rotary and given.dynamic else []
+    usual += ["hold"] if standing else []
     return friction_model(given.terms or usual, given.efficiency, rotary=given.rotary)
+
+
+def _table_model(given: AxisFacts) -> DriveModel:
+    """Return the model of a drive that takes nothing at standstill."""
+    per_speed = f"W/({'deg' if given.rotary else 'mm'}/min)"
+    factor = 60.0 / (math.radians(1.0) if given.rotary else 1.0)
+    if given.model == "weight":
+        return weight_model()
+    if given.model == "affine":
+        return affine_model(per_speed, factor)
+    unit = (per_speed, factor) if given.proportional else ("W", 1.0)
+    return directional_model(*unit, proportional=given.proportional)
 
 
 @dataclass(frozen=True)
@@ -135,15 +150,31 @@ class Term:
 
 @dataclass(frozen=True)
 class DriveModel:
-    """A drive model to be fitted: its terms, and how to build a drive from their values."""
+    """A drive model to be fitted: its terms, and how to build a drive from their values.
+
+    A term `STANDING` isn't the drive's: the log's power is the drive's and that.
+    """
 
     terms: tuple[Term, ...]
     build: Callable[[dict[str, float]], Drive]
 
     def drive(self, values: Sequence[float] | Array) -> Drive:
         """Build the drive from values in the machine file's units."""
+        own = self._own(values)
+        own.pop(STANDING, None)
+        return self.build(own)
+
+    def standing(self, values: Sequence[float] | Array) -> float:
+        """Return the power at standstill that isn't the drive's, W."""
+        return self._own(values).get(STANDING, 0.0)
+
+    def _own(self, values: Sequence[float] | Array) -> dict[str, float]:
         pairs = zip(self.terms, values, strict=True)
-        return self.build({term.name: float(value) * term.factor for term, value in pairs})
+        return {term.name: float(value) * term.factor for term, value in pairs}
+
+    def with_standing(self) -> DriveModel:
+        """Return the model with a term for the power at standstill."""
+        return replace(self, terms=(*self.terms, Term(STANDING, "W")))
 
     def without(self, names: Sequence[str]) -> DriveModel:
         """Return the model without some terms."""

@@ -33,8 +33,8 @@ ASIDE = 1e-3
 def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Finding, ...]]:
     """Choose where the part stands if a job gives no work offset.
 
-    It stands on the table's centre (`table_centre`) if the path is reached there; else at the nearest place,
-    rounded to mm, at which as much of it is reached as can be found.
+    It stands on the table's centre (`table_centre`) if the path is reached there; else at the nearest place
+    on the table or above it, rounded to mm, at which as much of it is reached as can be found.
 
     Returns
     -------
@@ -98,12 +98,14 @@ class Reach:
 
     Parameters
     ----------
-    positions : (n, m, l), mm, of the linear axes with the offset 0; infinite for postures that aren't allowed
+    positions : (n, m, l), mm, of the linear axes with the offset 0
+    allowed : (n, m), postures that the bounds and the rotary axes allow
     slopes : (n, m, l, 3), mm per mm of offset
     low, high : (l,), mm, limits
     """
 
     positions: Array
+    allowed: BoolArray
     slopes: Array
     low: Array
     high: Array
@@ -121,7 +123,7 @@ class Reach:
         across = perpendicular(reference)
         beside = np.cross(reference, across)
         columns = machine.linear_columns
-        found, slopes = [], []
+        found, allowed, slopes = [], [], []
         for lean, turn in product(leans, turns):
             axis = np.cos(lean) * reference + np.sin(lean) * (np.cos(turn) * across + np.sin(turn) * beside)
             rotary = into_limits(machine, hold_singular(rotary_angles(machine, axis), axis, machine))
@@ -133,10 +135,12 @@ class Reach:
             inside = within_limits(_endless(machine), at[0]) & tilt.admits(axis, rows)
             for branch in range(len(rotary)):
                 zero = at[0][branch][:, columns]
-                found.append(np.where(inside[branch][:, None], zero, np.inf))
+                found.append(zero)
+                allowed.append(inside[branch])
                 slopes.append(np.stack([at[k][branch][:, columns] - zero for k in (1, 2, 3)], axis=-1))
         return cls(
-            np.stack(found, axis=1),
+            np.nan_to_num(np.stack(found, axis=1)),
+            np.stack(allowed, axis=1),
             np.nan_to_num(np.stack(slopes, axis=1)),
             machine.low[columns],
             machine.high[columns],
@@ -148,15 +152,15 @@ class Reach:
     def excess(self, offset: Triple, margin: Array | float = 0.0) -> Array:
         """Compute how far the best posture is beyond the linear limits, (n,) mm; negative inside."""
         positions = self.positions + self.slopes @ np.array(offset)
-        past = np.maximum(positions - self.high, self.low - positions) + margin
-        return np.asarray(past.max(axis=2, initial=-np.inf).min(axis=1))
+        past = np.max(np.maximum(positions - self.high, self.low - positions) + margin, axis=2)
+        return np.asarray(np.where(self.allowed, past, np.inf).min(axis=1))
 
     def reached(self, offset: Triple) -> BoolArray:
         """Check which locations have a posture within all limits, (n,)."""
         return np.asarray(self.excess(offset) <= 0.0)
 
     def nearest(self, start: Triple) -> Triple:
-        """Find a place at which as many locations as possible are reached, near `start`; whole mm."""
+        """Find a place, no lower than `start` and near it, at which most locations are reached; whole mm."""
         if not len(self):
             return start
         span = self.high - self.low
@@ -165,9 +169,10 @@ class Reach:
 
         def cost(offset: Array) -> float:
             nonlocal best, least
-            # A posture that no place allows counts as a metre.
+            # A posture that no place allows counts as a metre, and so does a mm into the table.
             past = np.clip(self.excess(as_triple(offset), margin), 0.0, 1000.0)
-            found = float(past.sum() + ASIDE * np.linalg.norm(offset - start))
+            sunk = 1000.0 * len(self) * max(start[2] - offset[2], 0.0)
+            found = float(past.sum() + sunk + ASIDE * np.linalg.norm(offset - start))
             if found < least:
                 best, least = offset, found
             return found

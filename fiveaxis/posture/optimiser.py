@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine, power_findings, with_powers
 from fiveaxis.motion import Filling, Interpolation
@@ -30,6 +30,9 @@ from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 from fiveaxis.toolpath.passes import Passes
+
+# Largest turns, as a share of the smallest one that broke a bound between locations, and how often this is tried.
+SMALLER, MOST_HOPS = 0.7, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,42 +146,69 @@ def optimise(
     if options.is_timed:
         toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
 
-    def build(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
+    def build(
+        turns: Constraints, path: Toolpath, location: Array | None = None
+    ) -> tuple[Problem, TiltBounds]:
         bounds = constraints.lean_bounds(path)
         built = Problem.build(
             path,
             machine,
             bounds,
             up_penalty=up_penalty,
-            max_turn=turn_bounds(path, constraints, location),
+            max_turn=turn_bounds(path, turns, location),
             time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
             bend_price=smoothing,
         )
         return by_time(built, up_penalty, smoothing) if options.is_timed else built, bounds
 
-    given = GivenProblem(*build(toolpath), toolpath, options.start, effort, progress, cone)
-    found, mask = solve_given(given, options.mask)
-
-    def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-        problem, bounds = build(path, location)
-        return replace(problem, machine=found.machine), bounds
-
-    if options.free_start:
-        again = _refiner(effort, progress, "another start")
-        passes = None if options.free_start is True else options.free_start
-        found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
     filling = Filling.of(constraints, options.interpolation)
-    refine = _Refinement(effort, cone, mask)
     clock = (options.clock or Clock()) if options.is_timed else None
-    found = delivered(
-        found, Delivery(found.toolpath, rebuild, refine, filling, up_penalty, options.objective, clock)
-    )
+
+    def solved(turns: Constraints) -> tuple[Solution, Mask | None, float | None]:
+        """Solve with bounds on turns; return also the smallest turn within which a bound is broken, rad."""
+        given = GivenProblem(*build(turns, toolpath), toolpath, options.start, effort, progress, cone)
+        found, mask = solve_given(given, options.mask)
+
+        def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
+            problem, bounds = build(turns, path, location)
+            return replace(problem, machine=found.machine), bounds
+
+        if options.free_start:
+            again = _refiner(effort, progress, "another start")
+            passes = None if options.free_start is True else options.free_start
+            found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
+        refine = _Refinement(effort, cone, mask)
+        delivery = Delivery(found.toolpath, rebuild, refine, filling, up_penalty, options.objective, clock)
+        found, hop = delivered(found, delivery)
+        return found, mask, hop
+
+    found, mask = _without_hops(solved, constraints)
     if found.machine is not machine:
         rotary = found.motion.positions[:, machine.rotary_columns]
         admits = None if mask is None else mask.along(found.motion.location).admits
         keeps = path_check(found.toolpath, found.machine, rotary, cone, admits)
         found = rewind_solution(found, machine, _refiner(effort, progress, "one turn less"), keeps)
     return with_findings(found, cone)
+
+
+def _without_hops(
+    solved: Callable[[Constraints], tuple[Solution, Mask | None, float | None]], constraints: Constraints
+) -> tuple[Solution, Mask | None]:
+    """Solve with smaller turns where a bound is broken between locations; if that doesn't help, as given.
+
+    Directions that keep a least angle to the normal surround a hole, over which a turn within one move hops.
+    """
+    found, mask, hop = solved(constraints)
+    for _ in range(MOST_HOPS):
+        if hop is None:
+            break
+        try:
+            again, its_mask, hop = solved(replace(constraints, max_turn=SMALLER * hop))
+        except Infeasible:
+            break
+        if hop is None:
+            return again, its_mask
+    return found, mask
 
 
 @dataclass(frozen=True, eq=False)

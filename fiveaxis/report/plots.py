@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fiveaxis.energy import Calibration, Energy
+    from fiveaxis.energy.calibration_record import RunEnergy
     from fiveaxis.posture.strategy.front import Front
 
 WIDTH = 7.2  # inches
@@ -60,10 +61,10 @@ COLOURS = {"X": "#4477AA", "Y": "#66CCEE", "Z": "#EE6677", "A": "#228833", "B": 
 
 
 def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path:
-    """Draw measured and fitted power over speed, and the residuals over speed and in the log's order.
+    """Draw measured and fitted power over speed, the residuals over speed and in the log's order, and runs.
 
     A missing term shows as a bend of the residuals over speed, drift (warming oil) as a slope over the rows;
-    the band is the residuals' robust scale.
+    the band is the residuals' robust scale. Below, each run's measured energy beside the drive's.
 
     Parameters
     ----------
@@ -80,24 +81,43 @@ def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path
     speed = np.degrees(calibration.speed) if turns else calibration.speed
     left = calibration.power - calibration.fitted
     with drawing("calibration"):
-        figure = new_figure(WIDTH, 6.4)
-        upper, middle, lower = figure.subplots(3, 1)
+        figure = new_figure(WIDTH, 6.4 + (FRAME + 0.25 * len(calibration.runs) if calibration.runs else 0.0))
+        upper, middle, lower, *last = figure.subplots(4 if calibration.runs else 3, 1)
         dots = {"linestyle": "none", "marker": ".", "markersize": 3.0}
         upper.plot(speed, calibration.power, color=BEFORE, label="measured", **dots)
         upper.plot(speed, calibration.fitted, color=AFTER, label="fitted", **dots)
         upper.legend()
         middle.plot(speed, left, color=AFTER, **dots)
-        lower.plot(calibration.lines, left, color=AFTER, **dots)
+        lower.plot(left, color=AFTER, **dots)
         for axes in (middle, lower):
             axes.axhspan(-calibration.noise, calibration.noise, color=BOUND, alpha=0.15, linewidth=0.0)
         unit = "deg/s" if turns else "mm/s"
         title = f"Axis {calibration.axis}, {calibration.model} model, R² {calibration.r_squared:.3f}"
         label_axes(upper, f"speed ({unit})", "power (W)", title)
         label_axes(middle, f"speed ({unit})", "residual (W)")
-        label_axes(lower, "line of the log", "residual (W)")
-        figure.align_ylabels()
+        label_axes(lower, "row, in the log's order", "residual (W)")
+        figure.align_ylabels([upper, middle, lower])
+        for axes in last:
+            _draw_runs(axes, calibration.runs)
         content = _render(figure, suffix)
     return write_atomically(path, content)
+
+
+def _draw_runs(axes: Axes, runs: Sequence[RunEnergy]) -> None:
+    """Draw each run's energy as measured and as the drive gives it, of all rows."""
+    rows = np.arange(len(runs))
+    axes.barh(rows - 0.2, [run.whole_measured for run in runs], 0.36, color=BEFORE, label="measured")
+    axes.barh(rows + 0.2, [run.whole_fitted for run in runs], 0.36, color=AFTER, label="drive")
+    for row, run in zip(rows, runs, strict=True):
+        label = f" {run.whole_error:+.1%}"
+        axes.annotate(label, (run.whole_fitted, row + 0.2), verticalalignment="center", fontsize=8.0)
+    stems = [Path(run.name).stem for run in runs]
+    names = [s if run.held_out else f"{s} (fitted)" for s, run in zip(stems, runs, strict=True)]
+    axes.set_yticks(rows, [_shorten(name) for name in names])
+    axes.set_ylim(len(runs) - 0.5, -0.5)
+    axes.margins(x=0.12)
+    axes.legend()
+    label_axes(axes, "energy of the run, all rows (J)", "")
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from typer.testing import CliRunner
@@ -16,7 +17,8 @@ from fiveaxis.batch.ledger import read_rows
 from fiveaxis.batch.sweep import read_sweep
 from fiveaxis.cli import app
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
-from fiveaxis.energy.motion_log import LogColumns, read_axis_log
+from fiveaxis.energy.log_columns import LogColumns, require_columns
+from fiveaxis.energy.motion_log import read_axis_log, require_motion
 from fiveaxis.errors import InputError, JobError
 from fiveaxis.job import choose_search, make_job, read_fixtures, read_job
 from fiveaxis.machine import Machine, check_machine, load_machine
@@ -122,11 +124,22 @@ def _fixtures(path: Path, _rng: random.Random) -> None:
 
 
 def _log(path: Path, rng: random.Random) -> object:
-    names = ("p", "v", "a", "x", "t")
-    velocity, acceleration, position, time = (name if rng.random() < 0.5 else None for name in names[1:])
-    rate = 10.0 if time is None and rng.random() < 0.7 else None
-    columns = LogColumns("p", velocity, acceleration, position, time, rate)
-    return read_axis_log(path, columns, rotary=rng.random() < 0.5)
+    rotary = rng.random() < 0.5
+    length = "deg" if rotary else "mm"
+    units = {"velocity": f"{length}/s", "acceleration": f"{length}/s2", "position": length, "time": "s"}
+    given: dict[str, Any] = {}
+    for (quantity, unit), name in zip(units.items(), ("v", "a", "x", "t"), strict=True):
+        if rng.random() < 0.5:
+            given |= {quantity: name, f"{quantity}_unit": unit}
+    if "time" in given and rng.random() < 0.2:
+        given["time_unit"] = "iso"
+    if "time" not in given and rng.random() < 0.7:
+        given["rate"] = 10.0
+    columns = LogColumns(power="p", power_unit=rng.choice(["W", "%"]), **given)
+    require_columns(columns, rotary=rotary)
+    log = read_axis_log(path, columns, rotary=rotary)
+    require_motion(log, columns, rotary=rotary)
+    return log
 
 
 def _mesh(path: Path, rng: random.Random) -> None:
@@ -162,7 +175,8 @@ def _option(text: str) -> None:
 
 HAYASHI, TRUNNION = ("-m", "hayashi-640123"), ("-m", "linuxcnc-xyzac-trt", "--rapid", "1000")
 CUTTER = ("--tool", "ball:8")
-LOG = ("--power", "p", "--velocity", "v", "--acceleration", "a")
+LOG = ("--power", "p", "--velocity", "v", "--acceleration", "a", "--time", "t")
+UNITS = ("--power-unit", "W", "--velocity-unit", "mm/s", "--acceleration-unit", "mm/s2", "--time-unit", "s")
 
 
 def readers() -> list[Reader]:
@@ -238,7 +252,7 @@ def _verbs() -> Iterator[Reader]:
     yield Reader("urdf", machines, _verb(".toml", "urdf"), 0.01)
     yield Reader("import", Seeds((seeds.INI,)), _verb(".ini", "import"), 0.01)
     yield Reader(
-        "calibrate", logs, _verb(".csv", "calibrate", "--axis", "X", "--model", "affine", *LOG), 0.01
+        "calibrate", logs, _verb(".csv", "calibrate", "--axis", "X", "--model", "affine", *LOG, *UNITS), 0.01
     )
     yield Reader("plan", boxes, _verb(".off", "plan", *planning), 0.01)
     yield Reader("optimise", points, _verb(".csv", "optimise", *posture), 0.002)

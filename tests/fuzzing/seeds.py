@@ -133,7 +133,7 @@ cylinder = { radius = 3, height = 9, direction = [0, 0, 1] }
 ROWS = range(60)
 LOGS = (
     b"t,x,v,a,p\n"
-    + b"".join(b"%d,%d,%d.5,%d,%d\n" % (i, i * i, 2 * i - 9, i % 3, 100 + 7 * i) for i in ROWS),
+    + b"".join(b"%d,%d,%d.5,%d,%d\n" % (i, i * i, (-1) ** i * (2 * i + 9), i % 3, 99 + 7 * i) for i in ROWS),
     b"# log\np;v;a;x;t\n" + b"".join(b"%d;-%d;%d;1e-3;%d.1\n" % (90 + i, i, i % 2, i) for i in ROWS),
 )
 INI = b"""[KINS]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("0*.py"))
 LONGEST = 100  # lines
+PERCENT = re.compile(r"([+-]\d+\.\d) ?%")
 
 
 @pytest.fixture
@@ -73,7 +75,28 @@ def test_a_batch_of_two_jobs_runs_and_then_finds_its_results():
     assert all(": fine, " in line for line in lines[2:])
 
 
-def ran(script: Path, argument: str) -> str:
+@pytest.mark.slow
+def test_the_public_mill_is_fitted_to_one_run_and_gives_the_others_as_the_page_says(data, tmp_path):
+    lines = ran(ROOT / "examples/calibration/umich.py", str(data / "power"), str(tmp_path)).splitlines()
+    page = (ROOT / "docs/pages/results.md").read_text(encoding="utf-8")
+    rows = {
+        cells[1].strip(): cells
+        for cells in (line.split("|") for line in page.splitlines())
+        if len(cells) == 6
+    }
+    for axis in ("X", "Y"):
+        (start,) = (i for i, line in enumerate(lines) if line.startswith(f"{axis}: "))
+        (together,) = (line for line in lines[start : start + 10] if "held out together" in line)
+        (first,) = (line for line in lines[start : start + 16] if "fitted to umich_experiment_01" in line)
+        steady, whole = PERCENT.findall(together)
+        assert all(abs(float(error)) < 5.0 for error in (steady, whole))
+        assert rows[axis][2].split()[0] == steady
+        assert rows[axis][3].split()[0] == whole
+        assert PERCENT.findall(rows[axis][4]) == PERCENT.findall(first)[:2]
+    assert {path.name for path in tmp_path.iterdir()} == {"umich-x.png", "umich-y.png"}
+
+
+def ran(script: Path, *arguments: str) -> str:
     """Run a script in a process of its own in which warnings are errors."""
-    command = [sys.executable, "-W", "error", str(script), argument]
+    command = [sys.executable, "-W", "error", str(script), *arguments]
     return subprocess.run(command, check=True, capture_output=True, text=True, timeout=300).stdout

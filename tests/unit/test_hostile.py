@@ -14,7 +14,8 @@ import pytest
 import trimesh
 
 from fiveaxis import files
-from fiveaxis.energy.motion_log import LogColumns, read_axis_log
+from fiveaxis.energy.log_columns import LogColumns
+from fiveaxis.energy.motion_log import read_axis_log
 from fiveaxis.errors import InputError, JobError, MachineError, MeshError, ToolpathError
 from fiveaxis.job import make_job, read_fixtures, read_job, run_job, write_outcome
 from fiveaxis.machine import load_machine
@@ -140,7 +141,7 @@ OPENERS = {
     "fixtures.toml": read_fixtures,
     "control.toml": find_dialect,
     "tool.toml": lambda path: parse_tool(str(path)),
-    "log.csv": lambda path: read_axis_log(path, LogColumns("p", "v"), rotary=False),
+    "log.csv": lambda path: read_axis_log(path, LogColumns("p", "W", "v", "mm/s"), rotary=False),
     "part.stl": load_mesh,
     "part.ply": load_mesh,
     "input": describe_input,

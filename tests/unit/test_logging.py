@@ -123,6 +123,10 @@ def test_a_calibration_says_what_it_fits_and_what_it_drops(tmp_path, caplog):
     rows = np.column_stack([time, speed, power])
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t,v,p", comments="")
     with caplog.at_level(logging.DEBUG, logger="fiveaxis.energy"):
-        calibrate_drive(tmp_path / "log.csv", axis="X", model="affine", power="p", velocity="v", time="t")
-    assert "log.csv: affine model to " in caplog.text
+        columns = {"power": "p", "velocity": "v", "time": "t"}
+        units = {"power_unit": "W", "velocity_unit": "mm/s", "time_unit": "s"}
+        calibrate_drive(
+            tmp_path / "log.csv", axis="X", model="friction", max_acceleration=35.0, **columns, **units
+        )
+    assert "log.csv: friction model to " in caplog.text
     assert "dropped " in caplog.text

@@ -88,6 +88,19 @@ class Delivered:
         return len(self.denser.path) - len(self.posed.path)
 
     @property
+    def hop(self) -> float | None:
+        """Smallest turn in a given move within which a bound is broken, rad; None if none is."""
+        if self.excess <= BETWEEN:
+            return None
+        problem, location = self.denser.problem, self.denser.location
+        positions, excess = problem.placed(slice(None), self.filled)
+        broken = np.maximum(excess, problem.limit_excess(positions)) > BETWEEN
+        moves = np.unique(np.ceil(location[broken]).astype(np.int64)) - 1
+        given = self.filled[location == np.floor(location)]
+        turns = np.abs(np.diff(given, axis=0)).max(axis=1)
+        return float(turns[moves[moves >= 0]].min(initial=np.inf))
+
+    @property
     def rank(self) -> tuple[float, float]:
         """Key by which the better of two is smaller: first violation, then cost."""
         broken = self.posed.problem.violation(self.rotary)
@@ -202,7 +215,7 @@ class Delivery:
         return replace(problem, plus=plus, minus=minus)
 
 
-def delivered(solution: Solution, delivery: Delivery) -> Solution:
+def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, float | None]:
     """Solve a solution again on the locations of its program; its energies are then those of programs.
 
     Every baseline is priced as its own program, and given on the locations of the result. A baseline that is
@@ -212,6 +225,10 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
     ----------
     solution : on the given locations, with its problem
     delivery : what solves it
+
+    Returns
+    -------
+    The solution, and the smallest turn within which it breaks a bound (`Delivered.hop`)
     """
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
     columns = machine.rotary_columns
@@ -240,7 +257,7 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
             motion = follow(path, machine, filled[name].planes.rotary_at(location))
         compared[name] = replace(baseline, motion=motion, energy=energies[name])
     motion = replace(follow(path, machine, best.rotary), location=location)
-    return replace(
+    found = replace(
         solution,
         toolpath=replace(path, findings=(*path.findings, *_findings(best))),
         tilt=best.posed.bounds,
@@ -252,6 +269,7 @@ def delivered(solution: Solution, delivery: Delivery) -> Solution:
         filling=filling,
         clock=delivery.clock,
     )
+    return found, best.hop
 
 
 def _findings(best: Delivered) -> list[Finding]:

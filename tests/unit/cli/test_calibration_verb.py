@@ -29,7 +29,9 @@ def log(tmp_path: Path) -> Path:
     return file
 
 
-AFFINE = ("--axis", "Y", "--model", "affine", "--power", "drive power", "--velocity", "speed")
+UNITS = {"power_unit": "W", "velocity_unit": "mm/s"}
+AFFINE = ("--axis", "Y", "--model", "affine", "--power", "drive power", "--power-unit", "W")
+AFFINE += ("--velocity", "speed", "--velocity-unit", "mm/s")
 
 
 def test_without_an_output_the_block_stands_on_stdout_beneath_the_coefficients(log):
@@ -37,7 +39,7 @@ def test_without_an_output_the_block_stands_on_stdout_beneath_the_coefficients(l
     assert result.exit_code == 0, result.output
     assert "plus slope" in result.stdout
     assert "R² " in result.stdout
-    found = calibrate_drive(log, axis="Y", model="affine", power="drive power", velocity="speed")
+    found = calibrate_drive(log, axis="Y", model="affine", power="drive power", velocity="speed", **UNITS)
     assert result.stdout.endswith("\n" + found.block)
     assert result.stderr == ""
 
@@ -86,6 +88,7 @@ def test_the_umich_log_is_explained_from_the_command_line(data, axis):
     }
     words = [word for option, name in columns.items() for word in (option, f"{axis}1_{name}")]
     words += ["--axis", axis, "--model", "friction", "--power-unit", "kW", "--max-acceleration", "30"]
+    words += ["--velocity-unit", "mm/s", "--acceleration-unit", "mm/s2"]
     result = run(data / "power" / "umich_experiment_01.csv", *words, "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["r_squared"] >= 0.95
@@ -103,7 +106,7 @@ def test_a_missing_column_is_one_line_on_stderr_that_names_the_nearest(log):
     ("words", "message"),
     [
         (("--moved-mass", "-4"), "moved mass is -4 kg"),
-        (("--length-unit", "deg"), "is deg, but the axis is linear"),
+        (("--velocity-unit", "deg/s"), "is deg/s, but the axis is linear"),
         (("--figure", "residuals.gif"), "let it end in .png or .svg"),
         (("--terms", "friction, drag", "--model", "friction", "--moved-mass", "4"), "no term 'drag'"),
     ],
@@ -114,3 +117,83 @@ def test_a_bad_option_writes_nothing(log, tmp_path, words, message):
     assert result.exit_code == 2
     assert message in result.stderr
     assert not block.exists()
+
+
+UMICH = ("01", "04", "05", "06", "11", "16")
+
+
+def umich(data: Path, axis: str, fitted: str, *words: object) -> Any:
+    """Fit the drive of an axis of the public mill to one run, and hold out the other five."""
+    runs = {number: data / "power" / f"umich_experiment_{number}.csv" for number in UMICH}
+    held = [word for number, run in runs.items() if number != fitted for word in ("--hold-out", run)]
+    columns = {"power": ("OutputPower", "kW"), "position": ("ActualPosition", "mm")}
+    columns |= {"velocity": ("ActualVelocity", "mm/s"), "acceleration": ("ActualAcceleration", "mm/s2")}
+    for quantity, (name, unit) in columns.items():
+        held += [f"--{quantity}", f"{axis}1_{name}", f"--{quantity}-unit", unit]
+    settings = ["--axis", axis, "--model", "friction", "--rate", 10, "--max-acceleration", 30]
+    return run(runs[fitted], *held, *settings, *words)
+
+
+@pytest.mark.parametrize("axis", ["X", "Y"])
+def test_the_umich_runs_that_were_held_out_are_within_five_percent(data, axis):
+    result = umich(data, axis, "11", "--json")
+    assert result.exit_code == 0, result.output
+    fitted, *held = json.loads(result.stdout)["runs"]
+    assert (fitted["held_out"], len(held)) == (False, 5)
+    for one in held:
+        assert one["held_out"]
+        assert one["fitted_J"] == pytest.approx(one["measured_J"], rel=0.05), one
+        assert one["r_squared"] > 0.95
+    for rows in ("", "whole_"):
+        drawn, given = (sum(one[f"{rows}{kind}_J"] for one in held) for kind in ("measured", "fitted"))
+        assert given == pytest.approx(drawn, rel=0.02)
+    gaps = json.loads(result.stdout)["gaps"]
+    assert gaps["jumps of position that the velocity doesn't explain"] > 100
+
+
+def test_the_umich_power_without_its_kilowatts_is_refused(data):
+    result = umich(data, "X", "11", "--power-unit", "W")
+    assert result.exit_code == 2
+    assert "peaks at 0.0189 W, below the 1 W of machine tools; the likely unit is kW (not W)" in result.stderr
+
+
+def test_held_out_runs_are_a_table(data, monkeypatch, tmp_path):
+    monkeypatch.setenv("COLUMNS", "120")
+    figure = tmp_path / "x.svg"
+    result = umich(data, "X", "11", "--figure", figure, "-o", tmp_path / "x.toml")
+    rows = [line.split() for line in result.stdout.splitlines() if line.startswith(" umich_")]
+    assert [row[0] for row in rows] == [
+        f"umich_experiment_{n}.csv" for n in ("11", "01", "04", "05", "06", "16")
+    ]
+    assert rows[0][1] == "fitted"
+    assert all(row[1:3] == ["held", "out"] and row[-1].endswith("%") for row in rows[1:])
+    assert "held-out runs together: " in result.stdout
+    assert "umich_experiment_04.csv: 32 gaps: jumps of position" in result.stdout
+    drawn = figure.read_text()
+    assert "umich_experiment_04" in drawn
+    assert "umich_experiment_11 (fitted)" in drawn
+
+
+def test_shares_of_a_load_are_printed(tmp_path):
+    rng = np.random.default_rng(1)
+    speed = np.repeat([0.0, 1.0, -1.0], 50) * rng.uniform(10.0, 100.0, 150)
+    load = np.where(speed == 0.0, 36.0, 40.0) + rng.integers(-1, 2, 150)
+    rows = [f"{v:.6g},{p:.6g}" for v, p in zip(speed, load, strict=True)]
+    log = tmp_path / "x.csv"
+    log.write_text("\n".join(["speed,Xload", *rows]) + "\n")
+    words = [log, "--axis", "X", "--model", "directional", "--power", "Xload", "--power-unit", "%"]
+    words += ["--velocity", "speed", "--velocity-unit", "mm/s"]
+    refused = run(*words)
+    assert refused.exit_code == 2
+    assert "the load is 36 % standing (median of 50 rows) and 40 % moving" in refused.stderr
+    result = run(*words, "--nominal-power", 1500)
+    assert "of 1500 W: 36.0% standing, 40.0% moving" in result.stdout
+
+
+def test_a_missing_unit_is_one_line_that_lists_the_units(log):
+    words = [word for word in AFFINE if word not in ("--velocity-unit", "mm/s")]
+    result = run(log, *words)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(
+        "error: the velocity has no unit; state the one of its column: mm/s, mm/min"
+    )

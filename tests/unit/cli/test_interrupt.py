@@ -116,7 +116,7 @@ def test_ctrl_c_doesnt_wait_for_a_step_that_hears_nothing(tmp_path):
         ("fiveaxis.job:program_energy", "energy part.ngc --machine hayashi-640123"),
         (
             "fiveaxis.energy.calibration:calibrate_drive",
-            "calibrate log.csv --axis X --model affine --power p",
+            "calibrate log.csv --axis X --model affine --power p --power-unit W",
         ),
         ("fiveaxis.job:check_program", "verify part.ngc --machine hayashi-640123"),
     ],
