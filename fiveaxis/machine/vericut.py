@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -121,7 +122,7 @@ def _of_text(text: str) -> Iterator[_Component]:
     """Split the text into components; what is nested in one, its shapes, has frames of its own."""
     lines = text.splitlines()
     starts = [i for i, line in enumerate(lines) if re.match(r"\s*(?:PRE60_)?COMPONENT\b", line)]
-    for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
+    for start, end in pairwise([*starts, len(lines)]):
         own = "\n".join(lines[start:end]).partition("ASSEMBLY")[0]
         frame = r"ORIGIN\s*\(([^)]*)\)\s*ROTATION\s*\(([^)]*)\)"
         yield _Component(
@@ -132,9 +133,10 @@ def _of_text(text: str) -> Iterator[_Component]:
             rotation=_word(frame, own, 2) or "0,0,0",
             axis=_word(r"\bAXIS\s+(\w+)", own),
             register=_word(r'REGISTER\s+"([^"]*)"', own),
-            low=_word(r"TL_MIN\s+(\S+)", own),
-            high=_word(r"TL_MAX\s+(\S+)", own),
-            unlimited=_word(r"TL_IGNORE\s+(\w+)", own) == "TRUE",
+            # Version 6.0 and later ones.
+            low=_word(r"\b(?:MIN_LIMIT|TL_MIN)\s+(\S+)", own),
+            high=_word(r"\b(?:MAX_LIMIT|TL_MAX)\s+(\S+)", own),
+            unlimited=_word(r"\b(?:IGNORE_LIMIT|TL_IGNORE)\s+(\w+)", own) == "TRUE",
             line=start + 1,
         )
 

@@ -91,25 +91,37 @@ MACHINE "" {
 	}
 }
 """
-# … and mazak_v7.mch (version 7, XML): name, type, parent, position, rotation, axis, limits.
+# … mazak_v7.mch (version 7, XML) and, in that form, DMU80PduoBLOCK_6.mch: name, type, parent, position, angle
+# about x, axis, limits.
 MAZAK = [
-    ("Base", "base", "", (0, 0, 0), "", None),
-    ("X", "linear", "Base", (315, 0, 0), "X", (-630, 0)),
-    ("Y", "linear", "X", (0, 315, 0), "Y", (-765, 0)),
-    ("Z", "linear", "Y", (0, 0, 740), "Z", (-510, 0)),
-    ("Tool", "tool", "Z", (0, 0, 0), "Z", None),
-    ("A", "rotary", "Base", (0, 0, 50), "X", (-120, 30)),
-    ("C", "rotary", "A", (0, 0, -50), "Z", None),
-    ("Attach", "attach", "C", (0, 0, 0), "", None),
+    ("Base", "base", "", (0, 0, 0), 0, "", None),
+    ("X", "linear", "Base", (315, 0, 0), 0, "X", (-630, 0)),
+    ("Y", "linear", "X", (0, 315, 0), 0, "Y", (-765, 0)),
+    ("Z", "linear", "Y", (0, 0, 740), 0, "Z", (-510, 0)),
+    ("Tool", "tool", "Z", (0, 0, 0), 0, "Z", None),
+    ("A", "rotary", "Base", (0, 0, 50), 0, "X", (-120, 30)),
+    ("C", "rotary", "A", (0, 0, -50), 0, "Z", None),
+    ("Attach", "attach", "C", (0, 0, 0), 0, "", None),
+]
+DUOBLOCK = [
+    ("Base", "base", "", (0, 0, 0), 0, "", None),
+    ("Y", "linear", "Base", (0, -500, 0), 0, "Y", (-800, 0)),
+    ("C", "rotary", "Y", (0, 0, 0), 0, "Z", (-29999, 29999)),
+    ("Attach", "attach", "C", (0, 0, 0), 0, "", None),
+    ("X", "linear", "Base", (-400, 0, 0), 0, "X", (0, 800)),
+    ("Z", "linear", "X", (0, 0, 950), 0, "Z", (-800, 0)),
+    ("B", "rotary", "Z", (0, 365, 265), 45, "Y", (-10, 180)),
+    ("Spindle", "spindle", "B", (0, -445.477272148, 70.710678119), -45, "Z", None),
+    ("Tool", "tool", "Spindle", (0, 0, 0), 0, "Z", None),
 ]
 
 
-def mazak_text() -> str:
+def xml_text(rows) -> str:
     lines = ['<?xml version="1.0"?>', '<VcMachine Version="7.0" Unit="millimeter">']
-    for name, kind, parent, (x, y, z), axis, limits in MAZAK:
+    for name, kind, parent, (x, y, z), angle, axis, limits in rows:
         lines += [f'<Component Name="{name}" Subsystem="1"', f' Type="{kind}" Visible="machine">']
         lines += [f"<Attach>{parent}</Attach>", f'<Position X="{x}" Y="{y}" Z="{z}"/>']
-        lines.append('<Rotation I="0" J="0" K="0"/>')
+        lines.append(f'<Rotation I="{angle}" J="0" K="0"/>')
         if axis:
             low, high = limits or (0, 0)
             ignored = "off" if limits else "on"
@@ -127,9 +139,9 @@ def read(folder: Path, text: str) -> Machine:
     return load_machine(path)
 
 
-def assert_same_poses(one: Machine, other: Machine, signs: np.ndarray) -> None:
+def assert_same_poses(one: Machine, other: Machine) -> None:
     values = np.random.default_rng(7).uniform(-3.0, 3.0, (100, len(one.axes)))
-    for a, b in zip(tool_poses(one, values), tool_poses(other, values * signs), strict=True):
+    for a, b in zip(tool_poses(one, values), tool_poses(other, values), strict=True):
         np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-8)
 
 
@@ -137,16 +149,17 @@ def test_a_text_of_version_6_is_the_library_s_nutating_table(tmp_path):
     machine, known = read(tmp_path, TEXT), load_machine("dmu50ev")
     assert machine.code == known.code
     # The library's sense of B rests on an NX program, not on the template.
-    assert_same_poses(machine, known, np.ones(5))
+    assert_same_poses(machine, known)
     for letter in "XYZ":
         assert machine.axis(letter).limits == known.axis(letter).limits
     assert machine.axis("C").limits.unlimited
 
 
-def test_an_xml_of_version_7_is_the_library_s_trunnion(tmp_path):
-    machine, known = read(tmp_path, mazak_text()), load_machine("variaxis-630")
+@pytest.mark.parametrize(("rows", "name"), [(MAZAK, "variaxis-630"), (DUOBLOCK, "dmu80p-duoblock")])
+def test_an_xml_of_version_7_is_the_library_s_machine(rows, name, tmp_path):
+    machine, known = read(tmp_path, xml_text(rows)), load_machine(name)
     assert machine.code == known.code
-    assert_same_poses(machine, known, np.ones(5))
+    assert_same_poses(machine, known)
     assert [a.limits for a in machine.axes] == [a.limits for a in known.axes]
 
 
@@ -161,6 +174,15 @@ def test_the_rates_that_the_program_sets_by_itself_are_not_read(tmp_path):
     machine = read(tmp_path, TEXT)
     assert [a.max_speed for a in machine.axes] == [None] * 5
     assert [a.max_acceleration for a in machine.axes] == [None] * 5
+
+
+def test_limits_have_other_words_in_version_6_0(tmp_path):
+    text = TEXT
+    for word, former in (("TL_MIN ", "MIN_LIMIT "), ("TL_MAX ", "MAX_LIMIT "), ("TL_IGNORE", "IGNORE_LIMIT")):
+        text = text.replace(word, former)
+    assert text != TEXT
+    newer = read(tmp_path, TEXT)
+    assert [a.limits for a in read(tmp_path, text).axes] == [a.limits for a in newer.axes]
 
 
 def test_inches_are_read(tmp_path):
@@ -198,4 +220,4 @@ def test_a_damaged_text_is_one_message_with_its_place(tmp_path, old, new, fault)
 
 def test_xml_that_is_none_is_one_message_with_its_line(tmp_path):
     with pytest.raises(MachineError, match=r"template\.mch:\d+: isn't XML"):
-        read(tmp_path, mazak_text()[:400])
+        read(tmp_path, xml_text(MAZAK)[:400])
