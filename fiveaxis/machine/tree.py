@@ -46,6 +46,7 @@ class Link:
     letter : of the axis, where the file states one; otherwise the nearest direction's
     low, high : mm or rad; None where there is no end
     max_speed : mm/s or rad/s; None where unknown
+    label : what the file calls the axis
     line : of the file; None where unknown
     """
 
@@ -58,6 +59,7 @@ class Link:
     low: float | None = None
     high: float | None = None
     max_speed: float | None = None
+    label: str = ""
     line: int | None = None
 
 
@@ -188,7 +190,7 @@ def _axis(link: Link, direction: Array, frame: Array, source: Source) -> tuple[s
     low, high = (link.low, link.high) if along > 0.0 else (_negative(link.high), _negative(link.low))
     unit = "deg" if link.rotary else "mm"
     factor = math.degrees(1.0) if link.rotary else 1.0
-    cited = {"source": f"{source.file.name}, {link.name}"}
+    cited = {"source": f"{source.file.name}, {link.label}"}
     table: Table = {"reversed": along < 0.0}
     ends = {"min": low, "max": high}
     if low is not None or high is not None or link.rotary:

@@ -87,6 +87,7 @@ def _joint(element: ElementTree.Element, path: Path) -> Link:
         link,
         axis=axis / np.linalg.norm(axis),
         rotary=rotary,
+        label=f"joint {name}",
         letter=name if name in LETTERS.values() else None,
         low=low if stated and low > -far else None,
         high=high if stated and high < far else None,

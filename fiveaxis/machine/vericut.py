@@ -159,7 +159,8 @@ def _link(component: _Component, unit: float, path: Path) -> Link:
         raise _fault(component, f"has the register {component.register!r}; {kinds} is expected", path)
     low, high = _ends(component, rotary, unit, path)
     direction = np.array(UNIT_DIRECTION[axis])
-    return replace(link, axis=direction, rotary=rotary, letter=register, low=low, high=high)
+    label = f"component {component.name}"
+    return replace(link, axis=direction, rotary=rotary, letter=register, low=low, high=high, label=label)
 
 
 def _ends(component: _Component, rotary: bool, unit: float, path: Path) -> tuple[float | None, float | None]:
