@@ -153,7 +153,7 @@ def _require_plausible(key: str, value: float) -> None:
     low, high, unit, likely = PLAUSIBLE[key]
     if not low <= value <= high:
         raise SettingError(
-            f"is {value:g} {unit}; machines have {low:g} to {high:g} {unit}: is it in {likely}?"
+            f"{value:g} {unit} is implausible; machines have {low:g} to {high:g} {unit}: is it in {likely}?"
         )
 
 

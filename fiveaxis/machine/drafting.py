@@ -134,11 +134,9 @@ def _document(answers: Answers, base: Machine | None) -> Table:
         for letter in question.axes or ("",):
             answer = answers.get((question.name, letter))
             if answer is not None and question.key:
-                table = question.table(letter, answer) | {"source": OWNER}
                 place = document["axes"][letter] if letter else document
-                kept = place.get(question.key, {}) if question.key in ("size", "line") else {}
-                # A stated point settles a line whose direction was that of its kind.
-                place[question.key] = {k: v for k, v in kept.items() if k in ("direction", "mass")} | table
+                stated = question.table(letter, answer) | {"source": OWNER}
+                place[question.key] = _merged(question.key, place.get(question.key, {}), stated)
     if base is None and "vertical" not in document:
         document["vertical"] = {"direction": [0, 0, 1], "assumed": True, "note": UPRIGHT}
     for letter in letters:
@@ -146,6 +144,17 @@ def _document(answers: Answers, base: Machine | None) -> Table:
             _settle_sense(document["axes"][letter], letter, answers, base)
     _require_consistent(document, sure=base is None and not document["structure"].get("assumed", False))
     return document
+
+
+def _merged(key: str, known: Table, stated: Table) -> Table:
+    """Put what an answer states in the place of a table, of which it states all or a part."""
+    if key == "size":
+        return {k: v for k, v in known.items() if k in ("kind", "mass")} | stated
+    if key != "line" or "direction" not in known:
+        return stated
+    # A point doesn't say which way its line runs.
+    kept = {k: known[k] for k in ("direction", "assumed", "note") if k in known}
+    return {"note": f"its direction: {known.get('source', '')}"} | kept | stated
 
 
 def _given(answers: Answers) -> Table:

@@ -140,7 +140,7 @@ def test_a_wrong_answer_is_explained_and_asked_for_again(tmp_path):
         replies = next((r for q, r in wrong.items() if question.startswith(q)), [])
         terminal.write((replies.pop(0) if replies else "") + "\n")
     assert terminal.end() == 0, terminal.text
-    assert "base-power: is 2 W; machines have 20 to 200000 W" in terminal.text
+    assert "base-power: 2 W is implausible; machines have 20 to 200000 W" in terminal.text
     assert "heidenhain" in terminal.text.partition("hydenhein")[2]
     assert sum(q.startswith("power at") for q in questions) == 2
     assert not any("travel" in q for q in questions)

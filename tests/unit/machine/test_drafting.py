@@ -134,6 +134,23 @@ def test_figures_of_another_file_stand_where_nothing_is_answered():
     assert sources["X moved_mass"] == "stated by the machine's owner"
 
 
+def test_a_stated_point_leaves_an_inclined_direction_assumed():
+    answers = {("structure", ""): "nutating-table", ("points", "B"): "0,0,155"}
+    machine = draft_machine(answers).machine
+    line = next(p for p in machine.provenance if p.figure == "B line")
+    assert line.assumed
+    assert "45 deg" in line.note
+    np.testing.assert_allclose(
+        next(j.line.direction for j in machine.chain.joints if j.letter == "B"), [0.0, 0.5**0.5, -(0.5**0.5)]
+    )
+
+
+def test_a_stated_mass_leaves_the_kind_of_size():
+    answers = {("structure", ""): "3-axis", ("mass", ""): "3 t", ("size", ""): "portal"}
+    size = draft_machine(answers).machine.size
+    assert (size.kind, size.mass) == ("portal", 3000.0)
+
+
 def test_limits_of_a_reversed_axis_are_answered_in_the_control_s_sign():
     base = load_machine("linuxcnc-xyzac-trt")
     draft = draft_machine({("limits", "A"): "-90:40"}, base)
@@ -148,7 +165,7 @@ def test_limits_of_a_reversed_axis_are_answered_in_the_control_s_sign():
         ({("vertical", ""): "Y,Z"}, "vertical: 'Y,Z' names several axes; one is vertical"),
         ({("vertical", ""): "A"}, "none of X, Y, Z"),
         ({("limits", "X"): "300:-300"}, "limits of X: 300 mm is not below -300 mm; exchange them"),
-        ({("limits", "X"): "-0.3:0.3"}, "limits of X: is 0.6 mm; machines have 1 to 10000 mm"),
+        ({("limits", "X"): "-0.3:0.3"}, "limits of X: 0.6 mm is implausible; machines have 1 to 10000 mm"),
         ({("limits", "X"): "600"}, "limits of X: '600' isn't of the form MIN:MAX"),
         ({("limits", "X"): "endless"}, "isn't of the form MIN:MAX"),
         ({("limits", "X"): "-30:30 deg"}, "in mm or inch"),
@@ -160,21 +177,24 @@ def test_limits_of_a_reversed_axis_are_answered_in_the_control_s_sign():
         ({("points", "A"): "0,0,1e9"}, "further than 10000 mm away"),
         (
             {("speeds", "X"): "40000"},
-            "speeds of X: is 666667 mm/s; machines have 1 to 2500 mm/s: is it in mm/min",
+            "speeds of X: 666667 mm/s is implausible; machines have 1 to 2500 mm/s: is it in mm/min",
         ),
         ({("speeds", "X"): "20 rpm"}, "one of the units m/min"),
-        ({("speeds", "A"): "10000"}, "is 60000 deg/s"),
-        ({("accelerations", "X"): "500"}, "is 500000 mm/s2"),
+        ({("speeds", "A"): "10000"}, "60000 deg/s is implausible"),
+        ({("accelerations", "X"): "500"}, "500000 mm/s2 is implausible"),
         ({("masses", "X"): "900 lb"}, "one of the units kg, t"),
-        ({("masses", "X"): "0"}, "masses of X: is 0 kg"),
-        ({("masses", "X"): "-5"}, "is -5 kg"),
+        ({("masses", "X"): "0"}, "masses of X: 0 kg is implausible"),
+        ({("masses", "X"): "-5"}, "-5 kg is implausible"),
         ({("masses", "X"): "nan"}, "isn't a number"),
         ({("masses", "X"): "9000"}, "it moves 9000 kg, and the whole machine has 8000 kg"),
         ({("masses", "A"): "50"}, "masses of A: it moves 50 kg, less than C, which it carries"),
-        ({("motors", "Z"): "3100"}, "motors of Z: is 3.1e\\+06 W; machines have 5 to 200000 W: is it in kW"),
+        (
+            {("motors", "Z"): "3100"},
+            "motors of Z: 3.1e\\+06 W is implausible; machines have 5 to 200000 W: is it in kW",
+        ),
         ({("motors", "Z"): "11 A"}, "isn't a number with one of the units kW, W"),
-        ({("mass", ""): "8"}, "mass: is 8 kg"),
-        ({("base-power", ""): "2"}, "base-power: is 2 W"),
+        ({("mass", ""): "8"}, "mass: 8 kg is implausible"),
+        ({("base-power", ""): "2"}, "base-power: 2 W is implausible"),
         ({("size", ""): "huge"}, "none of desktop"),
         ({("name", ""): "a\nb"}, "isn't a name"),
     ],
