@@ -80,7 +80,8 @@ def _ask(
     while True:
         asked = f"{of}{question.text} ({question.form_of(letter)}) [{default or UNKNOWN}]: "
         alarm.print(asked, end="", markup=False)
-        line = sys.stdin.readline()
+        # A terminal may send bytes that are no text.
+        line = sys.stdin.buffer.readline().decode("utf-8", errors="replace")
         if not line:
             raise SettingError(f"the input ended at {of}{question.text}; nothing was written")
         answer = line.strip() or default

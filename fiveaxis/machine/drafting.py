@@ -137,7 +137,7 @@ def _document(answers: Answers, base: Machine | None) -> Table:
                 place = document["axes"][letter] if letter else document
                 stated = question.table(letter, answer) | {"source": OWNER}
                 place[question.key] = _merged(question.key, place.get(question.key, {}), stated)
-    if base is None and "vertical" not in document:
+    if "vertical" not in document:
         document["vertical"] = {"direction": [0, 0, 1], "assumed": True, "note": UPRIGHT}
     for letter in letters:
         if letter in ROTARY:

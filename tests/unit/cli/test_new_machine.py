@@ -87,8 +87,8 @@ class Terminal:
             self.text += chunk.decode("utf-8", errors="replace")
         return self.text[start:].splitlines()[-1]
 
-    def write(self, text: str) -> None:
-        os.write(self.ours, text.encode())
+    def write(self, text: str | bytes) -> None:
+        os.write(self.ours, text.encode() if isinstance(text, str) else text)
 
     def answer(self, answers: dict[str, str]) -> list[str]:
         """Answer all questions; return them."""
@@ -134,15 +134,16 @@ def test_a_wrong_answer_is_explained_and_asked_for_again(tmp_path):
     terminal = Terminal(tmp_path, ["-o", "mill.toml", *options(OPTIONS | {"mass": "8 t"})[:-2]])
     # Everything else is answered by options: only what they leave out is asked.
     questions = []
-    wrong = {"control": ["hydenhein", "heidenhain"], "power at": ["2", "1500"]}
+    wrong = {"control": ["hydenhein", "heidenhain"], "power at": [b"\xff\xfe", "2", "1500"]}
     while (question := terminal.question()) is not None:
         questions.append(question)
         replies = next((r for q, r in wrong.items() if question.startswith(q)), [])
-        terminal.write((replies.pop(0) if replies else "") + "\n")
+        terminal.write(replies.pop(0) if replies else "")
+        terminal.write("\n")
     assert terminal.end() == 0, terminal.text
     assert "base-power: 2 W is implausible; machines have 20 to 200000 W" in terminal.text
     assert "heidenhain" in terminal.text.partition("hydenhein")[2]
-    assert sum(q.startswith("power at") for q in questions) == 2
+    assert sum(q.startswith("power at") for q in questions) == 3
     assert not any("travel" in q for q in questions)
     assert load_machine(tmp_path / "mill.toml").base_power == 1500.0
 

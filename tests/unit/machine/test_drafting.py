@@ -132,6 +132,8 @@ def test_figures_of_another_file_stand_where_nothing_is_answered():
     sources = {p.figure: p.source for p in draft.machine.provenance}
     assert sources["Y limits"] == "mazak_v7.mch, component Y"
     assert sources["X moved_mass"] == "stated by the machine's owner"
+    # Nothing is taken for granted in silence.
+    assert next(p for p in draft.machine.provenance if p.figure == "vertical").assumed
 
 
 def test_a_stated_point_leaves_an_inclined_direction_assumed():
