@@ -280,7 +280,14 @@ QUESTIONS = (
     Question("name", "", "name of the machine", ("text", ""), _text),
     Question("structure", "", "structure: a kind, or a form-shaping code", ("KIND or CODE", ""), _structure),
     Question("vertical", "", "axis that is vertical", ("X, Y or Z", ""), _vertical, "vertical"),
-    Question("limits", EVERY, "travel", ("MIN:MAX, mm", "MIN:MAX, deg, or endless"), _limits, "limits"),
+    Question(
+        "limits",
+        EVERY,
+        "travel, as the control shows it",
+        ("MIN:MAX, mm", "MIN:MAX, deg, or endless"),
+        _limits,
+        "limits",
+    ),
     Question(
         "counts",
         ROTARY,
