@@ -47,6 +47,7 @@ from fiveaxis.energy.milling import (
     transport_velocity,
     wrench_power,
 )
+from fiveaxis.energy.origin import power_findings
 from fiveaxis.energy.path_feed import path_feed
 from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
 from fiveaxis.energy.totals import (
@@ -109,6 +110,7 @@ __all__ = [
     "net_power",
     "path_feed",
     "posture_costs",
+    "power_findings",
     "power_surface",
     "removal_rate",
     "revolution_average",

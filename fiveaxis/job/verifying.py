@@ -358,7 +358,7 @@ class ProgramCheck:
         """Compare the feeds that a table or a list of locations states with those of the path."""
         if toolpath is None or match is None or toolpath.feed_is_assumed or read.technology is not None:
             return ()
-        return (check_stated_feeds(context, toolpath, match.row),)
+        return (check_stated_feeds(context, toolpath, match.place),)
 
     def report_table(self, motion: Motion) -> Report:
         """Check the durations in the table of a motion against its own feeds, with the given cutter."""

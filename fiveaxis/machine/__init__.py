@@ -11,7 +11,7 @@ from fiveaxis.machine.dump import machine_text, save_machine
 from fiveaxis.machine.files import load_machine, machine_names, read_foreign
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine, Provenance
-from fiveaxis.machine.powers import describe_powers, lender_of, power_findings, with_powers
+from fiveaxis.machine.powers import describe_powers, lender_of, with_powers
 from fiveaxis.machine.setup import Load, Setup
 
 __all__ = [
@@ -46,7 +46,6 @@ __all__ = [
     "machine_names",
     "machine_text",
     "parse_code",
-    "power_findings",
     "read_foreign",
     "read_linuxcnc",
     "save_machine",

@@ -41,6 +41,10 @@ class Limits:
         low, high = (end if math.isfinite(end) else None for end in (self.low, self.high))
         return low, high
 
+    def narrower(self, margin: float) -> Limits:
+        """Return the range without a margin, mm or rad, at either end; unchanged where it is no longer."""
+        return self if self.span <= 2.0 * margin else Limits(self.low + margin, self.high - margin)
+
     def contains(self, value: float, tolerance: float = 0.0) -> bool:
         """Check whether a value, mm or rad, is inside the range, or beyond it by at most a tolerance."""
         return self.low - tolerance <= value <= self.high + tolerance

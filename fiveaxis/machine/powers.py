@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine.estimating import with_estimates
 from fiveaxis.machine.files import load_machine
 from fiveaxis.machine.model import Machine
@@ -51,15 +50,6 @@ def lender_of(drives: str | None) -> str | None:
         return None
     found = _LETTERS.fullmatch(drives)
     return drives if found is None else found["name"]
-
-
-def power_findings(machine: Machine) -> tuple[Finding, ...]:
-    """Report estimated and borrowed drives; none where all of them are the machine's own."""
-    text = describe_powers(machine)
-    if machine.bands:
-        remedy = "state masses or motors in the machine's file, or measure the powers (fiveaxis calibrate)"
-        return (Finding(Severity.WARNING, "powers-estimated", f"{text}; {remedy}"),)
-    return (Finding(Severity.NOTE, "powers-borrowed", text),) if text else ()
 
 
 def describe_powers(machine: Machine) -> str:

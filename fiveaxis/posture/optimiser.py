@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fiveaxis.energy import power_findings
 from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine, power_findings, with_powers
+from fiveaxis.machine import Machine, with_powers
 from fiveaxis.motion import Filling, Interpolation
 from fiveaxis.nc import Clock
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
@@ -20,7 +21,7 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
-from fiveaxis.posture.strategy.delivery import Delivery, Objective, Posed, delivered
+from fiveaxis.posture.strategy.delivery import Breach, Delivery, Objective, Posed, delivered
 from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
 from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
 from fiveaxis.posture.strategy.least_time import by_time, time_findings
@@ -28,11 +29,13 @@ from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
+from fiveaxis.posture.turns.winding import endless
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
-# Largest turns, as a share of the smallest one that broke a bound between locations, and how often this is tried.
-SMALLER, MOST_HOPS = 0.7, 3
+# Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
+# from the ends of travel; attempts.
+SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,16 +149,14 @@ def optimise(
     if options.is_timed:
         toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
 
-    def build(
-        turns: Constraints, path: Toolpath, location: Array | None = None
-    ) -> tuple[Problem, TiltBounds]:
+    def build(narrow: Narrow, path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
         bounds = constraints.lean_bounds(path)
         built = Problem.build(
             path,
-            machine,
+            narrow.machine,
             bounds,
             up_penalty=up_penalty,
-            max_turn=turn_bounds(path, turns, location),
+            max_turn=turn_bounds(path, narrow.constraints, location),
             time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
             bend_price=smoothing,
         )
@@ -164,13 +165,13 @@ def optimise(
     filling = Filling.of(constraints, options.interpolation)
     clock = (options.clock or Clock()) if options.is_timed else None
 
-    def solved(turns: Constraints) -> tuple[Solution, Mask | None, float | None]:
-        """Solve with bounds on turns; return also the smallest turn within which a bound is broken, rad."""
-        given = GivenProblem(*build(turns, toolpath), toolpath, options.start, effort, progress, cone)
+    def solved(narrow: Narrow) -> tuple[Solution, Mask | None, Breach | None]:
+        """Solve within narrower bounds; return also what is broken between locations."""
+        given = GivenProblem(*build(narrow, toolpath), toolpath, options.start, effort, progress, cone)
         found, mask = solve_given(given, options.mask)
 
         def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-            problem, bounds = build(turns, path, location)
+            problem, bounds = build(narrow, path, location)
             return replace(problem, machine=found.machine), bounds
 
         if options.free_start:
@@ -179,10 +180,11 @@ def optimise(
             found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
         refine = _Refinement(effort, cone, mask)
         delivery = Delivery(found.toolpath, rebuild, refine, filling, up_penalty, options.objective, clock)
-        found, hop = delivered(found, delivery)
-        return found, mask, hop
+        found, breach = delivered(found, delivery)
+        wide = machine if found.machine is narrow.machine else endless(machine)
+        return replace(found, machine=wide), mask, breach
 
-    found, mask = _without_hops(solved, constraints)
+    found, mask = _without_breach(solved, Narrow(machine, constraints))
     if found.machine is not machine:
         rotary = found.motion.positions[:, machine.rotary_columns]
         admits = None if mask is None else mask.along(found.motion.location).admits
@@ -191,22 +193,51 @@ def optimise(
     return with_findings(found, cone)
 
 
-def _without_hops(
-    solved: Callable[[Constraints], tuple[Solution, Mask | None, float | None]], constraints: Constraints
-) -> tuple[Solution, Mask | None]:
-    """Solve with smaller turns where a bound is broken between locations; if that doesn't help, as given.
+@dataclass(frozen=True, eq=False)
+class Narrow:
+    """Bounds within which a path is solved, so that those that are given hold between its locations, too.
 
-    Directions that keep a least angle to the normal surround a hole, over which a turn within one move hops.
+    Parameters
+    ----------
+    machine : with limits of its linear axes narrower by `reserve`
+    constraints : with the largest turn
+    reserve : mm
     """
-    found, mask, hop = solved(constraints)
-    for _ in range(MOST_HOPS):
-        if hop is None:
+
+    machine: Machine
+    constraints: Constraints
+    reserve: float = 0.0
+
+    def within(self, machine: Machine, breach: Breach) -> Narrow:
+        """Return the bounds, narrower by what was broken, of a machine."""
+        constraints, reserve = self.constraints, self.reserve
+        if np.isfinite(breach.hop):
+            constraints = replace(constraints, max_turn=SMALLER * breach.hop)
+        if breach.overrun > 0.0:
+            reserve = min(reserve + 2.0 * breach.overrun, MOST_RESERVE)
+        axes = (a if a.is_rotary else replace(a, limits=a.limits.narrower(reserve)) for a in machine.axes)
+        return Narrow(replace(machine, axes=tuple(axes)) if reserve else machine, constraints, reserve)
+
+
+def _without_breach(
+    solved: Callable[[Narrow], tuple[Solution, Mask | None, Breach | None]], given: Narrow
+) -> tuple[Solution, Mask | None]:
+    """Solve again within narrower bounds where one is broken between locations; if that fails, as given.
+
+    Directions that keep a least angle to the normal surround a hole, over which a turn within one move hops;
+    and blocks between two locations at the end of an axis's travel may go some micrometres beyond it.
+    """
+    found, mask, breach = solved(given)
+    narrow = given
+    for _ in range(MOST_ATTEMPTS):
+        if breach is None:
             break
+        narrow = narrow.within(given.machine, breach)
         try:
-            again, its_mask, hop = solved(replace(constraints, max_turn=SMALLER * hop))
+            again, its_mask, breach = solved(narrow)
         except Infeasible:
             break
-        if hop is None:
+        if breach is None:
             return again, its_mask
     return found, mask
 

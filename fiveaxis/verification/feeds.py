@@ -113,20 +113,25 @@ def _passed_numbers(
     return number
 
 
-def check_stated_feeds(context: CheckContext, path: Toolpath, row: IntArray) -> Result:
+def check_stated_feeds(context: CheckContext, path: Toolpath, place: Array) -> Result:
     """Check the feeds that a table or a list of locations states for the cuts of its path.
 
     Parameters
     ----------
-    row : (n,), of the table, for each location; -1 for none
+    place : (n,), fractional row of the table at each location; NaN for none
     """
-    cuts = np.flatnonzero((row >= 0) & path.cutting)
-    stated, wanted = context.motion.feed[row[cuts]], path.feed[cuts]
+    known = np.flatnonzero(np.isfinite(place))
+    rows = np.flatnonzero(context.toolpath.kind == MoveKind.CUT)
+    # Each row is on the move to the location that it passes next.
+    number = np.searchsorted(place[known], rows - NEXT)
+    rows, location = rows[number < len(known)], known[number[number < len(known)]]
+    rows, location = rows[path.cutting[location]], location[path.cutting[location]]
+    stated, wanted = context.motion.feed[rows], path.feed[location]
     bad = np.flatnonzero(np.abs(stated / wanted - 1.0) > BLOCK)
     return Result(
         code="feed-differs",
         severity=Severity.ERROR,
-        rows=row[cuts[bad]],
+        rows=rows[bad],
         values=60.0 * np.abs(stated - wanted)[bad],
         message=lambda i: (
             f"the feed stated here is {60.0 * stated[bad[i]]:.6g} mm/min, but the path asks for "

@@ -193,12 +193,19 @@ BEGINNINGS = {"nc": "{}", "mpf": "N10 {}", "h": "7 L {}"}
     lines=st.lists(st.tuples(st.sampled_from(["", "", "G1 ", "G0 "]), run_words), min_size=20, max_size=60),
     others=st.dictionaries(st.integers(0, 60), spoilers, max_size=3),
     suffix=st.sampled_from(sorted(BEGINNINGS)),
-    mode=st.sampled_from(["G94", "G93", "fixed", "wrap"]),
+    mode=st.sampled_from(["G94", "G93", "fixed", "wrap", "headless"]),
     for_motion=st.booleans(),
 )
 @example(lines=[("G1 ", "X1 Y2 Z3 A4 C5 F6")] * 40, others={}, suffix="nc", mode="G94", for_motion=True)
 @example(lines=[("", f"F{9 + i}") for i in range(30)], others={}, suffix="nc", mode="G94", for_motion=False)
 @example(lines=[("", f"X{i} C{i} F5") for i in range(40)], others={}, suffix="h", mode="G94", for_motion=True)
+@example(
+    lines=[*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")],
+    others={0: "G21 G90 G94"},
+    suffix="nc",
+    mode="headless",
+    for_motion=False,
+)
 def test_a_run_of_plain_blocks_is_the_same_block_by_block(
     lines: list[tuple[str, str]], others: dict[int, str], suffix: str, mode: str, for_motion: bool
 ):
@@ -213,7 +220,8 @@ def test_a_run_of_plain_blocks_is_the_same_block_by_block(
         "mpf": ["G710 G90", "G0 X0 Y0 Z0 A0 C0", "F100"],
         "h": ["L X0 Y0 Z0 A0 C0 FMAX", "L F100"],
     }
-    program = [*head[suffix], *([mode] if mode[0] == "G" and suffix != "h" else []), *program]
+    begin = [] if mode == "headless" else head[suffix]
+    program = [*begin, *([mode] if mode[0] == "G" and suffix != "h" else []), *program]
     options = ReadOptions(
         machine=machine,
         feed_mm_min=500.0 if mode == "fixed" else None,

@@ -88,7 +88,7 @@ class Interpreter(RunMoves):
             while row < len(block) and not self.plain:
                 yield block.block(row)
                 row += 1
-            if self.plain and self.take_run(block.since(row)):
+            if row < len(block) and self.plain and self.take_run(block.since(row)):
                 continue
             yield from map(block.block, range(row, len(block)))
 

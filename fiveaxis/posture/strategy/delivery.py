@@ -59,6 +59,20 @@ class Posed:
 Refine = Callable[[Posed, Problem, Array], Array]
 
 
+@dataclass(frozen=True)
+class Breach:
+    """What a path breaks between its locations.
+
+    Parameters
+    ----------
+    hop : rad, smallest turn in a given move within which the tool leans out of its bounds; infinite for none
+    overrun : mm or rad, farthest beyond an axis limit
+    """
+
+    hop: float
+    overrun: float
+
+
 @dataclass(frozen=True, eq=False)
 class Delivered:
     """A path, the locations that its program needs in addition, and its cost.
@@ -88,17 +102,17 @@ class Delivered:
         return len(self.denser.path) - len(self.posed.path)
 
     @property
-    def hop(self) -> float | None:
-        """Smallest turn in a given move within which a bound is broken, rad; None if none is."""
+    def breach(self) -> Breach | None:
+        """What is broken between the locations; None if nothing is."""
         if self.excess <= BETWEEN:
             return None
         problem, location = self.denser.problem, self.denser.location
         positions, excess = problem.placed(slice(None), self.filled)
-        broken = np.maximum(excess, problem.limit_excess(positions)) > BETWEEN
-        moves = np.unique(np.ceil(location[broken]).astype(np.int64)) - 1
+        moves = np.unique(np.ceil(location[excess > BETWEEN]).astype(np.int64)) - 1
         given = self.filled[location == np.floor(location)]
         turns = np.abs(np.diff(given, axis=0)).max(axis=1)
-        return float(turns[moves[moves >= 0]].min(initial=np.inf))
+        hop = turns[moves[moves >= 0]].min(initial=np.inf)
+        return Breach(float(hop), float(problem.limit_excess(positions).max(initial=0.0)))
 
     @property
     def rank(self) -> tuple[float, float]:
@@ -215,7 +229,7 @@ class Delivery:
         return replace(problem, plus=plus, minus=minus)
 
 
-def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, float | None]:
+def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, Breach | None]:
     """Solve a solution again on the locations of its program; its energies are then those of programs.
 
     Every baseline is priced as its own program, and given on the locations of the result. A baseline that is
@@ -228,7 +242,7 @@ def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, float |
 
     Returns
     -------
-    The solution, and the smallest turn within which it breaks a bound (`Delivered.hop`)
+    The solution, and what it still breaks between locations
     """
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
     columns = machine.rotary_columns
@@ -269,7 +283,7 @@ def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, float |
         filling=filling,
         clock=delivery.clock,
     )
-    return found, best.hop
+    return found, best.breach
 
 
 def _findings(best: Delivered) -> list[Finding]:

@@ -267,7 +267,7 @@ def test_borrowed_powers_stay_assumed(trunnion, hayashi, tmp_path):
     again = round_trip(borrowed, tmp_path)
     entry = next(p for p in again.provenance if p.figure == "Z drive")
     assert entry.assumed
-    assert "taken from hayashi-640123" in entry.note
+    assert "taken from Z of hayashi-640123" in entry.note
     assert again.axis("Z").drive == borrowed.axis("Z").drive
 
 

@@ -184,8 +184,6 @@ def test_impossible_input_is_refused(hayashi, trunnion):
         optimise(path, hayashi)
     with pytest.raises(ToolpathError, match="no programmed tool axes"):
         optimise(path, hayashi, cone=20)
-    with pytest.raises(MachineError, match="no power for axis"):
-        optimise(path, trunnion, tilt=(15, 75))
     with pytest.raises(MachineError, match="only spins the tool"):
         optimise(path, Machine.from_code("401236"), tilt=(15, 75))
     with pytest.raises(SettingError, match="can't be negative"):

@@ -22,6 +22,7 @@ KEYS = [
     "moved_baselines",
     "rates",
     "savings",
+    "savings_range",
     "bound",
     "optima",
     "summary",
