@@ -113,7 +113,7 @@ class UnknownMachine(MachineError):
     def __init__(self, name: str, near: Sequence[str], known: Sequence[str]) -> None:
         self.name, self.near, self.known = name, tuple(near), tuple(known)
         hint = f"did you mean {', '.join(near)}?" if near else f"known: {', '.join(known)}"
-        super().__init__(f"unknown machine {name!r}; {hint} (or give the path of a .toml or .ini file)")
+        super().__init__(f"unknown machine {name!r}; {hint} (or give the path of a machine file)")
 
 
 class ToolError(InputError):

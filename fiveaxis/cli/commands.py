@@ -7,6 +7,7 @@ from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
+from fiveaxis.cli.new_machine_verb import machine, new
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.surface_verb import surface
@@ -23,6 +24,8 @@ app.command()(with_options(info))
 app.command()(with_options(check))
 app.command("import")(with_options(import_machine))
 app.command()(with_options(urdf))
+machine.command()(with_options(new))
+app.add_typer(machine, name="machine")
 app.command()(with_options(energy))
 app.command()(with_options(plan))
 app.command()(with_options(optimise))

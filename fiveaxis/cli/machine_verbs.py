@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from fiveaxis.machine import FormShapingCode
 
 MachineFileName = Annotated[
-    str, typer.Argument(help="name (`fiveaxis machines`), .toml or LinuxCNC .ini file", metavar="MACHINE")
+    str,
+    typer.Argument(help="name (`fiveaxis machines`) or file: .toml, .ini, .urdf, .mch", metavar="MACHINE"),
 ]
 
 
@@ -40,16 +41,19 @@ def machines(as_json: AsJson = False) -> None:
 
 
 def import_machine(
-    source: Annotated[Path, typer.Argument(help="LinuxCNC configuration (.ini)", metavar="MACHINE.ini")],
+    source: Annotated[
+        Path,
+        typer.Argument(help="LinuxCNC .ini, URDF or Vericut .mch file", metavar="FILE", show_default=False),
+    ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="machine file (.toml); default: stdout")
     ] = None,
 ) -> None:
-    """Convert a control's configuration to a machine file, to be completed by hand."""
+    """Convert another program's description of a machine to a machine file, to be completed by hand."""
     with errors_explained(False):
-        from fiveaxis.machine import machine_text, read_linuxcnc, save_machine
+        from fiveaxis.machine import machine_text, read_foreign, save_machine
 
-        machine = read_linuxcnc(source)
+        machine = read_foreign(source)
         if output is None:
             write_results(machine_text(machine))
         else:
@@ -58,7 +62,7 @@ def import_machine(
 
 def info(
     machine: Annotated[
-        str | None, typer.Argument(help="name, .toml or LinuxCNC .ini file", show_default=False)
+        str | None, typer.Argument(help="name or file: .toml, .ini, .urdf, .mch", show_default=False)
     ] = None,
     code: Annotated[
         str | None, typer.Option("--code", help="form-shaping code, in place of a machine")
@@ -131,6 +135,17 @@ def _print_sheet(sheet: dict[str, Any], code: FormShapingCode) -> None:
             origin = ("assumed: " if figure["assumed"] else "") + figure["source"]
             table.add_row(figure["figure"], escape(figure["value"]), escape(origin))
         out.print(table)
+    if sheet["to_measure"] is not None:
+        _print_missing(sheet["to_measure"])
+
+
+def _print_missing(missing: dict[str, Any]) -> None:
+    """Show which dimensions place the rotary axes, and where they are measured."""
+    out.print(f"not every pivot is known: measure from {missing['zero']}, every axis at 0", markup=False)
+    for line in missing["drawing"]:
+        out.print(f"  {line}", markup=False)
+    for dimension in missing["dimensions"]:
+        out.print(f"  {dimension['name']}: {dimension['text']} ({dimension['key']})", markup=False)
 
 
 def _orientation_lines(orientation: dict[str, Any]) -> Iterator[str]:

@@ -22,7 +22,8 @@ Input = Annotated[
     Path, typer.Argument(help="mesh (.stl .obj .ply .off), points, APT/CLSF, NC program, or a job .toml")
 ]
 MachineName = Annotated[
-    str | None, typer.Option("--machine", "-m", help="name (`fiveaxis machines`), .toml or .ini file")
+    str | None,
+    typer.Option("--machine", "-m", help="name (`fiveaxis machines`) or file: .toml, .ini, .urdf, .mch"),
 ]
 ToolLength = Annotated[
     float | None, typer.Option("--tool-length", help="from the spindle's gauge point to the tool tip, mm")

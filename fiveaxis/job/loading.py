@@ -43,7 +43,7 @@ def load_job_machine(job: Job) -> Machine:
         No machine; no tool length for a machine that doesn't hold the tool along Z.
     """
     if job.machine is None:
-        raise JobError("--machine is missing; give a name (`fiveaxis machines`), a .toml or an .ini file")
+        raise JobError("--machine is missing; give a name (`fiveaxis machines`) or a machine file")
     machine = load_machine(job.machine)
     if job.tool_length is None and not machine.length_is_along_z:
         raise JobError(

@@ -3,11 +3,12 @@
 from fiveaxis.machine.axes import Axis, Limits, LocationError
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape
 from fiveaxis.machine.chain import Chain, Joint, Line
-from fiveaxis.machine.check import check_machine
+from fiveaxis.machine.check import check_machine, check_text
 from fiveaxis.machine.code import FormShapingCode, parse_code
+from fiveaxis.machine.drafting import Draft, draft_machine
 from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
 from fiveaxis.machine.dump import machine_text, save_machine
-from fiveaxis.machine.files import load_machine, machine_names
+from fiveaxis.machine.files import load_machine, machine_names, read_foreign
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine, Provenance
 from fiveaxis.machine.powers import describe_powers, lender_of, with_powers
@@ -22,6 +23,7 @@ __all__ = [
     "Chain",
     "Cylinder",
     "DirectionalDrive",
+    "Draft",
     "Drive",
     "FormShapingCode",
     "FrictionDrive",
@@ -36,12 +38,15 @@ __all__ = [
     "Setup",
     "WeightDrive",
     "check_machine",
+    "check_text",
     "describe_powers",
+    "draft_machine",
     "lender_of",
     "load_machine",
     "machine_names",
     "machine_text",
     "parse_code",
+    "read_foreign",
     "read_linuxcnc",
     "save_machine",
     "with_powers",

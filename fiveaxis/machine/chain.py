@@ -135,6 +135,9 @@ class Chain:
     joints: tuple[Joint, ...]
     tool_home: Array = field(default_factory=_identity)
 
+    def __repr__(self) -> str:
+        return f"<Chain {' '.join(joint.letter for joint in self.joints)}>"
+
     @classmethod
     def from_code(cls, code: FormShapingCode, lines: Mapping[str, Line] | None = None) -> Chain:
         """Build the chain of a form-shaping code.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +22,7 @@ from fiveaxis.machine.dump import machine_document, nominal_machine
 from fiveaxis.machine.files import find_machine, load_machine
 from fiveaxis.machine.freedom import FLAT, why_not_orienting, why_not_positioning
 from fiveaxis.machine.model import Machine
-from fiveaxis.machine.tables import LOOKS_LIKE_RADIANS, AxisTable, LimitsTable, MachineFile
+from fiveaxis.machine.tables import LOOKS_LIKE_RADIANS, MOST_MASS, AxisTable, LimitsTable, MachineFile
 from fiveaxis.settings import explain_one, line_of, list_faults, read_document
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ PLAUSIBLE = {
     "error_offset": (0.0, 1.0, "mm", "µm"),
     "error_tilt": (0.0, 1.0, "deg", "arcsec"),
     "moved_mass": (0.1, 100_000.0, "kg", "g or t"),
+    "machine_mass": (10.0, MOST_MASS, "kg", "g or t"),
+    "motor_power": (5.0, 200_000.0, "W", "kW"),
 }
 MOST_RADIANS = 20.0 * math.pi  # rad, limit above which a figure in rad is more likely in degrees
 SQUARE = 0.1  # deg, deviation from a right angle that is more than an error of squareness
@@ -80,8 +83,22 @@ def check_machine(name: str | Path) -> tuple[Finding, ...]:
         machine = load_machine(path)
         file = MachineFile.model_validate(machine_document(machine))
         return _sort(replace(f, place=Place(file=str(path))) for _, f in _check(machine, file))
-    text, data = read_document(path, MachineError)
-    found = _check_document(data, path.parent)
+    return check_text(read_document(path, MachineError)[0], path)
+
+
+def check_text(text: str, path: Path) -> tuple[Finding, ...]:
+    """Check the text of a machine file that needn't exist yet.
+
+    Parameters
+    ----------
+    text : TOML
+    path : where it is, or will be; names of mesh files are relative to its folder
+
+    Returns
+    -------
+    As `check_machine`.
+    """
+    found = _check_document(tomllib.loads(text), path.parent)
     return _sort(replace(f, place=Place(line=line_of(text, where), file=str(path))) for where, f in found)
 
 
@@ -125,13 +142,18 @@ def _check(machine: Machine, file: MachineFile) -> Iterator[Located]:
     yield from _check_provenance(machine, file)
     if file.base_power is not None:
         yield from _plausible("base_power", file.base_power.value, ("base_power",), "base power")
+    if machine.size.mass is not None:
+        yield from _plausible("machine_mass", machine.size.mass, ("size", "mass"), "the machine's mass")
     tables = {str(letter): table for letter, table in file.axes.items()}
     for axis in machine.axes:
+        yield from _check_share(axis, machine)
         yield from _check_axis(axis, tables.get(axis.letter, AxisTable()))
     if not machine.has_powers:
         unknown = ", ".join(a.letter for a in machine.axes if a.drive is None)
         yield _note(
-            "no-powers", ("axes",), f"no drive power of {unknown}: energies need --drives of another machine"
+            "no-powers",
+            ("axes",),
+            f"no drive power of {unknown}: it is estimated, unless --drives names a machine",
         )
 
 
@@ -218,6 +240,8 @@ def _check_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
             yield from _plausible(checked, axis.shown(value), (*where, key), f"{key} of {axis.letter}")
     if axis.moved_mass is not None:
         yield from _plausible("moved_mass", axis.moved_mass, (*where, "moved_mass"), f"mass of {axis.letter}")
+    if axis.motor_power is not None:
+        yield from _plausible("motor_power", axis.motor_power, (*where, "motor"), f"motor of {axis.letter}")
     if axis.location_error is not None:
         offset = float(np.linalg.norm(axis.location_error.offset))
         tilt = float(np.degrees(np.linalg.norm(axis.location_error.tilt)))
@@ -238,6 +262,16 @@ def _check_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
             (*where, "limits"),
             f"0 is outside the limits of {axis.letter}, and the chain is described with every axis at 0",
         )
+
+
+def _check_share(axis: Axis, machine: Machine) -> Iterator[Located]:
+    """Find an axis that moves more than the whole machine has."""
+    mass, whole = axis.moved_mass, machine.size.mass
+    if mass is not None and whole is not None and mass >= whole:
+        message = (
+            f"{axis.letter} moves {mass:g} kg, and the whole machine has {whole:g} kg; correct one of them"
+        )
+        yield _warning("unit-slip", ("axes", axis.letter, "moved_mass"), message, mass)
 
 
 def _check_angles(axis: Axis, limits: LimitsTable) -> Iterator[Located]:
@@ -266,7 +300,8 @@ def _unread(file: MachineFile, written: dict[str, Any]) -> Iterator[Located]:
     """Find keys that were accepted but not used: keys of the file that the dumped machine lacks."""
     known = set(_key_paths(written))
     for where in _key_paths(file.model_dump(exclude_defaults=True, exclude_none=True)):
-        if where not in known:
+        # A nameplate is kept as the power that follows from it.
+        if where not in known and where[2:3] != ("motor",):
             name = ".".join(map(str, where))
             yield _warning("unread-key", where, f"{name} has no effect here; remove it")
 

@@ -67,8 +67,12 @@ def machine_text(machine: Machine, folder: Path | None = None) -> str:
     -------
     TOML in mm, deg, s, W and kg, without keys that have their default value
     """
-    text = tomli_w.dumps(_without_defaults(machine_document(machine, folder)))
-    # tomli_w gives each number of a list its own line.
+    return toml_text(without_defaults(machine_document(machine, folder)))
+
+
+def toml_text(document: Table) -> str:
+    """Write tables as TOML, with the numbers of a list on one line."""
+    text = tomli_w.dumps(document)
     return NUMBERS.sub(lambda found: "[" + ", ".join(found[1].replace(",", " ").split()) + "]", text)
 
 
@@ -102,23 +106,23 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
         document["structure"] = origin("structure")
     home = nominal.chain.tool_home
     if "spindle" in stated or not np.allclose(home, np.eye(4), rtol=0.0, atol=10.0**-DECIMALS):
-        line = {"point": _rounded(home[:3, 3]), "direction": _direction(home[:3, 2])}
+        line = {"point": rounded(home[:3, 3]), "direction": direction_numbers(home[:3, 2])}
         document["spindle"] = line | origin("spindle")
     if "vertical" in stated or machine.vertical != (0.0, 0.0, 1.0):
-        document["vertical"] = {"direction": _direction(machine.vertical)} | origin("vertical")
+        document["vertical"] = {"direction": direction_numbers(machine.vertical)} | origin("vertical")
     if machine.base_power is not None:
-        document["base_power"] = {"value": _neat(machine.base_power), "unit": "W"} | origin("base_power")
+        document["base_power"] = {"value": neat(machine.base_power), "unit": "W"} | origin("base_power")
     if machine.spindle_idle is not None:
         turn = 2.0 * math.pi / 60.0  # rad/s of 1 rev/min
         names = ("constant", "linear", "quadratic")
         idle = enumerate(zip(names, machine.spindle_idle, strict=True))
-        terms = {name: _neat(value * turn**power) for power, (name, value) in idle}
+        terms = {name: neat(value * turn**power) for power, (name, value) in idle}
         document["spindle_idle"] = terms | origin("spindle_idle")
     if machine.auxiliary is not None:
         linear, quadratic = machine.auxiliary
         document["auxiliary"] = {"linear": linear, "quadratic": quadratic} | origin("auxiliary")
     if machine.load.mass:
-        load = {"mass": _neat(machine.load.mass), "centre": [_neat(v) for v in machine.load.centre]}
+        load = {"mass": neat(machine.load.mass), "centre": [neat(v) for v in machine.load.centre]}
         document["load"] = load | origin("load")
     if "size" in stated:
         known = {"kind": machine.size.kind, "mass": machine.size.mass}
@@ -164,11 +168,11 @@ def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin
     table: Table = {"carries": carries, "reversed": axis.reversed}
     if not axis.limits.unlimited or f"{letter} limits" in stated:
         ends = zip(("min", "max"), axis.limits.ends, strict=True)
-        values = {key: _neat(axis.shown(v)) for key, v in ends if v is not None}
+        values = {key: neat(axis.shown(v)) for key, v in ends if v is not None}
         table["limits"] = values | {"unit": unit} | origin(f"{letter} limits")
     if f"{letter} line" in stated or not _is_ideal(axis, line):
-        point = {"point": _rounded(line.point)} if axis.is_rotary else {}
-        table["line"] = {"direction": _direction(line.direction)} | point | origin(f"{letter} line")
+        point = {"point": rounded(line.point)} if axis.is_rotary else {}
+        table["line"] = {"direction": direction_numbers(line.direction)} | point | origin(f"{letter} line")
     if axis.location_error is not None:
         error = _location_error(axis)
         table["location_error"] = error | origin(f"{letter} location_error")
@@ -179,35 +183,35 @@ def _axis(axis: Axis, line: Line, carries: str, stated: set[str], origin: Origin
         ("max_acceleration", axis.max_acceleration, "s2"),
     ):
         if value is not None:
-            figure = {"value": _neat(axis.shown(value)), "unit": f"{unit}/{per}"}
+            figure = {"value": neat(axis.shown(value)), "unit": f"{unit}/{per}"}
             table[key] = figure | origin(f"{letter} {key}")
     if axis.moved_mass is not None:
-        figure = {"value": _neat(axis.moved_mass), "unit": "kg"}
+        figure = {"value": neat(axis.moved_mass), "unit": "kg"}
         if axis.mass_centre is not None:
-            figure["centre"] = [_neat(v) for v in axis.mass_centre]
+            figure["centre"] = [neat(v) for v in axis.mass_centre]
         table["moved_mass"] = figure | origin(f"{letter} moved_mass")
     if axis.motor_power is not None:
-        table["motor"] = {"power": _neat(axis.motor_power / 1000.0)} | origin(f"{letter} motor")
+        table["motor"] = {"power": neat(axis.motor_power / 1000.0)} | origin(f"{letter} motor")
     return table
 
 
 def _is_ideal(axis: Axis, line: Line) -> bool:
     """Check whether an axis lies in its letter's direction through the origin, the file's default."""
-    direction = _direction(line.direction) == list(UNIT_DIRECTION[axis.letter])
-    return direction and (not axis.is_rotary or not any(_rounded(line.point)))
+    direction = direction_numbers(line.direction) == list(UNIT_DIRECTION[axis.letter])
+    return direction and (not axis.is_rotary or not any(rounded(line.point)))
 
 
 def _location_error(axis: Axis) -> Table:
     """Write an axis's location error; the offset of a linear axis has no meaning."""
     error = axis.location_error or LocationError()
-    tilt = {"tilt": [_neat(math.degrees(v)) for v in error.tilt], "tilt_unit": "deg"}
-    return {"offset": [_neat(v) for v in error.offset]} | tilt if axis.is_rotary else tilt
+    tilt = {"tilt": [neat(math.degrees(v)) for v in error.tilt], "tilt_unit": "deg"}
+    return {"offset": [neat(v) for v in error.offset]} | tilt if axis.is_rotary else tilt
 
 
 def drive_table(axis: Axis, drive: Drive) -> Table:
     """Write a drive as the table of a machine file: its model and figures in the file's units."""
     ends = {name: getattr(drive, name) for name in MEASURED}
-    known = {name: _neat(60.0 * axis.shown(end)) for name, end in ends.items() if end is not None}
+    known = {name: neat(60.0 * axis.shown(end)) for name, end in ends.items() if end is not None}
     return _bare_drive(axis, drive) | known
 
 
@@ -216,32 +220,32 @@ def _bare_drive(axis: Axis, drive: Drive) -> Table:
     factor, unit = 1.0 / (60.0 * axis.shown(1.0)), f"W/({axis.unit}/min)"
     if isinstance(drive, DirectionalDrive):
         factor, unit = (factor, unit) if drive.proportional else (1.0, "W")
-        powers = {"plus": _neat(drive.plus * factor), "minus": _neat(drive.minus * factor)}
+        powers = {"plus": neat(drive.plus * factor), "minus": neat(drive.minus * factor)}
         return {"model": "directional"} | powers | {"unit": unit}
     if isinstance(drive, AffineDrive):
         sides = {"plus": drive.plus, "minus": drive.minus}
-        lines = {side: [_neat(slope * factor), _neat(offset)] for side, (slope, offset) in sides.items()}
+        lines = {side: [neat(slope * factor), neat(offset)] for side, (slope, offset) in sides.items()}
         return {"model": "affine"} | lines | {"unit": unit}
     if isinstance(drive, WeightDrive):
-        return {"model": "weight", "a": _neat(drive.a), "b": _neat(drive.b)}
+        return {"model": "weight", "a": neat(drive.a), "b": neat(drive.b)}
     metre = 1.0 if axis.is_rotary else 1000.0
     factors = {"friction": metre, "viscous": metre**2, "counterbalance": metre, "copper": 1.0 / metre**2}
     own = [f.name for f in fields(drive) if f.name not in MEASURED]
     figures = {name: getattr(drive, name) * factors.get(name, 1.0) for name in own}
-    return {"model": "friction"} | {key: _neat(value) for key, value in figures.items()}
+    return {"model": "friction"} | {key: neat(value) for key, value in figures.items()}
 
 
 def _body(body: Body, folder: Path | None) -> Table:
     shape = body.shape
     if isinstance(shape, Box):
-        size, center = [_neat(v) for v in shape.size], [_neat(v) for v in shape.center]
+        size, center = [neat(v) for v in shape.size], [neat(v) for v in shape.center]
         return {"link": body.link, "shape": "box", "size": size, "center": center}
     if isinstance(shape, Cylinder):
-        lengths = {"radius": _neat(shape.radius), "height": _neat(shape.height)}
-        line = {"center": [_neat(v) for v in shape.center], "direction": _direction(shape.direction)}
+        lengths = {"radius": neat(shape.radius), "height": neat(shape.height)}
+        line = {"center": [neat(v) for v in shape.center], "direction": direction_numbers(shape.direction)}
         return {"link": body.link, "shape": "cylinder"} | lengths | line
     file = _path_from(folder, shape.file)
-    return {"link": body.link, "shape": "mesh", "file": file, "scale": _neat(shape.scale)}
+    return {"link": body.link, "shape": "mesh", "file": file, "scale": neat(shape.scale)}
 
 
 def _path_from(folder: Path | None, file: Path) -> str:
@@ -254,18 +258,18 @@ def _path_from(folder: Path | None, file: Path) -> str:
         return whole.as_posix()
 
 
-def _direction(vector: Array | tuple[float, float, float]) -> list[float]:
+def direction_numbers(vector: Array | tuple[float, float, float]) -> list[float]:
     """Write a direction with 1 as its largest component: (0, 1, 1), not (0, 0.7071…, 0.7071…)."""
     components = np.asarray(vector, dtype=float)
-    return _rounded(components / np.abs(components).max())
+    return rounded(components / np.abs(components).max())
 
 
-def _rounded(vector: Array | tuple[float, float, float]) -> list[float]:
+def rounded(vector: Array | tuple[float, float, float]) -> list[float]:
     """Remove the rounding left by undoing a setup: exact zeros keep the chain's equations short."""
     return [_integer(round(float(v), DECIMALS)) for v in vector]
 
 
-def _neat(value: float) -> float:
+def neat(value: float) -> float:
     """Return the shortest number that is the value: 30 deg come back from radians as 29.999999999999996."""
     close = (float(f"{value:.{digits}g}") for digits in range(1, 17))
     return _integer(next((v for v in close if abs(v - value) <= RELATIVE * abs(value)), value))
@@ -276,13 +280,14 @@ def _integer(value: float) -> float:
     return int(value) if value.is_integer() else value
 
 
-def _without_defaults(table: Mapping[str, Any]) -> Table:
+def without_defaults(table: Mapping[str, Any]) -> Table:
+    """Leave out keys that have their default value."""
     kept: Table = {}
     for key, value in table.items():
         if isinstance(value, Mapping):
-            kept[key] = _without_defaults(value)
+            kept[key] = without_defaults(value)
         elif value and isinstance(value, list) and isinstance(value[0], Mapping):
-            kept[key] = [_without_defaults(entry) for entry in value]
+            kept[key] = [without_defaults(entry) for entry in value]
         elif value != [] and (key not in DEFAULTS or value != DEFAULTS[key]):
             kept[key] = value
     return kept

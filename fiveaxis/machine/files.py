@@ -11,6 +11,8 @@ from fiveaxis.machine.building import build_machine
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tables import MachineFile
+from fiveaxis.machine.urdf_reading import read_urdf
+from fiveaxis.machine.vericut import read_vericut
 from fiveaxis.settings import line_of, read_document, validate_settings
 
 
@@ -20,7 +22,8 @@ def load_machine(name: str | Path) -> Machine:
     Parameters
     ----------
     name : name of a machine in the library (`machine_names`), or the path of a machine
-        file (``.toml``) or of a LinuxCNC configuration (``.ini``)
+        file (``.toml``), a LinuxCNC configuration (``.ini``), a URDF (``.urdf``) or a Vericut machine
+        (``.mch``)
 
     Raises
     ------
@@ -53,7 +56,7 @@ def find_machine(name: str | Path) -> Path:
         return known[text]
     if suffix or len(path.parts) > 1:
         has = f"has the unknown suffix {suffix!r}" if suffix else "has no suffix"
-        raise MachineError(f"{has}; a machine is read from {' or '.join(READERS)}", file=path)
+        raise MachineError(f"{has}; a machine is read from {', '.join(READERS)}", file=path)
     raise UnknownMachine(text, difflib.get_close_matches(text, known, n=3, cutoff=0.4), sorted(known))
 
 
@@ -77,7 +80,26 @@ def read_machine_file(path: Path) -> Machine:
         raise MachineError(fault.message, file=path, line=line_of(text, fault.location)) from None
 
 
-READERS: dict[str, Callable[[Path], Machine]] = {".toml": read_machine_file, ".ini": read_linuxcnc}
+def read_foreign(path: str | Path) -> Machine:
+    """Read another program's description of a machine: LinuxCNC, URDF, Vericut.
+
+    Raises
+    ------
+    MachineError
+        The file's suffix is none of theirs, or it can't be read.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in FOREIGN:
+        raise MachineError(f"is not of another program; {', '.join(FOREIGN)} can be converted", file=path)
+    return FOREIGN[suffix](Path(path))
+
+
+FOREIGN: dict[str, Callable[[Path], Machine]] = {
+    ".ini": read_linuxcnc,
+    ".urdf": read_urdf,
+    ".mch": read_vericut,
+}
+READERS: dict[str, Callable[[Path], Machine]] = {".toml": read_machine_file, **FOREIGN}
 
 
 def machine_names() -> list[str]:

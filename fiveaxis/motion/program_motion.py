@@ -59,6 +59,9 @@ class ProgramMotion:
     interpolation: Interpolation
     first: int
 
+    def __repr__(self) -> str:
+        return f"<ProgramMotion: {len(self)} rows, {self.interpolation}>"
+
     @classmethod
     def around(
         cls,

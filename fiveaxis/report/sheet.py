@@ -11,6 +11,7 @@ from fiveaxis.kinematics import lean_range, singular_direction
 from fiveaxis.machine import Axis, Joint, Machine
 from fiveaxis.machine.dump import drive_table
 from fiveaxis.machine.freedom import why_not_orienting, why_not_positioning
+from fiveaxis.machine.measuring import dimensions, draw, zero_of
 
 TOUCHING = 1e-6  # rad, range of leans below which the branches coincide and there is no choice
 
@@ -28,7 +29,8 @@ def describe_machine(machine: Machine) -> Document:
     -------
     Plain data: ``chain`` from the workpiece to the tool, ``limits``, ``speeds`` and ``powers`` by axis letter
     (None where unknown or endless), ``orientation`` with branches and singular direction or the reason why
-    there are none, ``figures`` with their sources
+    there are none, ``to_measure`` with the dimensions that place the rotary axes (None where they are known),
+    ``figures`` with their sources
     """
     names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
     structure = {
@@ -51,6 +53,7 @@ def describe_machine(machine: Machine) -> Document:
             "positioning": why_not_positioning(machine.chain) or "every position",
             "orientation": _orientation(machine),
             "bodies": len(machine.bodies),
+            "to_measure": _to_measure(machine),
             "figures": [p.as_dict() for p in machine.provenance],
         }
     )
@@ -87,6 +90,14 @@ def _orientation(machine: Machine) -> Document:
             _degrees(ends) for ends in leans.both if ends[1] - ends[0] > TOUCHING
         ],
     }
+
+
+def _to_measure(machine: Machine) -> Document | None:
+    missing = dimensions(machine)
+    if not missing:
+        return None
+    listed = [{"name": d.name, "key": d.key, "text": d.text} for d in missing]
+    return {"zero": zero_of(machine), "drawing": draw(machine).splitlines(), "dimensions": listed}
 
 
 def _degrees(angles: tuple[float, float]) -> list[float]:

@@ -20,8 +20,10 @@ from fiveaxis.cli.terminal import parse_numbers, parse_positions
 from fiveaxis.energy.log_columns import LogColumns, require_columns
 from fiveaxis.energy.motion_log import read_axis_log, require_motion
 from fiveaxis.errors import InputError, JobError
+from fiveaxis.findings import has_errors
 from fiveaxis.job import choose_search, make_job, read_fixtures, read_job
-from fiveaxis.machine import Machine, check_machine, load_machine
+from fiveaxis.machine import Machine, check_machine, check_text, draft_machine, load_machine
+from fiveaxis.machine.answers import BY_NAME
 from fiveaxis.mesh import load_mesh, require_solid
 from fiveaxis.nc import find_dialect, read_motion, read_program, read_toolpath
 from fiveaxis.settings import read_document
@@ -163,6 +165,13 @@ def _verb(suffix: str, *words: str) -> Callable[..., object]:
     return _file(suffix, read)
 
 
+def _answers(text: str) -> None:
+    parts = [line.partition("=")[::2] for line in text.splitlines()]
+    known = {(name, answer[:1].strip()): answer[1:] for name, answer in parts if name in BY_NAME}
+    draft = draft_machine(known)
+    assert not has_errors(check_text(draft.text, Path("machine.toml")))
+
+
 def _option(text: str) -> None:
     kind, _, value = text.partition(" ")
     if kind == "setup":
@@ -216,6 +225,10 @@ def _settings() -> Iterator[Reader]:
     yield Reader(
         "machine .ini", Seeds((seeds.INI, *seeds.parts("machines/*.ini", head=400))), _file(".ini", _machine)
     )
+    urdf = Seeds(tuple(_known(name).to_urdf("bed").encode() for name in ("hayashi-640123", "dmu50ev")))
+    yield Reader("machine .urdf", urdf, _file(".urdf", _machine))
+    yield Reader("machine .mch", Seeds(seeds.VERICUT), _file(".mch", _machine))
+    yield Reader("answers", Seeds(seeds.ANSWERS), _text(_answers))
     yield Reader("job .toml", Seeds((*seeds.JOBS, seeds.STARTER)), _file(".toml", _job))
     yield Reader("sweep .toml", Seeds(seeds.SWEEPS), _file(".toml", _sweep))
     yield Reader("fixtures .toml", Seeds(seeds.FIXTURES), _file(".toml", _fixtures))

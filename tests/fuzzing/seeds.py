@@ -136,6 +136,46 @@ LOGS = (
     + b"".join(b"%d,%d,%d.5,%d,%d\n" % (i, i * i, (-1) ** i * (2 * i + 9), i % 3, 99 + 7 * i) for i in ROWS),
     b"# log\np;v;a;x;t\n" + b"".join(b"%d;-%d;%d;1e-3;%d.1\n" % (90 + i, i, i % 2, i) for i in ROWS),
 )
+VERICUT = (
+    b"""CGTech Machine
+UNITS MILLIMETER
+COMPONENT "Base" { COMPTYPE "Base"
+ORIGIN (0,0,0) ROTATION (0,0,0)
+}
+COMPONENT "C" { COMPTYPE "Rotation" CONNECT "Base"
+ORIGIN (0,0,50) ROTATION (-45,0,0)
+LINK { AXIS Z REGISTER "C"
+TL_MIN -120 TL_MAX 30 TL_IGNORE FALSE } }
+COMPONENT "Stock" { COMPTYPE "Stock" CONNECT "C"
+ORIGIN (0,0,0) ROTATION (45,0,0)
+}
+COMPONENT "X" { COMPTYPE "Translation" CONNECT "Base"
+ORIGIN (250,0,0) ROTATION (0,0,0)
+LINK { AXIS X REGISTER "X"
+TL_MIN -500 TL_MAX 0 } }
+COMPONENT "Tool" { COMPTYPE "Tool" CONNECT "X"
+ORIGIN (0,0,0) ROTATION (0,0,0)
+}
+""",
+    b"""<?xml version="1.0"?>
+<VcMachine Version="7.0" Unit="millimeter">
+<Component Name="Base" Type="base"><Attach></Attach><Position X="0" Y="0" Z="0"/></Component>
+<Component Name="A" Type="rotary"><Attach>Base</Attach><Position X="0" Y="0" Z="50"/>
+<Rotation I="0" J="0" K="0"/><Link Axis="X" Register="A">
+<TlRecord TlMin="-120" TlMax="30" TlIgnore="off"/></Link></Component>
+<Component Name="Attach" Type="attach"><Attach>A</Attach></Component>
+<Component Name="Z" Type="linear"><Attach>Base</Attach><Link Axis="Z" Register="Z"></Link></Component>
+<Component Name="Tool" Type="tool"><Attach>Z</Attach></Component>
+</VcMachine>
+""",
+)
+# Question, axis letter if it has one, and answer, line by line.
+ANSWERS = (
+    b"structure= 640123\nlimits=X -300:300\nlimits=A -120:30\ncounts=A table\npoints=A 0,5,50\n"
+    b"speeds=X 40 m/min\nmasses=X 0.9 t\nmotors=Y 11 A 400 V\nmass= 8 t\nbase-power= 1.5 kW\n",
+    b"name= mill\nstructure= nutating-head\nvertical= -Z\nlimits=C endless\nspindle= 0 0 1e2\n"
+    b"accelerations=B 500 deg/s2\nsize= portal\n",
+)
 INI = b"""[KINS]
 KINEMATICS = xyzac-trt-kins
 JOINTS = 5

@@ -333,3 +333,16 @@ def test_at_home_the_bodies_leave_the_workpiece_room(name: str):
     assert above
     assert max(heights(b)[1] for b in below) <= 0.0
     assert min(heights(b)[0] for b in above) >= machine.chain.tool_home[2, 3]
+
+
+@pytest.mark.parametrize(("name", "letter"), [("linuxcnc-xyzac-trt", "A"), ("linuxcnc-xyzbc-trt", "B")])
+def test_the_trunnions_have_the_figures_of_the_drawn_ones(name: str, letter: str):
+    """The platter is drawn about the rotation point, the yoke 30 mm under the trunnion's line."""
+    machine = load_machine(name)
+    line = np.array(next(j.line.point for j in machine.chain.joints if j.letter == letter))
+    yoke = next(
+        b for b in machine.bodies if b.link == letter and isinstance(b.shape, Box) and 130 in b.shape.size
+    )
+    np.testing.assert_allclose(yoke.shape.center, line - [0.0, 0.0, 30.0])
+    head = next(b for b in machine.bodies if b.link == "Z" and isinstance(b.shape, Box))
+    assert heights(head) == (60.0, 135.0)

@@ -349,7 +349,8 @@ def test_a_machine_is_loaded_by_the_suffix_of_its_file(tmp_path):
     assert load_machine(path).letters == "XYZAC"
     assert load_machine(str(path)).axis("A").reversed
     with pytest.raises(
-        MachineError, match=r"mill\.yaml: has the unknown suffix '\.yaml'.* read from \.toml or \.ini"
+        MachineError,
+        match=r"mill\.yaml: has the unknown suffix '\.yaml'.* read from \.toml, \.ini, \.urdf, \.mch",
     ):
         load_machine(tmp_path / "mill.yaml")
     with pytest.raises(MachineError, match=r"mill: has no suffix"):

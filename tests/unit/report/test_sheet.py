@@ -28,3 +28,11 @@ def test_a_slope_of_power_is_per_unit_and_minute():
 
 def test_an_unknown_drive_is_null():
     assert describe_machine(load_machine("umc-750"))["powers"]["X"] is None
+
+
+def test_pivots_that_are_missing_are_listed_with_a_drawing():
+    missing = describe_machine(load_machine("umc-750"))["to_measure"]
+    assert missing["zero"] == "the centre of the table's surface, on C's line"
+    assert [d["key"] for d in missing["dimensions"]][:2] == ["axes.B.line.point[0]", "axes.B.line.point[2]"]
+    assert any("B's line" in line for line in missing["drawing"])
+    assert describe_machine(load_machine("variaxis-630"))["to_measure"] is None
