@@ -35,7 +35,7 @@ def machines(as_json: AsJson = False) -> None:
             return print_json([{"name": m.name, "code": str(m.code), "axes": m.letters} for m in loaded])
         table = Table("machine", "code", "kind", "powers", "description", box=None)
         for m in loaded:
-            powers = "yes" if m.has_powers else "no"
+            powers = "own" if m.has_powers else "estimated"
             table.add_row(m.name, str(m.code), m.kind, powers, escape(m.description))
         out.print(table)
 

@@ -119,7 +119,9 @@ class FixtureTable(StrictModel):
             return Fixture(self.name, Box(self.box.size, self.box.center))
         if self.cylinder is not None:
             sides = self.cylinder
-            direction = as_triple(normalise(np.array(sides.direction)))
+            along = np.array(sides.direction)
+            # Scaled first: the squares of 1e200 are infinite.
+            direction = as_triple(normalise(along / np.abs(along).max()))
             return Fixture(self.name, Cylinder(sides.radius, sides.height, sides.center, direction))
         file = folder / str(self.mesh)
         try:

@@ -148,7 +148,8 @@ def _transform(statement: Statement) -> Array | None:
 def _is_rigid(frame: Array) -> bool:
     """Check whether a transform is rigid, and orthonormalise its axes in place if it is."""
     rotation = frame[:3, :3]
-    if not (np.abs(rotation).max() < 2.0 and np.linalg.det(rotation) > 0.0):
+    # By hand: numpy's determinant warns of singular matrices with tiny elements.
+    if not (np.abs(rotation).max() < 2.0 and np.cross(rotation[0], rotation[1]) @ rotation[2] > 0.0):
         return False
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > FRAME_TOLERANCE:
         return False

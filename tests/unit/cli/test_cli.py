@@ -134,13 +134,17 @@ def test_without_json_the_table_is_on_stdout_and_the_progress_is_not(path):
     assert "done in" not in result.stdout
 
 
-def test_a_machine_without_powers_takes_those_of_another(path):
+def test_a_machine_without_powers_has_estimates_or_takes_those_of_another(path):
     trunnion = ("--machine", "linuxcnc-xyzac-trt")
-    message = refused(run("optimise", path, *trunnion, *BALL, *TILT))
-    assert "has no power for axis X, Y, Z, A, C" in message
-    assert "--drives NAME" in message
-    words = (*trunnion, *BALL, *TILT, "--effort", "quick", "--drives", "hayashi-640123")
-    assert run("optimise", path, *words).exit_code == 0
+    words = (*trunnion, *BALL, *TILT, "--effort", "quick")
+    estimated, borrowed = (
+        run("optimise", path, *words),
+        run("optimise", path, *words, "--drives", "hayashi-640123"),
+    )
+    assert estimated.exit_code == borrowed.exit_code == 0
+    assert "powers-estimated" in estimated.output
+    assert "saved (least…most)" in estimated.output
+    assert "powers are borrowed: X from X of hayashi-640123" in borrowed.output
 
 
 # Runs that must not leave anything
@@ -206,7 +210,7 @@ def test_a_folder_is_not_an_input(tmp_path, name):
         ((*TILT, "--max-turn", "0"), "max_turn = 0.0 must be above 0"),
         ((*TILT, "--stepdown", "2"), "stepdown is for planning on a mesh"),
         ((*TILT, "--part", "gone.stl"), "gone.stl: no such file"),
-        ((*TILT, "--drives", "linuxcnc-xyzac-trt"), "has no power for axis"),
+        ((*TILT, "--drives", "linuxcnc-xyzac-trt"), "has no power of"),
     ],
 )
 def test_a_wrong_option_is_one_message(path, options, fault):
@@ -527,7 +531,7 @@ def test_the_surface_goes_to_stdout_as_a_table_or_as_json():
         (("1,2,3", *MACHINE, "--step", "0"), "--step is 0 deg; it must be between"),
         (("1,2,3", *MACHINE, "--step", "1e-9"), "--step is 1e-09 deg; it must be between"),
         (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must be between"),
-        (("1,2,3", "--machine", "linuxcnc-xyzac-trt"), "--drives NAME"),
+        (("1,2,3", *MACHINE, "--drives", "takisawa-mac-v3"), "has no rotary 1 axis"),
     ],
 )
 def test_a_surface_that_cannot_be_computed_is_one_message(words, fault):
