@@ -46,8 +46,6 @@ def read_columns(
         The text isn't a table with these columns. The message has line and column.
     """
     first = next((line for line in text.splitlines() if line.strip() and line.lstrip()[0] != "#"), "")
-    if not first:
-        raise InputError("is empty; a line with the names of the columns is needed", file=file)
     delimiter = max(",;\t", key=first.count)
     reader = csv.reader(io.StringIO(text), delimiter=delimiter)
     try:
@@ -58,6 +56,8 @@ def read_columns(
         ]
     except csv.Error as fault:
         raise InputError(f"can't be read as CSV: {fault}", file=file, line=reader.line_num) from None
+    if not rows:
+        raise InputError("is empty; a line with the names of the columns is needed", file=file)
     line, header = rows[0][0], [name.strip() for name in rows[0][1]]
     if len(rows) == 1:
         raise InputError("has a header but no rows", file=file, line=line)
