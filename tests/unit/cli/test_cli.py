@@ -235,8 +235,8 @@ def test_tilt_needs_normals(tmp_path):
     assert "use cone (--cone 20)" in refused(run("optimise", source, *MACHINE, *BALL, *TILT))
 
 
-def test_a_unit_for_a_mesh_is_refused_instead_of_ignored():
-    result = run("optimise", PART, *MACHINE, "--tool", "ball:8", *TILT, "--unit", "inch")
+def test_columns_for_a_mesh_are_refused_instead_of_ignored():
+    result = run("optimise", PART, *MACHINE, "--tool", "ball:8", *TILT, "--columns", "x,y,z")
     assert "the input is a mesh" in refused(result)
 
 
