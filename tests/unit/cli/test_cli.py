@@ -531,7 +531,7 @@ def test_the_surface_goes_to_stdout_as_a_table_or_as_json():
         (("1,2,3", *MACHINE, "--step", "0"), "--step is 0 deg; it must be between"),
         (("1,2,3", *MACHINE, "--step", "1e-9"), "--step is 1e-09 deg; it must be between"),
         (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must be between"),
-        (("1,2,3", *MACHINE, "--drives", "takisawa-mac-v3"), "has no rotary 1 axis"),
+        (("1,2,3", *MACHINE, "--drives", "takisawa-mac-v3"), "has no rotary 2 axis"),
     ],
 )
 def test_a_surface_that_cannot_be_computed_is_one_message(words, fault):
