@@ -38,9 +38,11 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
 
     Returns
     -------
-    The job with its offset, and what has been chosen; no finding where the offset is given or 0
+    The job with its offset, and what has been chosen; no finding where the offset is given or 0, or
+    where the job doesn't bound the tool axis
     """
-    if "offset" in job.setup.model_fields_set or job.setup.search is not None or job.hold:
+    said = "offset" in job.setup.model_fields_set or job.setup.search is not None
+    if said or job.hold or not job.constraints.bounds_angle:
         return job, ()
     reach = Reach.of(toolpath, machine, job.constraints, job.setup.rotation)
     centre = table_centre(machine)
