@@ -23,8 +23,7 @@ from fiveaxis.cli.verify_verb import (
     CHECKING,
     Part,
     PathToFollow,
-    against_of,
-    machine_of,
+    load_checked,
     reading_of,
 )
 from fiveaxis.cli.work import work_aside
@@ -32,6 +31,7 @@ from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
 from fiveaxis.findings import group_findings
 
 if TYPE_CHECKING:
+    from fiveaxis.findings import Finding
     from fiveaxis.job import Posted
 
 
@@ -88,9 +88,10 @@ def post(
         from fiveaxis.job import post_program
 
         options = context.params
-        machine = machine_of(options)
-        posted = work_aside(
-            lambda: post_program(
+
+        def work() -> tuple[Posted, tuple[Finding, ...]]:
+            machine, against, told = load_checked(path, part, options)
+            posted = post_program(
                 source,
                 machine,
                 control=control,
@@ -99,17 +100,21 @@ def post(
                 winding=options["winding"] or "unwound",
                 settings=settings_of(options),
                 thin=thin is not False,
-                against=against_of(path, part, options, machine),
+                against=against,
                 unverified=True,
                 override=tuple(override or ()),
                 **reading_of(options),
             )
-        )
+            return posted, told
+
+        posted, told = work_aside(work)
         written.append(output)
         made = posted.made
         if as_json:
             print_json(_document(posted, output))
-        print_causes(group_findings((*posted.findings, *made.report.findings), made.report.counts), err)
+        print_causes(
+            group_findings((*told, *posted.findings, *made.report.findings), made.report.counts), err
+        )
         lines = f"{len(made.text.lines)} lines for {made.text.control}, {made.text.coordinates}"
         err.print(f"wrote {escape(str(output))}: {lines}")
         print_release(made.gate)

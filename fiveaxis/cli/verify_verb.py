@@ -24,9 +24,11 @@ from fiveaxis.cli.terminal import (
 )
 from fiveaxis.cli.work import work_aside
 from fiveaxis.errors import SettingError
+from fiveaxis.findings import group_findings
 
 if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
+    from fiveaxis.findings import Finding
     from fiveaxis.job import Against, Job
     from fiveaxis.machine import Machine
     from fiveaxis.verification import Report
@@ -86,14 +88,14 @@ def verify(
         if program is None:
             raise SettingError("name a program to verify, or give --codes")
         options = context.params
-        machine = machine_of(options)
 
-        def work() -> Report:
-            against = against_of(path, part, options, machine)
+        def work() -> tuple[Machine, Report, tuple[Finding, ...]]:
+            machine, against, told = load_checked(path, part, options)
             tolerance = options["surface_tolerance"] or SURFACE_TOLERANCE
-            return check_program(program, machine, against, reading_of(options), tolerance)
+            return machine, check_program(program, machine, against, reading_of(options), tolerance), told
 
-        report = work_aside(work)
+        machine, report, told = work_aside(work)
+        print_causes(group_findings(told), err)
         if as_json:
             print_json({"program": program.name, "machine": machine.name} | report.as_dict())
         else:
@@ -102,49 +104,42 @@ def verify(
             raise typer.Exit(1)
 
 
-def machine_of(options: Mapping[str, Any]) -> Machine:
-    """Load the machine that the options name, or that of the job that `--path` names."""
-    from fiveaxis.job import load_job_machine
+def load_checked(
+    path: Path | None, part: Path | None, options: Mapping[str, Any]
+) -> tuple[Machine, Against, tuple[Finding, ...]]:
+    """Load a check's machine and what it checks against, and say where a job's part stands."""
+    from fiveaxis.job import Against, ProgramOptions, load_placed, load_surroundings, part_unit, read_job
     from fiveaxis.machine import load_machine
-
-    job = _job_of(options["path"])
-    if options["machine"] is None and job is not None:
-        return load_job_machine(job)
-    machine = load_machine(require_machine(options["machine"]))
-    offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
-    return machine.with_setup(offset, rotation).with_tool_length(options["tool_length"] or 0.0)
-
-
-def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any], machine: Machine) -> Against:
-    """Load what a program is verified against: path, tool, surroundings and constraints."""
-    from fiveaxis.job import Against, ProgramOptions, load_job_toolpath
     from fiveaxis.nc import read_toolpath
     from fiveaxis.toolpath import Constraints, parse_tool
 
     tool = None if options["tool"] is None else parse_tool(options["tool"])
-    job, toolpath, around = _job_of(path), None, _surroundings(part, options)
+    around, toolpath, asked = _surroundings(part, options), None, None
     given = _constraints(options)
     singular = {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE}
     gouge = options["gouge_tolerance"]
     meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
-    if job is not None:
-        from fiveaxis.job import load_surroundings, part_unit
-
-        toolpath, singular = load_job_toolpath(job), {}
+    findings: tuple[Finding, ...] = ()
+    if path is not None and path.suffix.lower() == ".toml":
+        placed = load_placed(_moved(read_job(path), options))
+        job, machine, toolpath, singular = placed.job, placed.machine, placed.toolpath, {}
+        findings = tuple(finding for finding in toolpath.findings if finding.code == "part-placed")
         around = around or load_surroundings(job)
         given = job.bounds | given
         gouge = gouge or job.gouge_tolerance
         meshes = {"crease": job.crease, "part_unit": part_unit(job)} | meshes
-    elif path is not None:
-        toolpath = read_toolpath(path, tool=tool, machine=machine)
-    tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
-    asked = None
-    if job is not None:
         asked = ProgramOptions(control=options["control"] or job.control, settings=job.nc)
+    else:
+        machine = load_machine(require_machine(options["machine"]))
+        offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
+        machine = machine.with_setup(offset, rotation).with_tool_length(options["tool_length"] or 0.0)
+        if path is not None:
+            toolpath = read_toolpath(path, tool=tool, machine=machine)
+    tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
     cutter = tool or (None if toolpath is None else toolpath.tool)
     if around is not None and cutter is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
-    return Against(
+    against = Against(
         toolpath,
         cutter,
         around,
@@ -153,6 +148,18 @@ def against_of(path: Path | None, part: Path | None, options: Mapping[str, Any],
         **tolerance,
         **meshes,
     )
+    return machine, against, findings
+
+
+def _moved(job: Job, options: Mapping[str, Any]) -> Job:
+    """Return a job with the machine and the setup that the options give in place of its own."""
+    setup = {
+        name: _triple(options[option])
+        for name, option in (("offset", "work_offset"), ("rotation", "part_rotation"))
+        if options[option] is not None
+    }
+    changed = {name: options[name] for name in ("machine", "tool_length") if options[name] is not None}
+    return job.model_copy(update=changed | {"setup": job.setup.model_copy(update=setup)})
 
 
 def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -167,12 +174,6 @@ def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
         "positions": options["positions"],
         "harmless": parse_words(options["harmless"]) or (),
     }
-
-
-def _job_of(path: Path | None) -> Job | None:
-    from fiveaxis.job import read_job
-
-    return read_job(path) if path is not None and path.suffix.lower() == ".toml" else None
 
 
 def _surroundings(part: Path | None, options: Mapping[str, Any]) -> Surroundings | None:

@@ -1,7 +1,7 @@
 """One job: from a part or a path to the files that a machine and its programmer need.
 
 - the job: `description` (its fields), `reading` (from a file or options), `guide` (explained), `loading`
-  (what it names);
+  (what it names), `placement` (where the part stands if nobody says);
 - its run: `setup_choice` (`run_job`), `setup_search`, `box_search`, `stages`, `clearing` (optimisation clear
   of collisions), `solution`, `results` (its files);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
@@ -20,6 +20,7 @@ from fiveaxis.job.loading import (
     part_of,
     part_unit,
 )
+from fiveaxis.job.placement import PlacedJob, load_placed
 from fiveaxis.job.posting import Posted, make_of_motion, post_program, write_program
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_costs import ProgramEnergy, program_energy
@@ -41,6 +42,7 @@ __all__ = [
     "Job",
     "MadeProgram",
     "Outcome",
+    "PlacedJob",
     "PlanTable",
     "Posted",
     "ProgramEnergy",
@@ -53,6 +55,7 @@ __all__ = [
     "is_mesh",
     "load_job_machine",
     "load_job_toolpath",
+    "load_placed",
     "load_surroundings",
     "make_job",
     "make_of_motion",

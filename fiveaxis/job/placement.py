@@ -13,12 +13,14 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular
 from fiveaxis.job.box_search import search_box
 from fiveaxis.job.description import Job
+from fiveaxis.job.loading import Progress, load_job_machine, load_job_passes
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import into_limits
 from fiveaxis.machine import Body, Box, Cylinder, Limits, Machine
 from fiveaxis.machine.chain import Triple, as_triple
 from fiveaxis.posture.baselines import INSIDE
 from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.toolpath.passes import Passes
 
 # Locations of the path, and tool axes at each of them, on which places are tried.
 LOCATIONS, RINGS, AXES_PER_RING = 120, 4, 16
@@ -28,6 +30,41 @@ TRIES, AROUND = 400, 0.1
 MARGIN, MARGIN_SHARE = 10.0, 0.05
 # What a mm away from the table's centre counts beside a mm beyond a limit, at one location.
 ASIDE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedJob:
+    """A job with its part where it stands, and what it names.
+
+    Parameters
+    ----------
+    job : with its work offset
+    machine : with the job's setup
+    toolpath : its findings tell where the part was placed, if the job doesn't say
+    passes : of a planned path
+    """
+
+    job: Job
+    machine: Machine
+    toolpath: Toolpath
+    passes: Passes | None
+
+
+def load_placed(job: Job, progress: Progress | None = None) -> PlacedJob:
+    """Load a job's machine and path, and place the part if the job gives no work offset.
+
+    Raises
+    ------
+    FiveAxisError
+        As `load_job_machine` and `load_job_toolpath`.
+    """
+    machine = load_job_machine(job)
+    toolpath, passes = load_job_passes(job, progress)
+    placed, findings = place(job, machine, toolpath)
+    if findings:
+        machine = load_job_machine(placed)
+        toolpath = replace(toolpath, findings=(*toolpath.findings, *findings))
+    return PlacedJob(placed, machine, toolpath, passes)
 
 
 def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Finding, ...]]:

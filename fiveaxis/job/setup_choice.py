@@ -14,7 +14,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.job.loading import Progress, load_job_machine, load_job_passes, load_surroundings
-from fiveaxis.job.placement import advised, place
+from fiveaxis.job.placement import advised, load_placed
 from fiveaxis.job.setup_search import SetupTrials, Tried, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
@@ -84,15 +84,12 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
 
 def _run_placed(job: Job, progress: Progress | None) -> Outcome:
     """Take a job through all stages, with the part where the job says, or else where it is reached."""
-    machine = load_job_machine(job)
-    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
-    toolpath, passes = load_job_passes(job, progress)
-    placed, findings = place(job, machine, toolpath)
-    toolpath = replace(toolpath, findings=(*toolpath.findings, *findings))
+    require_program(load_job_machine(job), job.control, job.coordinates, job.winding, job.nc)
+    placed = load_placed(job, progress)
     try:
-        return run_stages(placed, progress, (toolpath, passes), moved=placed is not job)
+        return run_stages(placed.job, progress, (placed.toolpath, placed.passes), moved=placed.job is not job)
     except Infeasible as fault:
-        raise advised(fault, placed, machine, toolpath) from None
+        raise advised(fault, placed.job, placed.machine, placed.toolpath) from None
 
 
 class _Choice:

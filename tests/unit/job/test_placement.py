@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import fiveaxis as fx
+from fiveaxis.cli import app
 from fiveaxis.errors import Infeasible
 from fiveaxis.job import make_job, run_job
 from fiveaxis.nc import write_toolpath
@@ -58,3 +60,18 @@ def test_a_given_offset_stays_and_the_nearest_that_is_reached_is_told_once(ring)
         run_job(job_on(ring, "variaxis-630", setup={"offset": (0.0, 0.0, 0.0)}))
     offset = tuple(map(float, str(fault.value).partition("--work-offset ")[2].rstrip(")").split(",")))
     assert run_job(job_on(ring, "variaxis-630", setup={"offset": offset})).ok
+
+
+def test_a_program_is_verified_with_the_part_where_its_job_was_placed(ring, tmp_path):
+    job = tmp_path / "job.toml"
+    job.write_text(
+        f'input = "{ring}"\ntool = "ball:8"\nmachine = "variaxis-630"\ntilt = [15, 70]\neffort = "quick"\n'
+    )
+    runner = CliRunner()
+    assert runner.invoke(app, ["optimise", str(job), "-o", str(tmp_path / "out")]).exit_code == 0
+    program = next((tmp_path / "out").glob("*.ngc"))
+    found = runner.invoke(app, ["verify", str(program), "--path", str(job)])
+    assert found.exit_code == 0, found.output
+    assert "part placed at" in found.stderr
+    moved = ["--work-offset", "0,0,0"]
+    assert runner.invoke(app, ["verify", str(program), "--path", str(job), *moved]).exit_code == 1
