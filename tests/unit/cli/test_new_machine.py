@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -52,6 +53,7 @@ OPTIONS = {
     "mass": "8 t",
     "control": "heidenhain",
 }
+PATIENCE = 120.0  # s, for the next line of the command
 
 
 class Terminal:
@@ -70,6 +72,8 @@ class Terminal:
             cwd=folder,
             env=environment,
             start_new_session=True,
+            # Tests that run in the background ignore Ctrl-C, and so would the command.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
         os.close(theirs)
         self.text = ""
@@ -78,6 +82,7 @@ class Terminal:
         """Read up to the next question; None when the command has ended."""
         start = len(self.text)
         while not self.text[start:].endswith("]: "):
+            assert select.select([self.ours], [], [], PATIENCE)[0], f"nothing after: {self.text}"
             try:
                 chunk = os.read(self.ours, 4096)
             except OSError:  # Linux: nobody has the other side any more
