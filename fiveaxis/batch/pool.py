@@ -22,7 +22,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import psutil
 
@@ -130,6 +130,9 @@ class _Worker:
             env=os.environ | THREADS | {"PYTHONPATH": paths},
             start_new_session=True,  # Ctrl-C in a terminal is for the command alone
         )
+        # Each is a pipe, as asked for above.
+        pipes = self._process.stdin, self._process.stdout, self._process.stderr
+        self._tasks, self._messages, self._errors = cast("tuple[BinaryIO, BinaryIO, BinaryIO]", pipes)
         self._readers = [threading.Thread(target=work, daemon=True) for work in (self._hear, self._keep)]
         self._watch = threading.Thread(target=self._await_end, daemon=True)
         for thread in (*self._readers, self._watch):
@@ -137,16 +140,14 @@ class _Worker:
 
     def _hear(self) -> None:
         """Pass on its messages; kill it where none can follow, since no row would come of it."""
-        assert self._process.stdout is not None
         # ValueError: no message, or the half of one
-        with self._process.stdout as stream, suppress(ValueError):
+        with self._messages as stream, suppress(ValueError):
             for line in stream:
                 self._news.put((self, json.loads(line)))
         self.kill()
 
     def _keep(self) -> None:
-        assert self._process.stderr is not None
-        with self._process.stderr as stream:
+        with self._errors as stream:
             while printed := stream.read1(PRINTED):  # type: ignore[attr-defined]
                 self._printed = (self._printed + printed)[-PRINTED:]
 
@@ -211,10 +212,9 @@ class _Worker:
         """Give it a task; if it has died, that is told as news."""
         self.enter(_State.GIVEN)
         self.task = task
-        assert self._process.stdin is not None
         with suppress(OSError):
-            pickle.dump((task, folder), self._process.stdin)
-            self._process.stdin.flush()
+            pickle.dump((task, folder), self._tasks)
+            self._tasks.flush()
 
     def kill(self) -> None:
         """Kill it: nothing else stops a compiled step, and it writes files whole or not at all."""
@@ -228,9 +228,8 @@ class _Worker:
     def close(self) -> None:
         """Wait until it is gone; its readers close the other pipes when nobody can write into them."""
         self._watch.join(LONGEST_END)
-        assert self._process.stdin is not None
         with suppress(OSError):  # what it hadn't read any more
-            self._process.stdin.close()
+            self._tasks.close()
 
 
 # A worker and what it says; None when it has died.

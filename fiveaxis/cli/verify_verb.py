@@ -50,8 +50,6 @@ CHECKING: Mapping[str, Any] = {
 }
 # deg and deg/mm: cone about the singular direction and rate of turn in it, if neither options nor job say.
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
-# mm, gap between cutter and part that counts as touching.
-SURFACE_TOLERANCE = 0.05
 
 
 Part = Annotated[Path | None, typer.Option("--part", help="mesh of the finished part, to check for gouges")]
@@ -91,8 +89,9 @@ def verify(
 
         def work() -> tuple[Machine, Report, tuple[Finding, ...]]:
             machine, against, told = load_checked(path, part, options)
-            tolerance = options["surface_tolerance"] or SURFACE_TOLERANCE
-            return machine, check_program(program, machine, against, reading_of(options), tolerance), told
+            touching = options["surface_tolerance"]
+            given = {} if touching is None else {"surface_tolerance": touching}
+            return machine, check_program(program, machine, against, reading_of(options), **given), told
 
         machine, report, told = work_aside(work)
         print_causes(group_findings(told), err)

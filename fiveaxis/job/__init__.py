@@ -6,7 +6,7 @@
   of collisions), `solution`, `results` (its files);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
   gate), `posting` (programs of motions and of other programs), `traced_program` (a program that is read),
-  `verifying`, `program_costs`.
+  `program_check`, `verifying`, `program_costs`.
 """
 
 from fiveaxis.job.clearing import optimise
@@ -23,6 +23,7 @@ from fiveaxis.job.loading import (
 from fiveaxis.job.placement import PlacedJob, load_placed
 from fiveaxis.job.posting import Posted, make_of_motion, post_program, write_program
 from fiveaxis.job.program import MadeProgram, make_program
+from fiveaxis.job.program_check import Against
 from fiveaxis.job.program_costs import ProgramEnergy, program_energy
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.reading import build_job, choose_search, make_job, read_fixtures, read_job
@@ -31,7 +32,7 @@ from fiveaxis.job.results import require_folder, write_outcome
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import LEFT_OUT, RESULT, Outcome
-from fiveaxis.job.verifying import Against, check_program, verify_program
+from fiveaxis.job.verifying import check_program, verify_program
 
 __all__ = [
     "LEFT_OUT",

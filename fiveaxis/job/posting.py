@@ -19,11 +19,11 @@ from fiveaxis.job.program import (
     expected_text,
     make_program,
 )
+from fiveaxis.job.program_check import NOTHING, Against, ProgramCheck
 from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.traced_program import load_text, trace_tool, with_feeds_of
-from fiveaxis.job.verifying import NOTHING, Against, ProgramCheck
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
 from fiveaxis.nc import (

@@ -40,18 +40,25 @@ MOST_LOST = 20
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """The program's row for each location.
+    """The path that a program follows, and the program's row for each of its locations.
 
     Parameters
     ----------
+    path : to follow
     row : (n,), of the program, the first that passes the location; −1 for none
     gap : (n,), mm, its distance from the location; NaN for none
     place : (n,), fractional row of the program: 3.25 lies in the block to row 4
     """
 
+    path: Toolpath
     row: IntArray
     gap: Array
     place: Array
+
+    @property
+    def passed(self) -> IntArray:
+        """Locations that the program passes, (m,)."""
+        return np.flatnonzero(self.row >= 0)
 
     @property
     def missed(self) -> dict[str, int]:
@@ -170,12 +177,12 @@ def check_following(
             *(("the course of rapid moves between locations of the path",) if swerves else ()),
         ),
     )
-    return leaving, _missed(match, path, tolerance), match
+    return leaving, _missed(match, tolerance), match
 
 
-def check_rapids(context: CheckContext, path: Toolpath, match: Match) -> Result:
+def check_rapids(context: CheckContext, match: Match) -> Result:
     """Check that no location at which the path cuts is reached by a rapid move."""
-    cuts = np.flatnonzero((match.row > 0) & path.cutting)
+    cuts = np.flatnonzero((match.row > 0) & match.path.cutting)
     rows = np.unique(match.row[cuts][context.toolpath.rapid[match.row[cuts]]])
     return Result(
         code="rapid-in-cut",
@@ -188,7 +195,7 @@ def check_rapids(context: CheckContext, path: Toolpath, match: Match) -> Result:
     )
 
 
-def _missed(match: Match, path: Toolpath, tolerance: float) -> tuple[Finding, ...]:
+def _missed(match: Match, tolerance: float) -> tuple[Finding, ...]:
     missed = np.flatnonzero(match.row < 0)
     return tuple(
         Finding(
@@ -196,7 +203,7 @@ def _missed(match: Match, path: Toolpath, tolerance: float) -> tuple[Finding, ..
             "path-missed",
             f"the program doesn't pass within {tolerance:g} mm of this location, in order; compare zero, "
             "unit and blocks with the path",
-            path.place(int(row)),
+            match.path.place(int(row)),
         )
         for row in missed[:MOST_LISTED]
     )
@@ -252,7 +259,7 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
         off[at + 1 :] = _off(track, path, axes, last, stop, at + 1, len(track.row))
     if last == count - 1:
         off[_leaves(track, places[last])] = np.nan
-    return Match(rows, gaps, places), off
+    return Match(path, rows, gaps, places), off
 
 
 def _leaves(track: Track, last: float) -> BoolArray:
