@@ -108,9 +108,11 @@ def urdf(
 ) -> None:
     """Write a machine as URDF, for pinocchio, ROS and other programs."""
     with errors_explained(False):
-        from fiveaxis.files import write_atomically
+        from fiveaxis.files import require_suffix, write_atomically
         from fiveaxis.machine import load_machine
 
+        if output is not None:
+            require_suffix(output, [".urdf"], "a URDF file")
         text = load_machine(machine).to_urdf(root)
         if output is None:
             write_results(text)
