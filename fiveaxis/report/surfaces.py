@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -115,7 +116,7 @@ class Valley(Drawn):
     first : (g,), rad, angles of the first rotary axis
     cost : (m, g), J, least S_W over the admissible angles of the second one; NaN where there is none
     postures : (m,), rad, first rotary angle of each program
-    heights : (m,), J, S_W of each program's posture
+    heights : (m,), J, S_W of each program's posture, without whole turns of rotary axes
     elsewhere : baselines with locations of their own, which can't be shown on this path
     """
 
@@ -235,7 +236,7 @@ def location_surface(
         for name, positions in _programs(solution).items()
     }
     return LocationSurface(
-        title=f"{path.name}, location {at} of {len(path)}",
+        title=f"{Path(path.name).name}, location {at} of {len(path)}",
         power=power_surface(machine, tips, feed_mm_min(solution), grid),
         admissible=found.allowed,
         leans=tuple(leans),
@@ -255,20 +256,21 @@ def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
     machine, path = solution.machine, solution.toolpath
     found, programs = posture_map(solution, admits), _programs(solution)
     letter, rows = machine.rotaries[0], found.locations
-    column, feed = machine.column(letter), feed_mm_min(solution)
-    costs = {name: posture_costs(machine, positions[rows], feed) for name, positions in programs.items()}
+    columns, feed, postures, heights = machine.rotary_columns, feed_mm_min(solution), {}, {}
+    for name, given in programs.items():
+        positions = given[rows]
+        positions[:, columns] = _without_turns(machine, positions[:, columns])
+        postures[name] = positions[:, columns[0]]
+        heights[name] = posture_costs(machine, positions, feed).sum(axis=-1)
     return Valley(
-        title=f"{path.name} on {machine.name}",
+        title=f"{Path(path.name).name} on {machine.name}",
         letter=letter,
         locations=rows,
         position=np.cumsum(path.lengths)[rows],
         first=found.first,
         cost=found.cost,
-        postures={
-            name: modulo_turn(positions[rows, column], machine.axis(letter))
-            for name, positions in programs.items()
-        },
-        heights={name: joules.sum(axis=-1) for name, joules in costs.items()},
+        postures=postures,
+        heights=heights,
         elsewhere=tuple(name for name in solution.compared if name not in programs),
     )
 
@@ -277,6 +279,12 @@ def _programs(solution: Solution) -> dict[str, Array]:
     """Return the positions, (n, k), of the result and of the baselines at the same locations."""
     same = {name: b.motion.positions for name, b in solution.compared.items() if b.toolpath is None}
     return {CHOSEN: solution.motion.positions, **same}
+
+
+def _without_turns(machine: Machine, rotary: Array) -> Array:
+    """Bring rotary angles, (..., 2) rad, chain order, into the shown ranges by whole turns."""
+    columns = [modulo_turn(rotary[..., k], machine.axis(c)) for k, c in enumerate(machine.rotaries)]
+    return np.stack(columns, axis=-1)
 
 
 def _parts(power: PowerSurface) -> dict[str, Array]:
@@ -305,9 +313,7 @@ def _with_other_branch(machine: Machine, posture: Array) -> Array:
     """
     solved = rotary_angles(machine, tool_axes(machine, posture[None]))[:, 0]
     apart = np.abs(np.sin((solved - posture) / 2.0)).max(axis=1)
-    both = np.stack([posture, solved[int(np.argmax(apart))]])
-    for column, letter in enumerate(machine.rotaries):
-        both[:, column] = modulo_turn(both[:, column], machine.axis(letter))
+    both = _without_turns(machine, np.stack([posture, solved[int(np.argmax(apart))]]))
     low, high = np.transpose([shown_range(machine.axis(c)) for c in machine.rotaries])
     seen = np.all((both[1] >= low - SAME) & (both[1] <= high + SAME)) and apart.max() > SAME
     return both if seen else both[:1]
