@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
     from fiveaxis.nc import ProgramSettings, read_program, read_toolpath
+    from fiveaxis.report import location_surface, path_valley, tip_surface
     from fiveaxis.toolpath import Tool, Toolpath
     from fiveaxis.verification import Report, verify
     from fiveaxis.viewer import preview
@@ -47,6 +48,7 @@ _ROOMS = {
     "machine": ("Machine", "load_machine", "machine_names"),
     "motion": ("Motion",),
     "nc": ("ProgramSettings", "read_program", "read_toolpath"),
+    "report": ("location_surface", "path_valley", "tip_surface"),
     "toolpath": ("Tool", "Toolpath"),
     "verification": ("Report", "verify"),
     "viewer": ("preview",),
@@ -68,8 +70,10 @@ __all__ = [
     "calibrate_drive",
     "find_contacts",
     "load_machine",
+    "location_surface",
     "machine_names",
     "optimise",
+    "path_valley",
     "plan_contour",
     "post_program",
     "power_surface",
@@ -78,6 +82,7 @@ __all__ = [
     "read_program",
     "read_toolpath",
     "run_batch",
+    "tip_surface",
     "verify",
     "verify_program",
     "write_program",

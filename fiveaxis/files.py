@@ -12,7 +12,7 @@ import shutil
 import stat
 import uuid
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -130,6 +130,27 @@ def _require_size(path: str | Path, size: int, most: int, error: type[InputError
 def _unreadable(path: str | Path, fault: OSError | ValueError, error: type[InputError]) -> InputError:
     reason = fault.strerror if isinstance(fault, OSError) else None
     return error(f"can't be read: {reason or fault}", file=path)
+
+
+def require_suffix(path: str | Path, known: Collection[str], what: str) -> str:
+    """Return the suffix of a file to be written, in lower case: it says the format.
+
+    Parameters
+    ----------
+    known : suffixes that are written
+    what : kind of the file, for the message
+
+    Raises
+    ------
+    SettingError
+        The suffix is another one.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in known:
+        *others, last = known
+        listed = f"{', '.join(others)} or {last}" if others else last
+        raise SettingError(f"is not a name for {what}; let it end in {listed}", file=path)
+    return suffix
 
 
 def write_atomically(path: str | Path, content: str | bytes) -> Path:
@@ -253,6 +274,12 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([_as_data(cell) for cell in row] for row in rows)
     return text.getvalue()
+
+
+def columns_text(columns: Mapping[str, Iterable[object]]) -> str:
+    """Compose the text of a CSV table from columns of one length: 6 decimals, and nothing for None."""
+    rows = zip(*columns.values(), strict=True)
+    return csv_text([columns, *([f"{c:.6f}" if isinstance(c, float) else c for c in row] for row in rows)])
 
 
 def _as_data(cell: object) -> object:

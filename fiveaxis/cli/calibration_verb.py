@@ -19,7 +19,7 @@ from fiveaxis.cli.work import work_aside
 if TYPE_CHECKING:
     from fiveaxis.energy.calibration_record import Calibration
 
-
+BLOCK = ".toml"
 LOG: Mapping[str, Any] = {
     "velocity": optional(str, "column of the speed; default: from position"),
     "velocity_unit": optional(
@@ -68,12 +68,12 @@ def calibrate(
     ],
     power_unit: Annotated[str, typer.Option("--power-unit", help="W, kW, % (load) or A")],
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="file for the TOML block of the machine file; default: stdout"),
-    ] = None,
-    figure: Annotated[
-        Path | None,
-        typer.Option("--figure", help="file for a figure of the fit and its errors, .png or .svg"),
+        list[Path] | None,
+        typer.Option(
+            *("--output", "-o", "--figure"),
+            help="block of the machine file (.toml; default: stdout), table of the rows used (.csv), or "
+            "figure of the fit and its errors (.svg, .png, .html); repeatable",
+        ),
     ] = None,
     as_json: AsJson = False,
     **_: Any,
@@ -82,14 +82,14 @@ def calibrate(
 
     Every column needs its unit. Of several logs each is held out in turn, or those of --hold-out are.
     """
-    with errors_explained(as_json):
+    with errors_explained(as_json) as written:
         from fiveaxis.energy.calibration import calibrate_drive
-        from fiveaxis.files import write_atomically
+        from fiveaxis.files import require_suffix
+        from fiveaxis.report.plots import DRAWN_SUFFIXES
 
-        if figure is not None:
-            from fiveaxis.report.plots import require_figure_suffix, write_calibration_figure
-
-            require_figure_suffix(figure)
+        suffixes = [
+            require_suffix(p, (BLOCK, *DRAWN_SUFFIXES), "a block, table or figure") for p in output or ()
+        ]
         given = {name: value for name in LOG if (value := context.params[name]) is not None}
         if "terms" in given:
             given["terms"] = [name.strip() for name in given["terms"].split(",")]
@@ -97,14 +97,27 @@ def calibrate(
             calibrate_drive, logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
         )
         found = work_aside(fit)
-        written = [] if output is None else [write_atomically(output, found.block)]
-        written += [] if figure is None else [write_calibration_figure(found, figure)]
-        for path in written:
+        for path in output or ():
+            written.append(_write(path, found))
             err.print(f"wrote {escape(str(path))}")
         if as_json:
             print_json(found.document())
         else:
-            _print_calibration(found, with_block=output is None)
+            _print_calibration(found, with_block=BLOCK not in suffixes)
+
+
+def _write(path: Path, found: Calibration) -> Path:
+    """Write the block, the table of the rows or the figure, by the suffix."""
+    from fiveaxis.files import columns_text, write_atomically
+    from fiveaxis.report.plots import write_calibration_figure
+
+    match path.suffix.lower():
+        case ".toml":
+            return write_atomically(path, found.block)
+        case ".csv":
+            return write_atomically(path, columns_text(found.as_lists()))
+        case _:
+            return write_calibration_figure(found, path)
 
 
 def _print_calibration(found: Calibration, *, with_block: bool) -> None:

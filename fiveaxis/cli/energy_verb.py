@@ -23,7 +23,6 @@ from fiveaxis.cli.terminal import (
 )
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
 from fiveaxis.cli.work import work_aside
-from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
     from fiveaxis.job import ProgramEnergy
@@ -54,24 +53,26 @@ def energy(
             help="programmed (times), or with axis limits: exact-stop, tolerance in mm",
         ),
     ] = "programmed",
-    table: Annotated[
-        Path | None, typer.Option("--csv", help="CSV file for the table, one row per block")
-    ] = None,
-    figure: Annotated[
-        Path | None, typer.Option("--figure", help="SVG file for power over time and energy by axis")
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            *("--output", "-o", "--csv", "--figure"),
+            help="table of the blocks (.csv), or figure of power over time and energy by axis (.svg, .png, "
+            ".html); repeatable",
+        ),
     ] = None,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
     """Compute the energy of NC programs in the feed drives, by block and by axis; several are compared."""
-    with errors_explained(as_json):
-        from fiveaxis.files import csv_text, write_atomically
+    with errors_explained(as_json) as written:
+        from fiveaxis.files import require_suffix
         from fiveaxis.job import program_energy
-        from fiveaxis.report.plots import program_figure
+        from fiveaxis.report.plots import DRAWN_SUFFIXES
         from fiveaxis.toolpath import parse_tool
 
-        if figure is not None and figure.suffix.lower() != ".svg":
-            raise SettingError("the figure is an SVG file; its name must end in .svg", file=figure)
+        for path in output or ():
+            require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
         used = _machine(require_machine(machine), drives, load)
         if tool_length is not None:
             used = used.with_tool_length(tool_length)
@@ -81,20 +82,9 @@ def energy(
             return program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)
 
         found = work_aside(lambda: [compute(path) for path in programs])
-        files = {}
-        if table is not None:
-            rows = [{"program": p.motion.name} | row for p in found for row in p.rows]
-            files[table] = csv_text([rows[0], *(row.values() for row in rows)])
-        if figure is not None:
-            files[figure] = program_figure(
-                # Folders would leave no room for the figure.
-                [Path(p.motion.name).name for p in found],
-                [p.energy for p in found],
-                [p.motion.time for p in found],
-                [p.by_block for p in found],
-            )
-        for path, text in files.items():
-            err.print(f"wrote {escape(str(write_atomically(path, text)))}")
+        for path in output or ():
+            written.append(_write(path, found))
+            err.print(f"wrote {escape(str(path))}")
         for program in found:
             print_causes(program.summary, err, f"{program.motion.name}: ")
         if as_json:
@@ -102,6 +92,24 @@ def energy(
         if len(found) == 1:
             _print_blocks(found[0])
         _print_totals(found)
+
+
+def _write(path: Path, found: Sequence[ProgramEnergy]) -> Path:
+    """Write the table of the blocks, or the figure, by the suffix."""
+    from fiveaxis.files import csv_text, write_atomically
+    from fiveaxis.report.plots import write_program_figure
+
+    if path.suffix.lower() == ".csv":
+        rows = [{"program": p.motion.name} | row for p in found for row in p.rows]
+        return write_atomically(path, csv_text([rows[0], *(row.values() for row in rows)]))
+    return write_program_figure(
+        path,
+        # Folders would leave no room for the figure.
+        [Path(p.motion.name).name for p in found],
+        [p.energy for p in found],
+        [p.motion.time for p in found],
+        [p.by_block for p in found],
+    )
 
 
 def _machine(name: str, drives: str | None, load: float | None) -> Machine:
@@ -126,7 +134,7 @@ def _print_blocks(program: ProgramEnergy) -> None:
         shown.add_row(str(row["line"]), escape(row["block"]), *cells)
     out.print(shown)
     if next(rows, None) is not None:
-        out.print(f"the first {MOST_SHOWN} blocks are shown; --csv and --json have all")
+        out.print(f"the first {MOST_SHOWN} blocks are shown; -o FILE.csv and --json have all")
 
 
 def _print_totals(found: Sequence[ProgramEnergy]) -> None:

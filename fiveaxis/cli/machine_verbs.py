@@ -14,6 +14,7 @@ from fiveaxis.cli.options import AsJson
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json
 from fiveaxis.errors import SettingError
+from fiveaxis.files import require_suffix
 from fiveaxis.findings import Severity
 
 if TYPE_CHECKING:
@@ -53,6 +54,8 @@ def import_machine(
     with errors_explained(False):
         from fiveaxis.machine import machine_text, read_foreign, save_machine
 
+        if output is not None:
+            require_suffix(output, [".toml"], "a machine file")
         machine = read_foreign(source)
         if output is None:
             write_results(machine_text(machine))
@@ -111,6 +114,8 @@ def urdf(
         from fiveaxis.files import write_atomically
         from fiveaxis.machine import load_machine
 
+        if output is not None:
+            require_suffix(output, [".urdf"], "a URDF file")
         text = load_machine(machine).to_urdf(root)
         if output is None:
             write_results(text)

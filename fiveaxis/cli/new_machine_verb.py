@@ -15,6 +15,7 @@ from fiveaxis.cli.options import optional, takes
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained
 from fiveaxis.errors import SettingError
+from fiveaxis.files import require_suffix
 from fiveaxis.findings import Finding, Severity
 
 KIND = (
@@ -83,8 +84,7 @@ def _require_new(output: Path | None) -> None:
     """Raise before the dialogue if its file couldn't be written."""
     if output is None:
         return
-    if output.suffix.lower() != ".toml":
-        raise SettingError("is not a name for a machine file; let it end in .toml", file=output)
+    require_suffix(output, [".toml"], "a machine file")
     if os.path.lexists(output):  # not `Path.exists`, which raises for a name that is too long
         raise SettingError("exists already and isn't overwritten; name another file, or move it", file=output)
     if not output.absolute().parent.is_dir():

@@ -39,6 +39,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.cli.work import work_with_bars
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.files import require_suffix
 from fiveaxis.findings import group_findings, has_errors
 
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
 def plan(
     context: typer.Context,
     source: Input,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file for the locations")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="list of points (.csv)")] = None,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
@@ -65,7 +66,9 @@ def plan(
         from fiveaxis.mesh import size_text
         from fiveaxis.nc import write_toolpath
 
-        job = _job(context.params)
+        if output is not None:
+            require_suffix(output, [".csv"], "a list of points")
+        job = job_of(context.params)
         if not is_mesh(job.input):
             raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
         toolpath = work_with_bars(partial(load_job_toolpath, job), err)
@@ -106,7 +109,7 @@ def optimise(
 
         if output is not None:
             require_folder(output)
-        outcome = _run(_job(context.params))
+        outcome = run_shown(job_of(context.params))
         if output is not None:
             written += write_outcome(outcome, output)
         for path in written:
@@ -130,14 +133,14 @@ def preview(
     with errors_explained(False):
         from fiveaxis.viewer import preview as show
 
-        outcome = _run(_job(context.params))
+        outcome = run_shown(job_of(context.params))
         around, findings = outcome.around, outcome.verdict.findings
         with show(outcome.solution, surroundings=around, findings=findings, open_browser=browser) as viewer:
             out.print(f"preview at {viewer.url()} until Ctrl-C")
             viewer.wait()
 
 
-def _job(options: Mapping[str, Any]) -> Job:
+def job_of(options: Mapping[str, Any]) -> Job:
     """Make the job of a command's options, which replace settings of a job file."""
     from fiveaxis.job import Job, PlanTable, choose_search, make_job, read_fixtures, read_job
 
@@ -186,7 +189,8 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _run(job: Job) -> Outcome:
+def run_shown(job: Job) -> Outcome:
+    """Run a job with its progress on the terminal."""
     from fiveaxis.job import run_job
     from fiveaxis.posture.search.kernel import relax_layer
 

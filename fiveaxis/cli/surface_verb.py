@@ -1,15 +1,19 @@
-"""The command that computes the power surface."""
+"""The command that computes and draws the power surface."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.markup import escape
 
-from fiveaxis.cli.options import AsJson, Drives, MachineName
+from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, takes
+from fiveaxis.cli.path_verbs import job_of, run_shown
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import (
+    err,
     errors_explained,
     load_powered,
     parse_numbers,
@@ -17,57 +21,108 @@ from fiveaxis.cli.terminal import (
     require_between,
     require_machine,
 )
+from fiveaxis.errors import SettingError
+from fiveaxis.files import columns_text, is_file, require_suffix
 
 if TYPE_CHECKING:
-    from fiveaxis.energy import PowerSurface
-    from fiveaxis.machine import Machine
+    from fiveaxis.report.plots import Drawn
+
+FEED, STEP = 1000.0, 2.0  # mm/min, deg
+# Options that a tip alone uses; the others are about a path.
+TIP_OPTIONS = {"machine", "drives", "feed", "tilt"}
 
 
+@takes(POSTURE, PLANNING, READING)
 def surface(
-    tip: Annotated[str, typer.Argument(help="position of the tool tip, X,Y,Z in mm, workpiece frame")],
-    machine: MachineName = None,
-    drives: Drives = None,
-    feed: Annotated[float, typer.Option("--feed", help="feed, mm/min")] = 1000.0,
-    step: Annotated[float, typer.Option("--step", help="step of the rotary angles, deg")] = 10.0,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV file; default: stdout")] = None,
+    context: typer.Context,
+    source: Annotated[
+        str,
+        typer.Argument(
+            help="X,Y,Z of a tool tip in mm, workpiece frame; or an input as for optimise",
+            metavar="X,Y,Z|INPUT",
+        ),
+    ],
+    location: Annotated[
+        int | None,
+        typer.Option("--location", help="of the path, from 0: its surface, in place of the path's valley"),
+    ] = None,
+    normal: Annotated[
+        str | None, typer.Option("--normal", help="X,Y,Z: surface normal at a tip, for --tilt")
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option("--step", help="step of the rotary angles, deg; default: 2")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="table (.csv) or figure (.svg, .png, .html); default: the table on stdout"
+        ),
+    ] = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
-    """Compute the power surface S_W = S_WL + S_WR over the rotary angles at a cutter location."""
-    with errors_explained(as_json):
-        from fiveaxis.energy import power_surface
-        from fiveaxis.files import write_atomically
+    """Compute the power surface S_W = S_WL + S_WR over the rotary angles, or its valley along a path.
 
-        position = parse_numbers(tip, 3, "X,Y,Z")
-        require_between("--feed", feed, 1e-3, 1e6, "mm/min")
-        require_between("--step", step, 0.1, 90.0, "deg")
-        loaded = load_powered(require_machine(machine), drives)
-        grid = tuple(_angles(loaded, letter, step) for letter in loaded.rotaries[:2])
-        columns = _surface_columns(power_surface(loaded, position, feed, grid))
-        if as_json:
-            return print_json(columns)
-        lines = (",".join(f"{v:.6f}" for v in row) for row in zip(*columns.values(), strict=True))
-        text = "\n".join([",".join(columns), *lines]) + "\n"
-        if output is None:
-            write_results(text)
+    At a tip the cheapest posture is marked; of an input, which is optimised first, result and baselines are.
+    """
+    with errors_explained(as_json) as written:
+        from fiveaxis.report.plots import DRAWN_SUFFIXES
+
+        if output is not None:
+            require_suffix(output, DRAWN_SUFFIXES, "a table or a figure")
+        if step is not None:
+            require_between("--step", step, 0.1, 90.0, "deg")
+        options = context.params
+        if "," in source and not is_file(source):
+            found = _at_tip(source, options)
         else:
-            write_atomically(output, text)
+            found = _of_input(options | {"source": Path(source)})
+        if output is not None:
+            written.append(found.write(output))
+            err.print(f"wrote {escape(str(output))}")
+        if as_json:
+            print_json(found.as_lists())
+        elif output is None:
+            write_results(columns_text(found.as_lists()))
 
 
-def _angles(machine: Machine, letter: str, step: float) -> Any:
-    """Divide the range of a rotary axis into steps, an endless one over one turn; rad."""
-    import numpy as np
+def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
+    """Compute the surface of a tip."""
+    from fiveaxis.report import tip_surface
 
-    from fiveaxis.report.landscape import shown_range
+    tip = parse_numbers(source, 3, "X,Y,Z")
+    shared = {*POSTURE, *PLANNING, *READING, "location"}
+    useless = [name for name in options if name in shared - TIP_OPTIONS and options[name] is not None]
+    if useless:
+        option = useless[0].replace("_", "-")
+        raise SettingError(f"--{option} has no effect at a tip; leave it out, or name an input")
+    feed, normal, tilt = (options[name] for name in ("feed", "normal", "tilt"))
+    require_between("--feed", FEED if feed is None else feed, 1e-3, 1e6, "mm/min")
+    return tip_surface(
+        load_powered(require_machine(options["machine"]), options["drives"]),
+        tip,
+        FEED if feed is None else feed,
+        normal=None if normal is None else parse_numbers(normal, 3, "X,Y,Z"),
+        tilt=None if tilt is None else _range(tilt),
+        step_deg=options["step"] or STEP,
+    )
 
-    low, high = shown_range(machine.axis(letter))
-    return np.linspace(low, high, max(2, round(np.degrees(high - low) / step) + 1))
+
+def _of_input(options: Mapping[str, Any]) -> Drawn:
+    """Optimise an input, and compute the surface at one of its locations or the valley along it."""
+    from fiveaxis.job.results import clear_postures
+    from fiveaxis.report import location_surface, path_valley
+
+    if options["normal"] is not None:
+        raise SettingError("--normal is for a tip; a path has its own normals")
+    if options["step"] is not None and options["location"] is None:
+        raise SettingError("--step is for one location (--location); leave it out for the valley of a path")
+    outcome = run_shown(job_of(options))
+    if options["location"] is None:
+        return path_valley(outcome.solution, admits=clear_postures(outcome))
+    return location_surface(outcome.solution, options["location"], step_deg=options["step"] or STEP)
 
 
-def _surface_columns(surface: PowerSurface) -> dict[str, list[float]]:
-    """List a surface by columns, one row per posture, the second angle varying fastest."""
-    import numpy as np
-
-    first, second = np.meshgrid(surface.first, surface.second, indexing="ij")
-    parts = (np.degrees(first), np.degrees(second), surface.linear, surface.rotary, surface.total)
-    names = (*(f"{c}_deg" for c in surface.letters), "S_WL_J", "S_WR_J", "S_W_J")
-    return {name: part.ravel().tolist() for name, part in zip(names, parts, strict=True)}
+def _range(text: str) -> tuple[float, float]:
+    low, high = parse_numbers(text, 2, "MIN:MAX", ":")
+    return low, high

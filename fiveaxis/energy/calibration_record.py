@@ -7,8 +7,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Drive, Machine, Provenance, machine_text
+from fiveaxis.notebook import HasColumns
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def held_out_error(runs: Iterable[RunEnergy]) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(HasColumns):
     """A drive fitted to a log, and the quality of the fit.
 
     Parameters
@@ -158,6 +161,12 @@ class Calibration:
         header = f"[axes.{self.axis}.drive]\n"
         text = machine_text(replace(bare, axes=axes, provenance=(origin,)))
         return header + text.partition(header)[2].partition("\n[")[0].strip() + "\n"
+
+    def columns(self) -> dict[str, Array]:
+        """Return the rows used by columns, (n,) each: ``speed_mm_s`` (or deg), ``power_W``, ``fitted_W``."""
+        turns = self.axis in "ABC"
+        speed = {"speed_deg_s": np.degrees(self.speed)} if turns else {"speed_mm_s": self.speed}
+        return {**speed, "power_W": self.power, "fitted_W": self.fitted}
 
     def document(self) -> dict[str, Any]:
         """Return everything but the rows as plain data for JSON."""

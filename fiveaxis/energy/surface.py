@@ -56,13 +56,14 @@ def power_surface(
     Parameters
     ----------
     machine : two rotary and three linear axes with drives
-    tip : (3,) or (n, 3), mm, workpiece frame; position at which the tool tip is held
+    tip : (3,) or (n, 3), mm, workpiece frame; position at which the tool tip is held. Or (g, h, 3), the tip
+        of each posture: where the contact is held, the tip moves while the tool leans
     feed_mm_min : programmed feed, mm/min
     grid : angles of the first and of the second rotary axis (chain order), (g,) and (h,), rad
 
     Returns
     -------
-    (g, h) for one location, (n, g, h) for a path
+    (g, h) for one location, (n, g, h) for the tips of a path
 
     Raises
     ------
@@ -82,7 +83,8 @@ def power_surface(
         raise SettingError("the tip has a number that isn't finite; give X, Y, Z in mm")
     first, second = (np.asarray(g, dtype=float) for g in grid)
     angles = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
-    points = np.asarray(tip, dtype=float)[..., None, None, :]
+    points = np.asarray(tip, dtype=float)
+    points = points if points.ndim > 2 else points[..., None, None, :]
     positions = linear_positions(machine, points, angles)
     costs = posture_costs(machine, positions, feed_mm_min)
     return PowerSurface(

@@ -11,6 +11,7 @@ from fiveaxis.energy.drives import axis_powers, is_proportional, travel_costs
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Motion, TimeLaw
+from fiveaxis.notebook import ShownAsTable, Table
 from fiveaxis.toolpath import MoveKind, part_places
 
 DRAWN = 100  # machines drawn from the bands of estimated drives
@@ -33,7 +34,7 @@ class KindEnergy:
 
 
 @dataclass(frozen=True)
-class Energy:
+class Energy(ShownAsTable):
     """Cost of a motion: ∫P dt of the feed drives over the moves' durations.
 
     The *travel metric* beside it, ``Σ W|Δq|`` at the programmed feed, charges every axis for its own travel
@@ -63,6 +64,12 @@ class Energy:
     def __repr__(self) -> str:
         axes = ", ".join(f"{letter} {joule:.0f}" for letter, joule in self.by_axis.items())
         return f"<Energy {self.total:.0f} J in {self.time:.1f} s: {axes}>"
+
+    def _table(self) -> Table:
+        rows = [(c, f"{joules:.1f}", f"{self.travel_by_axis[c]:.1f}") for c, joules in self.by_axis.items()]
+        rows.append(("feed drives", f"{self.total:.1f}", f"{self.travel:.1f}"))
+        rows.append(("base power", "unknown" if self.base is None else f"{self.base:.1f}", ""))
+        return ("drive", "energy, J", "travel metric, J"), rows
 
     @property
     def total(self) -> float:

@@ -16,7 +16,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from fiveaxis.errors import SettingError
-from fiveaxis.files import write_atomically
+from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.job.description import COMBINATIONS, COMBINE, LARGEST_SWEEP, SWEEP, Job
 from fiveaxis.settings import models_in
 
@@ -194,8 +194,7 @@ def write_starter(path: Path) -> Path:
     SettingError
         The file exists, or can't be written.
     """
-    if path.suffix.lower() != ".toml":
-        raise SettingError("a job file's name ends in .toml", file=path)
+    require_suffix(path, [".toml"], "a job file")
     if os.path.lexists(path):  # not `Path.exists`, which raises for a name that is too long
         raise SettingError("exists already and isn't overwritten; name another file, or move it", file=path)
     return write_atomically(path, starter_text())

@@ -137,7 +137,7 @@ def post_program(
     header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
     settings = settings or ProgramSettings()
     options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
-    options = options.named((source if output is None else Path(output)).stem)
+    options = options.named(source.stem) if output is None else options.for_file(output)
     try:
         made = make_of_motion(motion, machine, options, against)
     except ToolpathError as fault:  # its line is one of the source
@@ -199,7 +199,7 @@ def write_program(
     """
     settings = settings or ProgramSettings()
     options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
-    options = options.named(Path(path).stem)
+    options = options.for_file(path)
     if isinstance(source, Solution):
         if any(value is not None for value in (machine, toolpath, tool, surroundings, constraints)):
             raise SettingError(

@@ -32,6 +32,7 @@ from fiveaxis.nc import (
     predicted_time,
     require_motion,
 )
+from fiveaxis.nc.kinds import require_program_suffix
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
 from fiveaxis.nc.writing.asked import AskedTechnology
@@ -142,8 +143,9 @@ class MadeProgram:
         Unverified
             The report has an error that isn't accepted, or there is no report.
         SettingError
-            The file can't be written.
+            The file can't be written, or it has the suffix of no program.
         """
+        require_program_suffix(path, self.text.suffix)
         self.gate.require_open(unverified=unverified)
         return write_atomically(path, self.text.text)
 

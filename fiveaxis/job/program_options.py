@@ -8,6 +8,7 @@ from pathlib import Path
 
 from fiveaxis.machine import Machine
 from fiveaxis.nc import Coordinates, ProgramSettings, find_dialect, require_program
+from fiveaxis.nc.kinds import require_program_suffix
 from fiveaxis.nc.writing.asked import AskedTechnology
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.nc.writing.wording import Wording
@@ -51,6 +52,17 @@ class ProgramOptions:
         if self.settings.name is not None:
             return self
         return replace(self, settings=self.settings.model_copy(update={"name": name[:60] or None}))
+
+    def for_file(self, path: str | Path) -> ProgramOptions:
+        """Name the program after its file, unless the settings do.
+
+        Raises
+        ------
+        SettingError
+            The file's suffix is that of no program.
+        """
+        require_program_suffix(path, find_dialect(self.control).suffix)
+        return self.named(Path(path).stem)
 
     def asked(self, machine: Machine, mode: Coordinates) -> AskedTechnology | None:
         """Return what is asked of a program in coordinates that need not be these.

@@ -119,7 +119,7 @@ def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[
     made = [
         write_motion(solution.motion, folder / "motion.csv", solution.machine),
         write_json(outcome.document, folder / "report.json"),
-        write_report(solution, outcome.document, folder / "report.html", admits=_admits(outcome)),
+        write_report(solution, outcome.document, folder / "report.html", admits=clear_postures(outcome)),
         write_preview(
             solution,
             folder / "preview.html",
@@ -134,7 +134,7 @@ def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[
     return made
 
 
-def _admits(outcome: Outcome) -> Admits | None:
+def clear_postures(outcome: Outcome) -> Admits | None:
     """Return which postures are clear, for the posture map; None where nothing was kept clear of."""
     cleared, location = outcome.cleared, outcome.solution.motion.location
     if cleared is None or cleared.admits is None:

@@ -120,6 +120,6 @@ class Solution(Postures):
         """
         settings = settings or ProgramSettings()
         options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
-        made = self.make(options.named(Path(path).stem), gouge_tolerance)
+        made = self.make(options.for_file(path), gouge_tolerance)
         made.write(path)
         return made.report

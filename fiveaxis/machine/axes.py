@@ -105,8 +105,15 @@ class Axis:
     motor_power: float | None = None
 
     def __repr__(self) -> str:
+        return f"<Axis {self.letter}: {self.range_text}, {type(self.drive).__name__}>"
+
+    @property
+    def range_text(self) -> str:
+        """The limits in display units."""
+        if self.limits.unlimited:
+            return "no limits"
         low, high = (self.shown(end) for end in (self.limits.low, self.limits.high))
-        return f"<Axis {self.letter}: {low:g}…{high:g} {self.unit}, {type(self.drive).__name__}>"
+        return f"{low:g}…{high:g} {self.unit}"
 
     @property
     def is_rotary(self) -> bool:

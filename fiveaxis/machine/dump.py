@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from fiveaxis.errors import MachineError, SettingError
-from fiveaxis.files import write_atomically
+from fiveaxis.errors import MachineError
+from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.geometry import Array
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body, Box, Cylinder
@@ -50,8 +50,7 @@ def save_machine(machine: Machine, path: str | Path) -> Path:
     SettingError
         The file can't be written, or has another suffix.
     """
-    if Path(path).suffix.lower() != ".toml":
-        raise SettingError("is not a name for a machine file; let it end in .toml", file=path)
+    require_suffix(path, [".toml"], "a machine file")
     return write_atomically(path, machine_text(machine, Path(path).parent))
 
 

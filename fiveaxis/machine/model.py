@@ -20,6 +20,7 @@ from fiveaxis.machine.code import AXIS_ORDER, DIGITS, FormShapingCode, parse_cod
 from fiveaxis.machine.drives import FrictionDrive, WeightDrive, opposite
 from fiveaxis.machine.setup import Load, Setup
 from fiveaxis.machine.urdf import write_urdf
+from fiveaxis.notebook import ShownAsTable, Table
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class Size:
 
 
 @dataclass(frozen=True, eq=False)
-class Machine:
+class Machine(ShownAsTable):
     """A machine tool.
 
     Parameters
@@ -149,6 +150,19 @@ class Machine:
     def __repr__(self) -> str:
         origin = "estimated" if self.bands else "known" if self.has_powers else "not known"
         return f"<Machine {self.name}: code {self.code}, axes {' '.join(self.letters)}, powers {origin}>"
+
+    def _table(self) -> Table:
+        heads = ("axis", "carries", "limits", "highest speed", "drive")
+        return heads, [
+            (
+                axis.letter,
+                "workpiece" if axis.letter in self.code.table else "tool",
+                axis.range_text,
+                "unknown" if axis.max_speed is None else f"{axis.shown(axis.max_speed):g} {axis.unit}/s",
+                "unknown" if axis.drive is None else type(axis.drive).__name__,
+            )
+            for axis in self.axes
+        ]
 
     @property
     def kind(self) -> str:

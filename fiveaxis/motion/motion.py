@@ -5,19 +5,22 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion.timing import block_times
-from fiveaxis.toolpath import MoveKind, Toolpath, refined
+from fiveaxis.notebook import HasColumns
+from fiveaxis.toolpath import MoveKind, Toolpath, kind_names, refined
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(HasColumns):
     """Axis values along a path, one row per cutter location.
 
     Parameters
@@ -61,6 +64,23 @@ class Motion:
     def rapid(self) -> BoolArray:
         """(n,), whether the move that ends at the row is a rapid move."""
         return self.kind == MoveKind.RAPID
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the rows by columns, (n,) each, with the numbers of ``motion.csv``.
+
+        Returns
+        -------
+        ``X_mm``, ``A_deg`` and so on by axis, ``feed_mm_min``, ``time_s``, ``line`` (of the source) and
+        ``kind`` (``cut``, ``link`` or ``rapid``); of a motion with inserted rows also ``location``, which is
+        fractional for these
+        """
+        axes = {
+            f"{c}_deg" if c in "ABC" else f"{c}_mm": np.degrees(values) if c in "ABC" else values
+            for c, values in zip(self.letters, self.positions.T, strict=True)
+        }
+        moves = {"feed_mm_min": self.feed * 60.0, "time_s": self.time, "line": self.source}
+        placed = {} if self.location is None else {"location": self.location}
+        return {**axes, **moves, "kind": kind_names(self.kind), **placed}
 
     def at(self, rows: IntArray) -> Motion:
         """Return the motion of some rows, given by their indices in order."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import IntEnum, StrEnum
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_poses
@@ -13,6 +15,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion.deviation import turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.timing import STANDSTILL, rapid_speeds
+from fiveaxis.notebook import HasColumns
 from fiveaxis.toolpath import MoveKind
 
 # mm: length of the leads along the tool axis.
@@ -43,7 +46,7 @@ class Phase(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class ProgramMotion:
+class ProgramMotion(HasColumns):
     """Every move of a program, one row per block.
 
     Parameters
@@ -61,6 +64,16 @@ class ProgramMotion:
 
     def __repr__(self) -> str:
         return f"<ProgramMotion: {len(self)} rows, {self.interpolation}>"
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the moves by columns, (m,) each: those of `Motion.columns` and ``phase``.
+
+        Returns
+        -------
+        ``phase`` is ``approach``, ``lead-in``, ``path``, ``lead-out`` or ``retract``
+        """
+        names = np.array([phase.name.lower().replace("_", "-") for phase in Phase])
+        return self.motion.columns() | {"phase": names[self.phase]}
 
     @classmethod
     def around(

@@ -7,6 +7,7 @@ from pathlib import Path, PurePath
 from typing import Literal
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.files import require_suffix
 from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
 from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source, load_source
@@ -98,6 +99,20 @@ def _kind_of_name(source: Source) -> Kind:
             file=source.name,
         )
     return SUFFIXES[suffix]
+
+
+def require_program_suffix(path: str | Path, own: str) -> None:
+    """Raise unless a file to be written is named like a program: as its control does, or as one that is read.
+
+    Controls also have programs without a suffix, as O1000.
+
+    Raises
+    ------
+    SettingError
+        Another suffix than these and `own`.
+    """
+    if Path(path).suffix:
+        require_suffix(path, tuple(dict.fromkeys((own, *SUFFIXES))), "a program")
 
 
 def suffix_of(name: str) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.errors import MachineError
-from fiveaxis.files import write_atomically
+from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
@@ -47,8 +47,9 @@ def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
     MachineError
         The motion has other axes than the machine.
     SettingError
-        The file can't be written.
+        The suffix isn't ``.csv``, or the file can't be written.
     """
+    require_suffix(path, [".csv"], "the table of a motion")
     if motion.letters != machine.letters:
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.files import write_atomically
+from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import (
@@ -266,8 +266,9 @@ def write_toolpath(toolpath: Toolpath, path: str | Path) -> Path:
     ToolpathError
         The path has no surface normals.
     SettingError
-        The file can't be written.
+        The suffix isn't ``.csv``, or the file can't be written.
     """
+    require_suffix(path, [".csv"], "a list of points")
     if not toolpath.has_normals:
         raise ToolpathError("has no surface normals to write", file=toolpath.name)
     cuts = toolpath.cutting

@@ -16,6 +16,7 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Motion
 from fiveaxis.nc import Clock
+from fiveaxis.notebook import ShownAsTable, Table
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_travel
 from fiveaxis.posture.local.optimality import Optimality, optimality
 from fiveaxis.posture.problem import Problem
@@ -134,7 +135,7 @@ class Unwrapped:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(ShownAsTable):
     """The cheapest motion that was found, and its baselines.
 
     Parameters
@@ -211,6 +212,19 @@ class Solution:
         against = "no baseline" if best is None else f"{100.0 * best[1]:.1f} % less than {best[0]}"
         what = f"{self.energy.total:.0f} J in {self.energy.time:.1f} s, {against}"
         return f"<Solution of {self.toolpath.name or 'a path'} on {self.machine.name}: {what}>"
+
+    def _table(self) -> Table:
+        savings = self.savings()
+        rows = [
+            (
+                name,
+                f"{energy.total:.1f}",
+                f"{energy.time:.1f}",
+                f"{savings[name]:.1%}" if name in savings else "",
+            )
+            for name, energy in {"optimised": self.energy, **self.baselines}.items()
+        ]
+        return ("program", "feed drives, J", "time, s", "saved"), rows
 
     def savings(self) -> dict[str, float]:
         """Compute the saved share of the feed drives' energy against each baseline, at most 1."""

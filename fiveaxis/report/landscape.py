@@ -69,9 +69,9 @@ class PostureMap:
     colliding: BoolArray
 
 
-def surface_at(solution: Solution, location: int) -> Surface:
-    """Compute the power surface and the admissible region at one location."""
-    grid = _grid(solution.machine, SURFACE_STEP, SURFACE_STEP)
+def surface_at(solution: Solution, location: int, step: float = SURFACE_STEP) -> Surface:
+    """Compute the power surface and the admissible region at one location, on a grid of a step in deg."""
+    grid = rotary_grid(solution.machine, step, step)
     angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
     axes, at = tool_axes(solution.machine, angles), np.full(angles[..., 0].size, location)
     cost, inside = _evaluate(solution, solution.toolpath.at(at), axes.reshape(-1, 3), angles.reshape(-1, 2))
@@ -92,7 +92,7 @@ def posture_map(solution: Solution, admits: Admits | None = None) -> PostureMap:
     """
     n = len(solution.toolpath)
     locations = np.unique(np.linspace(0, n - 1, min(n, MOST_LOCATIONS)).round().astype(np.int64))
-    grid = _grid(solution.machine, FIRST_STEP, SECOND_STEP)
+    grid = rotary_grid(solution.machine, FIRST_STEP, SECOND_STEP)
     pieces = np.array_split(locations, math.ceil(len(locations) / CHUNK))
     parts = [_least(solution, piece, grid, admits) for piece in pieces]
     cost, colliding = (np.concatenate(part) for part in zip(*parts, strict=True))
@@ -112,7 +112,7 @@ def shown_range(axis: Axis) -> tuple[float, float]:
     return (limits.low, limits.high) if limits.span < FULL_TURN else (-math.pi, math.pi)
 
 
-def _grid(machine: Machine, *steps: float) -> tuple[Array, Array]:
+def rotary_grid(machine: Machine, *steps: float) -> tuple[Array, Array]:
     """Divide the shown ranges of the rotary axes by steps of about so many degrees."""
     first, second = (
         _angles(shown_range(machine.axis(letter)), step)

@@ -1,5 +1,7 @@
 """Figures that are files of their own, drawn by matplotlib; the page's charts are in `chart`.
 
+The suffix of its file chooses a figure's format (`FORMATS`).
+
 The same data gives the same bytes. Nothing here uses pyplot, which keeps figures in global state and picks a
 window system.
 """
@@ -8,17 +10,20 @@ from __future__ import annotations
 
 import io
 import re
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.files import write_atomically
+from fiveaxis.files import columns_text, require_suffix, write_atomically
 from fiveaxis.geometry import Array
+from fiveaxis.notebook import HasColumns
 from fiveaxis.report.chart import AFTER, BEFORE, BOUND
 
 if TYPE_CHECKING:
@@ -51,8 +56,27 @@ STYLE: Any = {  # matplotlib wants its 300 names spelt as literals
 }
 _OWN_IDS = re.compile(r' id="[A-Za-z][A-Za-z0-9.]*_\d+"')
 _NAMESPACES = re.compile(r' xmlns(?::\w+)?="[^"]*"')
-# Suffix of the file -> metadata that would make two runs differ.
-FORMATS = {".png": ("Software",), ".svg": ("Date", "Creator", "Format", "Type")}
+# Metadata by format of matplotlib that would make two runs differ.
+METADATA = {"png": ("Software",), "svg": ("Date", "Creator", "Format", "Type")}
+FORMATS = (".svg", ".png", ".html")
+# Of a table that is looked at.
+DRAWN_SUFFIXES = (".csv", *FORMATS)
+# A figure's page runs no script and fetches nothing.
+PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy"
+ content="default-src 'none'; style-src 'unsafe-inline'; img-src data:">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title>
+<style>body {{ margin: 1rem; background: #fff }} svg {{ width: 100%; height: auto }}</style>
+</head>
+<body>
+{figure}
+</body>
+</html>
+"""
 STEP, FRAME = 0.42, 1.3  # inches per variant, and for title and axis
 MOST = 60  # bars; more aren't legible, and the table beside the figure has them all
 LONGEST = 48  # characters; longer names leave no room for bars
@@ -69,14 +93,13 @@ def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path
     Parameters
     ----------
     calibration : of `calibrate_drive`
-    path : .png or .svg, replaced in one step
+    path : .svg, .png or .html, replaced in one step
 
     Raises
     ------
     SettingError
         The suffix is another one, or the file can't be written.
     """
-    suffix = require_figure_suffix(path)
     turns = calibration.axis in "ABC"
     speed = np.degrees(calibration.speed) if turns else calibration.speed
     left = calibration.power - calibration.fitted
@@ -99,8 +122,7 @@ def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path
         figure.align_ylabels([upper, middle, lower])
         for axes in last:
             _draw_runs(axes, calibration.runs)
-        content = _render(figure, suffix)
-    return write_atomically(path, content)
+        return _write(figure, path, title)
 
 
 def _draw_runs(axes: Axes, runs: Sequence[RunEnergy]) -> None:
@@ -167,7 +189,7 @@ def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> bytes:
         # A dollar sign would start a formula.
         name = title.replace("$", r"\$")
         label_axes(axes, "energy of the feed drives, no base load (J)", "", f"{name}{cut}")
-        return _render(figure, ".svg")
+        return _render(figure, "svg")
 
 
 def _draw_bars(axes: Axes, bars: Sequence[Bar], baseline: str) -> None:
@@ -197,17 +219,15 @@ def write_front_figure(front: Front, path: str | Path) -> Path:
     Parameters
     ----------
     front : of `find_front`
-    path : .png or .svg, replaced in one step
+    path : .svg, .png or .html, replaced in one step
 
     Raises
     ------
     SettingError
         The suffix is another one, the front has no points, or the file can't be written.
     """
-    suffix = require_figure_suffix(path)
     with drawing("front"):
-        content = _render(_draw_front(front), suffix)
-    return write_atomically(path, content)
+        return _write(_draw_front(front), path, "Front of solutions")
 
 
 def _draw_front(front: Front) -> Figure:
@@ -231,16 +251,26 @@ def _draw_front(front: Front) -> Figure:
     return figure
 
 
-def program_figure(
-    names: Sequence[str], energies: Sequence[Energy], times: Sequence[Array], by_blocks: Sequence[Array]
-) -> str:
-    """Draw each program's drive power over time, and the energy of all by axis, as an SVG element.
+def write_program_figure(
+    path: str | Path,
+    names: Sequence[str],
+    energies: Sequence[Energy],
+    times: Sequence[Array],
+    by_blocks: Sequence[Array],
+) -> Path:
+    """Draw each program's drive power over time, and the energy of all by axis.
 
     Parameters
     ----------
+    path : .svg, .png or .html, replaced in one step
     names, energies : one per program
     times : (n,), s, of the blocks
     by_blocks : (n, k), J, ∫P dt of the blocks by axis
+
+    Raises
+    ------
+    SettingError
+        The suffix is another one, or the file can't be written.
     """
     with drawing("program-energy"):
         figure = new_figure(WIDTH, 2.2 * (len(names) + 1))
@@ -249,7 +279,7 @@ def program_figure(
         for axes, name, time, joules in zip(panels, names, times, by_blocks, strict=False):
             _draw_power(axes, name, letters, time, joules)
         _draw_energies(panels[-1], names, energies)
-        return as_svg(figure)
+        return _write(figure, path, f"Energy of {', '.join(names)}")
 
 
 def _draw_power(axes: Axes, name: str, letters: Sequence[str], time: Array, joules: Array) -> None:
@@ -279,18 +309,45 @@ def _draw_energies(axes: Axes, names: Sequence[str], energies: Sequence[Energy])
     label_axes(axes, "energy of the feed drives (J)", "program", "by axis, without base power")
 
 
-def _render(figure: Figure, suffix: str) -> bytes:
+class Drawn(HasColumns):
+    """A table that is looked at: written as numbers or as a figure, and drawn in a notebook."""
+
+    title: str
+
+    @abstractmethod
+    def figure(self) -> Figure:
+        """Draw the figure, within `drawing`."""
+
+    def write(self, path: str | Path) -> Path:
+        """Write the numbers (.csv) or the figure (.svg, .png or .html), replaced in one step.
+
+        Raises
+        ------
+        SettingError
+            The suffix is another one, or the file can't be written.
+        """
+        if require_suffix(path, DRAWN_SUFFIXES, "a table or a figure") == ".csv":
+            return write_atomically(path, columns_text(self.as_lists()))
+        with drawing(type(self).__name__):
+            return _write(self.figure(), path, self.title)
+
+    def _repr_svg_(self) -> str:
+        with drawing(type(self).__name__):
+            return as_svg(self.figure())
+
+
+def _write(figure: Figure, path: str | Path, title: str) -> Path:
+    """Write a figure in the format of its file's suffix."""
+    suffix = require_suffix(path, FORMATS, "a figure")
+    if suffix == ".html":
+        return write_atomically(path, PAGE.format(title=escape(title), figure=as_svg(figure)))
+    return write_atomically(path, _render(figure, suffix[1:]))
+
+
+def _render(figure: Figure, kind: str) -> bytes:
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=suffix[1:], dpi=DPI, metadata=dict.fromkeys(FORMATS[suffix]))
+    figure.savefig(buffer, format=kind, dpi=DPI, metadata=dict.fromkeys(METADATA[kind]))
     return buffer.getvalue()
-
-
-def require_figure_suffix(path: str | Path) -> str:
-    """Return a figure's suffix in lower case; raise if it isn't one of `FORMATS`."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in FORMATS:
-        raise SettingError(f"is not a name for a figure; let it end in {' or '.join(FORMATS)}", file=path)
-    return suffix
 
 
 @contextmanager
@@ -315,7 +372,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 def as_svg(figure: Figure) -> str:
     """Render a figure as an SVG element for a page, without date, links or matplotlib's own ids."""
-    text = _render(figure, ".svg").decode()
+    text = _render(figure, "svg").decode()
     element = text[text.index("<svg") :]
     # HTML knows the namespaces, and ids such as "axes_1" would occur once per figure.
     return _OWN_IDS.sub("", _NAMESPACES.sub("", element)).replace("xlink:href", "href")

@@ -14,7 +14,7 @@ from fiveaxis.toolpath.dividing import (
     turned,
 )
 from fiveaxis.toolpath.lead_lean import feed_directions
-from fiveaxis.toolpath.path import MoveKind, Toolpath
+from fiveaxis.toolpath.path import MoveKind, Toolpath, kind_names
 from fiveaxis.toolpath.tool import Holder, Section, Tool
 from fiveaxis.toolpath.tool_file import parse_tool
 
@@ -35,6 +35,7 @@ __all__ = [
     "feed_directions",
     "filled",
     "interpolate",
+    "kind_names",
     "parse_tool",
     "part_places",
     "refined",

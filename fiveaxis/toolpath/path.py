@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
+from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.toolpath.cutter import Zone, across
 from fiveaxis.toolpath.tool import Tool
 
@@ -27,8 +29,13 @@ class MoveKind(IntEnum):
     RAPID = 2
 
 
+def kind_names(kind: IntArray) -> NDArray[Any]:
+    """Name kinds of moves, (n,): ``cut``, ``link``, ``rapid``."""
+    return np.array([each.name.lower() for each in MoveKind])[kind]
+
+
 @dataclass(frozen=True, eq=False)
-class Toolpath:
+class Toolpath(HasColumns, ShownAsTable):
     """Cutter locations in the workpiece frame, one row each.
 
     The *pivot* stays fixed while the tool leans: the centre of the arc of the cutter's profile that touches
@@ -194,6 +201,46 @@ class Toolpath:
     def __repr__(self) -> str:
         name, cuts, length = self.name or "unnamed", int(self.cutting.sum()), float(self.lengths.sum())
         return f"<Toolpath {name}: {len(self)} locations, {cuts} cuts, {length:.0f} mm, {self.tool}>"
+
+    def _table(self) -> Table:
+        low, high = self.feed.min() * 60.0, self.feed.max() * 60.0
+        counts = (f"{int((self.kind == kind).sum())} {kind.name.lower()}" for kind in MoveKind)
+        corners = zip("XYZ", self.pivot.min(axis=0), self.pivot.max(axis=0), strict=True)
+        rows = [
+            ("tool", self.tool),
+            ("moves", ", ".join(counts)),
+            ("feed", f"{low:g} mm/min" if low == high else f"{low:g} … {high:g} mm/min"),
+            ("pivots", "; ".join(f"{c} {start:.3f} … {end:.3f} mm" for c, start, end in corners)),
+            ("surface normals", "of every cut" if self.has_normals else "not of every cut"),
+            ("tool axes", "of every location" if self.has_axes else "not of every location"),
+            ("findings", len(self.findings)),
+        ]
+        return ("of the path", ""), rows
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the locations by columns, (n,) each; what is unknown is NaN.
+
+        Returns
+        -------
+        ``location`` (its number in findings), ``file``, ``line`` (of the file, or the row of the array from
+        1), ``kind`` (``cut``, ``link`` or ``rapid``), ``feed_mm_min``, ``length_mm`` (of the move that ends
+        there); by x, y and z in the workpiece frame ``pivot_x_mm``, ``contact_x_mm``, ``normal_x``,
+        ``axis_x``, and ``tip_x_mm`` of the programmed axis
+        """
+        found: dict[str, NDArray[Any]] = {
+            "location": self.numbered,
+            "file": np.full(len(self), self.name),
+            "line": self.source,
+            "kind": kind_names(self.kind),
+            "feed_mm_min": self.feed * 60.0,
+            "length_mm": self.lengths,
+        }
+        points = {"pivot": self.pivot, "contact": self.contact, "tip": self.tips(self.axis)}
+        for name, vectors in points.items():
+            found |= {f"{name}_{c}_mm": vectors[:, k] for k, c in enumerate("xyz")}
+        for name, vectors in {"normal": self.normal, "axis": self.axis}.items():
+            found |= {f"{name}_{c}": vectors[:, k] for k, c in enumerate("xyz")}
+        return found
 
     def __len__(self) -> int:
         return len(self.pivot)

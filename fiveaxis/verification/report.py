@@ -17,6 +17,7 @@ import numpy as np
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Cause, Finding, Severity, group_findings, has_errors, sort_findings
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.notebook import ShownAsTable, Table
 from fiveaxis.toolpath import Toolpath
 
 T = TypeVar("T")
@@ -100,7 +101,7 @@ class Gap:
 
 
 @dataclass(frozen=True)
-class Report:
+class Report(ShownAsTable):
     """What verification found.
 
     Parameters
@@ -139,6 +140,13 @@ class Report:
     def __repr__(self) -> str:
         found = ", ".join(f"{code} ({count})" for code, count in self.counts.items() if count)
         return f"<Report: {'no errors' if self.ok else 'errors'}; {found or 'no findings'}>"
+
+    def _table(self) -> Table:
+        rows = [(cause.severity, cause.code, cause.count, cause.worst.message) for cause in self.summary()]
+        return ("severity", "code", "count", "worst"), [
+            *rows,
+            *(("not checked", "", "", sentence) for sentence in self.not_checked),
+        ]
 
     @property
     def ok(self) -> bool:

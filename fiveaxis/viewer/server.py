@@ -1,4 +1,4 @@
-"""The preview page served on the loopback address."""
+"""The preview page, served on the loopback address or shown in a notebook."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import logging
 import sys
 import webbrowser
 from collections.abc import Sequence
+from html import escape
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -29,6 +30,10 @@ LOOPBACK = "127.0.0.1"
 POLL = 0.1
 # s: an idle connection is closed after this.
 PATIENCE = 10.0
+# Characters: a notebook keeps its outputs, and Jupyter asks before it opens a file of more than some 100 MB.
+MOST_INLINE = 20_000_000
+# CSS height of the frame in a notebook.
+HEIGHT = "640px"
 # Forbid caching, guessing of types, framing, referrers, and reading by other sites.
 HEADERS = {
     "Cache-Control": "no-store",
@@ -48,10 +53,11 @@ class _Server(ThreadingHTTPServer):
 
 
 class Preview:
-    """A page that is served to this computer only, until it is closed.
+    """A page that is served to this computer only, until it is closed; a notebook shows it inline.
 
     meshcat's server listens on every network interface. This one listens on the loopback address only and
-    answers only requests that name it, so no web page can read a part through its own host name.
+    answers only requests that name it, so no web page can read a part through its own host name. In a
+    notebook the page is in the output itself, and stays there when the server is gone.
 
     Parameters
     ----------
@@ -65,6 +71,7 @@ class Preview:
     """
 
     def __init__(self, page: str, port: int = 0) -> None:
+        self.page = page
         try:
             self._server = _Server((LOOPBACK, port), _handler(page.encode("utf-8")))
         except (OSError, OverflowError) as fault:
@@ -74,12 +81,29 @@ class Preview:
         )
         self._thread.start()
 
+    def __repr__(self) -> str:
+        return f"<Preview at {self.url()}: {len(self.page) // 1000} kB>"
+
+    def _repr_html_(self) -> str:
+        """Put the page into a frame that runs its scripts but can't reach the notebook."""
+        if len(self.page) > MOST_INLINE:
+            size = f"{len(self.page) / 1e6:.0f} MB"
+            return (
+                f"<p>The preview has {size}, too much for a notebook: see {self.url()} or write_preview.</p>"
+            )
+        return (
+            f'<iframe srcdoc="{escape(self.page)}" sandbox="allow-scripts" title="fiveaxis preview" '
+            f'style="width:100%;height:{HEIGHT};border:0"></iframe>'
+        )
+
     def url(self) -> str:
         """Return the address of the page."""
         return f"http://{LOOPBACK}:{self._server.server_port}/"
 
     def wait(self) -> None:
-        """Serve until Ctrl-C, then close."""
+        """Serve until Ctrl-C, then close; in a notebook, whose next cells would wait too, return at once."""
+        if in_notebook():
+            return
         try:
             self._thread.join()
         except KeyboardInterrupt:
@@ -104,18 +128,19 @@ def preview(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
-    open_browser: bool = True,
+    open_browser: bool | None = None,
     port: int = 0,
 ) -> Preview:
-    """Show a solution in a browser on this computer.
+    """Show a solution in a browser on this computer, or inline in a notebook.
 
     Returns at once; the page is served while the program runs. ``preview(solution).wait()`` serves until
-    Ctrl-C, ``with preview(solution):`` until the end of the block.
+    Ctrl-C, ``with preview(solution):`` until the end of the block. In a notebook ``preview(solution)`` at the
+    end of a cell shows the page below it.
 
     Parameters
     ----------
     solution, part, surroundings, findings : as for `write_preview`
-    open_browser : open the page
+    open_browser : open the page; by default not in IPython and notebooks
     port : of the loopback address; 0 chooses a free one
 
     Raises
@@ -128,9 +153,15 @@ def preview(
     page = render_page(solution, part=part, surroundings=surroundings, findings=findings)
     shown = Preview(page, port)
     logger.info("%d kB at %s", len(page) // 1000, shown.url())
-    if open_browser:
+    if not in_notebook() if open_browser is None else open_browser:
         webbrowser.open(shown.url())
     return shown
+
+
+def in_notebook() -> bool:
+    """Tell whether IPython runs this, as in a notebook; meshcat imports IPython in plain Python too."""
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and ipython.get_ipython() is not None
 
 
 def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:

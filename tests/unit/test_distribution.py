@@ -40,5 +40,6 @@ def test_the_recipe_asks_for_the_packages_of_pyproject(project, recipe):
 def test_the_recipe_has_version_python_and_optional_packages_of_pyproject(project, recipe):
     assert f'version: "{project["version"]}"' in recipe
     assert f'python_min: "{project["requires-python"].removeprefix(">=")}"' in recipe
-    extra = {asked_of_conda(one) for one in project["optional-dependencies"]["cluster"]}
+    extras = project["optional-dependencies"]
+    extra = {asked_of_conda(one) for one in (*extras["cluster"], *extras["notebook"])}
     assert listed(recipe, "run_constraints") == extra

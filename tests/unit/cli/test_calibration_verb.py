@@ -68,11 +68,13 @@ def test_json_is_one_document_and_nothing_else(log):
     assert document["block"].startswith("[axes.Y.drive]\n")
 
 
-@pytest.mark.parametrize(("suffix", "magic"), [(".png", b"\x89PNG"), (".svg", b"<?xml")])
+@pytest.mark.parametrize(
+    ("suffix", "magic"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".html", b"<!DOCTYPE html>")]
+)
 def test_the_figure_is_written_and_the_same_each_time(log, tmp_path, suffix, magic):
     figures = [tmp_path / f"{name}{suffix}" for name in ("first", "second")]
     for figure in figures:
-        result = run(log, *AFFINE, "--figure", figure)
+        result = run(log, *AFFINE, "-o", figure)
         assert result.exit_code == 0, result.output
     first, second = (figure.read_bytes() for figure in figures)
     assert first.startswith(magic)
@@ -107,7 +109,7 @@ def test_a_missing_column_is_one_line_on_stderr_that_names_the_nearest(log):
     [
         (("--moved-mass", "-4"), "moved mass is -4 kg"),
         (("--velocity-unit", "deg/s"), "is deg/s, but the axis is linear"),
-        (("--figure", "residuals.gif"), "let it end in .png or .svg"),
+        (("-o", "residuals.gif"), "let it end in .toml, .csv, .svg, .png or .html"),
         (("--terms", "friction, drag", "--model", "friction", "--moved-mass", "4"), "no term 'drag'"),
     ],
 )
@@ -160,7 +162,7 @@ def test_the_umich_power_without_its_kilowatts_is_refused(data):
 def test_held_out_runs_are_a_table(data, monkeypatch, tmp_path):
     monkeypatch.setenv("COLUMNS", "120")
     figure = tmp_path / "x.svg"
-    result = umich(data, "X", "11", "--figure", figure, "-o", tmp_path / "x.toml")
+    result = umich(data, "X", "11", "-o", figure, "-o", tmp_path / "x.toml")
     rows = [line.split() for line in result.stdout.splitlines() if line.startswith(" umich_")]
     assert [row[0] for row in rows] == [
         f"umich_experiment_{n}.csv" for n in ("11", "01", "04", "05", "06", "16")

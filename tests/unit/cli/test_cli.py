@@ -532,10 +532,77 @@ def test_the_surface_goes_to_stdout_as_a_table_or_as_json():
         (("1,2,3", *MACHINE, "--step", "1e-9"), "--step is 1e-09 deg; it must be between"),
         (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must be between"),
         (("1,2,3", *MACHINE, "--drives", "takisawa-mac-v3"), "has no rotary 2 axis"),
+        (("1,2,3", *MACHINE, "--tilt", "15:75"), "tilt needs normal too"),
+        (("1,2,3", *MACHINE, "--effort", "quick"), "--effort has no effect at a tip"),
+        (("1,2,3", *MACHINE, "--location", "3"), "--location has no effect at a tip"),
+        (("absent.csv", *MACHINE), "absent.csv: no such file"),
     ],
 )
 def test_a_surface_that_cannot_be_computed_is_one_message(words, fault):
     assert fault in refused(run("surface", *words))
+
+
+@pytest.mark.parametrize(
+    ("suffix", "begins"), [(".svg", b"<?xml"), (".png", b"\x89PNG"), (".html", b"<!DOC")]
+)
+def test_the_surface_is_drawn_as_its_suffix_says(tmp_path, suffix, begins):
+    target = tmp_path / f"surface{suffix}"
+    bounds = ("--normal", "0,0,1", "--tilt", "15:75", "--step", "15")
+    result = run("surface", "1,2,3", *MACHINE, *bounds, "-o", target)
+    assert result.exit_code == 0, result.output
+    assert f"wrote {target}" in result.stderr.replace("\n", "")
+    assert target.read_bytes().startswith(begins)
+
+
+def test_the_surface_of_an_input_is_its_valley_or_that_of_a_location(path, tmp_path):
+    words = ("surface", path, *MACHINE, *BALL, *TILT, "--effort", "quick")
+    valley = json.loads(run(*words, "--json").stdout)
+    assert {"location", "position_mm", "C_deg", "S_W_J", "optimised_C_deg", "normal_S_W_J"} <= set(valley)
+    result = run(*words, "--location", "5", "--step", "20", "-o", tmp_path / "at.csv")
+    assert result.exit_code == 0, result.output
+    header = (tmp_path / "at.csv").read_text().splitlines()[0]
+    assert header == "C_deg,A_deg,S_WL_J,S_WR_J,S_W_J,admissible"
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (("--location", "5000"), "location is 5000; it must be between 0 and"),
+        (("--step", "5"), "--step is for one location"),
+        (("--normal", "0,0,1"), "--normal is for a tip"),
+    ],
+)
+def test_a_surface_of_an_input_that_cannot_be_drawn_is_one_message(path, words, fault):
+    result = run("surface", path, *MACHINE, *BALL, *TILT, "--effort", "quick", *words)
+    assert fault in refused_after_the_work(result)
+
+
+# Every verb that writes a file, and what it may be called.
+WRITING = [
+    (("plan", "part.stl", "--tool", "ball:10"), ".csv"),
+    (("surface", "1,2,3", *MACHINE), ".csv, .svg, .png or .html"),
+    (("energy", "part.ngc", *MACHINE), ".csv, .svg, .png or .html"),
+    (
+        (
+            "calibrate",
+            "log.csv",
+            *("--axis", "X", "--model", "friction", "--power", "p", "--power-unit", "W"),
+        ),
+        ".toml, .csv, .svg, .png or .html",
+    ),
+    (("urdf", "hayashi-640123"), ".urdf"),
+    (("import", "machine.ini"), ".toml"),
+    (("machine", "new"), ".toml"),
+]
+
+
+@pytest.mark.parametrize(("words", "known"), WRITING, ids=lambda value: value[0])
+def test_an_unknown_suffix_is_one_message_before_any_work(tmp_path, monkeypatch, words, known):
+    monkeypatch.chdir(tmp_path)
+    message = refused(run(*words, "-o", "out.pdf"))
+    assert "out.pdf: is not a name for" in message
+    assert message.rstrip().endswith(f"let it end in {known}")
+    assert not list(tmp_path.iterdir())
 
 
 def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch):

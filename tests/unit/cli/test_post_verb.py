@@ -244,3 +244,13 @@ def test_optimise_writes_for_the_control_with_its_settings(tmp_path):
     assert {"T4 M6", "S9000 M3"} <= set(lines)
     assert any(line.startswith("G0 G43.4 H4 X") for line in lines)
     assert "no program number was given: 1 is written [number-assumed]" in done.stdout
+
+
+def test_a_program_has_the_name_of_a_program(table, tmp_path):
+    words = ("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "sinumerik", "--unverified", "-o")
+    refused = run(*words, tmp_path / "part.svg")
+    assert refused.exit_code == 2
+    assert "part.svg: is not a name for a program; let it end in .mpf, " in refused.stderr.replace("\n", "")
+    assert not (tmp_path / "part.svg").exists()
+    for name in ("part.MPF", "part.nc", "O1000"):
+        assert run(*words, tmp_path / name).exit_code == 0

@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -132,21 +133,21 @@ def test_a_figure_of_a_program_in_deep_folders_has_room(zigzag, tmp_path):
     program = deep / "zigzag.nc"
     program.write_bytes(zigzag.read_bytes())
     figure = tmp_path / "energy.svg"
-    assert run("energy", program, "-m", "takisawa-mac-v3", "--figure", figure).exit_code == 0
+    assert run("energy", program, "-m", "takisawa-mac-v3", "-o", figure).exit_code == 0
     assert "zigzag.nc" in figure.read_text(encoding="utf-8")
     assert "rather-long" not in figure.read_text(encoding="utf-8")
 
 
 def test_the_verb_writes_table_figure_and_json(zigzag, tmp_path):
     table, figure = tmp_path / "blocks.csv", tmp_path / "energy.svg"
-    result = run("energy", zigzag, "-m", "takisawa-mac-v3", "--csv", table, "--figure", figure, "--json")
+    result = run("energy", zigzag, "-m", "takisawa-mac-v3", "-o", table, "-o", figure, "--json")
     assert result.exit_code == 0
     document = json.loads(result.stdout)
     assert document["energy"]["total"] == pytest.approx(PRINTED_J, rel=0.01)
     rows = list(csv.DictReader(table.read_text().splitlines()))
     assert len(rows) == len(document["blocks"]) == 20
     assert sum(float(row["energy"]) for row in rows) == pytest.approx(document["energy"]["total"])
-    assert figure.read_text().startswith("<svg")
+    assert ElementTree.parse(figure).getroot().tag == "{http://www.w3.org/2000/svg}svg"
     words = run("energy", zigzag, zigzag, "-m", "takisawa-mac-v3").stdout
     assert "+0.0 %" in words
 
@@ -155,7 +156,7 @@ def test_the_verb_shows_the_first_thousand_blocks_and_says_so(tmp_path):
     path = tmp_path / "long.nc"
     path.write_text("G21 G90\nG0 X0 Y0 Z0\nG1 F600\n" + "".join(f"X{i % 7}\n" for i in range(1, 1500)))
     result = run("energy", path, "-m", "takisawa-mac-v3")
-    assert "the first 1000 blocks are shown; --csv and --json have all" in result.stdout
+    assert "the first 1000 blocks are shown; -o FILE.csv and --json have all" in result.stdout
     assert result.stdout.count("\n") < 1100
 
 
@@ -242,4 +243,6 @@ def test_options_of_the_verb_are_the_librarys(tmp_path):
     skipped = json.loads(run("energy", path, *machine, *zero, "--block-delete").stdout)
     assert skipped["energy"]["time"] < plain["energy"]["time"]
     assert "names an axis twice" in run("energy", path, *machine[:2], "--start", "X1,X2").stderr
-    assert "its name must end in .svg" in run("energy", path, *machine[:2], "--figure", "x.png").stderr
+    refused = run("energy", path, *machine[:2], "-o", tmp_path / "x.pdf")
+    assert "let it end in .csv, .svg, .png or .html" in refused.stderr
+    assert not (tmp_path / "x.pdf").exists()

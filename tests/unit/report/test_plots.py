@@ -80,7 +80,7 @@ def test_the_figure_is_the_same_for_the_same_front(found, tmp_path):
 def test_no_points_and_no_format_are_refused(found, tmp_path):
     with pytest.raises(SettingError, match="no points"):
         write_front_figure(Front((), 0, found.solution), tmp_path / "front.svg")
-    with pytest.raises(SettingError, match=r"\.png or \.svg"):
+    with pytest.raises(SettingError, match=r"let it end in \.svg, \.png or \.html"):
         write_front_figure(found, tmp_path / "front.pdf")
 
 

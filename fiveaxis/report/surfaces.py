@@ -1,0 +1,319 @@
+"""The power surface to look at: at one location over both rotary angles, and along a path as a valley.
+
+A tip alone is held in place (`tip_surface`); at a location of a solution the contact is, and the tip moves as
+the tool leans (`location_surface`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fiveaxis.energy import PowerSurface, posture_costs, power_surface
+from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, normalise
+from fiveaxis.kinematics import lean_range, linear_positions, require_orienting, rotary_angles, tool_axes
+from fiveaxis.machine import Machine
+from fiveaxis.posture import Solution
+from fiveaxis.report.landscape import (
+    SURFACE_STEP,
+    Admits,
+    feed_mm_min,
+    modulo_turn,
+    posture_map,
+    rotary_grid,
+    shown_range,
+    surface_at,
+)
+from fiveaxis.report.plots import Drawn
+from fiveaxis.report.surface_plots import draw_location, draw_valley
+from fiveaxis.toolpath import require_range
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CHOSEN, CHEAPEST = "optimised", "cheapest"
+# rad: postures that are nearer are one.
+SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Lean:
+    """An angle between tool axis and a reference over the grid, and its bounds.
+
+    Parameters
+    ----------
+    angle : (g, h), rad
+    low, high : rad
+    text : the bound in words
+    """
+
+    angle: Array
+    low: float
+    high: float
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class LocationSurface(Drawn):
+    """The power surface at one location, with what bounds the posture and what was chosen.
+
+    Parameters
+    ----------
+    title : where it is
+    power : S_WL and S_WR over the grid
+    admissible : (g, h), whether tilt and axis limits are kept; collisions aren't looked at
+    leans : bounds on the tool axis; none for a tip without a normal
+    middle : rad, the second rotary axis midway between the two branches
+    postures : (b, 2), rad, chain order, by program: the posture, and that of the other branch with the same
+        tool axis if it is within the range
+    """
+
+    title: str
+    power: PowerSurface
+    admissible: BoolArray
+    leans: tuple[Lean, ...]
+    middle: float
+    postures: Mapping[str, Array]
+
+    def __repr__(self) -> str:
+        return f"<LocationSurface, {self.title}: {self.power!r}>"
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the postures by columns, the second angle varying fastest.
+
+        Returns
+        -------
+        The rotary angles (``C_deg``, ``A_deg``), ``S_WL_J``, ``S_WR_J``, ``S_W_J``, and ``admissible`` (0 or
+        1) where the tool axis is bounded
+        """
+        first, second = np.meshgrid(self.power.first, self.power.second, indexing="ij")
+        names = (*(f"{c}_deg" for c in self.power.letters), "S_WL_J", "S_WR_J", "S_W_J")
+        parts = (np.degrees(first), np.degrees(second), *_parts(self.power).values())
+        found: dict[str, NDArray[Any]] = {name: part.ravel() for name, part in zip(names, parts, strict=True)}
+        return found | ({"admissible": self.admissible.ravel().astype(int)} if self.leans else {})
+
+    def figure(self) -> Figure:
+        """Draw S_WL, S_WR and S_W side by side."""
+        return draw_location(self, _parts(self.power))
+
+
+@dataclass(frozen=True, eq=False)
+class Valley(Drawn):
+    """The energy of postures along a path: its floor is where cheap postures lie.
+
+    Parameters
+    ----------
+    title : which path
+    letter : of the first rotary axis
+    locations : (m,), indices of the locations, from 0
+    position : (m,), mm, of the pivot along the path
+    first : (g,), rad, angles of the first rotary axis
+    cost : (m, g), J, least S_W over the admissible angles of the second one; NaN where there is none
+    postures : (m,), rad, first rotary angle of each program
+    heights : (m,), J, S_W of each program's posture, without whole turns of rotary axes
+    elsewhere : baselines with locations of their own, which can't be shown on this path
+    """
+
+    title: str
+    letter: str
+    locations: IntArray
+    position: Array
+    first: Array
+    cost: Array
+    postures: Mapping[str, Array]
+    heights: Mapping[str, Array]
+    elsewhere: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"<Valley, {self.title}: {len(self.locations)} locations × {len(self.first)} angles>"
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the map by columns, the angle varying fastest.
+
+        Returns
+        -------
+        ``location``, ``position_mm``, the angle (``C_deg``), ``S_W_J`` (NaN where no posture is admissible);
+        and of each program at the location its angle (``optimised_C_deg``) and ``optimised_S_W_J``
+        """
+        count = len(self.first)
+        found: dict[str, NDArray[Any]] = {
+            "location": np.repeat(self.locations, count),
+            "position_mm": np.repeat(self.position, count),
+            f"{self.letter}_deg": np.tile(np.degrees(self.first), len(self.locations)),
+            "S_W_J": self.cost.ravel(),
+        }
+        for name, angles in self.postures.items():
+            found[f"{name}_{self.letter}_deg"] = np.repeat(np.degrees(angles), count)
+            found[f"{name}_S_W_J"] = np.repeat(self.heights[name], count)
+        return found
+
+    def figure(self) -> Figure:
+        """Draw the valley from above with the programs in it, and their heights below."""
+        return draw_valley(self)
+
+
+def tip_surface(
+    machine: Machine,
+    tip: ArrayLike,
+    feed_mm_min: float = 1000.0,
+    *,
+    normal: ArrayLike | None = None,
+    tilt: tuple[float, float] | None = None,
+    step_deg: float = SURFACE_STEP,
+) -> LocationSurface:
+    """Compute the power surface of a tip that is held in place, with its cheapest admissible posture.
+
+    Parameters
+    ----------
+    machine : two rotary and three linear axes with drives
+    tip : (3,), mm, workpiece frame
+    normal : (3,), of any length, out of the material; for `tilt`
+    tilt : deg, smallest and largest angle between tool axis and normal
+    step_deg : step of the grid
+
+    Raises
+    ------
+    MachineError
+        The power of an axis isn't known.
+    SettingError
+        A tip or normal that isn't finite, a tilt without a normal or the reverse, a bound out of its range.
+    """
+    require_orienting(machine)
+    grid = rotary_grid(machine, step_deg, step_deg)
+    power = power_surface(machine, tip, feed_mm_min, grid)
+    angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
+    leans = _tip_leans(tool_axes(machine, angles), normal, tilt)
+    positions = linear_positions(machine, np.asarray(tip, dtype=float), angles)
+    excess = machine.limit_excess(positions)[..., machine.linear_columns]
+    admissible = np.all(excess <= 0.0, axis=-1)
+    for lean in leans:
+        admissible &= (lean.angle >= lean.low) & (lean.angle <= lean.high)
+    postures = {}
+    if admissible.any():
+        place = np.unravel_index(np.where(admissible, power.total, np.inf).argmin(), admissible.shape)
+        postures[CHEAPEST] = _with_other_branch(machine, angles[place])
+    x, y, z = np.asarray(tip, dtype=float)
+    title = f"{machine.name}, tip at {x:g}, {y:g}, {z:g} mm"
+    return LocationSurface(title, power, admissible, leans, lean_range(machine).middle, postures)
+
+
+def location_surface(
+    solution: Solution, location: int | None = None, *, step_deg: float = SURFACE_STEP
+) -> LocationSurface:
+    """Compute the power surface at a location of a solution, with the postures of result and baselines.
+
+    The feed is the median of the path's.
+
+    Parameters
+    ----------
+    location : its index, from 0; the middle of the path by default
+    step_deg : step of the grid
+
+    Raises
+    ------
+    SettingError
+        The path has no such location.
+    """
+    path, machine = solution.toolpath, solution.machine
+    at = len(path) // 2 if location is None else location
+    if not 0 <= at < len(path):
+        raise SettingError(f"location is {at}; it must be between 0 and {len(path) - 1}, the path's last")
+    found = surface_at(solution, at, step_deg)
+    grid = (found.first, found.second)
+    axes = tool_axes(machine, np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1))
+    rows = np.full(axes[..., 0].size, at)
+    tips = path.at(rows).tips(axes.reshape(-1, 3)).reshape(axes.shape)
+    leans = (Lean(angle_between(axes, b.reference[at]), b.low, b.high, b.text) for b in solution.tilt.all)
+    columns = machine.rotary_columns
+    postures = {
+        name: _with_other_branch(machine, positions[at, columns])
+        for name, positions in _programs(solution).items()
+    }
+    return LocationSurface(
+        title=f"{Path(path.name).name}, location {at} of {len(path)}",
+        power=power_surface(machine, tips, feed_mm_min(solution), grid),
+        admissible=found.allowed,
+        leans=tuple(leans),
+        middle=lean_range(machine).middle,
+        postures=postures,
+    )
+
+
+def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
+    """Compute the energy of postures along a solution's path, with those of result and baselines in it.
+
+    Parameters
+    ----------
+    admits : checks which postures are clear of collisions (`fiveaxis.report.landscape.posture_map`); None if
+        that isn't known
+    """
+    machine, path = solution.machine, solution.toolpath
+    found, programs = posture_map(solution, admits), _programs(solution)
+    letter, rows = machine.rotaries[0], found.locations
+    columns, feed, postures, heights = machine.rotary_columns, feed_mm_min(solution), {}, {}
+    for name, given in programs.items():
+        positions = given[rows]
+        positions[:, columns] = _without_turns(machine, positions[:, columns])
+        postures[name] = positions[:, columns[0]]
+        heights[name] = posture_costs(machine, positions, feed).sum(axis=-1)
+    return Valley(
+        title=f"{Path(path.name).name} on {machine.name}",
+        letter=letter,
+        locations=rows,
+        position=np.cumsum(path.lengths)[rows],
+        first=found.first,
+        cost=found.cost,
+        postures=postures,
+        heights=heights,
+        elsewhere=tuple(name for name in solution.compared if name not in programs),
+    )
+
+
+def _programs(solution: Solution) -> dict[str, Array]:
+    """Return the positions, (n, k), of the result and of the baselines at the same locations."""
+    same = {name: b.motion.positions for name, b in solution.compared.items() if b.toolpath is None}
+    return {CHOSEN: solution.motion.positions, **same}
+
+
+def _without_turns(machine: Machine, rotary: Array) -> Array:
+    """Bring rotary angles, (..., 2) rad, chain order, into the shown ranges by whole turns."""
+    columns = [modulo_turn(rotary[..., k], machine.axis(c)) for k, c in enumerate(machine.rotaries)]
+    return np.stack(columns, axis=-1)
+
+
+def _parts(power: PowerSurface) -> dict[str, Array]:
+    return {"S_WL": power.linear, "S_WR": power.rotary, "S_W": power.total}
+
+
+def _tip_leans(axes: Array, normal: ArrayLike | None, tilt: tuple[float, float] | None) -> tuple[Lean, ...]:
+    if normal is None and tilt is None:
+        return ()
+    if normal is None or tilt is None:
+        missing, given = ("normal", "tilt") if normal is None else ("tilt", "normal")
+        raise SettingError(f"{given} needs {missing} too: the tilt is the angle between tool axis and normal")
+    direction = np.asarray(normal, dtype=float)
+    if not (np.isfinite(direction).all() and np.linalg.norm(direction) > 0.0):
+        raise SettingError("the normal must be three finite numbers, not all 0")
+    require_range(*tilt)
+    low, high = np.radians(tilt)
+    text = f"{tilt[0]:g}…{tilt[1]:g} deg of the normal"
+    return (Lean(angle_between(axes, normalise(direction)), float(low), float(high), text),)
+
+
+def _with_other_branch(machine: Machine, posture: Array) -> Array:
+    """Return a posture, (2,) rad, and that of the other branch with the same tool axis, (b, 2), in the range.
+
+    Near the singular direction the branches coincide.
+    """
+    solved = rotary_angles(machine, tool_axes(machine, posture[None]))[:, 0]
+    apart = np.abs(np.sin((solved - posture) / 2.0)).max(axis=1)
+    both = _without_turns(machine, np.stack([posture, solved[int(np.argmax(apart))]]))
+    low, high = np.transpose([shown_range(machine.axis(c)) for c in machine.rotaries])
+    seen = np.all((both[1] >= low - SAME) & (both[1] <= high + SAME)) and apart.max() > SAME
+    return both if seen else both[:1]
