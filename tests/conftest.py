@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import Browser
 from hypothesis import HealthCheck, settings
 
 from fiveaxis.machine import Machine, load_machine
@@ -35,6 +37,19 @@ def hayashi() -> Machine:
 @pytest.fixture(scope="session")
 def trunnion() -> Machine:
     return load_machine("linuxcnc-xyzac-trt")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """Open a browser of the module's own; what it shows is left to the next test."""
+    opened = Browser(tmp_path_factory.mktemp("profile"))
+    try:
+        yield opened
+    finally:
+        try:
+            opened.close()
+        finally:
+            opened.process.kill()
 
 
 @pytest.fixture

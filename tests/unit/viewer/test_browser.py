@@ -1,19 +1,11 @@
-"""The page in a real browser: Debian's chromium, headless, driven over its pipe."""
+"""The preview in a real browser."""
 
-import base64
-import json
-import os
-import select
-import shutil
-import subprocess
 import time
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from browser import NEEDS_BROWSER, PATIENCE, Browser
 
 from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.findings import Finding, Place, Severity
@@ -21,144 +13,9 @@ from fiveaxis.machine import Body, Box, Cylinder
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.viewer import preview, write_preview
 
-CHROMIUM = shutil.which("chromium")
-PATIENCE = 60.0  # s, for an answer of the browser
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Debian's chromium on the path"),
-]
-FLAGS = [
-    "--headless=new",
-    "--no-sandbox",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-quic",
-    "--disable-dev-shm-usage",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--window-size=1200,800",
-    "--remote-debugging-pipe",
-]
-# The browser's ends of the pipe are its descriptors 3 and 4.
-START = 'in=$1 out=$2; shift 2; exec "$@" 3<&"$in" 4>&"$out"'
-
-
-class Browser:
-    """One page in a browser; talks DevTools' protocol: JSON texts, each ended by a zero byte."""
-
-    def __init__(self, profile: Path) -> None:
-        theirs_in, self.to = os.pipe()
-        self.back, theirs_out = os.pipe()
-        command = [CHROMIUM, *FLAGS, f"--user-data-dir={profile}", "about:blank"]
-        self.process = subprocess.Popen(
-            ["bash", "-c", START, "bash", str(theirs_in), str(theirs_out), *command],
-            pass_fds=(theirs_in, theirs_out),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        os.close(theirs_in)
-        os.close(theirs_out)
-        self.number, self.rest, self.session = 0, b"", None
-        self.complaints: list[str] = []
-        attached = self.ask("Target.attachToTarget", targetId=self._first_page(), flatten=True)
-        self.session = attached["sessionId"]
-        for domain in ("Page", "Runtime", "Log"):
-            self.ask(f"{domain}.enable")
-
-    def _first_page(self) -> str:
-        """Give the id of the page that the browser opens, once it has: it answers before."""
-        end = time.monotonic() + PATIENCE
-        while True:
-            pages = [t for t in self.ask("Target.getTargets")["targetInfos"] if t["type"] == "page"]
-            if pages:
-                return pages[0]["targetId"]
-            assert time.monotonic() < end, "the browser opens no page"
-            time.sleep(0.05)
-
-    def ask(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Send a command, and give its answer."""
-        self.number += 1
-        command: dict[str, Any] = {"id": self.number, "method": method, "params": parameters}
-        if self.session is not None:
-            command["sessionId"] = self.session
-        os.write(self.to, json.dumps(command).encode() + b"\0")
-        while True:
-            message = self._receive()
-            if message.get("id") == self.number:
-                assert "error" not in message, message
-                return message["result"]
-            self._listen(message)
-
-    def _receive(self) -> dict[str, Any]:
-        end = time.monotonic() + PATIENCE
-        while b"\0" not in self.rest:
-            ready, _, _ = select.select([self.back], [], [], max(0.0, end - time.monotonic()))
-            assert ready, "the browser doesn't answer"
-            found = os.read(self.back, 1 << 20)
-            assert found, "the browser is gone"
-            self.rest += found
-        message, _, self.rest = self.rest.partition(b"\0")
-        return json.loads(message)
-
-    def _listen(self, message: dict[str, Any]) -> None:
-        """Keep what the console says of warnings and errors, and every exception."""
-        kind, params = message.get("method"), message.get("params", {})
-        if kind == "Runtime.exceptionThrown":
-            self.complaints.append(json.dumps(params["exceptionDetails"])[:500])
-        elif kind == "Runtime.consoleAPICalled" and params["type"] in {"error", "warning", "assert"}:
-            self.complaints.append(json.dumps(params["args"])[:500])
-        elif kind == "Log.entryAdded" and params["entry"]["level"] == "error":
-            self.complaints.append(params["entry"]["text"])
-
-    def open(self, url: str) -> None:
-        """Load a preview and wait until its scene is there."""
-        self.complaints.clear()
-        self.ask("Page.navigate", url=url)
-        end = time.monotonic() + PATIENCE
-        while not self.run(
-            "document.body !== null && (document.body.dataset.ready === 'yes'"
-            " || document.querySelector('#fault:not([hidden])') !== null)"
-        ):
-            assert time.monotonic() < end, f"the scene isn't ready: {self.complaints}"
-            time.sleep(0.05)
-
-    def run(self, script: str) -> Any:
-        """Give the value of an expression in the page."""
-        answer = self.ask("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
-        assert "exceptionDetails" not in answer, answer
-        return answer["result"].get("value")
-
-    def shoot(self, path: Path) -> np.ndarray:
-        """Take a picture, (h, w, 3) from 0 to 1, and keep it in a file."""
-        from matplotlib.image import imread
-
-        # Two frames later the request is drawn.
-        self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
-        path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"]))
-        return imread(path)[:, :, :3]
-
-    def close(self) -> None:
-        self.session = None
-        self.ask("Browser.close")
-        self.process.wait(PATIENCE)
-        os.close(self.to)
-        os.close(self.back)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory) -> Iterator[Browser]:
-    opened = Browser(tmp_path_factory.mktemp("profile"))
-    try:
-        yield opened
-    finally:
-        try:
-            opened.close()
-        finally:
-            opened.process.kill()
-
+pytestmark = NEEDS_BROWSER
+# The scene is there, or the page says why it isn't.
+READY = "document.body.dataset.ready === 'yes' || document.querySelector('#fault:not([hidden])') !== null"
 
 BODIES = (
     Body("C", Cylinder(80.0, 20.0, (0.0, 0.0, -60.0))),
@@ -192,7 +49,7 @@ def around(part):
 @pytest.fixture(scope="module")
 def opened(browser, shown, around, tmp_path_factory):
     page = tmp_path_factory.mktemp("page") / "page.html"
-    browser.open(write_preview(shown, page, surroundings=around, findings=FINDINGS).as_uri())
+    browser.open(write_preview(shown, page, surroundings=around, findings=FINDINGS).as_uri(), READY)
     return browser
 
 
@@ -319,6 +176,6 @@ def test_names_from_files_are_text_and_nothing_else(opened):
 
 def test_the_live_page_loads_without_an_error(browser, shown, around):
     with preview(shown, surroundings=around, open_browser=False) as live:
-        browser.open(live.url())
+        browser.open(live.url(), READY)
         assert browser.complaints == []
         assert seen(browser, "part")
