@@ -99,17 +99,22 @@ def add_bodies(vis: Any, node: str, machine: Machine, bodies: Sequence[Body]) ->
         _add(vis, name, name, geometry, **look).set_transform(machine.machine_frame @ pose_of(body.shape))
 
 
-def add_tool(vis: Any, node: str, tool: Tool) -> None:
-    """Add a tool, each part a body of revolution about z, with its tip at zero."""
+def add_tool(vis: Any, node: str, tool: Tool, length: float = 0.0) -> None:
+    """Add a tool, each part a body of revolution about z, with its tip at zero.
+
+    Parameters
+    ----------
+    length : mm, from the spindle's gauge point to the tip; 0 where it isn't known
+    """
     shapes = load_meshcat().geometry
-    for part, outline in tool_outlines(tool).items():
+    for part, outline in tool_outlines(tool, length).items():
         name = f"{node}/{part}"
         colour = {CUTTER: CUTTER_COLOUR, HOLDER: HOLDER_COLOUR}.get(part, SHANK_COLOUR)
         geometry = shapes.TriangularMeshGeometry(*revolve(outline))
         _add(vis, name, name, geometry, color=colour, flatShading=False)
 
 
-def tool_outlines(tool: Tool) -> dict[str, Array]:
+def tool_outlines(tool: Tool, length: float = 0.0) -> dict[str, Array]:
     """Return the outlines of a tool's parts, closed at the bottom, as collision checks use them.
 
     Returns
@@ -121,7 +126,8 @@ def tool_outlines(tool: Tool) -> dict[str, Array]:
     if tool.holder is None:
         thick, top = tool.cutter.outline()[-1].tolist()
         thick = thick if tool.shank_diameter is None else tool.shank_diameter / 2.0
-        outlines[SHANK] = np.array([[thick, top], [thick, top + SHANK_LENGTH * tool.diameter]])
+        end = max(length, top) if length else top + SHANK_LENGTH * tool.diameter
+        outlines[SHANK] = np.array([[thick, top], [thick, end]])
     return {name: np.vstack([[0.0, rows[0, 1]], rows]) for name, rows in outlines.items()}
 
 

@@ -160,7 +160,7 @@ def _scale(top: float) -> list[str]:
     stops = ", ".join("rgb({:.0f} {:.0f} {:.0f})".format(*(255.0 * stop)) for stop in VIRIDIS)
     return [
         f'<div id="scale" style="background: linear-gradient(to right, {stops})"></div>',
-        f'<div id="ends"><span>0</span><span>{top:.3g} W and more, feed drives in a cut</span></div>',
+        f'<div id="ends"><span>0</span><span>{top:,.0f} W and more, feed drives in a cut</span></div>',
     ]
 
 
@@ -182,7 +182,7 @@ def _listed(findings: Sequence[Finding], result: Side) -> list[str]:
             f'<button type="button" class="{cause.severity}"{where}>{html.escape(str(cause))}</button>'
         )
     inside = "\n".join(entries)
-    return [f'<details id="findings"><summary>{len(findings)} findings</summary>\n{inside}</details>']
+    return [f'<details id="findings"><summary>findings: {len(findings)}</summary>\n{inside}</details>']
 
 
 def _keys() -> str:

@@ -30,11 +30,19 @@ class ShownProgram(Protocol):
     """A program to show: its moves, its text, and the locations that the path's blocks stand for."""
 
     @property
-    def motion(self) -> ProgramMotion: ...
+    def motion(self) -> ProgramMotion:
+        """Its moves."""
+        ...
+
     @property
-    def text(self) -> Program: ...
+    def text(self) -> Program:
+        """Its lines."""
+        ...
+
     @property
-    def fill(self) -> Fill | None: ...
+    def fill(self) -> Fill | None:
+        """The locations that the blocks stand for; None for a motion without a path."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +112,7 @@ def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tup
     return tuple(sides)
 
 
-def _side(
-    name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: float, time: float
-) -> Side:
+def _side(name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: float, time: float) -> Side:
     rows = np.arange(len(motion), dtype=float)
     return Side(name, motion, path, tilt, rows, energy, time, np.full(len(motion), NO_LINE))
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import Machine
 from fiveaxis.viewer.moves import Readings, Side, read_off
-from fiveaxis.viewer.power_scale import colour_top, cutting_powers
+from fiveaxis.viewer.power_scale import VIRIDIS, colour_top, cutting_powers
 from fiveaxis.viewer.scene import STAGE, Scene
 
 # Steps of a number that is packed in 16 bit.
@@ -41,8 +41,8 @@ class Sections:
         self.index: dict[str, dict[str, Any]] = {}
         self.content: list[bytes] = []
 
-    def add(self, name: str, values: Array, kind: str) -> None:
-        """Add an array, row by row, as numbers of one of numpy's little-endian kinds: ``f8``, ``f4``, ``i4``."""
+    def add(self, name: str, values: Array | IntArray | BoolArray, kind: str) -> None:
+        """Add an array, row by row, as little-endian numbers of numpy's kinds ``f8``, ``f4`` or ``i4``."""
         self._add(name, np.ascontiguousarray(values, dtype=f"<{kind}"), {"kind": kind})
 
     def add_steps(self, name: str, values: Array) -> None:
@@ -91,6 +91,7 @@ def describe_show(
         },
         "sides": [side.name for side in sides],
         "top": colour_top(*powers),
+        "scale": VIRIDIS.tolist(),
         "tilt": list(tilt),
         "text": list(text),
     }

@@ -123,7 +123,7 @@ def build_scene(
         reach = max(TOOL_IN_VIEW * path.tool.diameter, min(reach, 2.0 * own))
     bodies = machine.bodies or schematic_bodies(machine, radius=max(0.75 * part_box.size, 40.0), reach=reach)
     add_bodies(vis, f"{STAGE}/links", machine, bodies)
-    add_tool(vis, f"{STAGE}/tool", path.tool)
+    add_tool(vis, f"{STAGE}/tool", path.tool, machine.tool_length)
     fixed = [corners(fixture.shape) for fixture in around.fixtures]
     extents = _extents(machine, sides, np.vstack([_box_corners(part_box), *fixed]), reach, bodies)
     _set_stage(vis, max(own, part_box.size))

@@ -7,6 +7,7 @@ its thicknesses are invented, and nothing is checked against it.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -59,7 +60,7 @@ class _Draft:
         """Draw the links from the workpiece to the bed."""
         links = (*self.machine.code.table, BED)
         level = np.zeros(3)
-        for number, (link, carrier) in enumerate(zip(links, links[1:], strict=False)):
+        for number, (link, carrier) in enumerate(pairwise(links)):
             line = self.lines[link]
             if link in "ABC":
                 level = self._turned(link, carrier, line, level, table=number == 0)
@@ -77,7 +78,7 @@ class _Draft:
             middle = nose + 0.5 * (begin + end) * self.radius * axis
             self._cylinder(links[0], middle, axis, size, end - begin)
         level = nose + SPINDLE[-1][2] * self.radius * axis
-        for link, carrier in zip(links, links[1:], strict=False):
+        for link, carrier in pairwise(links):
             line = self.lines[link]
             if link in "ABC":
                 level = self._swivelled(link, carrier, line, level)
@@ -117,7 +118,9 @@ class _Draft:
             end = middle + side * 1.85 * radius * direction
             height = (float(middle @ UP) - low) / radius
             self._box(
-                carrier, end - 0.5 * height * radius * UP, _along(direction, 0.3, 0.8) + np.array([0, 0, height])
+                carrier,
+                end - 0.5 * height * radius * UP,
+                _along(direction, 0.3, 0.8) + np.array([0, 0, height]),
             )
         self._box(carrier, foot, _along(direction, 4.0, 1.2) + np.array([0.0, 0.0, 0.2]))
         return np.asarray(foot - 0.1 * radius * UP)

@@ -21,7 +21,7 @@ class Show {
     this.twin = new Stage(group.clone(true), this.chain);
     this.root.add(this.twin.group);
     this.stage = new Stage(group, this.chain);
-    this.stage.follow(this.result, head.top);
+    this.stage.follow(this.result, head);
     this.readings = new Readings(head);
     const marks = pickAll("#findings [data-row]").map(one => ({row: Number(one.dataset.row), severity: one.className}));
     this.timeline = new Timeline(this.result, marks, time => this.seek(time));
@@ -43,7 +43,7 @@ class Show {
     this.inMachine = inMachine;
     this.apart = beside ? RIGHT.map(way => way * aside) : null;
     this.twin.group.visible = beside !== null;
-    if (beside) this.twin.follow(beside, this.head.top);
+    if (beside) this.twin.follow(beside, this.head);
     for (const box of pickAll("[data-node]"))
       for (const stage of [this.stage, this.twin]) {
         const node = child(stage.group, box.dataset.node);

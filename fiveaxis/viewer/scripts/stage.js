@@ -1,22 +1,21 @@
 "use strict";
 // What is seen of one motion: workpiece with its path, links, tool. The second one is a copy of the first.
 const RAPID_COLOUR = [0.36, 0.38, 0.42];
-const SCALE = [[0.267, 0.005, 0.329], [0.278, 0.175, 0.483], [0.230, 0.322, 0.546], [0.173, 0.449, 0.558],
-  [0.128, 0.567, 0.551], [0.158, 0.684, 0.502], [0.369, 0.789, 0.383], [0.678, 0.864, 0.190], [0.993, 0.906, 0.144]];
 const child = (group, path) => path.split("/").reduce(
   (found, name) => found && found.children.find(one => one.name === name), group);
 
-function colourOf(share, into, at) {
-  const place = Math.min(Math.max(share, 0), 1) * (SCALE.length - 1), low = Math.min(Math.floor(place), SCALE.length - 2);
+// Of a share of the colour scale, which has a colour at each of its ends and between them.
+function colourOf(share, scale, into, at) {
+  const place = Math.min(Math.max(share, 0), 1) * (scale.length - 1), low = Math.min(Math.floor(place), scale.length - 2);
   for (let k = 0; k < 3; k++)
-    into[at + k] = SCALE[low][k] + (place - low) * (SCALE[low + 1][k] - SCALE[low][k]);
+    into[at + k] = scale[low][k] + (place - low) * (scale[low + 1][k] - scale[low][k]);
 }
 
-function pathOf(side, top) {
+function pathOf(side, {top, scale}) {
   const moves = side.count - 1, ends = new Float32Array(6 * moves), colours = new Float32Array(6 * moves);
   for (let move = 0; move < moves; move++) {
     ends.set(side.points.subarray(3 * move, 3 * move + 6), 6 * move);
-    if (side.cutting[move + 1]) colourOf(side.total[move + 1] / top, colours, 6 * move);
+    if (side.cutting[move + 1]) colourOf(side.total[move + 1] / top, scale, colours, 6 * move);
     else colours.set(RAPID_COLOUR, 6 * move);
     colours.copyWithin(6 * move + 3, 6 * move, 6 * move + 3);
   }
@@ -37,12 +36,12 @@ class Stage {
     for (const moving of [group, this.tool, ...Object.values(this.links)]) moving.matrixAutoUpdate = false;
   }
 
-  follow(side, top) {
+  follow(side, head) {
     if (this.side === side) return;
     const old = child(this.workpiece, "path");
     if (old) { this.workpiece.remove(old); old.geometry.dispose(); old.material.dispose(); }
     this.side = side;
-    this.workpiece.add(pathOf(side, top));
+    this.workpiece.add(pathOf(side, head));
   }
 
   // Put everything where it is at a row, in the frame of the machine or of the part.
