@@ -155,6 +155,7 @@ async function start() {
   show.arrange();
   viewer.set_3d_pane_size();
   show.play(true);
+  performance.mark("ready");
   document.body.dataset.ready = "yes";
 }
 start().catch(fault => {
