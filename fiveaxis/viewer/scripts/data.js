@@ -5,8 +5,9 @@ const pickAll = selector => [...document.querySelectorAll(selector)];
 const KINDS = {f8: Float64Array, f4: Float32Array, i4: Int32Array, u2: Uint16Array};
 
 async function unpack(text) {
-  const packed = Uint8Array.from(atob(text.trim()), character => character.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  // The browser's own decoder of data URLs is the quickest.
+  const packed = await fetch(`data:application/gzip;base64,${text.trim()}`);
+  const stream = packed.body.pipeThrough(new DecompressionStream("gzip"));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
   const length = new DataView(bytes.buffer).getUint32(0, true);
   const head = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
@@ -15,9 +16,15 @@ async function unpack(text) {
   const arrays = {};
   for (const [name, {kind, size, unit}] of Object.entries(head.sections)) {
     const found = new KINDS[kind](bytes.slice(start, start += size).buffer);
-    arrays[name] = unit === undefined ? found : Float32Array.from(found, steps => steps * unit);
+    arrays[name] = unit === undefined ? found : scaled(found, unit);
   }
   return {head, commands, arrays};
+}
+
+function scaled(steps, unit) {
+  const values = new Float32Array(steps);
+  for (let at = 0; at < values.length; at++) values[at] *= unit;
+  return values;
 }
 
 // The last index whose entry isn't above a value, in ascending numbers.

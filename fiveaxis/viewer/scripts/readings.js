@@ -9,6 +9,8 @@ class Readings {
     Object.assign(this, {head, axes: head.machine.axes});
     this.rows = this.axes.map((_, k) => pick(`tr[data-axis="${k}"]`));
     this.figures = Object.fromEntries(pickAll("tr[data-figure]").map(row => [row.dataset.figure, row]));
+    const [low, high] = head.tilt;
+    this.write(this.figures.lean.querySelector("th"), `lean, ${digits(low, 0)} … ${digits(high, 0)}°`);
   }
 
   show(stage, beside) {
@@ -35,13 +37,13 @@ class Readings {
       }
       this.write(cells.querySelector(".power"), axis.powered ? `${digits(side.powers[k * end + number], 0)} W` : "unknown");
     });
-    const lean = side.at("lean", row), [low, high] = this.head.tilt;
+    const lean = side.at("lean", row);
     const figures = {
       time: `${digits(side.at("clock", row), 2)} s`,
       location: digits(side.at("place", row), 1),
       asked: side.asked[end] > 0 ? `${digits(side.asked[end], 0)} mm/min` : "rapid or none",
       got: side.got[end] > 0 ? `${digits(side.got[end], 0)} mm/min` : "–",
-      lean: Number.isFinite(lean) ? `${digits(lean, 2)}° (${digits(low, 1)} … ${digits(high, 1)})` : "–",
+      lean: Number.isFinite(lean) ? `${digits(lean, 2)}°` : "–",
       power: this.axes.some(axis => axis.powered) ? `${digits(side.total[end], 0)} W` : "unknown",
     };
     for (const [name, text] of Object.entries(figures)) this.write(this.figures[name].querySelector(`.${kind}`), text);
