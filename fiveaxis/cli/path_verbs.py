@@ -134,8 +134,13 @@ def preview(
         from fiveaxis.viewer import preview as show
 
         outcome = run_shown(job_of(context.params))
-        around, findings = outcome.around, outcome.verdict.findings
-        with show(outcome.solution, surroundings=around, findings=findings, open_browser=browser) as viewer:
+        with show(
+            outcome.solution,
+            program=outcome.program,
+            surroundings=outcome.around,
+            findings=outcome.verdict.findings,
+            open_browser=browser,
+        ) as viewer:
             out.print(f"preview at {viewer.url()} until Ctrl-C")
             viewer.wait()
 

@@ -123,6 +123,7 @@ def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[
         write_preview(
             solution,
             folder / "preview.html",
+            program=outcome.program,
             surroundings=outcome.around,
             findings=outcome.verdict.findings,
         ),

@@ -12,21 +12,19 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import Body, Machine
 from fiveaxis.mesh import load_mesh
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.viewer.library import identify, load_meshcat
 from fiveaxis.viewer.solids import is_flat, make_geometry, mesh_geometry, pose_of, revolve, scatter_marks
-from fiveaxis.viewer.tool_motion import KeyFrames, Poses, Side, tool_frames
 
 if TYPE_CHECKING:
     import trimesh
 
 PART_COLOUR, STOCK_COLOUR, FIXTURE_COLOUR = 0xB8BEC8, 0x8FB89A, 0xA77BCA
 BED_COLOUR, TABLE_COLOUR, HEAD_COLOUR = 0x7C828D, 0x5B8FC7, 0xC9A24B
-CUTTER_COLOURS = {"after": 0xE8C468, "before": 0xE07A5F}
+CUTTER_COLOUR = 0xE8C468
 SHANK_COLOUR, HOLDER_COLOUR = 0xAEB6C2, 0x6F7C91
 MARK_COLOURS = {Severity.ERROR: 0xFF4D5E, Severity.WARNING: 0xFFB224, Severity.NOTE: 0x6CB8FF}
 # Part, path and tool stay visible behind the machine.
@@ -85,76 +83,38 @@ def add_surroundings(vis: Any, root: str, around: Surroundings) -> None:
         _add(vis, f"{root}/{name}", name, geometry, **look).set_transform(pose_of(fixture.shape))
 
 
-def add_bodies(vis: Any, node: str, machine: Machine, positions: Array) -> dict[str, Poses]:
-    """Add the bodies of a machine, hidden, one object each.
-
-    Parameters
-    ----------
-    vis : a meshcat visualizer
-    node : path of the machine's node, with a node per link below; none is made without bodies
-    machine : its bodies
-    positions : (f, k), mm and rad, axis values of the key frames
-
-    Returns
-    -------
-    Poses of the links with bodies, by their node, except the link of the workpiece, which stands still
+def add_bodies(vis: Any, node: str, machine: Machine, bodies: Sequence[Body]) -> None:
+    """Add the bodies of a machine, one object each, below a node per link; every axis at 0.
 
     Raises
     ------
     MeshError
         A body's mesh can't be read.
     """
-    for name, body in zip(body_nodes(node, machine), machine.bodies, strict=True):
+    for i, body in enumerate(bodies):
+        name = f"{node}/{body.link}/{i}"
         geometry = make_geometry(body.shape, MOST_TRIANGLES)
         look = {"color": _body_colour(body, machine), "opacity": MACHINE_OPACITY}
         look |= {"flatShading": is_flat(body.shape), "depthWrite": False}
         _add(vis, name, name, geometry, **look).set_transform(machine.machine_frame @ pose_of(body.shape))
-    return move_links(vis, node, machine, positions)
 
 
-def move_links(vis: Any, node: str, machine: Machine, positions: Array) -> dict[str, Poses]:
-    """Make the nodes of a machine's links, hidden and without bodies; otherwise as `add_bodies`."""
-    if not machine.bodies:
-        return {}
-    carried = {body.link for body in machine.bodies}
-    _, *others = link_poses(machine, positions).items()
-    moving = {f"{node}/{link}": pose for link, pose in others if link in carried}
-    for name, pose in moving.items():
-        vis[name].set_transform(pose[0])
-    vis[node].set_property("visible", False)
-    return {name: _split(pose) for name, pose in moving.items()}
+def add_tool(vis: Any, node: str, tool: Tool, length: float = 0.0) -> None:
+    """Add a tool, each part a body of revolution about z, with its tip at zero.
 
-
-def body_nodes(node: str, machine: Machine) -> list[str]:
-    """Return the node of every body below that of the machine, in the machine's order."""
-    return [f"{node}/{body.link}/{i}" for i, body in enumerate(machine.bodies)]
-
-
-def add_tools(
-    vis: Any, root: str, machine: Machine, tool: Tool, sides: Sequence[Side]
-) -> dict[str, tuple[KeyFrames, Poses]]:
-    """Add one tool per side, each part a body of revolution, at its first pose.
-
-    Returns
-    -------
-    Key frames and poses of each tool, by its node
+    Parameters
+    ----------
+    length : mm, from the spindle's gauge point to the tip; 0 where it isn't known
     """
     shapes = load_meshcat().geometry
-    moving = {}
-    for side in sides:
-        node = f"{side.node}/tool"
-        for part, outline in tool_outlines(tool).items():
-            name = f"{node}/{part}"
-            colour = {CUTTER: CUTTER_COLOURS[side.node], HOLDER: HOLDER_COLOUR}.get(part, SHANK_COLOUR)
-            geometry = shapes.TriangularMeshGeometry(*revolve(outline))
-            _add(vis, f"{root}/{name}", name, geometry, color=colour, flatShading=False)
-        poses = tool_frames(machine, side.motion, side.frames.rows)
-        vis[f"{root}/{node}"].set_transform(_first_pose(*poses))
-        moving[f"{root}/{node}"] = side.frames, poses
-    return moving
+    for part, outline in tool_outlines(tool, length).items():
+        name = f"{node}/{part}"
+        colour = {CUTTER: CUTTER_COLOUR, HOLDER: HOLDER_COLOUR}.get(part, SHANK_COLOUR)
+        geometry = shapes.TriangularMeshGeometry(*revolve(outline))
+        _add(vis, name, name, geometry, color=colour, flatShading=False)
 
 
-def tool_outlines(tool: Tool) -> dict[str, Array]:
+def tool_outlines(tool: Tool, length: float = 0.0) -> dict[str, Array]:
     """Return the outlines of a tool's parts, closed at the bottom, as collision checks use them.
 
     Returns
@@ -166,7 +126,8 @@ def tool_outlines(tool: Tool) -> dict[str, Array]:
     if tool.holder is None:
         thick, top = tool.cutter.outline()[-1].tolist()
         thick = thick if tool.shank_diameter is None else tool.shank_diameter / 2.0
-        outlines[SHANK] = np.array([[thick, top], [thick, top + SHANK_LENGTH * tool.diameter]])
+        end = max(length, top) if length else top + SHANK_LENGTH * tool.diameter
+        outlines[SHANK] = np.array([[thick, top], [thick, end]])
     return {name: np.vstack([[0.0, rows[0, 1]], rows]) for name, rows in outlines.items()}
 
 
@@ -191,7 +152,7 @@ def add_marks(vis: Any, root: str, findings: Sequence[Finding], points: Array, r
         found = (f.place.location for f in findings if f.severity is severity)
         rows = sorted({row for row in found if row is not None and 0 <= row < len(points)})
         if rows:
-            name, marked = f"after/marks/{severity}", True
+            name, marked = f"marks/{severity}", True
             body = shapes.TriangularMeshGeometry(*scatter_marks(points[rows], radius))
             # Transparent objects are drawn last; without a depth test nothing hides them.
             material = shapes.MeshBasicMaterial(color=colour, transparent=True, depthTest=False)
@@ -211,20 +172,3 @@ def _body_colour(body: Body, machine: Machine) -> int:
     if body.link not in machine.code.letters:
         return BED_COLOUR
     return TABLE_COLOUR if body.link in machine.code.table else HEAD_COLOUR
-
-
-def _split(poses: Array) -> Poses:
-    """Split poses, (f, 4, 4) mm, into positions and quaternions."""
-    from scipy.spatial.transform import Rotation
-
-    return poses[:, :3, 3], Rotation.from_matrix(poses[:, :3, :3]).as_quat()
-
-
-def _first_pose(centre: Array, quaternion: Array) -> Array:
-    """Return the pose, (4, 4) mm, of the first key frame."""
-    from scipy.spatial.transform import Rotation
-
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(quaternion[0]).as_matrix()
-    pose[:3, 3] = centre[0]
-    return pose

@@ -1,4 +1,4 @@
-"""The page's texts, legend and controls. Text from files is escaped."""
+"""The page's texts and controls as HTML. Text from files is escaped."""
 
 from __future__ import annotations
 
@@ -9,19 +9,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fiveaxis.findings import Finding, group_findings
-from fiveaxis.viewer.lines import VIRIDIS
+from fiveaxis.machine import Machine
+from fiveaxis.viewer.moves import Side
+from fiveaxis.viewer.power_scale import VIRIDIS
 from fiveaxis.viewer.scene import Scene
-from fiveaxis.viewer.tool_motion import Side
 
 if TYPE_CHECKING:
     from fiveaxis.posture.solution import Solution
 
-# Marks the box of an object that is shown a second time beside the baseline.
-COPIED = ' data-copied="yes"'
-# Speeds of the show, as multiples of the programmed one.
+# Speeds of the show, as multiples of the program's.
 SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-# Only speeds within this factor of the initial one are offered.
-RANGE = 10.0
+KEYS = (
+    ("Space", "play or pause"),
+    ("← →", "block by block"),
+    ("Page ↑ ↓", "ten seconds"),
+    ("Home End", "first and last block"),
+    ("F", "frame"),
+)
 
 
 def title_of(solution: Solution) -> str:
@@ -29,100 +33,134 @@ def title_of(solution: Solution) -> str:
     return html.escape(Path(solution.toolpath.name).name)
 
 
-def make_legend(solution: Solution, scene: Scene, findings: Sequence[Finding]) -> str:
-    """Return the legend as HTML."""
-    lines = [
-        f"<h1>{title_of(solution)}</h1>",
-        f"<p>{len(solution.toolpath)} locations, {html.escape(solution.machine.name)}</p>",
-        f"<p>{'<br>'.join(_figures(side) for side in scene.sides)}<br>energy of the feed drives</p>",
-        *_views(scene),
-        f"<p>{''.join(_boxes(scene))}</p>",
-        *_remarks(solution, scene),
-        *_scale(scene.top),
-        *_listed(findings, scene),
-    ]
-    return '<div id="legend">' + "\n".join(lines) + "</div>"
-
-
-def make_controls(pace: float) -> str:
-    """Return the bar below the scene as HTML: play and pause, the time slider, the speed.
+def make_legend(
+    solution: Solution, scene: Scene, sides: Sequence[Side], findings: Sequence[Finding], top: float
+) -> str:
+    """Return the panel of what is shown, with its choices, as HTML.
 
     Parameters
     ----------
-    pace : initial machine seconds per second of the show, which the speeds are multiples of
+    top : W, at the end of the colour scale
     """
-    offered = sorted({pace, *(s for s in SPEEDS if pace / RANGE <= s <= pace * RANGE or s == 1.0)})
-    speeds = "".join(
-        f'<option value="{speed / pace:.6g}"{" selected" if speed == pace else ""}>{speed:.3g}×</option>'
-        for speed in offered
+    lines = [
+        f"<h1>{title_of(solution)}</h1>",
+        f"<p>{len(solution.toolpath)} locations, {html.escape(solution.machine.name)}</p>",
+        f"<p>{'<br>'.join(_figures(side) for side in sides)}<br>energy of the feed drives, time</p>",
+        _frames(),
+        _beside(sides),
+        f"<p>{''.join(_boxes(scene))}</p>",
+        *_remarks(solution, scene),
+        *_scale(top),
+        *_listed(findings, sides[0]),
+        _keys(),
+    ]
+    return '<section id="legend" aria-label="what is shown">' + "\n".join(lines) + "</section>"
+
+
+def make_readings(machine: Machine) -> str:
+    """Return the panel of what is read off at the place shown, as HTML; the page's script fills it."""
+    rows = "".join(
+        f'<tr data-axis="{number}"><th scope="row">{axis.letter}</th><td class="value"></td>'
+        '<td class="range"><meter min="0" max="1" aria-label="place in its travel"></meter></td>'
+        '<td class="power"></td><td class="other"></td></tr>'
+        for number, axis in enumerate(machine.axes)
+    )
+    figures = "".join(
+        f'<tr data-figure="{name}"><th scope="row">{label}</th><td class="value" colspan="3"></td>'
+        '<td class="other"></td></tr>'
+        for name, label in (
+            ("time", "time"),
+            ("location", "location"),
+            ("asked", "feed wanted"),
+            ("got", "feed got"),
+            ("lean", "lean"),
+            ("power", "power"),
+        )
     )
     return (
-        '<div id="controls"><button id="play" type="button">pause</button>'
+        '<section id="readings" aria-label="at the place shown"><p id="block"></p>'
+        '<table><thead><tr><th scope="col">axis</th><th scope="col">value</th><th scope="col">travel</th>'
+        '<th scope="col">power</th><th scope="col" class="other" id="other-name"></th></tr></thead>'
+        f"<tbody>{rows}</tbody><tbody>{figures}</tbody></table></section>"
+    )
+
+
+def make_controls() -> str:
+    """Return the bar below the scene as HTML: time line, play and pause, time, speed."""
+    speeds = "".join(f'<option value="{speed}">{speed:g}×</option>' for speed in SPEEDS)
+    return (
+        '<section id="controls" aria-label="time"><div id="timeline"><canvas id="curves" role="img" '
+        'aria-label="power, feed and findings over time"></canvas><div id="cursor"></div></div>'
+        '<div id="buttons"><button id="play" type="button">pause</button>'
         '<input id="time" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
-        f'<select id="speed" aria-label="speed, of the programmed one" title="of the programmed speed">'
-        f'{speeds}</select><span id="clock"></span></div>'
+        '<select id="speed" aria-label="speed, of the program’s" title="of the program’s speed">'
+        f'{speeds}</select><span id="clock"></span></div></section>'
     )
 
 
 def _figures(side: Side) -> str:
     """Return energy and time of a side."""
-    time = float(side.motion.time.sum())
-    return f"{html.escape(side.name)} {side.energy:,.0f} J, {time:,.1f} s"
+    return f"{html.escape(side.name)} {side.energy:,.0f} J, {side.time:,.1f} s"
 
 
-def _views(scene: Scene) -> list[str]:
-    if len(scene.sides) < 2:
-        return []
-    before = scene.sides[1].name
-    views = {
-        "after": "result",
-        "before": before,
-        "both": "both at one place",
-        "apart": f"side by side, {before} on the left",
-    }
-    chosen = "".join(
-        f'<label><input type="radio" name="view" value="{value}"{" checked" if value == "after" else ""}> '
-        f"{html.escape(label)}</label>"
-        for value, label in views.items()
+def _frames() -> str:
+    choices = (("machine", "machine", True), ("part", "part", False))
+    inside = "".join(
+        f'<label><input type="radio" name="frame" value="{value}"{" checked" * checked}> {label}</label>'
+        for value, label, checked in choices
     )
-    return [f"<p>{chosen}</p>"]
+    whole = '<label><input type="checkbox" id="whole"> whole machine</label>'
+    return f'<fieldset id="frames"><legend>frame of the</legend>{inside}{whole}</fieldset>'
+
+
+def _beside(sides: Sequence[Side]) -> str:
+    if len(sides) < 2:
+        return ""
+    options = "".join(
+        f'<option value="{number}">{html.escape(side.name)}</option>'
+        for number, side in enumerate(sides)
+        if number
+    )
+    return (
+        '<p><label>beside the result <select id="beside"><option value="">nothing</option>'
+        f"{options}</select></label></p>"
+    )
 
 
 def _boxes(scene: Scene) -> list[str]:
     """Return a check box for every object that can be hidden."""
-    copied = len(scene.sides) > 1
     wanted = [
-        ("part", "part", scene.has_part, True, copied),
-        ("stock", "stock", scene.has_stock, False, copied),
-        ("fixtures", "fixtures", bool(scene.fixtures), True, copied),
-        ("machine", "machine", scene.has_machine, False, copied),
-        ("findings", "after/marks", scene.has_marks, True, False),
+        ("part", "workpiece/part", scene.has_part, True),
+        ("stock", "workpiece/stock", scene.has_stock, False),
+        ("fixtures", "workpiece/fixtures", bool(scene.fixtures), True),
+        ("machine", "links", True, True),
+        ("tool", "tool", True, True),
+        ("findings", "workpiece/marks", scene.has_marks, True),
     ]
     return [
-        f'<label><input type="checkbox" value="{node}"{" checked" * shown}{COPIED * twice}> {label}</label>'
-        for label, node, there, shown, twice in wanted
+        f'<label><input type="checkbox" data-node="{node}"{" checked" * shown}> {label}</label>'
+        for label, node, there, shown in wanted
         if there
     ]
 
 
 def _remarks(solution: Solution, scene: Scene) -> list[str]:
-    """Return the remarks on pace, fixtures and holder."""
+    """Return the remarks on machine, fixtures and holder."""
     remarks = []
-    pace = scene.sides[0].frames.pace
-    if round(pace, 1) > 1.0:
-        remarks.append(f"initially shown {pace:.3g} times as fast as programmed")
+    if scene.is_schematic:
+        remarks.append("The machine is a scheme: placed by its chain and travels, with invented thicknesses.")
     if scene.fixtures:
         remarks.append("fixtures: " + ", ".join(scene.fixtures))
     if solution.toolpath.tool.holder is None:
-        remarks.append("no holder is known; the shank's length is assumed")
-    return [f"<p>{html.escape(line)}</p>" for line in remarks]
+        remarks.append("No holder is known; the shank's length is assumed.")
+    return [f'<p class="small">{html.escape(line)}</p>' for line in remarks]
 
 
 def _scale(top: float) -> list[str]:
     stops = ", ".join("rgb({:.0f} {:.0f} {:.0f})".format(*(255.0 * stop)) for stop in VIRIDIS)
     return [
         f'<div id="scale" style="background: linear-gradient(to right, {stops})"></div>',
-        f'<div id="ends"><span>0</span><span>{top:.3g} W and more, feed drives in a cut</span></div>',
+        f'<div id="ends"><span>0</span><span>{top:,.0f} W and more, feed drives in a cut</span></div>',
     ]
 
 
@@ -132,16 +170,21 @@ def _portable(finding: Finding) -> Finding:
     return finding if file is None else replace(finding, place=replace(finding.place, file=Path(file).name))
 
 
-def _listed(findings: Sequence[Finding], scene: Scene) -> list[str]:
-    """List findings by cause, each a button that takes the show to the worst location, if there is one."""
+def _listed(findings: Sequence[Finding], result: Side) -> list[str]:
+    """List findings by cause, each a button that goes to the worst place, if there is one."""
     if not findings:
         return []
     entries = []
     for cause in group_findings(map(_portable, findings)):
-        time = scene.sides[0].when_shown(cause.worst)
-        when = "" if time is None else f' data-time="{time:.3f}"'
+        row = result.row_of(cause.worst)
+        where = "" if row is None else f' data-row="{row}"'
         entries.append(
-            f'<button type="button" class="{cause.severity}"{when}>{html.escape(str(cause))}</button>'
+            f'<button type="button" class="{cause.severity}"{where}>{html.escape(str(cause))}</button>'
         )
     inside = "\n".join(entries)
-    return [f'<details id="findings"><summary>{len(findings)} findings</summary>\n{inside}</details>']
+    return [f'<details id="findings"><summary>findings: {len(findings)}</summary>\n{inside}</details>']
+
+
+def _keys() -> str:
+    rows = "".join(f"<dt>{key}</dt><dd>{what}</dd>" for key, what in KEYS)
+    return f'<details id="keys"><summary>keys</summary><dl>{rows}</dl></details>'

@@ -1,20 +1,20 @@
-"""The scene as one HTML page that needs no network and no server, with meshcat's commands packed in it."""
+"""The simulation as one HTML page that needs no network and no server, with everything packed in it."""
 
 from __future__ import annotations
 
-import base64
-import gzip
-import json
 import logging
+import math
 from collections.abc import Sequence
-from importlib import import_module
+from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fiveaxis.files import write_atomically
-from fiveaxis.viewer.legend import make_controls, make_legend, title_of
+from fiveaxis.viewer.legend import make_controls, make_legend, make_readings, title_of
 from fiveaxis.viewer.library import load_meshcat
-from fiveaxis.viewer.scene import ROOT, Layout, Scene, build_scene
+from fiveaxis.viewer.moves import NO_LINE, ShownProgram, choose_sides
+from fiveaxis.viewer.payload import Recorder, describe_show, pack_payload
+from fiveaxis.viewer.scene import build_scene
 
 if TYPE_CHECKING:
     import trimesh
@@ -30,24 +30,27 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
     "connect-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'"
 )
-# Digits of the show's figures.
-DIGITS = 6
+# In this order: each uses the ones before.
+SCRIPTS = ("data.js", "chain.js", "stage.js", "readings.js", "timeline.js", "main.js")
 
 
 def write_preview(
     solution: Solution,
     path: str | Path,
     *,
+    program: ShownProgram | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
 ) -> Path:
-    """Write the scene as one HTML page that works offline; the same solution gives the same bytes.
+    """Write the simulation as one HTML page that works offline; the same solution gives the same bytes.
 
     Parameters
     ----------
     solution : to show
     path : of the page
+    program : of the solution, as `make_program` makes it: its moves and blocks are shown instead of the
+        path's locations
     part : mesh of the part in mm, or its file; None takes that of the surroundings
     surroundings : stock and fixtures to show
     findings : of verification, on the solution's motion
@@ -59,7 +62,7 @@ def write_preview(
     SettingError
         The page can't be written there.
     """
-    page = render_page(solution, part=part, surroundings=surroundings, findings=findings)
+    page = render_page(solution, program=program, part=part, surroundings=surroundings, findings=findings)
     logger.info("%s: %d kB", Path(path).name, len(page) // 1000)
     return write_atomically(path, page)
 
@@ -67,6 +70,7 @@ def write_preview(
 def render_page(
     solution: Solution,
     *,
+    program: ShownProgram | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
@@ -74,94 +78,36 @@ def render_page(
     """Return the text of the page that `write_preview` writes."""
     meshcat = load_meshcat()
     recorder = Recorder()
+    sides = choose_sides(solution, program)
     vis = meshcat.Visualizer(window=recorder)
-    scene = build_scene(vis, solution, part, surroundings=surroundings, findings=findings)
-    for side in scene.sides:
-        logger.debug(
-            "%s: %d of %d locations are key frames", side.name, len(side.frames.rows), len(side.motion)
-        )
+    scene = build_scene(vis, solution, sides, part, surroundings=surroundings, findings=findings)
+    has_text = program is not None and bool((sides[0].line != NO_LINE).any())
+    text = program.text.lines if program is not None and has_text else ()
+    bounds = math.degrees(solution.tilt.low), math.degrees(solution.tilt.high)
+    head, sections = describe_show(solution.machine, scene, sides, text, bounds)
     logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(findings))
     bundle = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
-    licence = bundle.with_name("main.min.js.LICENSE.txt")
-    here = Path(__file__)
+    licence = bundle.with_name("main.min.js.LICENSE.txt").read_text(encoding="utf-8")
+    scripts = "".join(f"<script>\n{_own(name)}</script>\n" for name in SCRIPTS)
     return "\n".join(
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-            f"<title>{title_of(solution)}: fiveaxis preview</title>",
-            f"<style>\n{_text(here.with_name('preview.css'))}</style>\n</head>\n<body>",
-            '<div id="meshcat-pane"></div>',
-            make_legend(solution, scene, findings),
-            make_controls(scene.sides[0].frames.pace),
+            f"<title>{title_of(solution)}: fiveaxis simulation</title>",
+            f"<style>\n{_own('page.css')}</style>\n</head>\n<body>",
+            '<main id="meshcat-pane" aria-label="machine, workpiece and tool"></main>',
+            make_legend(solution, scene, sides, findings, head["top"]),
+            make_readings(solution.machine),
+            make_controls(),
             '<div id="fault" role="alert" hidden></div>',
-            f'<script type="text/plain" id="licences">\n{_text(licence)}\n</script>',
-            f'<script type="text/plain" id="scene">\n{pack_payload(recorder.commands, describe_show(scene))}',
-            f"</script>\n<script>\n{_text(bundle)}\n</script>",
-            f"<script>\n{_text(here.with_name('preview.js'))}</script>",
-            "</body>\n</html>\n",
+            f'<script type="text/plain" id="licences">\n{licence}\n</script>',
+            f'<script type="text/plain" id="scene">\n{pack_payload(recorder.commands, sections, head)}',
+            f"</script>\n<script>\n{bundle.read_text(encoding='utf-8')}\n</script>",
+            f"{scripts}</body>\n</html>\n",
         ]
     )
 
 
-def _text(path: Path) -> str:
-    return path.read_text(encoding="utf-8")
-
-
-class Recorder:
-    """Replaces meshcat's window: keeps the commands, so that no server process is needed."""
-
-    def __init__(self) -> None:
-        self.commands: list[bytes] = []
-
-    def send(self, command: Any) -> None:
-        """Keep a command as the bytes that a browser would get."""
-        self.commands.append(import_module("umsgpack").packb(command.lower()))
-
-
-def pack_payload(commands: Sequence[bytes], head: dict[str, Any]) -> str:
-    """Pack a scene by gzip and base64, always to the same text.
-
-    Parameters
-    ----------
-    commands : as packed by meshcat
-    head : further data for the page's script; the lengths of the commands are added
-
-    Returns
-    -------
-    Four bytes with the length of the head (little-endian), the head as JSON, and all commands
-    """
-    text = json.dumps(head | {"lengths": [len(c) for c in commands]}, separators=(",", ":")).encode()
-    content = len(text).to_bytes(4, "little") + text + b"".join(commands)
-    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
-
-
-def describe_show(scene: Scene) -> dict[str, Any]:
-    """Collect the data for the page's script: arrangements, copies, and times of the key frames."""
-    frames = scene.sides[0].frames
-    return {
-        "root": f"/meshcat/{ROOT}",
-        "layout": _arrangement(scene.layout),
-        "machine_layout": _arrangement(scene.layout.with_machine()),
-        "copies": scene.copies,
-        "duration": max(_round(side.frames.times[-1]) for side in scene.sides),
-        "pace": _round(frames.pace),
-        "times": [_round(time) for time in frames.times],
-        "rows": frames.rows.tolist(),
-    }
-
-
-def _arrangement(layout: Layout) -> dict[str, list[float]]:
-    return {
-        "together": _matrix(layout.together()),
-        "apart": _matrix(layout.apart()),
-        "shift": _matrix(layout.shift()),
-    }
-
-
-def _matrix(transform: Any) -> list[float]:
-    """Flatten a transform column by column, as three.js reads it."""
-    return [float(x) for x in transform.T.reshape(-1)]
-
-
-def _round(value: float) -> float:
-    return float(f"{float(value):.{DIGITS}g}")
+def _own(name: str) -> str:
+    return files("fiveaxis.viewer").joinpath("scripts", name).read_text(encoding="utf-8")

@@ -1,9 +1,12 @@
-"""The scene in the workpiece frame, mm: part, paths coloured by power, tools, machine."""
+"""The scene, mm: the workpiece with its path, the machine's links and the tool, and what of them is in view.
+
+The page's script moves the links by the chain (`chain.js`), so a scene has no frames.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,22 +14,14 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding
-from fiveaxis.geometry import Array
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.viewer.bodies import (
-    add_bodies,
-    add_marks,
-    add_part,
-    add_surroundings,
-    add_tools,
-    body_nodes,
-    gather,
-    move_links,
-)
+from fiveaxis.geometry import Array, inverse_transform
+from fiveaxis.kinematics import link_poses, tool_poses
+from fiveaxis.machine import BED, Body, Machine
+from fiveaxis.viewer.bodies import add_bodies, add_marks, add_part, add_surroundings, add_tool, gather
 from fiveaxis.viewer.library import identify, load_meshcat
-from fiveaxis.viewer.lines import add_paths, shown_points
+from fiveaxis.viewer.moves import Side, shown_points
+from fiveaxis.viewer.schematic import schematic_bodies
 from fiveaxis.viewer.solids import corners
-from fiveaxis.viewer.tool_motion import KeyFrames, Poses, Side, choose_sides, make_animation
 
 if TYPE_CHECKING:
     import trimesh
@@ -34,64 +29,38 @@ if TYPE_CHECKING:
     from fiveaxis.posture.solution import Solution
 
 ROOT = "fiveaxis"
-# Largest size of the view with fixtures and tools, as a multiple of the part's at the same scale.
-AROUND = 1.4
+STAGE = f"{ROOT}/stage"
 # Radius of a finding's mark, as a share of the path's size.
 MARK = 0.018
 BACKGROUND = ((0.16, 0.18, 0.22), (0.09, 0.10, 0.12))
-# Size of the scene in the view, for which the viewer's lights and clipping are made.
-SHOWN_SIZE = 2.4
 CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
-# Direction across the view from left to right, workpiece frame.
-RIGHT = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
-# Side by side: distance of the two in sizes of the scene, and scale of each.
-GAP, SMALLER = 1.35, 0.62
-# Offset of the scene, alone, to the right of the middle, in its sizes: the legend is on the left.
-ASIDE = 0.28
-# Factor of the viewing distance with the machine. With its whole working space in view the part would be too
-# small.
-STEP_BACK = 4.0
+# Rows at which the space that the tool and the part need is looked at.
+LOOKED_AT = 200
+# Without a holder, this many diameters of the tool are in view; a schematic spindle begins there.
+TOOL_IN_VIEW = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
-    """A box of the workpiece frame that is in view.
-
-    Parameters
-    ----------
-    low, high : (3,), mm, its corners
-    size : mm, of what fills the view, as a rule its longest side
-    """
+class Extent:
+    """A box that is in view, mm."""
 
     low: Array
     high: Array
-    size: float
 
-    def with_machine(self) -> Layout:
-        """Step back, so that table and spindle are visible around the part."""
-        return replace(self, size=STEP_BACK * self.size)
+    @classmethod
+    def of(cls, points: Array) -> Extent:
+        """Return the box around points, (p, 3)."""
+        return cls(points.min(axis=0), points.max(axis=0))
 
-    def together(self) -> Array:
-        """Return the transform, (4, 4), that scales the scene to the view, beside the legend."""
-        aside = ASIDE * self.size * RIGHT
-        return self._scaled(SHOWN_SIZE / self.size, (self.low + self.high) / 2.0 - aside)
+    @property
+    def middle(self) -> Array:
+        """(3,), mm."""
+        return (self.low + self.high) / 2.0
 
-    def apart(self) -> Array:
-        """Return the transform, (4, 4), that shows the result and a baseline moved by `shift`."""
-        middle = (self.low + self.high + self.shift()[:3, 3]) / 2.0
-        return self._scaled(SMALLER * SHOWN_SIZE / self.size, middle)
-
-    def shift(self) -> Array:
-        """Return the transform, (4, 4) mm, that moves a baseline to the left of the result."""
-        moved = np.eye(4)
-        moved[:3, 3] = -GAP * self.size * RIGHT
-        return moved
-
-    @staticmethod
-    def _scaled(scale: float, middle: Array) -> Array:
-        scaled = np.diag([scale, scale, scale, 1.0])
-        scaled[:3, 3] = -scale * middle
-        return scaled
+    @property
+    def size(self) -> float:
+        """The longest side, mm."""
+        return max(float((self.high - self.low).max()), 1e-3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,39 +69,36 @@ class Scene:
 
     Parameters
     ----------
-    top : W, at the end of the colour scale
-    sides : the result, and the baseline if there is one
-    layout : in the view
-    has_part, has_stock, has_machine, has_marks : whether they are in the scene
+    extents : what is in view: ``part`` in the workpiece frame, ``work`` and ``machine`` in the machine frame
+    has_part, has_stock, has_marks : whether they are in the scene
+    is_schematic : whether the machine is drawn from its chain alone
     fixtures : their names, in the order of their nodes
-    copies : nodes, below the root, that are shown a second time beside the baseline → nodes of the copies
     """
 
-    top: float
-    sides: tuple[Side, ...]
-    layout: Layout
+    extents: dict[str, Extent]
     has_part: bool
     has_stock: bool
-    has_machine: bool
     has_marks: bool
+    is_schematic: bool
     fixtures: tuple[str, ...]
-    copies: dict[str, str]
 
 
 def build_scene(
     vis: Any,
     solution: Solution,
+    sides: Sequence[Side],
     part: str | Path | trimesh.Trimesh | None = None,
     *,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
 ) -> Scene:
-    """Build the meshcat scene of a solution, with its baseline and the machine hidden at first.
+    """Build the meshcat scene of a solution, every axis at 0.
 
     Parameters
     ----------
     vis : a meshcat visualizer
     solution : to show
+    sides : its motions, the result first
     part : mesh of the part in mm, or its file; None takes that of the surroundings
     surroundings : stock and fixtures
     findings : of verification, on the solution's motion; shown as marks at their locations
@@ -142,90 +108,74 @@ def build_scene(
     MeshError
         A mesh of the part, a fixture or the machine can't be read.
     """
+    machine, path = solution.machine, solution.toolpath
     mesh, around = gather(part, surroundings)
-    sides = choose_sides(solution)
-    layout = _set_stage(vis, solution, mesh, _around_part(solution, around, sides))
+    points = path.pivot if mesh is None else np.vstack([path.pivot, mesh.vertices])
+    part_box = Extent.of(points)
+    workpiece = f"{STAGE}/workpiece"
     if mesh is not None:
-        add_part(vis, ROOT, mesh)
-    add_surroundings(vis, ROOT, around)
-    top = add_paths(vis, ROOT, solution.machine, sides)
-    marked = add_marks(vis, ROOT, findings, shown_points(solution.toolpath), MARK * _path_size(solution))
-    _set_moving(vis, solution, sides)
-    shared = ["part"] * (mesh is not None) + ["stock"] * (around.stock is not None)
-    shared += [f"fixtures/{i}" for i in range(len(around.fixtures))]
-    copies = {node: f"before/{node}" for node in (*shared, *body_nodes("machine", solution.machine))}
+        add_part(vis, workpiece, mesh)
+    add_surroundings(vis, workpiece, around)
+    own = max(float(np.ptp(path.pivot, axis=0).max()), path.tool.diameter)
+    marked = add_marks(vis, workpiece, findings, shown_points(path), MARK * own)
+    reach = max(float(outlined.outline[-1, 1]) for outlined in path.tool.parts())
+    if path.tool.holder is None:
+        reach = max(TOOL_IN_VIEW * path.tool.diameter, min(reach, 2.0 * own))
+    bodies = machine.bodies or schematic_bodies(machine, radius=max(0.75 * part_box.size, 40.0), reach=reach)
+    add_bodies(vis, f"{STAGE}/links", machine, bodies)
+    add_tool(vis, f"{STAGE}/tool", path.tool, machine.tool_length)
+    fixed = [corners(fixture.shape) for fixture in around.fixtures]
+    extents = _extents(machine, sides, np.vstack([_box_corners(part_box), *fixed]), reach, bodies)
+    _set_stage(vis, max(own, part_box.size))
     return Scene(
-        top=top,
-        sides=sides,
-        layout=layout,
+        extents=extents,
         has_part=mesh is not None,
         has_stock=around.stock is not None,
-        has_machine=bool(solution.machine.bodies),
         has_marks=marked,
+        is_schematic=not machine.bodies,
         fixtures=tuple(fixture.name for fixture in around.fixtures),
-        copies=copies if len(sides) > 1 else {},
     )
 
 
-def _set_moving(vis: Any, solution: Solution, sides: Sequence[Side]) -> None:
-    """Add tools and machine with their animation, and hide those of the baseline."""
-    machine = solution.machine
-    moving: dict[str, tuple[KeyFrames, Poses]] = add_tools(vis, ROOT, machine, solution.toolpath.tool, sides)
-    for side in sides:
-        positions = side.motion.positions[side.frames.rows]
-        # The baseline's bodies are copies of the result's and differ only in motion.
-        if side is sides[0]:
-            links = add_bodies(vis, f"{ROOT}/machine", machine, positions)
-        else:
-            links = move_links(vis, f"{ROOT}/{side.node}/machine", machine, positions)
-        moving |= {name: (side.frames, poses) for name, poses in links.items()}
-    vis.set_animation(make_animation(vis, moving), play=True, repetitions=1000)
-    for side in sides[1:]:
-        vis[f"{ROOT}/{side.node}"].set_property("visible", False)
-
-
-def _path_size(solution: Solution) -> float:
-    """Return the longest side of the path's bounding box, mm, but at least the tool's diameter."""
-    sides = np.ptp(solution.toolpath.pivot, axis=0)
-    return max(float(sides.max()), solution.toolpath.tool.diameter)
-
-
-def _around_part(solution: Solution, around: Surroundings, sides: Sequence[Side]) -> Array:
-    """Return the points, (p, 3) mm, of fixtures and tools at the start, which the first view includes.
-
-    Raises
-    ------
-    MeshError
-        A fixture's mesh can't be read.
-    """
-    # An assumed shank may leave the view.
-    height = max(float(part.outline[-1, 1]) for part in solution.toolpath.tool.parts())
-    points = [corners(fixture.shape) for fixture in around.fixtures]
-    for side in sides:
-        tip, axis = tool_poses(solution.machine, side.motion.positions[side.frames.rows[:1]])
-        points += [tip, tip + height * axis]
-    return np.vstack(points)
-
-
-def _set_stage(vis: Any, solution: Solution, mesh: trimesh.Trimesh | None, others: Array) -> Layout:
-    """Scale the scene to the viewer, aim the camera, replace grid and axes.
+def _extents(
+    machine: Machine, sides: Sequence[Side], points: Array, reach: float, bodies: Sequence[Body]
+) -> dict[str, Extent]:
+    """Return what is in view in either frame.
 
     Parameters
     ----------
-    others : (p, 3), mm, points in view besides part and path
+    points : (p, 3), mm, workpiece frame, of part and fixtures
+    reach : mm, of the tool above its tip
     """
-    points = solution.toolpath.pivot if mesh is None else np.vstack([solution.toolpath.pivot, mesh.vertices])
-    own = max(float(np.ptp(points, axis=0).max()), solution.toolpath.tool.diameter)
-    points = np.vstack([points, others])
-    low, high = points.min(axis=0), points.max(axis=0)
-    # Other points may come closer to the edges of the view than the part.
-    layout = Layout(low, high, max(own, float((high - low).max()) / AROUND))
-    vis[ROOT].set_transform(layout.together())
+    positions = sides[0].motion.positions[sides[0].on_path]
+    rows = np.unique(np.linspace(0, len(positions) - 1, LOOKED_AT).astype(np.int64))
+    tip, axis = tool_poses(machine, positions[rows])
+    tool = np.stack([tip, tip + reach * axis], axis=1)
+    beds = link_poses(machine, positions[rows])[BED]
+    moved = []
+    for ends, bed in zip(tool, beds, strict=True):
+        to_machine = machine.setup.frame @ inverse_transform(bed)
+        moved.append(np.vstack([points, ends]) @ to_machine[:3, :3].T + to_machine[:3, 3])
+    drawn = [corners(body.shape) for body in bodies]
+    work = np.vstack(moved)
+    return {
+        "part": Extent.of(np.vstack([points, tool.reshape(-1, 3)])),
+        "work": Extent.of(work),
+        "machine": Extent.of(np.vstack([work, *drawn])),
+    }
+
+
+def _box_corners(box: Extent) -> Array:
+    choice = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
+    return np.asarray(np.where(choice == 0, box.low, box.high))
+
+
+def _set_stage(vis: Any, size: float) -> None:
+    """Aim the camera, replace grid and axes by a triad at the workpiece's zero."""
     for name in ("/Grid", "/Axes"):
         vis[name].set_property("visible", False)
     for key, colour in zip(("top_color", "bottom_color"), BACKGROUND, strict=True):
         vis["/Background"].set_property(key, list(colour))
     vis["/Cameras/default/rotated/<object>"].set_property("position", list(CAMERA))
-    triad = load_meshcat().geometry.triad(layout.size / 6.0)
-    vis[f"{ROOT}/zero"].set_object(identify(triad, "zero"))
-    return layout
+    triad = load_meshcat().geometry.triad(size / 6.0)
+    vis[f"{STAGE}/workpiece/zero"].set_object(identify(triad, "zero"))

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
     from fiveaxis.findings import Finding
     from fiveaxis.posture.solution import Solution
+    from fiveaxis.viewer.moves import ShownProgram
 
 logger = logging.getLogger(__name__)
 
@@ -125,6 +126,7 @@ class Preview:
 def preview(
     solution: Solution,
     *,
+    program: ShownProgram | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
@@ -139,7 +141,7 @@ def preview(
 
     Parameters
     ----------
-    solution, part, surroundings, findings : as for `write_preview`
+    solution, program, part, surroundings, findings : as for `write_preview`
     open_browser : open the page; by default not in IPython and notebooks
     port : of the loopback address; 0 chooses a free one
 
@@ -150,7 +152,7 @@ def preview(
     SettingError
         The port is taken.
     """
-    page = render_page(solution, part=part, surroundings=surroundings, findings=findings)
+    page = render_page(solution, program=program, part=part, surroundings=surroundings, findings=findings)
     shown = Preview(page, port)
     logger.info("%d kB at %s", len(page) // 1000, shown.url())
     if not in_notebook() if open_browser is None else open_browser:

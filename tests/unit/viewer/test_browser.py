@@ -1,5 +1,6 @@
 """The preview in a real browser."""
 
+import csv
 import time
 from dataclasses import replace
 
@@ -9,9 +10,14 @@ from browser import NEEDS_BROWSER, PATIENCE, Browser
 
 from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.machine import Body, Box, Cylinder
+from fiveaxis.kinematics import link_poses, rotary_angles, tool_poses
+from fiveaxis.machine import Body, Box, Cylinder, load_machine, with_powers
+from fiveaxis.motion import follow
+from fiveaxis.nc import write_motion
+from fiveaxis.toolpath import interpolate
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.viewer import preview, write_preview
+from fiveaxis.viewer.moves import choose_sides, read_off
 
 pytestmark = NEEDS_BROWSER
 # The scene is there, or the page says why it isn't.
@@ -53,33 +59,31 @@ def opened(browser, shown, around, tmp_path_factory):
     return browser
 
 
-OBJECT = "viewer.scene_tree.find(parts('/meshcat/fiveaxis/%s')).object"
-
-
-def pose(browser: Browser, node: str) -> list[float]:
-    """Where a node of the scene is, beside the one above it, and how it is turned."""
-    found = f"(o => [...o.position.toArray(), ...o.quaternion.toArray()])({OBJECT % node})"
-    return browser.run(found)
-
-
-def seen(browser: Browser, node: str) -> bool:
-    """Whether a node and all above it are to be seen."""
-    return browser.run(f"(o => {{ while (o && o.visible) o = o.parent; return !o; }})({OBJECT % node})")
-
-
-def middle(browser: Browser, node: str) -> np.ndarray:
-    """Where a node is in the view."""
-    found = f"(o => {{ o.updateWorldMatrix(true, false); return o.matrixWorld.toArray(); }})({OBJECT % node})"
-    return np.array(browser.run(found)[12:15])
-
-
 def seek(browser: Browser, time: float) -> None:
     moved = f"s.value = {time}; s.dispatchEvent(new Event('input'));"
     browser.run(f"(s => {{ {moved} }})(pick('#time'))")
 
 
-def choose(browser: Browser, view: str) -> None:
-    browser.run(f"pick('input[value={view}]').click()")
+def matrix(browser: Browser, thing: str) -> np.ndarray:
+    """Where something of a stage is, (4, 4) mm, below its stage."""
+    return np.reshape(browser.run(f"{thing}.matrix.toArray()"), (4, 4)).T
+
+
+def seen(browser: Browser, node: str, stage: str = "show.stage") -> bool:
+    """Whether a node of a stage and all above it are to be seen."""
+    found = f"child({stage}.group, '{node}')"
+    return browser.run(
+        f"(o => {{ if (!o) return false; while (o && o.visible) o = o.parent; return !o; }})({found})"
+    )
+
+
+def text(browser: Browser, selector: str) -> str:
+    return browser.run(f"pick('{selector}').textContent")
+
+
+def press(browser: Browser, key: str) -> None:
+    for kind in ("keyDown", "keyUp"):
+        browser.ask("Input.dispatchKeyEvent", type=kind, key=key, text=" " if key == " " else "")
 
 
 def test_the_page_loads_without_an_error(opened):
@@ -88,94 +92,191 @@ def test_the_page_loads_without_an_error(opened):
     assert opened.complaints == []
 
 
-def test_part_path_tool_and_fixtures_are_seen_and_the_picture_is_kept(opened, tmp_path):
+def test_part_path_tool_machine_and_fixtures_are_seen(opened, tmp_path):
+    seek(opened, 2.0)
     for node in (
-        "part",
-        "after/path",
-        "after/tool/cutter",
-        "after/tool/holder",
-        "fixtures/0",
-        "after/marks/error",
+        "workpiece/part",
+        "workpiece/path",
+        "workpiece/fixtures/0",
+        "workpiece/marks/error",
+        "tool/cutter",
+        "tool/holder",
+        "links/Z",
     ):
         assert seen(opened, node), node
-    assert not seen(opened, "before/path")
-    assert not seen(opened, "machine/Z")
-    picture = opened.shoot(tmp_path / "result.png")[:, 420:]
+    assert not seen(opened, "workpiece/path", "show.twin")
+    picture = opened.shoot(tmp_path / "result.png")[:480, 420:780]
     bright = picture.min(axis=2) > 0.3
     saturated = picture.max(axis=2) - picture.min(axis=2) > 0.2
-    assert bright.mean() > 0.05, "neither part nor tool"
+    assert bright.mean() > 0.01, "neither part nor tool"
     assert saturated.sum() > 100, "no coloured path"
 
 
-def test_the_part_is_what_its_box_shows_and_hides(opened, tmp_path):
+def test_a_box_shows_and_hides_what_it_names(opened, tmp_path):
     seek(opened, 2.0)
     full = opened.shoot(tmp_path / "with.png")
-    opened.run("pick('input[value=part]').click()")
+    opened.run("pick('[data-node=\"workpiece/part\"]').click()")
     bare = opened.shoot(tmp_path / "without.png")
-    opened.run("pick('input[value=part]').click()")
-    assert (np.abs(full - bare).max(axis=2) > 0.05).mean() > 0.05
+    opened.run("pick('[data-node=\"workpiece/part\"]').click()")
+    assert (np.abs(full - bare).max(axis=2) > 0.05).mean() > 0.01
 
 
-def test_the_tool_stands_where_the_motion_is_at_that_time(opened, shown, tmp_path):
-    from fiveaxis.kinematics import tool_poses
-
-    tip, _ = tool_poses(shown.machine, shown.motion.positions)
+def test_links_and_tool_are_where_the_chain_has_them_at_ten_places(opened, shown):
     clock = np.cumsum(shown.motion.time)
-    pictures = []
-    for row in (30, 100):
-        seek(opened, clock[row])
-        found = pose(opened, "after/tool")
-        np.testing.assert_allclose(found[:3], tip[row], atol=1e-3)
-        pictures.append(opened.shoot(tmp_path / f"at-{row}.png"))
-    assert (np.abs(pictures[0] - pictures[1]).max(axis=2) > 0.1).sum() > 1000
+    for row in np.linspace(0, len(clock) - 1, 10).astype(int):
+        seek(opened, float(clock[row]))
+        positions = shown.motion.positions[row : row + 1]
+        tip, axis = tool_poses(shown.machine, positions)
+        tool = matrix(opened, "show.stage.tool")
+        np.testing.assert_allclose(tool[:3, 3], tip[0], atol=2e-3)
+        np.testing.assert_allclose(tool[:3, 2], axis[0], atol=1e-4)
+        for link, pose in link_poses(shown.machine, positions).items():
+            if link in ("C", "bed", "Z"):
+                np.testing.assert_allclose(matrix(opened, f"show.stage.links.{link}"), pose[0], atol=2e-3)
 
 
-def test_play_moves_tool_and_machine_and_pause_holds_them(opened):
-    seek(opened, 1.0)
-    nodes = ("after/tool", "machine/Z", "machine/bed")
-    before = [pose(opened, node) for node in nodes]
-    opened.run("pick('#play').click()")
+def test_in_the_machines_frame_the_bed_stands_still_and_in_the_parts_the_part(opened, shown):
+    clock = np.cumsum(shown.motion.time)
+    in_view = "new THREE.Matrix4().multiplyMatrices(show.stage.group.matrix, show.stage.links.bed.matrix)"
+    for frame, stands in (("machine", in_view), ("part", "show.stage.group.matrix")):
+        opened.run(f"pick('input[value={frame}]').click()")
+        found = []
+        for row in (30, 150):
+            seek(opened, float(clock[row]))
+            found.append(np.array(opened.run(f"({stands}).toArray()")))
+        np.testing.assert_allclose(found[0], found[1], atol=1e-6)
+    press(opened, "f")
+    assert opened.run("pick('input[value=machine]').checked") is True
+
+
+def test_what_is_read_off_is_what_motion_csv_says(opened, shown, tmp_path):
+    written = write_motion(shown.motion, tmp_path / "motion.csv", shown.machine)
+    rows = list(csv.DictReader(line for line in written.read_text().splitlines() if not line.startswith("#")))
+    clock = np.cumsum(shown.motion.time)
+    letters = [axis.letter for axis in shown.machine.axes]
+    for row in np.linspace(1, len(rows) - 1, 10).astype(int):
+        seek(opened, float(clock[row]))
+        for number, letter in enumerate(letters):
+            said = text(opened, f'tr[data-axis="{number}"] .value').split()[0].rstrip("°").replace(",", "")
+            assert float(said) == pytest.approx(float(rows[row][letter]), abs=2e-3)
+        assert float(text(opened, "tr[data-figure=location] .value")) == pytest.approx(row, abs=0.05)
+        if shown.motion.cutting[row]:
+            feed = text(opened, "tr[data-figure=asked] .value").split()[0].replace(",", "")
+            assert float(feed) == pytest.approx(float(rows[row]["feed"]), rel=1e-3)
+
+
+def test_keys_step_play_and_pause(opened, shown):
+    clock = np.cumsum(shown.motion.time)
+    seek(opened, float(clock[40]))
+    press(opened, "ArrowRight")
+    assert opened.run("show.time") == pytest.approx(clock[41], abs=1e-6)
+    press(opened, "ArrowLeft")
+    press(opened, "ArrowLeft")
+    assert opened.run("show.time") == pytest.approx(clock[39], abs=1e-6)
+    press(opened, "End")
+    assert opened.run("show.time") == pytest.approx(clock[-1])
+    press(opened, "Home")
+    press(opened, " ")
     end = time.monotonic() + PATIENCE
-    while opened.run("viewer.animator.time") < 1.2:
+    while opened.run("show.time") < 0.2:
         assert time.monotonic() < end, "the clock stands still"
-    opened.run("pick('#play').click()")
-    after = [pose(opened, node) for node in nodes]
-    assert all(np.abs(np.subtract(a, b)).max() > 1e-3 for a, b in zip(before, after, strict=True))
+    press(opened, " ")
+    stopped = opened.run("show.time")
     time.sleep(0.2)
-    assert [pose(opened, node) for node in nodes] == after
+    assert opened.run("show.time") == stopped
 
 
-def test_side_by_side_shows_both_with_parts_of_their_own(opened, tmp_path):
-    choose(opened, "apart")
-    for node in ("after/tool", "before/tool", "before/path", "part", "before/part", "before/fixtures/1"):
-        assert seen(opened, node), node
-    assert not seen(opened, "before/machine")
-    opened.run("pick('input[value=machine]').click()")
-    assert seen(opened, "machine/Z/2")
-    assert seen(opened, "before/machine/Z/2")
-    opened.run("pick('input[value=machine]').click()")
-    middles = [middle(opened, node) for node in ("part", "before/part")]
-    assert np.linalg.norm(np.subtract(*middles)) > 1.0
+def test_a_click_on_the_path_goes_there(opened, shown):
+    seek(opened, 1.0)
+    row = 140
+    place = opened.run(
+        f"(p => {{ const v = new THREE.Vector3(...show.result.points.subarray(3 * {row}, 3 * {row} + 3))"
+        ".applyMatrix4(show.stage.workpiece.matrixWorld).project(viewer.camera);"
+        " const b = pick('#meshcat-pane canvas').getBoundingClientRect();"
+        " return [b.left + (v.x + 1) / 2 * b.width, b.top + (1 - v.y) / 2 * b.height]; })()"
+    )
+    opened.run(f"show.click({place[0]}, {place[1]})")
+    found = opened.run("show.stage.row")
+    points = read_off(choose_sides(shown)[0], shown.machine).points
+    assert np.linalg.norm(points[round(found)] - points[row]) < 3.0
+
+
+def test_the_time_line_is_dragged(opened):
+    box = opened.run("(b => [b.left, b.top, b.width, b.height])(pick('#timeline').getBoundingClientRect())")
+    for share, kind in ((0.25, "mousePressed"), (0.75, "mouseMoved"), (0.75, "mouseReleased")):
+        opened.ask(
+            "Input.dispatchMouseEvent",
+            type=kind,
+            x=box[0] + share * box[2],
+            y=box[1] + 0.5 * box[3],
+            button="left",
+            buttons=0 if kind == "mouseReleased" else 1,
+            clickCount=1,
+        )
+    assert opened.run("show.time / show.result.duration") == pytest.approx(0.75, abs=0.01)
+
+
+def test_a_baseline_stands_beside_the_result_at_the_same_location(opened, shown, tmp_path):
+    seek(opened, 3.0)
+    opened.run("(s => { s.value = '1'; s.dispatchEvent(new Event('change')); })(pick('#beside'))")
+    for node in ("workpiece/part", "workpiece/path", "tool/cutter", "links/Z"):
+        assert seen(opened, node, "show.twin"), node
+    assert text(opened, "#other-name") == "normal"
+    place = float(opened.run("show.result.at('place', show.stage.row)"))
+    other = interpolate(shown.compared["normal"].motion.positions, np.array([place]))
+    tip, _ = tool_poses(shown.machine, other)
+    np.testing.assert_allclose(matrix(opened, "show.twin.tool")[:3, 3], tip[0], atol=2e-3)
     opened.shoot(tmp_path / "side-by-side.png")
-    choose(opened, "after")
-    assert not seen(opened, "before/part")
+    opened.run("(s => { s.value = ''; s.dispatchEvent(new Event('change')); })(pick('#beside'))")
+    assert not seen(opened, "tool", "show.twin")
 
 
-def test_a_finding_takes_the_show_to_its_location(opened, shown):
+def test_a_finding_takes_the_show_to_its_location(opened):
     opened.run("pick('button.error').click()")
-    assert opened.run("viewer.animator.time") == pytest.approx(np.cumsum(shown.motion.time)[60], abs=1e-3)
-    assert "location 60" in opened.run("pick('#clock').textContent")
+    assert opened.run("show.stage.row") == pytest.approx(60.0, abs=1e-6)
 
 
 def test_names_from_files_are_text_and_nothing_else(opened):
-    legend = opened.run("pick('#legend').textContent")
+    legend = text(opened, "#legend")
     for name in ("<ring> & co.csv", "<script>alert(1)</script>", "<b>bold</b>", "<i>.nc:61"):
         assert name in legend
     assert opened.run("document.querySelectorAll('#legend script, #legend b, #legend i').length") == 0
+
+
+def test_a_narrow_window_holds_the_panels(opened):
+    opened.ask("Emulation.setDeviceMetricsOverride", width=400, height=800, deviceScaleFactor=1, mobile=False)
+    try:
+        assert opened.run("document.documentElement.scrollWidth") <= 400
+        for panel in ("#legend", "#readings", "#controls"):
+            left, right = opened.run(f"(b => [b.left, b.right])(pick('{panel}').getBoundingClientRect())")
+            assert left >= 0.0
+            assert right <= 400.0
+    finally:
+        opened.ask("Emulation.clearDeviceMetricsOverride")
+
+
+# One of each kind: tables, table and head, heads, an axis at 45 deg.
+@pytest.mark.parametrize("name", ["linuxcnc-xyzac-trt", "dmu80p-duoblock", "linuxcnc-bridgemill", "dmu50ev"])
+def test_a_machine_of_each_kind_moves_as_its_chain(name, browser, solution, tmp_path):
+    machine = with_powers(load_machine(name).with_tool_length(100.0))
+    rotary = np.unwrap(
+        rotary_angles(machine, tool_poses(solution.machine, solution.motion.positions)[1])[0], axis=0
+    )
+    motion = follow(solution.toolpath, machine, rotary)
+    there = replace(solution, machine=machine, motion=motion, compared={})
+    browser.open(write_preview(there, tmp_path / "page.html").as_uri(), READY)
+    assert browser.complaints == []
+    clock = np.cumsum(motion.time)
+    for row in (0, 100, 239):
+        seek(browser, float(clock[row]))
+        tip, axis = tool_poses(machine, motion.positions[row : row + 1])
+        tool = matrix(browser, "show.stage.tool")
+        np.testing.assert_allclose(tool[:3, 3], tip[0], atol=5e-3)
+        np.testing.assert_allclose(tool[:3, 2], axis[0], atol=1e-4)
 
 
 def test_the_live_page_loads_without_an_error(browser, shown, around):
     with preview(shown, surroundings=around, open_browser=False) as live:
         browser.open(live.url(), READY)
         assert browser.complaints == []
-        assert seen(browser, "part")
+        assert seen(browser, "workpiece/part")

@@ -48,8 +48,10 @@ def test_a_jobs_preview_shows_stock_fixtures_and_findings(tmp_path):
     page = (tmp_path / "out" / "preview.html").read_text(encoding="utf-8")
     around, findings = load_surroundings(outcome.job), outcome.verdict.findings
     assert findings, "the holder comes nearer to the stock than its clearance"
-    assert page == render_page(outcome.solution, surroundings=around, findings=findings)
+    assert page == render_page(
+        outcome.solution, program=outcome.program, surroundings=around, findings=findings
+    )
     assert "fixtures: left &lt;clamp&gt;" in page
-    assert 'value="stock"' in page
-    assert f"{len(findings)} findings" in page
-    assert "no holder is known" not in page
+    assert 'data-node="workpiece/stock"' in page
+    assert f"findings: {len(findings)}" in page
+    assert "No holder is known" not in page

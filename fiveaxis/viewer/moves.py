@@ -1,0 +1,201 @@
+"""The motions shown: every move of the result's program and of its baselines, with what is read off them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from fiveaxis.energy import move_powers
+from fiveaxis.findings import Finding
+from fiveaxis.geometry import Array, IntArray, angle_between
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.motion import Fill, Motion, ProgramMotion
+from fiveaxis.nc import Program
+from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate
+
+if TYPE_CHECKING:
+    from fiveaxis.posture.solution import Solution
+
+# Most rows of the result, and of a baseline, in a page; more are thinned evenly in time.
+MOST_ROWS, MOST_BASELINE_ROWS = 200_000, 20_000
+# Paths of contacts are lifted by this share of the tool's radius, or the part would hide half of every line.
+LIFT = 0.04
+NO_LINE = -1
+
+
+class ShownProgram(Protocol):
+    """A program to show: its moves, its text, and the locations that the path's blocks stand for."""
+
+    @property
+    def motion(self) -> ProgramMotion:
+        """Its moves."""
+        ...
+
+    @property
+    def text(self) -> Program:
+        """Its lines."""
+        ...
+
+    @property
+    def fill(self) -> Fill | None:
+        """The locations that the blocks stand for; None for a motion without a path."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """A motion to show, and the path that it follows.
+
+    Parameters
+    ----------
+    name : ``result``, or that of a baseline
+    motion : m rows
+    toolpath, tilt : n locations and the bounds on the tool axis there
+    place : (m,), row of the path at each row of the motion: 3.25 is a quarter of the move from 3 to 4
+    energy, time : J, s; of the program without approach and retract
+    line : (m,), of the program's text, where the move ends; `NO_LINE` for none
+    """
+
+    name: str
+    motion: Motion
+    toolpath: Toolpath
+    tilt: TiltBounds
+    place: Array
+    energy: float
+    time: float
+    line: IntArray
+
+    @property
+    def clock(self) -> Array:
+        """(m,), s: when each row is reached; a second a row if no move takes time."""
+        clock: Array = np.cumsum(self.motion.time)
+        return clock if clock[-1] > 0.0 else np.arange(len(clock), dtype=float)
+
+    @property
+    def on_path(self) -> Array:
+        """(m,), whether a row is on the path, and not before it or after it."""
+        moving = np.diff(self.place, prepend=self.place[0] - 1.0) > 0.0
+        return np.asarray(moving)
+
+    def at(self, rows: IntArray) -> Side:
+        """Return some rows, with the time of those left out added to the next."""
+        motion = replace(self.motion.at(rows), time=np.diff(self.clock[rows], prepend=0.0))
+        return replace(self, motion=motion, place=self.place[rows], line=self.line[rows])
+
+    def row_of(self, finding: Finding) -> int | None:
+        """Return the row at which a finding's location is reached; None if it has none."""
+        location = finding.place.location
+        if location is None or not 0 <= location < len(self.toolpath):
+            return None
+        return int(np.searchsorted(self.place, location).clip(0, len(self.place) - 1))
+
+
+def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tuple[Side, ...]:
+    """Return the result, as its program moves if one is given, and its baselines; the dearest ones last."""
+    path, tilt = solution.toolpath, solution.tilt
+    energy = solution.energy
+    result = _program_side(solution, program)
+    if result is None:
+        result = _side("result", solution.motion, path, tilt, energy.total, energy.time)
+    sides = [_thinned(result, MOST_ROWS)]
+    for name, baseline in sorted(solution.compared.items(), key=lambda item: item[1].energy.total):
+        own, energy, bounds = baseline.toolpath, baseline.energy, tilt
+        if own is not None:
+            # The bounds belong to the locations of the result's path.
+            reference = own.normal if tilt.name == "normal" else np.full_like(own.normal, np.nan)
+            bounds = replace(tilt, reference=reference, beside=())
+        side = _side(name, baseline.motion, own or path, bounds, energy.total, energy.time)
+        sides.append(_thinned(side, MOST_BASELINE_ROWS))
+    return tuple(sides)
+
+
+def _side(name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: float, time: float) -> Side:
+    rows = np.arange(len(motion), dtype=float)
+    return Side(name, motion, path, tilt, rows, energy, time, np.full(len(motion), NO_LINE))
+
+
+def _program_side(solution: Solution, program: ShownProgram | None) -> Side | None:
+    """Return the moves of the result's program; None without one that stands for the result's path."""
+    if program is None or program.fill is None:
+        return None
+    moves, fill = program.motion, program.fill
+    if len(fill.given) != len(solution.toolpath):
+        return None
+    inner = np.clip(np.arange(len(moves)) - moves.first, 0, len(fill.kept) - 1)
+    line = np.full(len(moves), NO_LINE)
+    rows = np.array(program.text.rows, dtype=np.int64)
+    # The first line at a row is the block that moves there.
+    numbers = np.flatnonzero(rows >= 0)[::-1]
+    line[rows[numbers]] = numbers + 1
+    energy = solution.energy
+    place = fill.row[fill.kept[inner]]
+    found = _side("result", moves.motion, solution.toolpath, solution.tilt, energy.total, energy.time)
+    return replace(found, place=place, line=line)
+
+
+def _thinned(side: Side, most: int) -> Side:
+    if len(side.motion) <= most:
+        return side
+    clock = side.clock
+    wanted = np.linspace(clock[0], clock[-1], most)
+    rows = np.unique(np.searchsorted(clock, wanted).clip(0, len(clock) - 1))
+    rows[0], rows[-1] = 0, len(clock) - 1
+    return side.at(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """What is read off a side at each row, of the move that ends there.
+
+    Parameters
+    ----------
+    points : (m, 3), mm, workpiece frame, where the path is drawn
+    powers : (m, k), W, of each drive
+    asked, got : (m,), mm/min, feed along the path: programmed, and by the move's duration; 0 for a rapid move
+        or none
+    lean : (m,), deg, between tool axis and the reference of the tilt; NaN where there is none
+    """
+
+    points: Array
+    powers: Array
+    asked: Array
+    got: Array
+    lean: Array
+
+
+def read_off(side: Side, machine: Machine) -> Readings:
+    """Compute what is read off a side at each row."""
+    motion, path = side.motion, side.toolpath
+    tip, axis = tool_poses(machine, motion.positions)
+    points = interpolate(shown_points(path), side.place)
+    off = _off_path(side)
+    points[off] = tip[off]
+    travelled = interpolate(np.cumsum(path.lengths)[:, None], side.place)[:, 0]
+    length = np.where(off, np.linalg.norm(np.diff(tip, axis=0, prepend=tip[:1]), axis=1), 0.0)
+    length += np.where(off, 0.0, np.diff(travelled, prepend=travelled[:1]))
+    moving = (motion.time > 0.0) & ~motion.rapid
+    got = np.divide(60.0 * length, motion.time, out=np.zeros(len(length)), where=moving)
+    lean = np.degrees(angle_between(interpolate(side.tilt.reference, side.place), axis))
+    lean[off] = np.nan
+    powers = move_powers(machine, motion) if machine.has_powers else np.zeros_like(motion.positions)
+    return Readings(points, powers, np.where(moving, 60.0 * motion.feed, 0.0), got, lean)
+
+
+def _off_path(side: Side) -> Array:
+    """Find the rows, (m,), before the first location and after the last."""
+    first, last = np.flatnonzero(side.place == side.place[0]), np.flatnonzero(side.place == side.place[-1])
+    off = np.zeros(len(side.place), dtype=bool)
+    off[first[:-1]] = True
+    off[last[1:]] = len(last) < len(side.place)
+    return off
+
+
+def shown_points(path: Toolpath) -> Array:
+    """Return the points to draw, (n, 3) mm: contacts, slightly lifted, or pivots if a cut has none."""
+    lifted: Array = path.contact + LIFT * path.tool.radius * path.normal
+    if not np.isfinite(lifted[path.cutting]).all():
+        return path.pivot
+    return np.where(np.isfinite(lifted).all(axis=1, keepdims=True), lifted, path.pivot)

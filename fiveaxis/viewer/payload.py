@@ -1,0 +1,157 @@
+"""The data of the page: the scene as meshcat's commands, the moves as arrays of numbers, packed to text."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import math
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics import link_poses
+from fiveaxis.machine import Machine
+from fiveaxis.viewer.moves import Readings, Side, read_off
+from fiveaxis.viewer.power_scale import VIRIDIS, colour_top, cutting_powers
+from fiveaxis.viewer.scene import STAGE, Scene
+
+# Steps of a number that is packed in 16 bit.
+STEPS = 2**16 - 1
+
+
+class Recorder:
+    """Replaces meshcat's window: keeps the commands, so that no server process is needed."""
+
+    def __init__(self) -> None:
+        self.commands: list[bytes] = []
+
+    def send(self, command: Any) -> None:
+        """Keep a command as the bytes that a browser would get."""
+        self.commands.append(import_module("umsgpack").packb(command.lower()))
+
+
+class Sections:
+    """Named arrays of numbers, one after the other."""
+
+    def __init__(self) -> None:
+        self.index: dict[str, dict[str, Any]] = {}
+        self.content: list[bytes] = []
+
+    def add(self, name: str, values: Array | IntArray | BoolArray, kind: str) -> None:
+        """Add an array, row by row, as little-endian numbers of numpy's kinds ``f8``, ``f4`` or ``i4``."""
+        self._add(name, np.ascontiguousarray(values, dtype=f"<{kind}"), {"kind": kind})
+
+    def add_steps(self, name: str, values: Array) -> None:
+        """Add an array of finite numbers as shares of the largest, in 16 bit."""
+        top = float(np.max(np.abs(values), initial=0.0)) or 1.0
+        steps = np.round(np.abs(values) / top * STEPS).astype("<u2")
+        self._add(name, steps, {"kind": "u2", "unit": top / STEPS})
+
+    def _add(self, name: str, packed: Any, meaning: dict[str, Any]) -> None:
+        self.index[name] = meaning | {"size": int(packed.nbytes)}
+        self.content.append(packed.tobytes())
+
+
+def pack_payload(commands: Sequence[bytes], sections: Sections, head: Mapping[str, Any]) -> str:
+    """Pack a scene by gzip and base64, always to the same text.
+
+    Returns
+    -------
+    Four bytes with the length of the head (little-endian), the head as JSON, all commands, all arrays
+    """
+    whole = dict(head) | {"commands": [len(c) for c in commands], "sections": sections.index}
+    text = json.dumps(whole, separators=(",", ":")).encode()
+    content = len(text).to_bytes(4, "little") + text + b"".join(commands) + b"".join(sections.content)
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
+
+
+def describe_show(
+    machine: Machine, scene: Scene, sides: Sequence[Side], text: Sequence[str], tilt: tuple[float, float]
+) -> tuple[dict[str, Any], Sections]:
+    """Collect the data for the page's script.
+
+    Parameters
+    ----------
+    text : lines of the result's program, which `Side.line` counts from 1
+    tilt : deg, bounds of the lean
+    """
+    sections = Sections()
+    readings = [read_off(side, machine) for side in sides]
+    powers = [cutting_powers(r.powers, s.motion) for r, s in zip(readings, sides, strict=True)]
+    head = {
+        "stage": f"/meshcat/{STAGE}",
+        "machine": _machine(machine),
+        "extents": {
+            name: {"middle": _numbers(extent.middle), "size": extent.size}
+            for name, extent in scene.extents.items()
+        },
+        "sides": [side.name for side in sides],
+        "top": colour_top(*powers),
+        "scale": VIRIDIS.tolist(),
+        "tilt": list(tilt),
+        "text": list(text),
+    }
+    for number, (side, reading) in enumerate(zip(sides, readings, strict=True)):
+        _add_side(sections, str(number), side, reading)
+    return head, sections
+
+
+def _machine(machine: Machine) -> dict[str, Any]:
+    """Describe the chain: joints from workpiece to tool, their links, and the axes in the columns' order."""
+    letters = [joint.letter for joint in machine.chain.joints]
+    return {
+        "joints": [
+            {
+                "letter": joint.letter,
+                "column": machine.column(joint.letter),
+                "rotary": joint.is_rotary,
+                "direction": list(joint.line.direction),
+                "point": list(joint.line.point),
+            }
+            for joint in machine.chain.joints
+        ],
+        "links": list(link_poses(machine, np.zeros((1, len(letters))))),
+        "tool_home": _matrix(machine.chain.tool_home),
+        "frame": _matrix(machine.setup.frame),
+        "axes": [
+            {
+                "letter": axis.letter,
+                "rotary": axis.is_rotary,
+                "low": _end(axis.limits.low, axis.is_rotary),
+                "high": _end(axis.limits.high, axis.is_rotary),
+                "powered": axis.drive is not None,
+            }
+            for axis in machine.axes
+        ],
+    }
+
+
+def _add_side(sections: Sections, name: str, side: Side, reading: Readings) -> None:
+    sections.add(f"{name}/clock", side.clock - side.clock[0], "f8")
+    sections.add(f"{name}/positions", side.motion.positions, "f4")
+    sections.add(f"{name}/place", side.place, "f4")
+    sections.add(f"{name}/points", reading.points, "f4")
+    sections.add(f"{name}/lean", reading.lean, "f4")
+    sections.add(f"{name}/line", side.line, "i4")
+    sections.add(f"{name}/cutting", side.motion.cutting, "i4")
+    for what, values in (("powers", reading.powers), ("asked", reading.asked), ("got", reading.got)):
+        sections.add_steps(f"{name}/{what}", np.nan_to_num(values))
+
+
+def _end(value: float, is_rotary: bool) -> float | None:
+    if not math.isfinite(value):
+        return None
+    return math.degrees(value) if is_rotary else value
+
+
+def _matrix(transform: Array) -> list[float]:
+    """Flatten a transform column by column, as three.js reads it."""
+    return _numbers(transform.T.reshape(-1))
+
+
+def _numbers(values: Array) -> list[float]:
+    return [float(x) for x in values]

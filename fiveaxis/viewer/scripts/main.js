@@ -1,0 +1,164 @@
+"use strict";
+// Connects the page's controls to the scene.
+const report = text => { const line = pick("#fault"); line.textContent = text; line.hidden = false; };
+const SHOWN_SIZE = 2.4;  // of what is in view, for which the viewer's lights and clipping are made
+const APART = 1.1;  // side by side: distance of the two in sizes of the scene
+const ASIDE = 0.12;  // of a single scene, to the right of the middle, as the legend is on the left
+const RIGHT = [Math.SQRT1_2, Math.SQRT1_2, 0];  // across the view
+const STEP = 10;  // s, of Page Up and Page Down
+const NEAR = 14;  // pixels, from a click to the path
+
+class Show {
+  constructor(viewer, head, arrays) {
+    Object.assign(this, {viewer, head, time: 0, playing: false, speed: 1});
+    this.chain = new Chain(head.machine);
+    this.sides = head.sides.map((name, number) => new Side(name, number, arrays, head.machine.axes.length));
+    this.result = this.sides[0];
+    const group = viewer.scene_tree.find(head.stage.split("/").filter(name => name)).object;
+    this.root = group.parent;
+    this.root.matrixAutoUpdate = false;
+    // Meshes are shared with the copy.
+    this.twin = new Stage(group.clone(true), this.chain);
+    this.root.add(this.twin.group);
+    this.stage = new Stage(group, this.chain);
+    this.stage.follow(this.result, head);
+    this.readings = new Readings(head);
+    const marks = pickAll("#findings [data-row]").map(one => ({row: Number(one.dataset.row), severity: one.className}));
+    this.timeline = new Timeline(this.result, marks, time => this.seek(time));
+  }
+
+  get beside() {
+    const chosen = pick("#beside");
+    return chosen && chosen.value ? this.sides[Number(chosen.value)] : null;
+  }
+
+  // What is in view, how large, and where each motion stands in it.
+  arrange() {
+    const inMachine = pick('input[name="frame"]:checked').value === "machine";
+    const {middle, size} = this.head.extents[!inMachine ? "part" : pick("#whole").checked ? "machine" : "work"];
+    const beside = this.beside, aside = beside ? 0.5 * APART * size : ASIDE * size;
+    const scale = SHOWN_SIZE / size / (beside ? 1.6 : 1);
+    const shift = RIGHT.map((way, k) => (beside ? 0 : aside * way) - middle[k]);
+    this.root.matrix.makeScale(scale, scale, scale).setPosition(...shift.map(part => part * scale));
+    this.inMachine = inMachine;
+    this.apart = beside ? RIGHT.map(way => way * aside) : null;
+    this.twin.group.visible = beside !== null;
+    if (beside) this.twin.follow(beside, this.head);
+    for (const box of pickAll("[data-node]"))
+      for (const stage of [this.stage, this.twin]) {
+        const node = child(stage.group, box.dataset.node);
+        if (node) node.visible = box.checked;
+      }
+    this.draw();
+  }
+
+  draw() {
+    const row = this.result.rowAt(this.time), beside = this.beside;
+    this.stage.show(row, this.inMachine, this.apart);
+    // Both are at the same place of the path, so that their postures there can be compared.
+    if (beside)
+      this.twin.show(beside.rowAt(this.result.at("place", row), beside.place), this.inMachine, this.apart.map(way => -way));
+    this.root.updateMatrixWorld(true);
+    this.readings.show(this.stage, beside ? this.twin : null);
+    this.timeline.point(this.time);
+    pick("#time").value = this.time;
+    pick("#clock").textContent = `${this.time.toFixed(1)} of ${this.result.duration.toFixed(1)} s`;
+    pick("#play").textContent = this.playing ? "pause" : "play";
+    this.viewer.set_dirty();
+  }
+
+  seek(time) {
+    this.time = Math.min(Math.max(time, 0), this.result.duration);
+    this.playing = false;
+    this.draw();
+  }
+
+  seekRow(row) { this.seek(this.result.clock[Math.min(Math.max(row, 0), this.result.count - 1)]); }
+
+  step(by) {
+    const row = this.result.rowAt(this.time);
+    this.seekRow(by > 0 ? Math.floor(row + 1e-9) + by : Math.ceil(row - 1e-9) + by);
+  }
+
+  play(on) {
+    if (on && this.time >= this.result.duration) this.time = 0;
+    this.playing = on;
+    let last = null;
+    const follow = now => {
+      if (!this.playing) return;
+      if (last !== null) this.time = Math.min(this.time + this.speed * (now - last) / 1000, this.result.duration);
+      last = now;
+      if (this.time >= this.result.duration) this.playing = false;
+      this.draw();
+      requestAnimationFrame(follow);
+    };
+    if (on) requestAnimationFrame(follow);
+    this.draw();
+  }
+
+  click(x, y) {
+    const box = pick("#meshcat-pane canvas").getBoundingClientRect();
+    const found = this.stage.nearest(this.viewer.camera, x - box.left, y - box.top, box.width, box.height);
+    if (found.off <= NEAR) this.seekRow(found.row);
+  }
+
+  operate() {
+    for (const input of pickAll('#legend input, #beside')) input.addEventListener("change", () => this.arrange());
+    pick("#play").addEventListener("click", () => this.play(!this.playing));
+    const slider = pick("#time");
+    slider.max = this.result.duration;
+    slider.addEventListener("input", () => this.seek(Number(slider.value)));
+    const speed = pick("#speed");
+    speed.addEventListener("change", () => { this.speed = Number(speed.value); });
+    // A long program takes about a minute at first.
+    const offered = [...speed.options].map(option => Number(option.value));
+    this.speed = offered.find(one => one >= this.result.duration / 60 && one >= 1) || offered.at(-1);
+    speed.value = String(this.speed);
+    for (const entry of pickAll("[data-row]"))
+      entry.addEventListener("click", () => this.seekRow(Number(entry.dataset.row)));
+    let pressed = null;
+    const pane = pick("#meshcat-pane");
+    pane.addEventListener("pointerdown", event => { pressed = [event.clientX, event.clientY]; });
+    pane.addEventListener("pointerup", event => {
+      const still = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4;
+      if (still) this.click(event.clientX, event.clientY);
+    });
+    document.addEventListener("keydown", event => this.key(event));
+  }
+
+  key(event) {
+    if (event.target.matches("select, input[type=range], button") || event.ctrlKey || event.metaKey || event.altKey) return;
+    const frames = pickAll('input[name="frame"]');
+    const actions = {
+      " ": () => this.play(!this.playing),
+      ArrowRight: () => this.step(1),
+      ArrowLeft: () => this.step(-1),
+      PageDown: () => this.seek(this.time + STEP),
+      PageUp: () => this.seek(this.time - STEP),
+      Home: () => this.seekRow(0),
+      End: () => this.seekRow(this.result.count - 1),
+      f: () => { frames.find(one => !one.checked).checked = true; this.arrange(); },
+    };
+    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (action) { event.preventDefault(); action(); }
+  }
+}
+
+let viewer = null, show = null;
+async function start() {
+  viewer = new MeshCat.Viewer(pick("#meshcat-pane"));
+  const {head, commands, arrays} = await unpack(pick("#scene").textContent);
+  pick("#scene").remove();
+  for (const command of commands) viewer.handle_command_bytearray(command);
+  show = new Show(viewer, head, arrays);
+  show.operate();
+  show.arrange();
+  viewer.set_3d_pane_size();
+  show.play(true);
+  performance.mark("ready");
+  document.body.dataset.ready = "yes";
+}
+start().catch(fault => {
+  report(`The scene can't be shown: ${fault.message}. It needs WebGL and a browser of 2023 or later.`);
+  throw fault;
+});

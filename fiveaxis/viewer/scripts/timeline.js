@@ -1,0 +1,56 @@
+"use strict";
+// Power, feed and findings over time. The curves are drawn once a size, the cursor moves above them.
+const POWER_COLOUR = "#e8c468", GOT_COLOUR = "#6cb8ff", ASKED_COLOUR = "#8a919c";
+const FINDING_COLOURS = {error: "#ff4d5e", warning: "#ffb224", note: "#6cb8ff"};
+
+class Timeline {
+  constructor(side, marks, seek) {
+    Object.assign(this, {side, marks, frame: pick("#timeline"), canvas: pick("#curves"), cursor: pick("#cursor")});
+    const goTo = event => {
+      const box = this.frame.getBoundingClientRect();
+      seek(this.side.duration * Math.min(Math.max((event.clientX - box.left) / box.width, 0), 1));
+    };
+    this.frame.addEventListener("pointerdown", event => { this.frame.setPointerCapture(event.pointerId); goTo(event); });
+    this.frame.addEventListener("pointermove", event => { if (event.buttons & 1) goTo(event); });
+    new ResizeObserver(() => this.draw()).observe(this.frame);
+  }
+
+  // The highest value of each pixel's moves: no peak is lost, however many moves there are.
+  peaks(values, width) {
+    const found = new Float32Array(width), {clock, count, duration} = this.side;
+    for (let row = 1; row < count; row++) {
+      const first = Math.min(Math.floor(clock[row - 1] / duration * width), width - 1);
+      const last = Math.min(Math.floor(clock[row] / duration * width), width - 1);
+      for (let x = first; x <= last; x++) if (values[row] > found[x]) found[x] = values[row];
+    }
+    return found;
+  }
+
+  draw() {
+    const ratio = window.devicePixelRatio || 1, box = this.frame.getBoundingClientRect();
+    const width = this.canvas.width = Math.max(1, Math.round(box.width * ratio));
+    const height = this.canvas.height = Math.max(1, Math.round(box.height * ratio));
+    const pen = this.canvas.getContext("2d");
+    const curve = (values, colour, filled, top) => {
+      const peaks = this.peaks(values, width);
+      pen.beginPath();
+      pen.moveTo(0, height);
+      peaks.forEach((value, x) => pen.lineTo(x + 0.5, height * (1 - 0.92 * value / top)));
+      pen.lineTo(width, height);
+      pen[filled ? "fillStyle" : "strokeStyle"] = colour;
+      pen.lineWidth = ratio;
+      if (filled) pen.fill(); else pen.stroke();
+    };
+    const largest = values => values.reduce((most, value) => Math.max(most, value), 1e-9);
+    const feed = Math.max(largest(this.side.asked), largest(this.side.got));
+    curve(this.side.total, POWER_COLOUR, true, largest(this.side.total));
+    curve(this.side.asked, ASKED_COLOUR, false, feed);
+    curve(this.side.got, GOT_COLOUR, false, feed);
+    for (const {row, severity} of this.marks) {
+      pen.fillStyle = FINDING_COLOURS[severity];
+      pen.fillRect(this.side.clock[row] / this.side.duration * width - ratio, 0, 2 * ratio, height / 4);
+    }
+  }
+
+  point(time) { this.cursor.style.left = `${100 * time / this.side.duration}%`; }
+}
