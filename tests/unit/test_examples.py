@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import runpy
 import subprocess
@@ -66,6 +67,31 @@ def test_passes_on_a_mesh_beside_a_clamp_are_planned_kept_clear_and_verified(sai
     assert "holder-collision" in blind
     assert clear.startswith("clear:")
     assert "verified True" in clear
+
+
+def test_the_cells_of_the_notebook_print_and_show_what_they_name(capsys):
+    formatter = pytest.importorskip("IPython.core.formatters").DisplayFormatter()
+    _, *cells = (ROOT / "examples/07_notebook.py").read_text(encoding="utf-8").split("\n# %%")
+    names: dict[str, object] = {}
+    shown = []
+    for cell in cells:
+        *lines, last = ast.parse(f"# %%{cell}").body
+        exec(compile(ast.Module(lines, []), "cell", "exec"), names)
+        if isinstance(last, ast.Expr) and isinstance(last.value, ast.Name):
+            shown.append(formatter.format(names[last.value.id])[0])
+        else:
+            exec(compile(ast.Module([last], []), "cell", "exec"), names)
+    names["view"].close()
+    machine, solution, surface, valley, view = shown
+    assert "<table>" in machine["text/html"]
+    assert "lead-lean" in solution["text/html"]
+    assert all("<svg" in one["image/svg+xml"] for one in (surface, valley))
+    assert 'sandbox="allow-scripts"' in view["text/html"]
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].split()[0] == "X_mm"
+    assert [line.split()[0] for line in said[2:6]] == ["approach", "lead-in", "path", "lead-out"]
+    lowest = {line.split(":")[0]: float(line.split()[1]) for line in said if "axes' zero" in line}
+    assert set(lowest) == {"optimised", "normal", "lead-lean", "greedy"}
 
 
 @pytest.mark.slow
