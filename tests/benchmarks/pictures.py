@@ -1,6 +1,6 @@
 """Take the pictures of README and documentation from the current code, in a real browser.
 
-Usage: python tests/pictures.py [FOLDER]
+Usage: python tests/benchmarks/pictures.py [FOLDER]
 
 Runs `examples/overhang/job.toml` and writes simulation.png, report.png and postures.png (by default into
 docs/pages/pictures).
@@ -12,17 +12,20 @@ import sys
 import tempfile
 from pathlib import Path
 
-from browser import Browser
-
 from fiveaxis.job import read_job, run_job, write_outcome
 
-HERE = Path(__file__).parent.parent
+HERE = Path(__file__).parents[2]
+sys.path.insert(0, str(HERE / "tests"))
+from browser import Browser  # noqa: E402
+
 # Where in the program the simulation is shown: a share of its duration.
 PLACE = 0.45
-BESIDE = "(s => { s.value = [...s.options].find(o => o.text === 'normal').value; s.dispatchEvent(new Event('change')); })"
+BESIDE = (
+    "(s => { s.value = [...s.options].find(o => o.text === 'normal').value;"
+    " s.dispatchEvent(new Event('change')); })"
+)
 SEEK = f"show.seek({PLACE} * show.result.duration)"
-READY = "document.body !== null && document.readyState === 'complete'"
-SIMULATION = "document.body !== null && document.body.dataset.ready === 'yes'"
+SIMULATION = "document.body.dataset.ready === 'yes'"
 
 
 def main() -> None:
@@ -37,7 +40,7 @@ def main() -> None:
             browser.open((out / "preview.html").as_uri(), SIMULATION)
             browser.run(f"{BESIDE}(pick('#beside')); {SEEK}")
             browser.shoot(folder / "simulation.png")
-            browser.open((out / "report.html").as_uri(), READY)
+            browser.open((out / "report.html").as_uri())
             browser.shoot(folder / "report.png")
             browser.run("document.querySelector('#posture, [id=posture-map], figure').scrollIntoView()")
             browser.shoot(folder / "postures.png")
