@@ -19,7 +19,6 @@ BOUNDARIES = {
     "total": "feed drives only",
 }
 LISTS = {"apt": "cutter locations", "points": "list of points"}
-UNWRITTEN = "No program was written."
 
 
 class Detail(NamedTuple):
@@ -126,7 +125,7 @@ def _judged(document: Mapping[str, Any]) -> Iterator[Detail]:
     yield Detail("Found", f"{', '.join(found) or 'nothing'}.")
     kept = _codes(document.get("kept_back", {}))
     if kept:
-        yield Detail("Kept back", f"{UNWRITTEN} It has {kept}.")
+        yield Detail("Kept back", f"No NC program was written, because of {kept}.")
     accepted = _codes(document.get("overridden") or {})
     if accepted:
         who = document.get("overridden_by") or "an unknown person"
