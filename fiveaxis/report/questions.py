@@ -181,7 +181,11 @@ def best_baseline(document: Mapping[str, Any]) -> tuple[str, str] | None:
 
 def _next(document: Mapping[str, Any], verdict: str) -> Answer:
     question, program = "What to do now?", document["program"]
-    errors = [cause["text"] for cause in document["summary"] if cause["severity"] == Severity.ERROR]
+    errors = [
+        cause["text"].removeprefix(f"{Severity.ERROR}: ").removesuffix(f" [{cause['code']}]")
+        for cause in document["summary"]
+        if cause["severity"] == Severity.ERROR
+    ]
     if verdict == "unsafe":
         return Answer(question, "Correct the errors, and run it again.", _each("Correct", errors))
     prepared = None if program is None else program.get("preparation")
