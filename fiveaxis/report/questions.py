@@ -19,7 +19,6 @@ BOUNDARIES = {
     "total": "feed drives only",
 }
 LISTS = {"apt": "cutter locations", "points": "list of points"}
-UNWRITTEN = "No program was written."
 
 
 class Detail(NamedTuple):
@@ -126,7 +125,7 @@ def _judged(document: Mapping[str, Any]) -> Iterator[Detail]:
     yield Detail("Found", f"{', '.join(found) or 'nothing'}.")
     kept = _codes(document.get("kept_back", {}))
     if kept:
-        yield Detail("Kept back", f"{UNWRITTEN} It has {kept}.")
+        yield Detail("Kept back", f"No NC program was written, because of {kept}.")
     accepted = _codes(document.get("overridden") or {})
     if accepted:
         who = document.get("overridden_by") or "an unknown person"
@@ -181,9 +180,13 @@ def best_baseline(document: Mapping[str, Any]) -> tuple[str, str] | None:
 
 
 def _next(document: Mapping[str, Any], verdict: str) -> Answer:
-    question, program = "What to do now?", document["program"]
-    errors = [cause["text"] for cause in document["summary"] if cause["severity"] == Severity.ERROR]
-    if verdict == "unsafe":
+    question, program, kept = "What to do now?", document["program"], document.get("kept_back")
+    errors = [
+        cause["text"].removeprefix(f"{Severity.ERROR}: ").removesuffix(f" [{cause['code']}]")
+        for cause in document["summary"]
+        if cause["severity"] == Severity.ERROR and (not kept or cause["code"] in kept)
+    ]
+    if verdict == "unsafe" or kept:
         return Answer(question, "Correct the errors, and run it again.", _each("Correct", errors))
     prepared = None if program is None else program.get("preparation")
     if program is None or prepared is None:
