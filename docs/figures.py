@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,12 @@ def draw_all(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     # Its logs aren't in the project, so that it can't be drawn here.
     shutil.copy(EXAMPLES / "calibration/umich-x.png", folder)
+    # The place of `examples/02_power_surface.py`.
+    tip = fx.tip_surface(fx.load_machine(MACHINE), (30.0, 10.0, 20.0), normal=(0, 0, 1), tilt=(15, 75))
+    tip.write(folder / "power-surface.svg")
+    fx.path_valley(solved()).write(folder / "valley.svg")
     drawings = {
         "chain": chain,
-        "power-surface": power_surface,
         "baselines": baselines,
         "lean": lean,
         "verification": verification,
@@ -54,26 +58,17 @@ def chain() -> Figure:
     return figure
 
 
-def power_surface() -> Figure:
-    """Draw S_W over both rotary angles at one tip, the place of `examples/02_power_surface.py`."""
-    machine = fx.load_machine(MACHINE)
-    first, second = np.arange(-180.0, 181.0, 4.0), np.arange(-120.0, 31.0, 3.0)
-    surface = fx.power_surface(machine, (30.0, 10.0, 20.0), 1000.0, (np.radians(first), np.radians(second)))
-    one, other = surface.letters
-    across, up = (first, second) if one == "C" else (second, first)
-    figure = Figure(figsize=(6.0, 3.2))
-    axes = figure.subplots()
-    drawn = axes.contourf(across, up, surface.total.T if one == "C" else surface.total, levels=14)
-    figure.colorbar(drawn, label="S_W, J")
-    axes.set(xlabel=f"{one if one == 'C' else other}, deg", ylabel=f"{other if one == 'C' else one}, deg")
-    return figure
+@cache
+def solved() -> fx.Solution:
+    """Optimise the example part."""
+    tool = fx.Tool.ball(8)
+    toolpath = fx.plan_contour(PART, tool, stepdown=3, spacing=0.5, overhang=True, feed_mm_min=1000)
+    return fx.optimise(toolpath, fx.load_machine(MACHINE), tilt=(15, 75), effort="quick")
 
 
 def baselines() -> Figure:
     """Draw the energy of the example's program beside its baselines', by axis."""
-    tool = fx.Tool.ball(8)
-    toolpath = fx.plan_contour(PART, tool, stepdown=3, spacing=0.5, overhang=True, feed_mm_min=1000)
-    solution = fx.optimise(toolpath, fx.load_machine(MACHINE), tilt=(15, 75), effort="quick")
+    solution = solved()
     energies = {"optimised": solution.energy, **solution.baselines}
     figure = Figure(figsize=(6.0, 2.2))
     axes = figure.subplots()

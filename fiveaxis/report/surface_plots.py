@@ -54,8 +54,8 @@ def draw_location(surface: LocationSurface, parts: Mapping[str, Array]) -> Figur
         label_axes(axes, f"{letters[0]} (deg)", f"{letters[1]} (deg)" if axes is panels[0] else "", name)
     for axis in (panels[0].xaxis, panels[0].yaxis):
         axis.set_major_locator(MaxNLocator(8, steps=ANGLE_STEPS))
-    figure.suptitle(_plain(f"Energy from the axes' zero: {surface.title}"), fontsize=10.0)
-    figure.supxlabel(_plain(_explanation(surface)), fontsize=8.0)
+    heading = f"Energy from the axes' zero: {surface.title}\n{_explanation(surface)}"
+    figure.suptitle(_plain(heading), fontsize=9.0)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, facecolor="#999999", framealpha=1.0)
     return figure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import threading
@@ -603,6 +604,14 @@ def test_an_unknown_suffix_is_one_message_before_any_work(tmp_path, monkeypatch,
     assert "out.pdf: is not a name for" in message
     assert message.rstrip().endswith(f"let it end in {known}")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("words", "known"), WRITING, ids=lambda value: value[0])
+def test_the_page_of_commands_lists_the_suffixes(words, known):
+    page = (Path(__file__).parents[3] / "docs/pages/commands.md").read_text(encoding="utf-8")
+    verb = "machine new" if words[0] == "machine" else words[0]
+    [row] = [line for line in page.splitlines() if line.startswith("|") and f"`{verb}`" in line]
+    assert all(f"`{suffix}`" in row for suffix in re.findall(r"\.\w+", known))
 
 
 def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch):

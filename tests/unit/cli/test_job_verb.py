@@ -145,7 +145,7 @@ def test_an_existing_file_is_not_overwritten(tmp_path):
 
 
 def test_a_job_file_has_its_suffix(tmp_path):
-    with pytest.raises(SettingError, match=r"ends in \.toml"):
+    with pytest.raises(SettingError, match=r"let it end in \.toml"):
         write_starter(tmp_path / "job.txt")
 
 
