@@ -13,8 +13,8 @@ from rich.table import Table
 
 from fiveaxis.cli.options import AsJson, optional, takes
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json
-from fiveaxis.cli.work import work_aside
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.work import shown_work
 
 if TYPE_CHECKING:
     from fiveaxis.energy.calibration_record import Calibration
@@ -83,24 +83,28 @@ def calibrate(
     Every column needs its unit. Of several logs each is held out in turn, or those of --hold-out are.
     """
     with errors_explained(as_json):
-        from fiveaxis.energy.calibration import calibrate_drive
-        from fiveaxis.files import write_atomically
+        with shown_work(err, hidden=as_json) as work:
+            from fiveaxis.energy.calibration import calibrate_drive
+            from fiveaxis.files import write_atomically
 
-        if figure is not None:
-            from fiveaxis.report.plots import require_figure_suffix, write_calibration_figure
+            if figure is not None:
+                from fiveaxis.report.plots import require_figure_suffix, write_calibration_figure
 
-            require_figure_suffix(figure)
-        given = {name: value for name in LOG if (value := context.params[name]) is not None}
-        if "terms" in given:
-            given["terms"] = [name.strip() for name in given["terms"].split(",")]
-        fit = partial(
-            calibrate_drive, logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
-        )
-        found = work_aside(fit)
-        written = [] if output is None else [write_atomically(output, found.block)]
-        written += [] if figure is None else [write_calibration_figure(found, figure)]
+                require_figure_suffix(figure)
+            given = {name: value for name in LOG if (value := context.params[name]) is not None}
+            if "terms" in given:
+                given["terms"] = [name.strip() for name in given["terms"].split(",")]
+            fit = partial(
+                calibrate_drive, logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
+            )
+            work.step("fitting the drive", 0, 1)
+            found = work.run(lambda _: fit())
+            written = [] if output is None else [write_atomically(output, found.block)]
+            if figure is not None:
+                work.step("drawing the figure", 0, 1)
+                written.append(write_calibration_figure(found, figure))
         for path in written:
-            err.print(f"wrote {escape(str(path))}")
+            print_written(path)
         if as_json:
             print_json(found.document())
         else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,10 +19,11 @@ from fiveaxis.cli.terminal import (
     out,
     print_causes,
     print_json,
+    print_written,
     require_machine,
 )
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
-from fiveaxis.cli.work import work_aside
+from fiveaxis.cli.work import Step, shown_work
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
@@ -65,36 +66,41 @@ def energy(
 ) -> None:
     """Compute the energy of NC programs in the feed drives, by block and by axis; several are compared."""
     with errors_explained(as_json):
-        from fiveaxis.files import csv_text, write_atomically
-        from fiveaxis.job import program_energy
-        from fiveaxis.report.plots import program_figure
-        from fiveaxis.toolpath import parse_tool
+        with shown_work(err, hidden=as_json) as work:
+            from fiveaxis.files import csv_text, write_atomically
+            from fiveaxis.job import program_energy
+            from fiveaxis.report.plots import program_figure
+            from fiveaxis.toolpath import parse_tool
 
-        if figure is not None and figure.suffix.lower() != ".svg":
-            raise SettingError("the figure is an SVG file; its name must end in .svg", file=figure)
-        used = _machine(require_machine(machine), drives, load)
-        if tool_length is not None:
-            used = used.with_tool_length(tool_length)
-        cutter, reading = None if tool is None else parse_tool(tool), reading_of(context.params)
+            if figure is not None and figure.suffix.lower() != ".svg":
+                raise SettingError("the figure is an SVG file; its name must end in .svg", file=figure)
+            used = _machine(require_machine(machine), drives, load)
+            if tool_length is not None:
+                used = used.with_tool_length(tool_length)
+            cutter, reading = None if tool is None else parse_tool(tool), reading_of(context.params)
 
-        def compute(path: Path) -> ProgramEnergy:
-            return program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)
+            def compute(step: Step) -> Iterator[ProgramEnergy]:
+                for number, path in enumerate(programs):
+                    step("computing the energy of programs", number, len(programs))
+                    yield program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)
 
-        found = work_aside(lambda: [compute(path) for path in programs])
-        files = {}
-        if table is not None:
-            rows = [{"program": p.motion.name} | row for p in found for row in p.rows]
-            files[table] = csv_text([rows[0], *(row.values() for row in rows)])
-        if figure is not None:
-            files[figure] = program_figure(
-                # Folders would leave no room for the figure.
-                [Path(p.motion.name).name for p in found],
-                [p.energy for p in found],
-                [p.motion.time for p in found],
-                [p.by_block for p in found],
-            )
+            found = work.run(lambda step: list(compute(step)))
+            files = {}
+            if table is not None:
+                work.step("listing the blocks", 0, 1)
+                rows = [{"program": p.motion.name} | row for p in found for row in p.rows]
+                files[table] = csv_text([rows[0], *(row.values() for row in rows)])
+            if figure is not None:
+                work.step("drawing the figure", 0, 1)
+                files[figure] = program_figure(
+                    # Folders would leave no room for the figure.
+                    [Path(p.motion.name).name for p in found],
+                    [p.energy for p in found],
+                    [p.motion.time for p in found],
+                    [p.by_block for p in found],
+                )
         for path, text in files.items():
-            err.print(f"wrote {escape(str(write_atomically(path, text)))}")
+            print_written(write_atomically(path, text))
         for program in found:
             print_causes(program.summary, err, f"{program.motion.name}: ")
         if as_json:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -35,8 +35,9 @@ from fiveaxis.cli.terminal import (
     print_first_run,
     print_json,
     print_release,
+    print_written,
 )
-from fiveaxis.cli.work import work_with_bars
+from fiveaxis.cli.work import Work, shown_work
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.findings import group_findings, has_errors
@@ -61,18 +62,22 @@ def plan(
 ) -> None:
     """Plan finishing passes on a mesh, and measure their ridges and chord error."""
     with errors_explained(as_json) as written:
-        from fiveaxis.job import is_mesh, load_job_toolpath, measure_plan
-        from fiveaxis.mesh import size_text
-        from fiveaxis.nc import write_toolpath
+        with shown_work(err, hidden=as_json) as work:
+            from fiveaxis.job import is_mesh, load_job_passes, measure_plan
+            from fiveaxis.mesh import size_text
+            from fiveaxis.nc import write_toolpath
 
-        job = _job(context.params)
-        if not is_mesh(job.input):
-            raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
-        toolpath = work_with_bars(partial(load_job_toolpath, job), err)
-        quality = work_with_bars(lambda _: measure_plan(job, toolpath), err)
-        if output is not None:
-            written.append(write_toolpath(toolpath, output))
-        document = _plan_document(toolpath, quality)
+            job = _job(context.params)
+            if not is_mesh(job.input):
+                raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
+
+            toolpath, passes = work.run(partial(load_job_passes, job))
+            work.step("measuring ridges and chords", 0, 1)
+            quality = work.run(lambda _: measure_plan(job, toolpath))
+            if output is not None:
+                work.step("writing the path", 0, 1)
+                written.append(write_toolpath(toolpath, output))
+        document = _plan_document(toolpath, 0 if passes is None else len(passes.first), quality)
         causes = group_findings(toolpath.findings)
         if as_json:
             size = [round(float(extent), 6) for extent in quality.part_size]
@@ -84,6 +89,8 @@ def plan(
             for name, value in document.items():
                 out.print(f"{name}: {value}")
         print_causes(causes, err)
+        for path in written:
+            print_written(path, *_plan_facts(document))
         if has_errors(toolpath.findings):
             raise typer.Exit(Infeasible.exit_code)
 
@@ -102,15 +109,16 @@ def optimise(
 ) -> None:
     """Optimise the tool posture of every cutter location; write verified NC, motion, report and preview."""
     with errors_explained(as_json) as written:
-        from fiveaxis.job import require_folder, write_outcome
+        with _work(hidden=as_json) as work:
+            from fiveaxis.job import require_folder, run_job, write_outcome
 
-        if output is not None:
-            require_folder(output)
-        outcome = _run(_job(context.params))
-        if output is not None:
-            written += write_outcome(outcome, output)
+            if output is not None:
+                require_folder(output)
+            outcome = work.run(partial(run_job, _job(context.params)))
+            if output is not None:
+                written += write_outcome(outcome, output, work.step)
         for path in written:
-            err.print(f"wrote {escape(str(path))}")
+            print_written(path)
         if as_json:
             print_json(outcome.document)
         else:
@@ -128,11 +136,15 @@ def preview(
 ) -> None:
     """Optimise, and show the result in a browser on this computer until Ctrl-C."""
     with errors_explained(False):
-        from fiveaxis.viewer import preview as show
+        with _work() as work:
+            from fiveaxis.job import run_job
+            from fiveaxis.viewer import preview as show
 
-        outcome = _run(_job(context.params))
-        around, findings = outcome.around, outcome.verdict.findings
-        with show(outcome.solution, surroundings=around, findings=findings, open_browser=browser) as viewer:
+            outcome = work.run(partial(run_job, _job(context.params)))
+            work.step("making the scene", 0, 1)
+            around, findings = outcome.around, outcome.verdict.findings
+            viewer = show(outcome.solution, surroundings=around, findings=findings, open_browser=browser)
+        with viewer:
             out.print(f"preview at {viewer.url()} until Ctrl-C")
             viewer.wait()
 
@@ -186,23 +198,24 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _run(job: Job) -> Outcome:
-    from fiveaxis.job import run_job
-    from fiveaxis.posture.search.kernel import relax_layer
+@contextmanager
+def _work(*, hidden: bool = False) -> Iterator[Work]:
+    """Show the work on a job, imports included, and say at its end how long it took."""
+    with shown_work(err, hidden=hidden) as work:
+        from fiveaxis.posture.search.kernel import relax_layer
 
-    print_first_run(relax_layer)
-    started = time.perf_counter()
-    outcome = work_with_bars(partial(run_job, job), err)
-    err.print(f"done in {time.perf_counter() - started:.1f} s")
-    return outcome
+        print_first_run(relax_layer)
+        yield work
+    err.print(f"done in {work.elapsed:.1f} s")
 
 
-def _plan_document(toolpath: Toolpath, quality: PlanReport) -> dict[str, Any]:
+def _plan_document(toolpath: Toolpath, passes: int, quality: PlanReport) -> dict[str, Any]:
     cuts = int(toolpath.cutting.sum())
     return {
         "locations": len(toolpath),
         "cutting": cuts,
         "links": len(toolpath) - cuts,
+        "passes": passes,
         "length_mm": round(float(toolpath.lengths.sum()), 3),
         "cut_length_mm": round(quality.cut_length, 3),
         "link_length_mm": round(quality.link_length, 3),
@@ -212,6 +225,13 @@ def _plan_document(toolpath: Toolpath, quality: PlanReport) -> dict[str, Any]:
         "ridges_measured": quality.ridges,
         "left_out": dict(toolpath.ignored),
     }
+
+
+def _plan_facts(document: Mapping[str, Any]) -> list[str]:
+    """Say what a plan's file has, and what was left out of it."""
+    left = " and ".join(f"{count} {what}" for what, count in document["left_out"].items() if count)
+    counts = [f"{document[what]} {what}" for what in ("locations", "passes")]
+    return [*counts, f"{document['length_mm']} mm", f"left out {left or 'nothing'}"]
 
 
 def _print_outcome(outcome: Outcome) -> None:

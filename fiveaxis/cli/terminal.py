@@ -34,6 +34,10 @@ class Terminal(Console):
         """End the command, which nobody reads any more."""
         raise NobodyReads
 
+    def show_cursor(self, show: bool = True) -> bool:
+        """Leave the cursor as it is: a process that Ctrl-C ends at once couldn't show it again."""
+        return False
+
 
 # A pipe or a log has no width; tables need more than the usual 80 characters.
 out = Terminal(width=None if sys.stdout.isatty() else 140, emoji=False)
@@ -76,6 +80,11 @@ def print_causes(causes: Iterable[Cause], console: Console, before: str = "") ->
     """Print one line for each cause of findings, after a prefix."""
     for cause in causes:
         console.print(f"{before}{cause}", markup=False, soft_wrap=True)
+
+
+def print_written(path: Path, *facts: str) -> None:
+    """Say that a file was written, and what is in it."""
+    err.print(f"wrote {path}" + ": " * bool(facts) + ", ".join(facts), markup=False)
 
 
 def print_release(gate: Gate) -> None:
