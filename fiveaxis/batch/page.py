@@ -23,6 +23,8 @@ from fiveaxis.report.tables import number
 PAGES = {"report": "report.html", "preview": "preview.html"}
 # Points: height of the plotting area, radius of a job's mark.
 HEIGHT, RADIUS = 240.0, 4.5
+# Characters from which on a cell has several lines.
+LONG = 40
 # Cell of a column: its text, and the number by which it is sorted, if it is one.
 Cell = tuple[str, float | None]
 Column = Callable[[Row], Cell]
@@ -41,7 +43,10 @@ def render_comparison(title: str, rows: Sequence[Row], below: str, columns: Mapp
     """
     style, script, page = (_text(f"comparison.{kind}") for kind in ("css", "js", "html"))
     counts = {status: sum(row.status is status for row in rows) for status in Status}
-    every = {"job": lambda row: (row.name.removeprefix(below), None), **columns, **FIGURES}
+    # What no job has would only push the rest out of sight.
+    shown = {
+        name: column for name, column in {**columns, **FIGURES}.items() if any(column(r)[0] for r in rows)
+    }
     return Template(page).substitute(
         policy=policy_of(style, script),
         title=escape(title),
@@ -49,8 +54,8 @@ def render_comparison(title: str, rows: Sequence[Row], below: str, columns: Mapp
         script=script,
         counts=", ".join(f"{count} {status}" for status, count in counts.items() if count),
         scatter=_scatter(rows, below),
-        heads="".join(_head(name) for name in (*every, *PAGES)),
-        rows="\n".join(_row(index, row, below, every) for index, row in enumerate(rows)),
+        heads="".join(_head(name) for name in ("job", *PAGES, *shown)),
+        rows="\n".join(_row(index, row, below, shown) for index, row in enumerate(rows)),
     )
 
 
@@ -106,18 +111,19 @@ def _head(name: str) -> str:
 
 
 def _row(index: int, row: Row, below: str, columns: Mapping[str, Column]) -> str:
-    cells = (_cell(name, *column(row)) for name, column in columns.items())
+    name = escape(row.name.removeprefix(below))
     links = (_link_cell(row, page, below) for page in PAGES)
+    cells = (_cell(*column(row)) for column in columns.values())
     fine = "ok" if row.status is Status.FINE else "failed"
-    return f'<tr id="job-{index}" data-state="{fine}">{"".join(cells)}{"".join(links)}</tr>'
+    inside = f'<th scope="row">{name}</th>{"".join(links)}{"".join(cells)}'
+    return f'<tr id="job-{index}" data-state="{fine}">{inside}</tr>'
 
 
-def _cell(name: str, text: str, value: float | None) -> str:
-    if name == "job":
-        return f'<th scope="row">{escape(text)}</th>'
+def _cell(text: str, value: float | None) -> str:
     if value is not None:
         return f'<td class="number" data-value="{value!r}">{escape(text)}</td>'
-    return f"<td>{escape(text)}</td>"
+    look = ' class="long"' if len(text) > LONG else ""
+    return f"<td{look}>{escape(text)}</td>"
 
 
 def _link_cell(row: Row, page: str, below: str) -> str:
@@ -147,13 +153,14 @@ def _scatter(rows: Sequence[Row], below: str) -> str:
 
 def _mark(index: int, row: Row, x: float, y: float, below: str) -> str:
     words = escape(", ".join(_facts(row, below)))
+    fine, side = row.status is Status.FINE, 1.6 * RADIUS
     shape = (
         f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{RADIUS}"/>'
-        if row.status is Status.FINE
-        else f'<path d="M{x:.2f} {y - 1.4 * RADIUS:.2f}l{1.4 * RADIUS} {1.4 * RADIUS}l-{1.4 * RADIUS} '
-        f'{1.4 * RADIUS}l-{1.4 * RADIUS} -{1.4 * RADIUS}z"/>'
+        if fine
+        else f'<rect x="{x - side / 2:.2f}" y="{y - side / 2:.2f}" width="{side:g}" height="{side:g}" '
+        f'transform="rotate(45 {x:.2f} {y:.2f})"/>'
     )
-    look = "ok" if row.status is Status.FINE else "failed"
+    look = "ok" if fine else "failed"
     address = link(row, "report", below)
     where = "" if address is None else f' href="{escape(address)}"'
     return (
