@@ -101,7 +101,14 @@ class MadeProgram:
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
         blocks = self.motion.blocks
-        figures: dict[str, Any] = {"blocks": len(blocks), "lines": len(self.text.lines)}
+        figures: dict[str, Any] = {
+            "control": self.text.control,
+            "coordinates": self.text.coordinates,
+            "language": self.text.language,
+            "preparation": self.text.preparation.as_dict(),
+            "blocks": len(blocks),
+            "lines": len(self.text.lines),
+        }
         if self.fill is not None:
             planes = self.fill.planes
             figures |= {

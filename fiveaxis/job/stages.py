@@ -36,7 +36,7 @@ from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.progress import Progress, unheard
-from fiveaxis.report import report_document
+from fiveaxis.report import answers, report_document
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import DEFAULT_TOLERANCES, Report
@@ -97,7 +97,7 @@ class Outcome:
             document["overridden"] = {code: gate.report.counts[code] for code in gate.accepted}
             document["overridden_by"] = self.job.override_by
             document["override_unused"] = [finding.as_dict() for finding in gate.unused]
-        return document | self.sections
+        return {"answers": answers(document).as_dict()} | document | self.sections
 
     @property
     def part_size(self) -> Array | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from fiveaxis.nc.control.program_reader import ReadMotion
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.cutter_locations import location_lines
 from fiveaxis.nc.writing.framing import NO_ROW, Frame, numbered
-from fiveaxis.nc.writing.header import head_lines
+from fiveaxis.nc.writing.header import Note, head_lines, machine_notes
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
 from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.tables import find_dialect
@@ -38,6 +39,39 @@ BEYOND = 1e-6
 
 
 @dataclass(frozen=True)
+class Preparation:
+    """What a program needs at the machine before it starts, and what it sets itself.
+
+    Parameters
+    ----------
+    notes : the requirements that its header lists
+    tool_number : of the tool change; None if the program has none
+    work_offset : the control's word; empty if it has none
+    in_force : blocks that set modes, offsets, tool, spindle and coolant
+    start : where the approach leads: letter and value, deg and `unit`, in the order in which the axes move
+    unit : of lengths
+    """
+
+    notes: tuple[Note, ...]
+    tool_number: int | None = None
+    work_offset: str = ""
+    in_force: tuple[str, ...] = ()
+    start: tuple[tuple[str, float], ...] = ()
+    unit: str = "mm"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data for JSON."""
+        return {
+            "tool_number": self.tool_number,
+            "work_offset": self.work_offset,
+            "in_force": list(self.in_force),
+            "start": dict(self.start),
+            "unit": self.unit,
+            "notes": [note._asdict() for note in self.notes],
+        }
+
+
+@dataclass(frozen=True)
 class Program:
     """The text of an NC program.
 
@@ -51,6 +85,7 @@ class Program:
     coordinates : that the words are written in
     language : ``blocks`` of a control, or ``apt`` or ``points`` for a list of cutter locations
     findings : what was assumed, and where the control deviates from the plan
+    preparation : what the program needs at the machine
     """
 
     control: str
@@ -61,6 +96,7 @@ class Program:
     coordinates: Coordinates = "axes"
     language: str = "blocks"
     findings: tuple[Finding, ...] = ()
+    preparation: Preparation = Preparation(())
 
     def __repr__(self) -> str:
         return f"<Program for {self.control}: {len(self.lines)} lines, {self.coordinates}>"
@@ -155,9 +191,17 @@ def compose_program(
         return _program_of_blocks(planned, Frame(wording, settings, winding), pairs)
     head = head_lines(wording, settings, pairs, winding)
     lines = tuple(location_lines(planned.blocks, wording, head))
-    rows = (NO_ROW,) * len(lines)
     dialect = wording.dialect
-    return Program(dialect.name, dialect.suffix, lines, rows, 0, wording.coordinates, dialect.language)
+    return Program(
+        control=dialect.name,
+        suffix=dialect.suffix,
+        lines=lines,
+        rows=(NO_ROW,) * len(lines),
+        dropped=0,
+        coordinates=wording.coordinates,
+        language=dialect.language,
+        preparation=Preparation(tuple(machine_notes(wording, settings, winding)), unit=settings.unit),
+    )
 
 
 def require_motion(motion: Motion, machine: Machine) -> None:
@@ -212,6 +256,14 @@ def _program_of_blocks(planned: ProgramMotion, frame: Frame, pairs: Sequence[tup
         dropped=blocks.dropped,
         coordinates=wording.coordinates,
         findings=findings,
+        preparation=Preparation(
+            notes=tuple(machine_notes(wording, frame.settings, frame.winding)),
+            tool_number=frame.settings.tool_number,
+            work_offset=frame.work_offset,
+            in_force=tuple(frame.in_force()),
+            start=frame.start(planned),
+            unit=frame.settings.unit,
+        ),
     )
 
 

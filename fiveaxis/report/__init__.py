@@ -2,5 +2,15 @@
 
 from fiveaxis.report.document import describe_input, main_baseline, report_document, write_json
 from fiveaxis.report.page import write_report
+from fiveaxis.report.questions import Answer, Answers, answers
 
-__all__ = ["describe_input", "main_baseline", "report_document", "write_json", "write_report"]
+__all__ = [
+    "Answer",
+    "Answers",
+    "answers",
+    "describe_input",
+    "main_baseline",
+    "report_document",
+    "write_json",
+    "write_report",
+]

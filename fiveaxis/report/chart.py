@@ -1,7 +1,10 @@
 """Charts of the page, written directly as SVG: a few lines each, the same bytes for the same data.
 
-Lengths are in points; a chart is 518 wide, the page's column. Figures that are files of their own
-(`fiveaxis.report.plots`) are drawn by matplotlib, which would take a second for the page's charts.
+Lengths are in points; a chart is 518 wide, the page's column. A chart says over which quantity it goes, and
+each panel where its lines are and what they are called: the page's script reads values from there, and zooms;
+without it, and on paper, the chart is the same. The page's style replaces the colours in the dark.
+Figures that are files of their own (`fiveaxis.report.plots`) are drawn by matplotlib, which would take a
+second for the page's charts.
 """
 
 from __future__ import annotations
@@ -32,8 +35,10 @@ MARGIN = 0.06  # share of a range left free at its ends, so that a line doesn't 
 STEPS = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)
 MINUS, THIN_SPACE = "\u2212", "\u2009"
 
-# Buckets of a thinned line: a printed column of 180 mm doesn't resolve more.
-BUCKETS = 400
+# Buckets of a thinned line: twice what a printed column of 180 mm resolves, to zoom into.
+BUCKETS = 800
+# Steps of a line's coordinates per point.
+FINE = 100
 
 Range = tuple[float, float]
 
@@ -91,10 +96,19 @@ def legend(names: Mapping[str, str], right: float, y: float) -> str:
     return "".join(parts)
 
 
-def svg(height: float, parts: Iterable[str]) -> str:
-    """Assemble the parts of a chart."""
+def svg(height: float, parts: Iterable[str], label: str = "", over: str = "") -> str:
+    """Assemble the parts of a chart.
+
+    Parameters
+    ----------
+    height : points
+    label : what it shows, for readers who don't see it
+    over : the quantity on the common x axis of its panels, where the page's script shows values
+    """
+    named = f'role="img" aria-label="{escape(label)}" ' if label else ""
+    named += f'data-over="{escape(over)}" ' if over else ""
     return (
-        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" width="{WIDTH:g}pt" height="{height:g}pt" '
+        f'<svg {named}viewBox="0 0 {WIDTH:g} {height:g}" width="{WIDTH:g}pt" height="{height:g}pt" '
         f'font-family="sans-serif" font-size="{FONT:g}" fill="{INK}">\n' + "\n".join(parts) + "\n</svg>"
     )
 
@@ -114,11 +128,13 @@ def thin_rows(values: Array, buckets: int = BUCKETS) -> IntArray:
     n = len(values)
     if n <= 2 * buckets:
         return np.arange(n)
-    edges = np.linspace(0, n, buckets + 1).astype(np.int64)
-    low, high = np.where(np.isnan(values), np.inf, values), np.where(np.isnan(values), -np.inf, values)
-    pieces = list(pairwise(edges))
-    rows = [a + np.argmin(low[a:b]) for a, b in pieces] + [a + np.argmax(high[a:b]) for a, b in pieces]
-    return np.unique(np.array([0, *rows, n - 1], dtype=np.int64))
+    size = math.ceil(n / buckets)
+    # The last piece is filled up with what is neither lowest nor highest.
+    padded = np.pad(values, (0, -n % size), constant_values=np.nan).reshape(-1, size)
+    begins = size * np.arange(len(padded))
+    low = begins + np.argmin(np.where(np.isnan(padded), np.inf, padded), axis=1)
+    high = begins + np.argmax(np.where(np.isnan(padded), -np.inf, padded), axis=1)
+    return np.unique(np.concatenate([[0], low, high, [n - 1]]))
 
 
 def break_jumps(values: Array, jump: float) -> Array:
@@ -180,43 +196,69 @@ class Panel:
         steps = ticks(self.y, max(2, min(5, int(self.height / 25.0))))
         rising = dict(zip(steps, labels(steps), strict=True)) if y_ticks is None else y_ticks
         along = dict(zip(s := ticks(self.x, 6), labels(s), strict=True)) if x_ticks is None else x_ticks
-        lines, words = [], []
-        for value, word in rising.items():
-            y = float(self.down(value))
-            lines.append(f"M{LEFT:g} {y:.2f}h{self.width:g}")
-            words.append(text(word, LEFT - 5.0, y + 3.0, anchor="end"))
-        for value, word in along.items():
-            x = float(self.across(value))
-            # Categories have words below them, but no line.
-            lines += [f"M{x:.2f} {self.top:g}v{self.height:g}"] if x_ticks is None else []
-            words += [text(word, x, self.bottom + 12.0, anchor="middle")] if x_label else []
+        words = [text(w, LEFT - 5.0, float(self.down(v)) + 3.0, anchor="end") for v, w in rising.items()]
         middle = self.top + 0.5 * self.height
         words.append(text(y_label, 12.0, middle, anchor="middle", upright=True))
         if x_label:
+            below = (
+                text(w, float(self.across(v)), self.bottom + 12.0, anchor="middle") for v, w in along.items()
+            )
+            words.append(f'<g class="words">{"".join(below)}</g>')
             words.append(text(x_label, LEFT + 0.5 * self.width, self.bottom + 27.0, anchor="middle"))
-        sides = _stroke(f"M{LEFT:g} {self.top:g}v{self.height:g}h{self.width:g}", INK, 0.8)
-        return (_stroke("".join(lines), GRID, 0.6) if grid else "") + sides + "".join(words)
+        if grid:
+            level = (f"M{LEFT:g} {float(self.down(value)):.2f}h{self.width:g}" for value in rising)
+            words.append(_stroke("".join(level), GRID, 0.6))
+        # Categories have words below them, but no line.
+        if grid and x_ticks is None:
+            upright = (f"M{float(self.across(value)):.2f} {self.top:g}v{self.height:g}" for value in along)
+            words.append(_stroke("".join(upright), GRID, 0.6, ' class="across"'))
+        sides = f"M{LEFT:g} {self.top:g}v{self.height:g}h{self.width:g}"
+        return "".join(words) + _stroke(sides, INK, 0.8)
 
-    def line(self, x: Array, y: Array, colour: str, width: float) -> str:
+    def group(self, label: str, parts: Iterable[str]) -> str:
+        """Put a panel's parts together, with what a script has to know to read its lines.
+
+        Parameters
+        ----------
+        label : quantity and unit of y
+        """
+        box = f"{LEFT:g} {self.top:g} {self.width:g} {self.height:g}"
+        ranges = "".join(
+            f' data-{k}="{low:.9g} {high:.9g}"' for k, (low, high) in (("x", self.x), ("y", self.y))
+        )
+        return (
+            f'<g class="panel" data-label="{escape(label)}" data-box="{box}"{ranges}>'
+            + "".join(parts)
+            + "</g>"
+        )
+
+    def line(self, x: Array, y: Array, colour: str, width: float, name: str = "") -> str:
         """Draw a line through points, broken where a number is missing.
+
+        Its coordinates are whole steps from point to point, which is short.
 
         Parameters
         ----------
         x, y : (n,)
         width : points
+        name : what the page's script calls it; empty for a line that it leaves alone
         """
         known = np.isfinite(x) & np.isfinite(y)
-        across, down = self.across(x).tolist(), self.down(y).tolist()
-        pieces, open_ = [], False
-        for a, b, there in zip(across, down, known.tolist(), strict=True):
-            if there:
-                pieces.append(f"{'L' if open_ else 'M'}{a:.2f} {b:.2f}")
-            open_ = there
-        return _stroke("".join(pieces), colour, width)
+        places = np.stack([self.across(x), self.down(y)], axis=1)
+        drawn = np.rint(FINE * np.where(known[:, None], places, 0.0)).astype(np.int64)
+        begins = np.flatnonzero(known & ~np.concatenate([[False], known[:-1]]))
+        ends = np.flatnonzero(known & ~np.concatenate([known[1:], [False]]))
+        pieces = []
+        for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
+            (across, down), steps = drawn[begin].tolist(), np.diff(drawn[begin : end + 1], axis=0)
+            along = " ".join(map(str, steps.ravel().tolist())).replace(" -", "-")
+            pieces.append(f"M{across} {down}" + f"l{along or '0 0'}")
+        named = f' data-name="{escape(name)}"' if name else ""
+        return _stroke("".join(pieces), colour, FINE * width, f' transform="scale({1.0 / FINE:g})"{named}')
 
-    def steps(self, x: Array, y: Array, colour: str, width: float) -> str:
+    def steps(self, x: Array, y: Array, colour: str, width: float, name: str = "") -> str:
         """Draw values that hold from the previous x up to their own, (n,) each."""
-        return self.line(np.repeat(x, 2)[:-1], np.repeat(y, 2)[1:], colour, width)
+        return self.line(np.repeat(x, 2)[:-1], np.repeat(y, 2)[1:], colour, width, name)
 
     def level(self, y: float) -> str:
         """Draw a dotted line at a bound, if it lies within the panel."""

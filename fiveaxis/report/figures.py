@@ -35,7 +35,9 @@ TIME_LABEL = "time (s)"
 # Height of a band and of the gap between two, points.
 BAND, GAP = 66.0, 12.0
 # A line of steps has two points per row, so it gets half the rows of a line of points.
-STEP_BUCKETS = 150
+STEP_BUCKETS = 400
+# What the charts go over, as the page's script says it.
+PATH, TIME = "location", "time in s"
 
 
 def energy_bars(solution: Solution, baseline: str | None) -> str:
@@ -57,7 +59,7 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
     width = 0.8 / len(series)
     for row, colour, shift in zip(heights, series.values(), _shifts(len(series)), strict=True):
         parts += [panel.bar(k + shift, 0.96 * width, h, colour, number(h)) for k, h in enumerate(row)]
-    return svg(panel.bottom + BELOW, parts)
+    return svg(panel.bottom + BELOW, parts, f"Bar chart: energy of each axis, {' and '.join(series)}")
 
 
 def spending_lines(solution: Solution, baseline: str | None) -> str:
@@ -69,15 +71,10 @@ def spending_lines(solution: Solution, baseline: str | None) -> str:
         spent[name] = np.cumsum(move_powers(solution.machine, motion).sum(axis=1) * motion.time)
     most = max(float(values[-1]) for values in spent.values())
     panel = Panel(TOP, 125.0, along(solution), (0.0, 1.05 * most or 1.0))
-    lines = (thinned_line(panel, last, values, series[name]) for name, values in spent.items())
-    return svg(
-        panel.bottom + BELOW,
-        [
-            heading(series, "Where along the path the energy is spent"),
-            panel.frame("energy so far (J)", LOCATION_LABEL),
-            *lines,
-        ],
-    )
+    title, label = "Where along the path the energy is spent", "energy so far (J)"
+    lines = [thinned_line(panel, last, values, series[name], name) for name, values in spent.items()]
+    drawn = panel.group(label, [panel.frame(label, LOCATION_LABEL), *lines])
+    return svg(panel.bottom + BELOW, [heading(series, title), drawn], _line_chart(title, series), PATH)
 
 
 def axis_lines(solution: Solution, baseline: str | None) -> str:
@@ -89,15 +86,20 @@ def axis_lines(solution: Solution, baseline: str | None) -> str:
         shown.append([*machine.shown(motion.positions).T, tilts_shown(solution, name)])
     tilts, end = np.degrees([solution.tilt.low, solution.tilt.high]), len(solution.toolpath) - 1
     names = [*(f"{axis.letter} ({axis.unit})" for axis in machine.axes), "tilt (deg)"]
-    parts = [heading(series, "Axis values and tilt along the path")]
-    for k, name in enumerate(names):
+    title = "Axis values and tilt along the path"
+    parts = [heading(series, title)]
+    for k, label in enumerate(names):
         values = [columns[k] for columns in shown]
-        last = name == names[-1]
+        last = label == names[-1]
         panel = band(k, along(solution), widened(*values, *([tilts] if last else [])))
-        parts.append(panel.frame(name, LOCATION_LABEL if last else ""))
-        parts += [panel.level(float(tilt)) for tilt in tilts] if last else []
-        parts += [thinned_line(panel, end, v, c) for v, c in zip(values, series.values(), strict=True)]
-    return svg(panel.bottom + BELOW, parts)
+        drawn = [panel.frame(label, LOCATION_LABEL if last else "")]
+        drawn += [panel.level(float(tilt)) for tilt in tilts] if last else []
+        drawn += [
+            thinned_line(panel, end, v, colour, name)
+            for v, (name, colour) in zip(values, series.items(), strict=True)
+        ]
+        parts.append(panel.group(label, drawn))
+    return svg(panel.bottom + BELOW, parts, _line_chart(title, series), PATH)
 
 
 def speed_lines(solution: Solution, baseline: str | None) -> str:
@@ -156,13 +158,18 @@ def _bands(
     parts = [heading(series, title)]
     for k, label in enumerate(names):
         panel = band(k, x, widened(*(rows[k] for rows in values.values()), np.array(bounds[k])))
-        parts.append(panel.frame(label, TIME_LABEL if k == len(names) - 1 else ""))
-        parts += [panel.level(bound) for bound in bounds[k]]
+        drawn = [panel.frame(label, TIME_LABEL if k == len(names) - 1 else "")]
+        drawn += [panel.level(bound) for bound in bounds[k]]
         for name, colour in series.items():
             rows = thin_rows(values[name][k], STEP_BUCKETS)
             width = 1.0 if colour == AFTER else 2.0
-            parts.append(panel.steps(ends[name][rows], values[name][k][rows], colour, width))
-    return svg(panel.bottom + BELOW, parts)
+            drawn.append(panel.steps(ends[name][rows], values[name][k][rows], colour, width, name))
+        parts.append(panel.group(label, drawn))
+    return svg(panel.bottom + BELOW, parts, _line_chart(title, series), TIME)
+
+
+def _line_chart(title: str, series: dict[str, str]) -> str:
+    return f"Line chart: {title}, {' and '.join(series)}"
 
 
 def _highest(axis: Axis, shown: Range) -> tuple[float, ...]:
@@ -188,13 +195,14 @@ def along(solution: Solution) -> Range:
     return widened(np.array([0.0, len(solution.toolpath) - 1.0]), margin=0.01)
 
 
-def thinned_line(panel: Panel, last: int, values: Array, colour: str) -> str:
+def thinned_line(panel: Panel, last: int, values: Array, colour: str, name: str) -> str:
     """Draw a line from the first location to the last, thinned so that it looks the same."""
     rows = thin_rows(values)
     # A baseline with locations of its own is as long as the result.
     stretch = last / max(len(values) - 1, 1)
     # Where both lines coincide, "before" shows as a rim around "after".
-    return panel.line(stretch * rows.astype(float), values[rows], colour, 1.1 if colour == AFTER else 2.2)
+    width = 1.1 if colour == AFTER else 2.2
+    return panel.line(stretch * rows.astype(float), values[rows], colour, width, name)
 
 
 def motion_of(solution: Solution, name: str) -> Motion:

@@ -16,6 +16,7 @@ from fiveaxis.report.chart import (
     BEFORE,
     BELOW,
     FORBIDDEN,
+    INK,
     LEFT,
     RIGHT,
     TOP,
@@ -78,8 +79,9 @@ def posture_map_figure(solution: Solution, landscape: PostureMap, baseline: str 
         broken = break_jumps(angles, 180.0)
         rows = np.arange(len(broken), dtype=float)
         parts += [panel.line(rows, broken, RIM, width + 1.6), panel.line(rows, broken, colour, width)]
-    names = {name: RIM if name == "optimised" else BEFORE for name in curves}
-    return svg(panel.bottom + BELOW, [*parts, legend(names, LEFT + WIDE, 12.0)])
+    names = {name: INK if name == "optimised" else BEFORE for name in curves}
+    label = f"Map: energy over location and {letter}, with the chosen {letter} as a line"
+    return svg(panel.bottom + BELOW, [*parts, legend(names, LEFT + WIDE, 12.0)], label)
 
 
 def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -> str:
@@ -117,7 +119,8 @@ def surface_figure(solution: Solution, surface: Surface, baseline: str | None) -
             f'<circle cx="{at:.2f}" cy="{down:.2f}" r="{4.5 if name == "optimised" else 6.5}" '
             f'fill="{colours[name]}" stroke="#ffffff" stroke-width="1.2"/>'
         )
-    return svg(panel.bottom + BELOW, [*parts, legend(colours, LEFT + WIDE, panel.bottom + 27.0)])
+    label = f"Map: energy over {first} and {second} at location {surface.location}, chosen posture marked"
+    return svg(panel.bottom + BELOW, [*parts, legend(colours, LEFT + WIDE, panel.bottom + 27.0)], label)
 
 
 def _on_map(solution: Solution, baseline: str | None) -> dict[str, str]:

@@ -1,10 +1,12 @@
-"""The page: first the verdict, then the savings, then the evidence."""
+"""The page: first the three answers, then the findings, then the evidence."""
 
 from __future__ import annotations
 
 import logging
 import math
+from base64 import b64encode
 from collections.abc import Mapping
+from hashlib import sha256
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -16,7 +18,6 @@ from fiveaxis.posture import Solution
 from fiveaxis.report import tables
 from fiveaxis.report.chart import THIN_SPACE
 from fiveaxis.report.cutters import what_stays
-from fiveaxis.report.document import main_baseline
 from fiveaxis.report.figures import axis_lines, energy_bars, power_lines, speed_lines, spending_lines
 from fiveaxis.report.landscape import (
     FIRST_STEP,
@@ -28,16 +29,17 @@ from fiveaxis.report.landscape import (
     surface_at,
 )
 from fiveaxis.report.maps import posture_map_figure, surface_figure
-from fiveaxis.report.sections import front_section, program_section, setup_section, verdict_section
+from fiveaxis.report.questions import best_baseline
+from fiveaxis.report.sections import answers_section, front_section, program_section, setup_section
+from fiveaxis.report.tables import scroll
 
 logger = logging.getLogger(__name__)
 
-# The boundary of each percentage.
-BOUNDARIES = {
-    "total": "feed drives only",
-    "travel": "feed drives only, travel metric",
-    "with_base": "feed drives and base power, over the cycle time",
-}
+# The browser applies only the page's own style, runs only its own script, and fetches nothing.
+POLICY = (
+    "default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
+    "form-action 'none'"
+)
 
 
 def write_report(
@@ -66,24 +68,34 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
     """Compose the page as HTML text."""
     room = files("fiveaxis.report")
     template = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
-    baseline = main_baseline(document["baselines"])
+    best = best_baseline(document)
+    baseline = None if best is None else best[0]
+    style, script = (room.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
     return template.substitute(
         title=escape(f"fiveaxis: {document['toolpath']}"),
-        style=room.joinpath("page.css").read_text(encoding="utf-8"),
+        policy=POLICY.format(style=_digest(style), script=_digest(script)),
+        style=style,
+        script=script,
         heading=escape(document["toolpath"]),
         facts=_facts(document),
-        **verdict_section(document),
-        saved=_saved(document, baseline),
+        answers=answers_section(document),
+        compared=_compared(document),
         setup=setup_section(document.get("setup_search")) + front_section(document.get("front")),
         energy=_energy(solution, document, baseline),
         budget=_budget(document),
         motion=_motion(solution, baseline),
         posture=_posture(solution, baseline, admits),
         findings=_findings(document),
+        checked=_checked(document),
         solver=_solver(document),
         machine=_machine(document),
-        inputs=tables.input_table(document["inputs"]),
+        inputs=scroll(tables.input_table(document["inputs"])),
     )
+
+
+def _digest(text: str) -> str:
+    """Return the hash by which a content security policy knows an inline style or script."""
+    return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
 def _facts(document: Mapping[str, Any]) -> str:
@@ -95,37 +107,15 @@ def _facts(document: Mapping[str, Any]) -> str:
     )
 
 
-def _saved(document: Mapping[str, Any], baseline: str | None) -> str:
-    if baseline is None:
-        return f"<p>There is no baseline to compare with.</p>\n{_missing(document)}"
-    shares = document["savings"][baseline]
-    cards = "\n".join(_card(shares[m], boundary) for m, boundary in BOUNDARIES.items())
-    energies = document["energy"], document["baselines"][baseline]
-    after, before = (escape(tables.number(energy["total"])) for energy in energies)
+def _compared(document: Mapping[str, Any]) -> str:
+    if not document["baselines"]:
+        return (
+            f"<p>There is no baseline to compare with.</p>\n{_missing(document)}{program_section(document)}"
+        )
     return (
-        f"<p>Against <b>{escape(baseline)}</b>: {after} J instead of {before} J "
-        f"({BOUNDARIES['total']}; both are whole programs).{_range(document, baseline)}</p>\n"
-        f'<div class="cards">\n{cards}\n</div>\n'
-        f"{_scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
+        f"{scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
         f"{program_section(document)}"
     )
-
-
-def _range(document: Mapping[str, Any], baseline: str) -> str:
-    """Say between which shares the saving lies if powers are estimated; empty if none is."""
-    ends = document["savings_range"].get(baseline)
-    if ends is None:
-        return ""
-    low, high = (escape(tables.saving(share)) for share in ends)
-    return (
-        f" Powers are estimated: on machines drawn from the bands of the estimates it is between {low} and "
-        f"{high}."
-    )
-
-
-def _card(share: float | None, boundary: str) -> str:
-    look = "none" if share is None else "more" if share < 0.0 else "less"
-    return f'<div class="card {look}"><b>{escape(tables.saving(share))}</b><span>{boundary}</span></div>'
 
 
 def _missing(document: Mapping[str, Any]) -> str:
@@ -161,7 +151,7 @@ def _energy(solution: Solution, document: Mapping[str, Any], baseline: str | Non
     compared = "the result" if baseline is None else f"“{escape(baseline)}” and of the result"
     return (
         _figure(energy_bars(solution, baseline), f"Energy of {compared} by axis; feed drives only.")
-        + _scroll(tables.axis_table(document, baseline))
+        + scroll(tables.axis_table(document, baseline))
         + _figure(
             spending_lines(solution, baseline), "The same energy, added up along the path; feed drives only."
         )
@@ -180,7 +170,7 @@ def _budget(document: Mapping[str, Any]) -> str:
     if budget["co2_kg"] is not None:
         text += f"; {1000.0 * budget['co2_kg']:.1f} g CO₂"
     heading = "<h2>Electricity of the whole job</h2>"
-    return f"<section>\n{heading}\n{_scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>\n</section>"
+    return f"<section>\n{heading}\n{scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>\n</section>"
 
 
 def _motion(solution: Solution, baseline: str | None) -> str:
@@ -244,14 +234,20 @@ def _surface_caption(solution: Solution, location: int) -> str:
 
 
 def _findings(document: Mapping[str, Any]) -> str:
-    measured = _scroll(tables.measured_table(document["verification"]["figures"]))
     summary = document["summary"]
     if not summary:
-        return f"<p>No findings.</p>\n{measured}"
+        return "<p>No findings.</p>"
     total = tables.number(sum(cause["count"] for cause in summary))
     listed = tables.number(len(document["findings"]))
     head = f"{total} findings, one row for each cause; the JSON report lists {listed} places."
-    return f"<p>{escape(head)}</p>\n{_scroll(tables.causes_table(summary))}\n{measured}"
+    return f"<p>{escape(head)}</p>\n{scroll(tables.causes_table(summary))}"
+
+
+def _checked(document: Mapping[str, Any]) -> str:
+    verification = document["verification"]
+    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in verification["checked"])
+    listed = f'<ul class="small">\n{items}\n</ul>\n' if items else "<p>Nothing was checked.</p>\n"
+    return f"{listed}{scroll(tables.measured_table(verification['figures']))}"
 
 
 def _solver(document: Mapping[str, Any]) -> str:
@@ -266,7 +262,7 @@ def _solver(document: Mapping[str, Any]) -> str:
             f" Residuals of the optimality conditions: {kkt['dual']:.2g} J/rad, bounds violated by "
             f"{kkt['primal']:.2g}, complementarity {kkt['complementarity']:.2g} J."
         )
-    return f'{_scroll(tables.solver_table(document["solver"]))}\n<p class="small">{escape(audit)}</p>'
+    return f'{scroll(tables.solver_table(document["solver"]))}\n<p class="small">{escape(audit)}</p>'
 
 
 def _machine(document: Mapping[str, Any]) -> str:
@@ -287,13 +283,8 @@ def _machine(document: Mapping[str, Any]) -> str:
             f" The workpiece's zero is at ({tables.plain_list(setup['offset'])}) mm in the machine frame, "
             f"turned by ({tables.plain_list(setup['rotation_deg'])}) deg about the machine's X, Y, Z."
         )
-    return f"<p>{escape(text)}</p>\n{_scroll(tables.machine_table(figures))}"
+    return f"<p>{escape(text)}</p>\n{scroll(tables.machine_table(figures))}"
 
 
 def _figure(content: str, caption: str) -> str:
     return f"<figure>\n{content}\n<figcaption>{caption}</figcaption>\n</figure>\n"
-
-
-def _scroll(content: str) -> str:
-    """Make a wide table scrollable on a narrow screen."""
-    return f'<div class="scroll">\n{content}\n</div>\n'

@@ -1,100 +1,60 @@
-"""Sections of the page: the verdict, the program, the searched setup, the front."""
+"""Sections of the page: the answers, the program, the searched setup, the front."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 
-from fiveaxis.findings import Severity
 from fiveaxis.report.chart import AFTER, BELOW, LEFT, THIN_SPACE, TOP, Panel, svg, text, widened
-from fiveaxis.report.tables import NOTHING, kinds_table, number, plain, plain_list, saving, table
+from fiveaxis.report.questions import Answer, answers, best_baseline
+from fiveaxis.report.tables import (
+    NOTHING,
+    kinds_table,
+    number,
+    plain,
+    plain_list,
+    saved_table,
+    saving,
+    scroll,
+    table,
+)
 
 MOST_SHOWN = 15  # rows of the table of setups; the JSON report has all
 UNITS = {"x": "mm", "y": "mm", "z": "mm", "angle": "deg"}
 
 
-def verdict_section(document: Mapping[str, Any]) -> dict[str, str]:
-    """Write the verdict, which never claims more than was checked.
+# What stands before the answer to the first question, for readers who see no colour.
+SIGNS = {"safe": "✓", "partial": "✓", "unknown": "?", "unsafe": "✗", "overridden": "✗"}
 
-    Returns
-    -------
-    ``look`` (class), ``verdict`` (headline) and ``verdict_text`` (HTML) for the page's template
-    """
-    verification = document["verification"]
-    look, headline = _judge(verification, document)
-    parts = (
-        _overridden(document),
-        f"<p>{escape(_consequence(look, document))}</p>",
-        '<div class="columns">',
-        _listed("Not checked", verification["not_checked"]),
-        _listed("Checked", verification["checked"]),
-        "</div>",
+
+def answers_section(document: Mapping[str, Any]) -> str:
+    """Write the three answers, each with its details below it, and the savings against every baseline."""
+    found, best = answers(document), best_baseline(document)
+    compared = "" if best is None else scroll(saved_table(document, best[1]))
+    return "\n".join(
+        (
+            _answer(found.safe, f"verdict {found.verdict}", SIGNS[found.verdict]),
+            _answer(found.saved, "saved", below=compared),
+            _answer(found.next, "next"),
+        )
     )
-    return {"look": look, "verdict": escape(headline), "verdict_text": "\n".join(parts)}
 
 
-def _judge(verification: Mapping[str, Any], document: Mapping[str, Any]) -> tuple[str, str]:
-    if document.get("overridden"):
-        return "overridden", "✗ Not safe: errors were found and overridden"
-    if not verification["ok"]:
-        return "unsafe", "✗ Not safe: don’t run this program"
-    if not verification["checked"]:
-        return "partial", "! Nothing was checked"
-    if verification["not_checked"]:
-        return "partial", "✓ No error found, but not everything was checked"
-    return "safe", "✓ Safe: every check passed"
-
-
-def _overridden(document: Mapping[str, Any]) -> str:
-    """Name each error that was overridden, as large as the headline, and who overrode it."""
-    codes = document.get("overridden")
-    if not codes:
-        return ""
-    who = document.get("overridden_by") or "an unknown person"
-    named = ", ".join(f"{code} ({number(n)})" for code, n in codes.items())
-    written = "" if _kept_back(document) else " The NC program was written with them; its header names each."
-    return f'<p class="override">Overridden: {escape(named)}</p>\n<p>By {escape(who)}.{written}</p>'
-
-
-def _kept_back(document: Mapping[str, Any]) -> str:
-    """List the errors that keep the program back."""
-    return ", ".join(f"{code} ({number(n)})" for code, n in document.get("kept_back", {}).items())
-
-
-def _consequence(look: str, document: Mapping[str, Any]) -> str:
-    found = _found(document["summary"])
-    kept = _kept_back(document)
-    program = f" No NC program was written, because of {kept}." if kept else ""
-    if look in ("unsafe", "overridden"):
-        until = "The savings below don’t count until the errors are corrected."
-        return f"Verification found {found}.{program} {until}"
-    return f"Verification found {found or 'nothing to report'}.{program}"
-
-
-def _found(summary: Sequence[Mapping[str, Any]]) -> str:
-    """Format counts by severity: ``6 errors (axis-limit 4, tilt 2), 1 warning (tip-deviation 1)``."""
-    parts = []
-    for wanted in Severity:
-        codes: Counter[str] = Counter()
-        for cause in summary:
-            if cause["severity"] == wanted:
-                codes[cause["code"]] += cause["count"]
-        if codes:
-            total = codes.total()
-            each = ", ".join(f"{code} {number(n)}" for code, n in codes.items())
-            parts.append(f"{number(total)} {wanted}{'' if total == 1 else 's'} ({each})")
-    return ", ".join(parts)
-
-
-def _listed(head: str, sentences: Sequence[str]) -> str:
-    if not sentences:
-        return ""
-    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
-    return f'<div><b>{head}</b>\n<ul class="small">\n{items}\n</ul></div>'
+def _answer(answer: Answer, look: str, sign: str = "", below: str = "") -> str:
+    mark = f'<span aria-hidden="true">{sign}</span> ' if sign else ""
+    rows = []
+    for about, details in groupby(answer.details, lambda detail: detail.about):
+        texts = "".join(f"<dd>{escape(detail.text)}</dd>" for detail in details)
+        rows.append(f"<div><dt>{escape(about)}</dt>{texts}</div>")
+    listed = "<dl>\n" + "\n".join(rows) + "\n</dl>\n" if rows else ""
+    return (
+        f'<section class="answer {look}">\n<h2>{escape(answer.question)}</h2>\n'
+        f'<p class="headline">{mark}{escape(answer.text)}</p>\n{listed}{below}</section>'
+    )
 
 
 def program_section(document: Mapping[str, Any]) -> str:
@@ -112,10 +72,7 @@ def program_section(document: Mapping[str, Any]) -> str:
     )
     html = f"<p>{escape(text)}</p>\n"
     if kinds := kinds_table(document):
-        html += (
-            "<p>Energy of the feed drives and time by kind of move:</p>\n"
-            f'<div class="scroll">\n{kinds}\n</div>\n'
-        )
+        html += scroll(kinds)
     return html
 
 
@@ -161,7 +118,7 @@ def setup_section(found: Mapping[str, Any] | None) -> str:
         "",
     )
     rows = [_setup_row(tried, found) for tried in shown]
-    inner = f'<p>{escape(text)}</p>\n<div class="scroll">\n{table(heads, rows)}\n</div>'
+    inner = f"<p>{escape(text)}</p>\n{scroll(table(heads, rows, 'Setups, cheapest first'))}"
     return f"<section>\n<h2>Setup of the workpiece</h2>\n{inner}\n</section>"
 
 
@@ -243,7 +200,7 @@ def front_section(front: Mapping[str, Any] | None) -> str:
     )
     return (
         "<section>\n<h2>Energy against steadiness</h2>\n"
-        f'<div class="scroll">\n{table(heads, rows)}\n</div>\n<p>{escape(text)}</p>\n'
+        f"{scroll(table(heads, rows, 'Solutions of the front'))}\n<p>{escape(text)}</p>\n"
         f"<figure>\n{_front_chart(front)}\n<figcaption>What steadiness costs: each solution by its number; "
         "feed drives only.</figcaption>\n</figure>\n</section>"
     )
@@ -261,4 +218,4 @@ def _front_chart(front: Mapping[str, Any]) -> str:
         size = 5.0 if point["number"] == front["picked"] else 3.0
         parts.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{size:g}" fill="{AFTER}"/>')
         parts.append(text(str(point["number"]), x + 6.0, y - 5.0))
-    return svg(panel.bottom + BELOW, parts)
+    return svg(panel.bottom + BELOW, parts, "Line chart: energy over bends, one point for each solution")

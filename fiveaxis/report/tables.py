@@ -12,6 +12,9 @@ from fiveaxis.report.chart import MINUS, THIN_SPACE
 
 UNKNOWN = "unknown"
 NOTHING = "–"
+NOT_CHECKED = "not checked"
+# Caption of the table of axes.
+AXES = "Energy of each axis, feed drives only"
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid moves"}
 
 # Figures of verification by name: description and unit.
@@ -49,26 +52,55 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell: unescaped text, and its CSS class."""
+    """One cell: unescaped text, its CSS class, and texts that are folded below it."""
 
     text: str
     look: str = ""
+    folded: tuple[str, ...] = ()
 
 
-def table(heads: Sequence[str], rows: Iterable[Sequence[str | Cell]], look: str = "") -> str:
+def table(heads: Sequence[str], rows: Iterable[Sequence[str | Cell]], caption: str, look: str = "") -> str:
     """Write a table; a plain string is a cell with its column's class.
 
     Parameters
     ----------
     heads : column heads with their units; ``#`` in front marks a column of numbers
-    rows : one cell per column
+    rows : one cell per column; the first one names the row
+    caption : what the table shows
     look : CSS class of the table
     """
     looks = ["number" if head.startswith("#") else "" for head in heads]
     opening = f'<table class="{look}">' if look else "<table>"
-    top = "".join(_tag("th", Cell(h.lstrip("#"), k)) for h, k in zip(heads, looks, strict=True))
+    top = "".join(
+        _tag("th", Cell(h.lstrip("#"), k), ' scope="col"') for h, k in zip(heads, looks, strict=True)
+    )
     body = "\n".join(f"<tr>{_row(row, looks)}</tr>" for row in rows)
-    return f"{opening}\n<thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+    return (
+        f"{opening}\n<caption>{escape(caption)}</caption>\n<thead><tr>{top}</tr></thead>\n"
+        f"<tbody>\n{body}\n</tbody>\n</table>"
+    )
+
+
+def scroll(content: str) -> str:
+    """Make a wide table scrollable on a narrow screen, also by keys."""
+    return f'<div class="scroll" tabindex="0">\n{content}\n</div>\n'
+
+
+def saved_table(document: Mapping[str, Any], measure: str) -> str:
+    """List the energy of the program and of every baseline by one measure, cheapest first."""
+    rows = [("this program", number(document["energy"][measure]), NOTHING, _seconds(document["energy"]))]
+    energies = sorted(document["baselines"].items(), key=lambda item: item[1][measure])
+    rows += [
+        (name, number(e[measure]), saving(document["savings"][name][measure]), _seconds(e))
+        for name, e in energies
+    ]
+    heads = ("posture", "#energy (J)", "#saved by this program", "#time (s)")
+    return table(heads, rows, "Energy of whole programs, and what this one saves")
+
+
+def _seconds(energy: Mapping[str, Any]) -> str:
+    timed = energy["run_time"]
+    return number(energy["time"] if timed is None else timed, 1)
 
 
 def baseline_table(document: Mapping[str, Any]) -> str:
@@ -91,7 +123,7 @@ def baseline_table(document: Mapping[str, Any]) -> str:
     for name, energy in document["baselines"].items():
         shares = {k: saving(v) for k, v in document["savings"][name].items()}
         rows.append(_energy_row(name, energy, shares))
-    return table(heads, rows)
+    return table(heads, rows, "Every measure of whole programs")
 
 
 def kinds_table(document: Mapping[str, Any]) -> str:
@@ -111,7 +143,7 @@ def kinds_table(document: Mapping[str, Any]) -> str:
                 [NOTHING, NOTHING] if share is None else [number(share["total"]), number(share["time"], 1)]
             )
         rows.append(cells)
-    return table(("program", *heads), rows)
+    return table(("program", *heads), rows, "Energy of the feed drives and time by kind of move")
 
 
 def missing_list(document: Mapping[str, Any]) -> str:
@@ -125,24 +157,32 @@ def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:
     """List the energy of each axis, before and after."""
     after = document["energy"]["by_axis"]
     if baseline is None:
-        return table(("axis", "#optimised (J)"), [(a, number(j)) for a, j in after.items()])
+        rows = [(a, number(j)) for a, j in after.items()]
+        return table(("axis", "#optimised (J)"), rows, AXES)
     before = document["baselines"][baseline]["by_axis"]
-    rows = [
+    compared = [
         (a, number(before[a]), number(after[a]), number(after[a] - before[a], signed=True)) for a in after
     ]
-    return table(("axis", f"#{baseline} (J)", "#optimised (J)", "#change (J)"), rows)
+    return table(("axis", f"#{baseline} (J)", "#optimised (J)", "#change (J)"), compared, AXES)
 
 
 def causes_table(summary: Sequence[Mapping[str, Any]]) -> str:
-    """List the findings, one row per cause, worst severity first."""
+    """List the findings, one row per severity and code, worst severity first.
+
+    What has no place on the path is folded under the first of its code.
+    """
     heads = ("severity", "code", "#places", "worst", "what", "first")
-    return table(heads, [_cause_row(cause) for cause in summary])
+    alike: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for cause in summary:
+        alike.setdefault((cause["severity"], cause["code"]), []).append(cause)
+    return table(heads, [_cause_row(causes) for causes in alike.values()], "Findings by cause, errors first")
 
 
 def measured_table(figures: Mapping[str, Any]) -> str:
-    """List the worst figures that verification measured, by name; a dash where there was none."""
+    """List the worst figures that verification measured, by name, and what no check measured."""
     rows = [(_words(name)[0], _measured(name, value)) for name, value in figures.items()]
-    return table(("measured in the program, the worst", "#value"), rows, "narrow")
+    caption = "The worst that was measured in the program"
+    return table(("measured in the program, the worst", "#value"), rows, caption, "narrow")
 
 
 def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
@@ -157,7 +197,8 @@ def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
         )
         for s in stages
     ]
-    return table(("stage", "status", "#iterations", "#objective before (J)", "#after (J)"), rows)
+    heads = ("stage", "status", "#iterations", "#objective before (J)", "#after (J)")
+    return table(heads, rows, "Stages of the solver in order")
 
 
 def budget_table(budget: Mapping[str, Any]) -> str:
@@ -170,7 +211,7 @@ def budget_table(budget: Mapping[str, Any]) -> str:
         basis = share["basis"]
         shown = Cell(basis, "warning") if basis in ("assumed", "unknown") else basis
         rows.append((share["name"], number(joules), part, shown, share["said"]))
-    return table(("consumer", "#J", "#share", "basis", "source, or why"), rows)
+    return table(("consumer", "#J", "#share", "basis", "source, or why"), rows, "Consumers of the whole job")
 
 
 def machine_table(figures: Sequence[Mapping[str, Any]]) -> str:
@@ -179,13 +220,14 @@ def machine_table(figures: Sequence[Mapping[str, Any]]) -> str:
         (f["figure"], f["value"], Cell("assumed", "warning") if f["assumed"] else "sourced", f["source"])
         for f in figures
     ]
-    return table(("figure", "value", "basis", "source, or why assumed"), rows)
+    heads = ("figure", "value", "basis", "source, or why assumed")
+    return table(heads, rows, "The machine’s figures and their sources")
 
 
 def input_table(inputs: Sequence[Mapping[str, Any]]) -> str:
     """List the files that were read."""
     rows = [(i["name"], i.get("used_as", ""), number(i["size"]), Cell(i["sha256"], "hash")) for i in inputs]
-    return table(("file", "used as", "#bytes", "SHA-256"), rows)
+    return table(("file", "used as", "#bytes", "SHA-256"), rows, "Files that were read")
 
 
 def number(value: float | None, digits: int = 0, *, signed: bool = False) -> str:
@@ -234,10 +276,12 @@ def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str])
     ]
 
 
-def _cause_row(cause: Mapping[str, Any]) -> list[str | Cell]:
+def _cause_row(causes: Sequence[Mapping[str, Any]]) -> list[str | Cell]:
+    cause, *others = causes
     severity, worst = Cell(cause["severity"], cause["severity"]), cause["worst"]
     place, first = (str(Place(**place)) for place in (worst["place"], cause["first"]))
-    return [severity, cause["code"], number(cause["count"]), place, worst["message"], first]
+    what = Cell(worst["message"], folded=tuple(other["worst"]["message"] for other in others))
+    return [severity, cause["code"], number(sum(c["count"] for c in causes)), place, what, first]
 
 
 def _words(name: str) -> tuple[str, str]:
@@ -248,7 +292,7 @@ def _words(name: str) -> tuple[str, str]:
 def _measured(name: str, value: Any) -> str:
     """Format a figure with its unit, to four digits and at most six decimals."""
     if value is None:
-        return NOTHING
+        return NOT_CHECKED
     unit = _words(name)[1]
     if not isinstance(value, float | int):
         return str(value)
@@ -259,9 +303,18 @@ def _measured(name: str, value: Any) -> str:
 
 def _row(row: Sequence[str | Cell], looks: Sequence[str]) -> str:
     cells = (c if isinstance(c, Cell) else Cell(c, look) for c, look in zip(row, looks, strict=True))
-    return "".join(_tag("td", cell) for cell in cells)
+    first, *others = cells
+    return _tag("th", first, ' scope="row"') + "".join(_tag("td", cell) for cell in others)
 
 
-def _tag(tag: str, cell: Cell) -> str:
+def _tag(tag: str, cell: Cell, more: str = "") -> str:
     look = f' class="{cell.look}"' if cell.look else ""
-    return f"<{tag}{look}>{escape(cell.text)}</{tag}>"
+    return f"<{tag}{look}{more}>{escape(cell.text)}{_folded(cell.folded)}</{tag}>"
+
+
+def _folded(texts: Sequence[str]) -> str:
+    """Write texts that are shown at a click; empty without any."""
+    if not texts:
+        return ""
+    items = "".join(f"<li>{escape(text)}</li>" for text in texts)
+    return f"<details><summary>{len(texts)} more</summary><ul>{items}</ul></details>"

@@ -98,7 +98,10 @@ def check_collisions(
     moves = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
     checked = (*scene.checked, *choice.checked, *((moves,) if choice.pairs else ()))
     not_checked = (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ()))
-    first, *others = [result for kind in CODES for result in _results_of(kind, found)]
+    # A body that only rapid moves are checked for is measured in these alone.
+    rapid = bool(np.any(context.toolpath.kind == MoveKind.RAPID))
+    measured = {pair.kind for pair in choice.pairs if rapid or not pair.rapid_only}
+    first, *others = [result for kind in CODES for result in _results_of(kind, found, kind in measured)]
     return (replace(first, checked=checked, not_checked=not_checked), *others)
 
 
@@ -182,14 +185,17 @@ def _stretches(known: BoolArray) -> Iterator[tuple[int, int]]:
             yield start, min(start + LONGEST_STRETCH + 1, end)
 
 
-def _results_of(kind: str, found: list[_PairHits]) -> Iterator[Result]:
-    """Build the two results of a kind of pair: bodies that overlap, and bodies that come too near."""
+def _results_of(kind: str, found: list[_PairHits], measured: bool) -> Iterator[Result]:
+    """Build the two results of a kind of pair: bodies that overlap, and bodies that come too near.
+
+    Where no pair of the kind was `measured`, the figures are None, as nothing is known.
+    """
     own = [f for f in found if f.pair.kind == kind]
     touching = [_PairHits(f.pair, f.hits.at(f.hits.touching)) for f in own]
     bad = {int(row) for f in touching for row in f.hits.rows}
     near = [_PairHits(f.pair, f.hits.at(~f.hits.touching & ~np.isin(f.hits.rows, sorted(bad)))) for f in own]
-    yield _collisions(kind, touching)
-    yield _too_near(kind, near)
+    for result in (_collisions(kind, touching), _too_near(kind, near)):
+        yield result if measured else replace(result, figures=dict.fromkeys(result.figures))
 
 
 def _collisions(kind: str, found: list[_PairHits]) -> Result:

@@ -56,8 +56,7 @@ class Frame:
     def modes(self) -> list[str]:
         """Modes, work offset, retract, tool, spindle, coolant: all before the first move on the workpiece."""
         dialect, settings = self.wording.dialect, self.settings
-        lines = self._fill(dialect.start)
-        offset = settings.work_offset or dialect.default_offset
+        lines, offset = self._fill(dialect.start), self.work_offset
         lines += dialect.work_offset.format(offset=offset).splitlines() if offset else []
         lines += self._retract()
         if settings.tool_number is not None:
@@ -79,13 +78,47 @@ class Frame:
         form = feed_form(self.wording).word
         return [*self.head(), *self.modes(), *self._on(), self._first("X0"), *([form] if form else [])]
 
+    def in_force(self) -> list[str]:
+        """Lines that set modes, offsets, tool, spindle and coolant, without moves on the workpiece."""
+        first, form = self._first_template(), feed_form(self.wording).word
+        length = [] if first is None else [first.format(words="", offset=self.offset).strip()]
+        return [*self.modes(), *self._on(), *length, *([form] if form else [])]
+
+    @property
+    def work_offset(self) -> str:
+        """The control's word for the work offset; empty if it has none."""
+        return self.settings.work_offset or self.wording.dialect.default_offset or ""
+
+    def start(self, program: ProgramMotion) -> tuple[tuple[str, float], ...]:
+        """Return where the approach leads, in the control's words and in the order in which the axes move.
+
+        Returns
+        -------
+        Letter and value, deg, and mm or inch
+        """
+        at = program.first - (program.phase[program.first] == Phase.LEAD_IN)
+        begin = program.motion.positions[at : at + 1]
+        by_axes = self._by_axes
+        turned = by_axes.rounded(first_words(by_axes.values(begin), by_axes, self.winding))[0]
+        placed = self.wording.rounded(self.wording.values(begin))[0]
+        angles = dict(zip(by_axes.names, turned.tolist(), strict=True))
+        values = dict(zip(self.wording.names, placed.tolist(), strict=True))
+        return tuple((c, angles[c]) for c in self.rotary) + tuple(
+            (c, values[c]) for c in by_axes.names if c in "XYZ"
+        )
+
+    @property
+    def _by_axes(self) -> Wording:
+        """The words of axis positions, which rotary axes have before TCP is on."""
+        return Wording(self.wording.dialect, "axes", self.wording.machine, self.wording.unit)
+
     def approach(self, program: ProgramMotion) -> Iterator[Line]:
         """Write the rapid approach to the first location, and the lead-in to a first cut."""
         wording, machine, first = self.wording, self.wording.machine, program.first
         has_lead_in = program.phase[first] == Phase.LEAD_IN
         at = first - has_lead_in
         begin = program.motion.positions[at : at + 1]
-        by_axes = Wording(wording.dialect, "axes", machine, wording.unit)
+        by_axes = self._by_axes
         start = first_words(by_axes.values(begin), by_axes, self.winding)[0]
         yield from ((line, NO_ROW) for line in (() if wording.coordinates != "axes" else self._on()))
         for axis, value in machine.clamped:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import textwrap
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,29 +39,49 @@ def head_lines(
     ----------
     pairs : name and value of the caller's comments: tool, source, energy, verdict
     """
-    machine, dialect = wording.machine, wording.dialect
+    machine = wording.machine
     texts = [
         f"machine: {machine.name}, form-shaping code {machine.code}",
         *_winding_line(wording, winding),
         *_positions_line(wording),
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
-        *dialect.notes,
-        *wording.mode.notes,
-        *([VECTOR_NOTE] if wording.coordinates == "vector" and dialect.language == "blocks" else []),
-        *_missing_note(settings, wording),
+        *(note.text for note in machine_notes(wording, settings, winding)),
     ]
-    if dialect.language == "blocks":
-        texts += [
-            *_winding_note(wording, winding),
-            _zero_note(wording),
-            *_setup_note(wording),
-            *_clamped_notes(machine),
-            _length_note(wording),
-            f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}",
-            _start_note(wording),
-            *_sign_note(wording),
-        ]
-    return [line for text in texts for line in comment_lines(text, dialect.comment)]
+    return [line for text in texts for line in comment_lines(text, wording.dialect.comment)]
+
+
+class Note(NamedTuple):
+    """What a program requires at the machine.
+
+    Parameters
+    ----------
+    about : ``start``, ``work offset``, ``tool`` or ``control``
+    text : a sentence
+    """
+
+    about: str
+    text: str
+
+
+def machine_notes(wording: Wording, settings: ProgramSettings, winding: str) -> list[Note]:
+    """List what a program requires at the machine, in the header's order."""
+    return [Note(about, text) for about, texts in _notes(wording, settings, winding) for text in texts]
+
+
+def _notes(wording: Wording, settings: ProgramSettings, winding: str) -> Iterator[tuple[str, Sequence[str]]]:
+    dialect, is_program = wording.dialect, wording.dialect.language == "blocks"
+    yield "control", [*dialect.notes, *wording.mode.notes]
+    yield "control", [VECTOR_NOTE] if wording.coordinates == "vector" and is_program else []
+    yield "start", _missing_note(settings, wording)
+    if is_program:
+        straight = f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}"
+        yield "control", _winding_note(wording, winding)
+        yield "work offset", [_zero_note(wording), *_setup_note(wording)]
+        yield "start", _clamped_notes(wording.machine)
+        yield "tool", [_length_note(wording)]
+        yield "control", [straight]
+        yield "start", [_start_note(wording)]
+        yield "control", _sign_note(wording)
 
 
 def contains_length(machine: Machine) -> bool:

@@ -15,6 +15,16 @@ from fiveaxis.report.chart import Panel, break_jumps, labels, svg, text, thin_ro
 PANEL = Panel(20.0, 100.0, (0.0, 10.0), (-1.0, 1.0))
 
 
+def points(svg: str) -> list[list[tuple[float, float]]]:
+    """Return the points of a line piece by piece, points from the left and from the top."""
+    scale = float(re.search(r"scale\(([\d.]+)\)", svg)[1])  # type: ignore[index]
+    found = []
+    for piece in re.findall(r"M([^M\"]+)", svg):
+        steps = np.array(re.findall(r"-?\d+", piece), dtype=float).reshape(-1, 2)
+        found.append([(round(x * scale, 6), round(y * scale, 6)) for x, y in np.cumsum(steps, axis=0)])
+    return found
+
+
 @given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
 def test_ticks_are_round_and_lie_inside(low: float, width: float) -> None:
     places = ticks((low, low + width))
@@ -39,15 +49,15 @@ def test_corners_of_the_range_are_corners_of_the_panel() -> None:
 
 def test_a_line_is_broken_where_a_number_is_missing() -> None:
     values = np.array([0.0, 0.5, np.nan, 0.5, 0.0])
-    path = PANEL.line(np.arange(5.0), values, "#000000", 1.0)
-    assert path.count("M") == 2
-    assert path.count("L") == 2
+    drawn = points(PANEL.line(np.arange(5.0), values, "#000000", 1.0))
+    assert [len(piece) for piece in drawn] == [2, 2]
+    assert drawn[1][1] == (float(PANEL.across(4.0)), float(PANEL.down(0.0)))
 
 
 def test_a_step_has_the_value_of_its_end() -> None:
     path = PANEL.steps(np.array([1.0, 2.0]), np.array([0.0, 1.0]), "#000000", 1.0)
-    places = re.findall(r"[ML]([\d.]+) ([\d.]+)", path)
-    assert [round(float(y), 2) for _, y in places] == [70.0, 20.0, 20.0]
+    (places,) = points(path)
+    assert [y for _, y in places] == [70.0, 20.0, 20.0]
 
 
 def test_a_constant_line_lies_in_the_middle() -> None:
@@ -55,6 +65,24 @@ def test_a_constant_line_lies_in_the_middle() -> None:
     assert low < 3.0 < high
     assert 3.0 - low == pytest.approx(high - 3.0)
     assert widened(np.array([np.nan]))[0] < widened(np.array([np.nan]))[1]
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=40))
+def test_a_line_passes_its_points_without_an_error_that_adds_up(values: list[float]) -> None:
+    (drawn,) = points(PANEL.line(np.linspace(0.0, 10.0, len(values)), np.array(values), "#000000", 1.0))
+    expected = PANEL.down(np.array(values))
+    np.testing.assert_allclose([y for _, y in drawn][: len(values)], expected, atol=0.0051)
+
+
+def test_a_panel_says_where_its_lines_are_and_what_they_are_called() -> None:
+    line = PANEL.line(np.arange(2.0), np.zeros(2), "#000000", 1.0, 'a "b"')
+    drawn = ElementTree.fromstring(svg(60.0, [PANEL.group("X <mm>", [line])], "what <it> shows", "location"))
+    assert (drawn.get("role"), drawn.get("aria-label")) == ("img", "what <it> shows")
+    assert drawn.get("data-over") == "location"
+    group = drawn[0]
+    assert group.get("data-box") == f"58 20 {PANEL.width:g} 100"
+    assert (group.get("data-x"), group.get("data-y")) == ("0 10", "-1 1")
+    assert group[0].get("data-name") == 'a "b"'
 
 
 def test_text_is_escaped_and_the_chart_is_well_formed() -> None:

@@ -2,7 +2,8 @@
 
 import re
 
-from fiveaxis.report.tables import WORDS, measured_table
+from fiveaxis.findings import Finding, Place, Severity, group_findings
+from fiveaxis.report.tables import WORDS, causes_table, measured_table
 from fiveaxis.verification import verify
 
 THIN = "\u2009"
@@ -21,8 +22,29 @@ def test_measured_figures_are_described_with_their_units():
         ["largest angle of the tool axis", "75.03°"],
         ["speed, of an axis’s highest", f"50{THIN}%"],
         ["off", "−1.5"],
-        ["held axis off its angle", "–"],
+        ["held axis off its angle", "not checked"],
     ]
+
+
+def test_findings_without_a_place_are_one_row_with_the_others_folded():
+    findings = [Finding(Severity.WARNING, "drive-estimated", f"axis {c} is <estimated>") for c in "XYZ"]
+    findings += [Finding(Severity.WARNING, "feed-over", "too quick", Place(k), float(k)) for k in range(40)]
+    findings.append(Finding(Severity.ERROR, "tilt", "too far", Place(3)))
+    text = causes_table([cause.as_dict() for cause in group_findings(findings)])
+    rows = [row[:3] for row in cells(text)[1:]]
+    assert rows == [
+        ["error", "tilt", "1"],
+        ["warning", "drive-estimated", "3"],
+        ["warning", "feed-over", "40"],
+    ]
+    assert "<summary>2 more</summary><ul><li>axis Y is &lt;estimated&gt;</li>" in text
+
+
+def test_a_table_has_a_caption_and_its_heads_say_what_they_head():
+    text = measured_table({"off": 1.0})
+    assert "<caption>" in text
+    assert text.count('scope="col"') == 2
+    assert text.count('scope="row"') == 1
 
 
 def test_a_number_as_small_as_rounding_is_none():

@@ -209,6 +209,23 @@ def test_a_trunnion_swings_into_the_head_between_two_locations(table_table):
     assert "in the move to here" in found["machine-collision"].message(0)
 
 
+def test_what_no_pair_measures_is_unknown_and_never_0(table_table):
+    context = context_of(table_table, [leaning_to_x(0.0), leaning_to_x(1.0)])
+    post = Fixture("post", Box((10.0, 10.0, 10.0), (150.0, 0.0, 0.0)))
+
+    def figures(*kinds: str, **bodies) -> set[float | None]:
+        found = check_collisions(context, Surroundings(**bodies))
+        return {v for r in found for name, v in r.figures.items() if name.split("_")[0] in kinds}
+
+    assert figures("shank", "holder", "fixture", "machine") == {None}
+    assert figures("shank", "holder", "fixture", fixtures=(post,)) == {0.0}
+    assert figures("machine", fixtures=(post,)) == {None}
+    # The cutter is checked against the stock in rapid moves alone, and here is none.
+    stock = wall(150.0)
+    assert figures("fixture", stock=stock) == {None}
+    assert figures("shank", stock=stock) == {0.0}
+
+
 def test_bodies_far_away_need_no_queries(table_table):
     effort = {}
     far = trimesh.creation.box(bounds=[[500.0] * 3, [600.0] * 3])
