@@ -245,7 +245,7 @@ def png_address(picture: Pixels) -> str:
     above = np.vstack([np.zeros((1, 3 * width), dtype=np.uint8), rows[:-1]])
     filtered = np.hstack([np.full((height, 1), 2, dtype=np.uint8), rows - above])
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    chunks = (b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), 9)), (b"IEND", b"")
+    chunks = (b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes())), (b"IEND", b"")
     data = b"\x89PNG\r\n\x1a\n" + b"".join(
         struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
         for kind, body in chunks

@@ -7,6 +7,7 @@ the files: ``FIVEAXIS_WRITE_GOLDEN=1 pytest tests/golden``.
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -153,3 +154,21 @@ def test_the_same_motion_gives_the_same_bytes():
     machine = load_machine("hayashi-640123")
     first, second = (compose_program(five_points(machine), machine=machine, header=HEADER) for _ in range(2))
     assert first.text == second.text
+
+
+@pytest.mark.parametrize(("name", "control", "coordinates", "around"), CASES)
+def test_what_a_program_needs_is_what_its_text_says(name, control, coordinates, around):
+    machine = load_machine(name)
+    program = compose_program(
+        posture_of(machine), machine=machine, control=control, coordinates=coordinates, settings=around
+    )
+    needs = program.preparation
+    words = re.sub(r"(?m)^\d+ |[\W_]+", "", program.text).upper()
+    for note in needs.notes:
+        text = note.text.replace("°", " deg")
+        assert re.sub(r"[\W_]+", "", text).upper() in words, note
+    for block in needs.in_force:
+        assert any(block in line for line in program.lines), block
+    assert DIALECTS[control].language != "blocks" or [letter for letter, _ in needs.start][-3:] == list("XYZ")
+    for letter, value in needs.start:
+        assert re.search(rf"{letter}(=DC\()?[+]?{re.escape(f'{value:.3f}'[:-2])}", program.text), letter
