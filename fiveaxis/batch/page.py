@@ -6,8 +6,6 @@ own, which it knows by its hash.
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -18,6 +16,7 @@ import numpy as np
 
 from fiveaxis.batch.record import Row, Status
 from fiveaxis.report.chart import BELOW, TOP, Panel, svg, widened
+from fiveaxis.report.page import policy_of
 from fiveaxis.report.tables import number
 
 PAGES = {"report": "report.html", "preview": "preview.html"}
@@ -61,17 +60,6 @@ def render_comparison(title: str, rows: Sequence[Row], below: str, columns: Mapp
 
 def _text(name: str) -> str:
     return files("fiveaxis.batch").joinpath(name).read_text(encoding="utf-8")
-
-
-def policy_of(style: str, script: str) -> str:
-    """Return the policy by which a browser loads nothing, and runs only this script with this style."""
-    style_hash, script_hash = (
-        base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in (style, script)
-    )
-    return (
-        f"default-src 'none'; script-src 'sha256-{script_hash}'; style-src 'sha256-{style_hash}'; "
-        "base-uri 'none'; form-action 'none'"
-    )
 
 
 def _figure(attribute: str, digits: int = 0, factor: float = 1.0) -> Column:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
+from itertools import groupby
 from pathlib import Path
+from textwrap import fill, indent
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Budget
     from fiveaxis.job import Job, Outcome
     from fiveaxis.posture import Solution
+    from fiveaxis.report import Answers
     from fiveaxis.toolpath import Toolpath
 
 
@@ -111,6 +114,7 @@ def optimise(
     with errors_explained(as_json) as written:
         with _work(hidden=as_json) as work:
             from fiveaxis.job import require_folder, run_job, write_outcome
+            from fiveaxis.report import answers
 
             if output is not None:
                 require_folder(output)
@@ -125,6 +129,10 @@ def optimise(
             _print_outcome(outcome)
         print_causes(group_findings(outcome.program.findings), err)
         print_release(outcome.gate)
+        if not as_json:
+            _print_answers(answers(outcome.document))
+        if outcome.gate.kept:
+            raise typer.Exit(1)
 
 
 @takes(POSTURE, PLANNING, READING)
@@ -266,7 +274,16 @@ def _print_outcome(outcome: Outcome) -> None:
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
     print_causes(outcome.gate.report.summary(), out)
-    out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
+
+
+def _print_answers(found: Answers) -> None:
+    """Print the report's three answers: is it safe to run, what does it save, what to do now."""
+    for answer in found:
+        out.print(f"[bold]{answer.question}[/] {escape(answer.text)}", soft_wrap=True, highlight=False)
+        # A list of what wasn't checked, one line each, would push the answer off the screen.
+        for about, details in groupby(answer.details, key=lambda detail: detail.about):
+            texts = "; ".join(detail.text.removesuffix(".") for detail in details)
+            out.print(indent(fill(f"{about}: {texts}", out.width - 2), "  "), markup=False, highlight=False)
 
 
 def _print_front(front: Mapping[str, Any]) -> None:

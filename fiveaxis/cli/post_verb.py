@@ -120,6 +120,8 @@ def post(
         )
         print_written(output, f"{len(made.text.lines)} lines for {made.text.control}", made.text.coordinates)
         print_release(made.gate)
+        if made.gate.kept:
+            raise typer.Exit(1)
         if not made.gate.verified:
             alarm.print(
                 "[bold red]NOT VERIFIED[/]: there is nothing to verify the program against; give --path, "

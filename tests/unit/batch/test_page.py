@@ -78,6 +78,6 @@ def test_text_from_files_is_text(tmp_path):
 def test_nothing_is_loaded_from_elsewhere_and_no_foreign_script_runs(tmp_path):
     text = write_page([row("a", 100.0)], tmp_path).read_text("utf-8")
     (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', text)
-    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert policy.startswith("default-src 'none'; style-src 'sha256-")
     assert "unsafe" not in policy
     assert not re.search(r"https?:|//[a-z]", text)
