@@ -19,7 +19,6 @@ BOUNDARIES = {
     "total": "feed drives only",
 }
 LISTS = {"apt": "cutter locations", "points": "list of points"}
-UNWRITTEN = "No program was written."
 
 
 class Detail(NamedTuple):
@@ -126,7 +125,7 @@ def _judged(document: Mapping[str, Any]) -> Iterator[Detail]:
     yield Detail("Found", f"{', '.join(found) or 'nothing'}.")
     kept = _codes(document.get("kept_back", {}))
     if kept:
-        yield Detail("Kept back", f"{UNWRITTEN} It has {kept}.")
+        yield Detail("Kept back", f"No NC program was written, because of {kept}.")
     accepted = _codes(document.get("overridden") or {})
     if accepted:
         who = document.get("overridden_by") or "an unknown person"
@@ -182,7 +181,11 @@ def best_baseline(document: Mapping[str, Any]) -> tuple[str, str] | None:
 
 def _next(document: Mapping[str, Any], verdict: str) -> Answer:
     question, program = "What to do now?", document["program"]
-    errors = [cause["text"] for cause in document["summary"] if cause["severity"] == Severity.ERROR]
+    errors = [
+        cause["text"].removeprefix(f"{Severity.ERROR}: ").removesuffix(f" [{cause['code']}]")
+        for cause in document["summary"]
+        if cause["severity"] == Severity.ERROR
+    ]
     if verdict == "unsafe":
         return Answer(question, "Correct the errors, and run it again.", _each("Correct", errors))
     prepared = None if program is None else program.get("preparation")

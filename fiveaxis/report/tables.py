@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
+import numpy as np
+
 from fiveaxis.findings import Place
 from fiveaxis.report.chart import MINUS, THIN_SPACE
 
@@ -175,7 +177,8 @@ def causes_table(summary: Sequence[Mapping[str, Any]]) -> str:
     alike: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for cause in summary:
         alike.setdefault((cause["severity"], cause["code"]), []).append(cause)
-    return table(heads, [_cause_row(causes) for causes in alike.values()], "Findings by cause, errors first")
+    rows = [_cause_row(causes) for causes in alike.values()]
+    return table(heads, rows, "Findings by cause, errors first", "causes")
 
 
 def measured_table(figures: Mapping[str, Any]) -> str:
@@ -297,7 +300,7 @@ def _measured(name: str, value: Any) -> str:
     if not isinstance(value, float | int):
         return str(value)
     scaled = round(100.0 * value if unit == "%" else value, 6) + 0.0
-    text = f"{scaled:.4g}".replace("-", MINUS)
+    text = np.format_float_positional(float(f"{scaled:.4g}"), trim="-").replace("-", MINUS)
     return f"{text}{'' if unit.startswith('°') or not unit else THIN_SPACE}{unit}"
 
 

@@ -55,7 +55,7 @@ def test_a_gouge_that_is_accepted_by_name_stands_in_the_header(sunk, tmp_path):
     assert document["kept_back"] == {}
     assert document["overridden_by"] == "whoever called this run (--override)"
     page = (tmp_path / "report.html").read_text()
-    assert f'<p class="override">Overridden: gouge ({count})</p>\n<p>By whoever called' in page
+    assert f"<dt>Overridden</dt><dd>gouge ({count}), by whoever called" in page
     assert f"overridden: gouge ({count})" in result.stderr
     text = (tmp_path / "program.ngc").read_text()
     assert f"(OVERRIDDEN: gouge [{count}])" in text

@@ -97,7 +97,7 @@ def test_what_still_keeps_the_program_back_is_named_beside_what_is_overridden(
 ) -> None:
     more = {"kept_back": {"gouge": 3}, "overridden": {"axis-limit": 1_500}, "overridden_by": "cup.toml"}
     text = body_text(page(solution, unsafe_verdict, **more))
-    assert "Kept back No program was written. It has gouge (3)." in text
+    assert "Kept back No NC program was written, because of gouge (3)." in text
     assert "was written with them" not in text
 
 

@@ -61,11 +61,12 @@ def test_errors_answer_no_and_say_what_to_correct(
     document = report_document(solution, unsafe_verdict, inputs=[], program=prepared)
     found = answers(document | {"kept_back": {"axis-limit": 1500}})
     assert found.verdict == "unsafe"
-    assert f"Kept back: No program was written. It has axis-limit (1{THIN}500)." in found.safe.lines
+    assert f"Kept back: No NC program was written, because of axis-limit (1{THIN}500)." in found.safe.lines
     assert found.saved.details[0].text == "this doesn’t count until the errors are corrected."
     first, second = found.next.lines
     assert first == "Correct the errors, and run it again."
-    assert "narrow the tilt range" in second
+    assert second.startswith("Correct: axis-limit (1500): A = -131.2 deg")
+    assert second.endswith("narrow the tilt range")
     assert "G55" not in " ".join(found.next.lines)
 
 

@@ -15,13 +15,20 @@ def cells(text: str) -> list[list[str]]:
 
 
 def test_measured_figures_are_described_with_their_units():
-    figures = {"tilt_max_deg": 75.027976, "speed_share": 0.5, "off": -1.5, "held_axis_off_deg": None}
+    figures = {
+        "tilt_max_deg": 75.027976,
+        "speed_share": 0.5,
+        "off": -1.5,
+        "contact_error_mm": 8.1e-5,
+        "held_axis_off_deg": None,
+    }
     head, *rows = cells(measured_table(figures))
     assert head == ["measured in the program, the worst", "value"]
     assert rows == [
         ["largest angle of the tool axis", "75.03°"],
         ["speed, of an axis’s highest", f"50{THIN}%"],
         ["off", "−1.5"],
+        ["tool off its path", f"0.000081{THIN}mm"],
         ["held axis off its angle", "not checked"],
     ]
 
