@@ -73,6 +73,8 @@ class Work:
         self._began = clock()
         self._stopped = threading.Event()
         self._stage = Stage("starting", 1, [(self._began, 0)])
+        # Draws the line at once.
+        self.draw: Callable[[], object] = lambda: None
         self._spinner = Spinner("dots")
 
     @property
@@ -94,9 +96,11 @@ class Work:
         if (stage, total) == (now.name, now.total) and done > now.reports[-1][1]:
             now.reports.append(report)
             return
+        self._stage = Stage(stage, total, [report])
         if stage != now.name:
             logger.info("%s", stage)
-        self._stage = Stage(stage, total, [report])
+            # At once: a library may hold Python's lock for seconds, and the line would show the stage before.
+            self.draw()
 
     def run(self, work: Callable[[Step], T]) -> T:
         """Do work in a thread.
@@ -209,7 +213,8 @@ def shown_work(console: Console, *, hidden: bool = False) -> Iterator[Work]:
         transient=True,
         redirect_stdout=False,
         redirect_stderr=False,
-    ):
+    ) as line:
+        work.draw = line.refresh
         yield work
 
 
