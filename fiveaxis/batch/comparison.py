@@ -1,20 +1,26 @@
-"""Compare the variants of a sweep: a table and a figure."""
+"""Compare the jobs of a batch on a page, and the variants of a sweep also by a table and a figure."""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from fiveaxis.batch.ledger import COLUMNS, own_folder
+from fiveaxis.batch.page import Cell, Column, render_comparison
 from fiveaxis.batch.record import Row
 from fiveaxis.files import csv_text, write_atomically
 from fiveaxis.report.plots import Bar, comparison_figure
+from fiveaxis.report.tables import number
 
 TABLE = "comparison.csv"
 FIGURE = "comparison.svg"
+PAGE = "comparison.html"
+# Of the whole batch.
+RESULTS = "results.html"
 
 # Columns of a variant's figures, as in the table of the batch.
 _NAMES = ("status", "energy_J", "travel_metric_J", "base_J", "time_s", "baseline", "baseline_J", "saved")
@@ -31,7 +37,7 @@ class Comparison:
     name : of the sweep
     keys : that it varies
     rows : of its variants, in its order
-    files : table and figure
+    files : page, table and figure
     """
 
     name: str
@@ -55,7 +61,7 @@ class Comparison:
 
 
 def write_comparison(name: str, rows: Sequence[Row], folder: Path) -> Comparison:
-    """Write the table and the figure of a sweep into its folder.
+    """Write the page, the table and the figure of a sweep into its folder.
 
     Parameters
     ----------
@@ -73,11 +79,44 @@ def write_comparison(name: str, rows: Sequence[Row], folder: Path) -> Comparison
     bars = [Bar(_name(row), row.energy, row.baseline_energy, str(row.status)) for row in rows]
     baselines = sorted({row.baseline for row in rows if row.baseline})
     own = own_folder(folder, name)
+    columns = {key: _column(key) for key in keys} | {"against the first (%)": _against(compared)}
+    page = render_comparison(f"Sweep {name}", rows, f"{name}/", columns)
     files = (
+        write_atomically(own / PAGE, page),
         write_atomically(own / TABLE, _table(compared)),
         write_atomically(own / FIGURE, comparison_figure(name, bars, " or ".join(baselines))),
     )
     return replace(compared, files=files)
+
+
+def write_page(rows: Sequence[Row], folder: Path) -> Path:
+    """Write the page that compares all jobs into the folder of the batch.
+
+    Raises
+    ------
+    SettingError
+        It can't be written.
+    """
+    return write_atomically(folder / RESULTS, render_comparison("Jobs of the batch", rows, "", {}))
+
+
+def _column(key: str) -> Column:
+    """Return the column of a value that a sweep sets."""
+
+    def cell(row: Row) -> Cell:
+        value = row.values[key]
+        is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        return format_value(value), value if is_number else None
+
+    return cell
+
+
+def _against(compared: Comparison) -> Column:
+    def cell(row: Row) -> Cell:
+        share = compared.against_first(row)
+        return ("", None) if share is None else (number(100.0 * share, 1, signed=True), share)
+
+    return cell
 
 
 def _name(row: Row) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fiveaxis.errors import FiveAxisError, Infeasible, Unverified, shorten
 from fiveaxis.findings import Severity, count_codes, group_findings
-from fiveaxis.report.document import main_baseline
+from fiveaxis.report.questions import best_baseline
 
 if TYPE_CHECKING:
     from fiveaxis.job import Outcome
@@ -145,7 +145,7 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
     """
     document = outcome.document
     energy, verdict = document["energy"], document["verification"]
-    baseline = main_baseline(document["baselines"]) or ""
+    baseline, _ = best_baseline(document) or ("", "")
     compared = document["baselines"].get(baseline, {}).get("total")
     return replace(
         blank,

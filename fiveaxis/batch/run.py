@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from fiveaxis.batch.cluster import require_scheduler, run_on_scheduler
-from fiveaxis.batch.comparison import Comparison, write_comparison
+from fiveaxis.batch.comparison import Comparison, write_comparison, write_page
 from fiveaxis.batch.events import Event, Listener, Relay
-from fiveaxis.batch.ledger import Ledger, locked
+from fiveaxis.batch.ledger import TABLE, Ledger, locked
 from fiveaxis.batch.pool import Limits, run_on_pool
 from fiveaxis.batch.record import Row, Status, worst
 from fiveaxis.batch.tasks import Planned, Task, plan_tasks
@@ -35,12 +35,14 @@ class Batch:
     resumed : names of the jobs that an earlier batch had done
     comparisons : one per sweep
     folder : of the results
+    files : table and page of all results
     """
 
     rows: tuple[Row, ...]
     resumed: frozenset[str]
     comparisons: tuple[Comparison, ...]
     folder: Path
+    files: tuple[Path, ...]
 
     @property
     def exit_code(self) -> int:
@@ -75,7 +77,7 @@ def run_batch(
     Parameters
     ----------
     files : job files; one with a ``[sweep]`` stands for many jobs
-    folder : for the results: ``results.csv``, ``results.jsonl`` and a folder for each job
+    folder : for the results: ``results.html``, ``results.csv``, ``results.jsonl`` and a folder for each job
     scheduler : address of a dask scheduler, ``tls://host:8786``, whose workers see the same folders; by
         default workers are processes of this computer, which no other process can reach
     workers : number of local workers; by default one per core
@@ -139,14 +141,15 @@ def _require_limits(workers: int | None, limits: Limits, scheduler: str | None) 
 
 
 def _finish(planned: Planned, ledger: Ledger, resumed: frozenset[str]) -> Batch:
-    """Collect the rows of the batch, and compare the variants of each sweep."""
+    """Collect the rows of the batch, and compare the jobs, and the variants of each sweep."""
     comparisons = [
         write_comparison(name, [ledger.rows[variant] for variant in variants], ledger.folder)
         for name, variants in planned.sweeps.items()
     ]
     names = sorted([*planned.tasks, *(row.name for row in planned.faults)])
     rows = tuple(ledger.rows[name] for name in names)
-    return Batch(rows, resumed, tuple(comparisons), ledger.folder)
+    files = (ledger.folder / TABLE, write_page(tuple(ledger.rows.values()), ledger.folder))
+    return Batch(rows, resumed, tuple(comparisons), ledger.folder, files)
 
 
 def _run(

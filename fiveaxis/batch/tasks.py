@@ -23,7 +23,7 @@ from fiveaxis.nc import find_dialect
 from fiveaxis.settings import read_document
 
 # Names of the batch's own files in the output folder, and names that no folder may have.
-TAKEN = frozenset({"results.csv", "results.jsonl", ".", ".."})
+TAKEN = frozenset({"results.csv", "results.html", "results.jsonl", ".", ".."})
 
 
 @dataclass(frozen=True)

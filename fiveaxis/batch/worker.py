@@ -22,7 +22,7 @@ from fiveaxis.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.batch.tasks import Task
 from fiveaxis.errors import SettingError
 from fiveaxis.job import run_job, write_outcome
-from fiveaxis.job.loading import Progress
+from fiveaxis.progress import Progress
 
 # s between two messages of one stage, quick enough for a live table.
 PAUSE = 0.5
@@ -42,8 +42,7 @@ def run_task(task: Task, folder: Path, progress: Progress) -> Row:
         job, digest = task.load()
         own = own_folder(folder, task.name)
         outcome = run_job(job, progress)
-        progress("write", 0, 1)
-        row = row_of(task.blank, outcome, write_outcome(outcome, own))
+        row = row_of(task.blank, outcome, write_outcome(outcome, own, progress))
     except Exception as fault:  # a fault of one job, of whatever kind, mustn't end the others
         row = row_of_fault(task.blank, fault)
         if row.status is not Status.WRONG_INPUT:
@@ -72,7 +71,7 @@ class Throttle:
     def __init__(self, tell: Progress) -> None:
         self._tell = tell
         self._stage, self._sent = "", 0.0
-        self("start", 0, 1)
+        self("starting", 0, 1)
 
     def __call__(self, stage: str, done: int, total: int) -> None:
         """Pass on a step, unless one of its stage went just before."""

@@ -16,7 +16,8 @@ from rich.table import Column, Table
 
 from fiveaxis.cli.options import AsJson
 from fiveaxis.cli.process import INTERRUPTED
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.work import clock_text
 
 if TYPE_CHECKING:
     from fiveaxis.batch import Batch, Event, Row
@@ -56,10 +57,10 @@ def batch(
     over a limit, or a lost scheduler). Jobs with wrong input and broken jobs run again the next time.
     """
     with errors_explained(as_json):
-        from fiveaxis.batch import run_batch
-
         try:
             with _live_table(err) as listener:
+                from fiveaxis.batch import run_batch
+
                 done = run_batch(
                     files,
                     output,
@@ -86,6 +87,7 @@ class Board:
     def __init__(self) -> None:
         self._latest: dict[str, Event] = {}
         self._began: dict[str, float] = {}
+        self._start = time.monotonic()
 
     def record(self, event: Event) -> None:
         """Record the latest event of a job."""
@@ -104,7 +106,8 @@ class Board:
 
     def __rich__(self) -> Table:
         states = ("done", "running", "waiting")
-        title = ", ".join(f"{self.count(state)} {state}" for state in states)
+        counts = ", ".join(f"{self.count(state)} {state}" for state in states)
+        title = f"{counts}, {clock_text(time.monotonic() - self._start)}"
         table = Table("job", "state", "where", "stage", "s", "J", title=title, box=None, title_justify="left")
         order = ("running", "done", "waiting")
         latest = sorted(self._latest.values(), key=lambda event: order.index(event.state))
@@ -121,7 +124,7 @@ class Board:
             return name, _coloured(event.row), "", "as before" if event.again else "", "", spent
         began = self._began.get(event.name)
         seconds = "" if began is None else f"{time.monotonic() - began:.0f}"
-        stage = f"{event.stage} {100.0 * event.share:.0f} %" if event.stage else ""
+        stage = f"{event.stage} {100.0 * event.share:.0f} %" if event.share else event.stage
         return name, event.state, escape(_where(event)), escape(stage), seconds, ""
 
 
@@ -182,8 +185,8 @@ def _print_batch(done: Batch) -> None:
     states = {row.status: sum(other.status is row.status for other in done.rows) for row in done.rows}
     resumed = f"; {len(done.resumed)} as before" if done.resumed else ""
     out.print(", ".join(f"{count} {status}" for status, count in states.items()) + resumed)
-    for path in (done.folder / "results.csv", *(path for c in done.comparisons for path in c.files)):
-        err.print(f"wrote {escape(str(path))}")
+    for path in (*done.files, *(path for c in done.comparisons for path in c.files)):
+        print_written(path)
 
 
 def _print_comparison(comparison: Comparison) -> None:

@@ -13,8 +13,8 @@ from rich.table import Table
 
 from fiveaxis.cli.options import AsJson, optional, takes
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json
-from fiveaxis.cli.work import work_aside
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.work import shown_work
 
 if TYPE_CHECKING:
     from fiveaxis.energy.calibration_record import Calibration
@@ -83,23 +83,27 @@ def calibrate(
     Every column needs its unit. Of several logs each is held out in turn, or those of --hold-out are.
     """
     with errors_explained(as_json) as written:
-        from fiveaxis.energy.calibration import calibrate_drive
-        from fiveaxis.files import require_suffix
-        from fiveaxis.report.plots import DRAWN_SUFFIXES
+        with shown_work(err, hidden=as_json) as work:
+            from fiveaxis.energy.calibration import calibrate_drive
+            from fiveaxis.files import require_suffix
+            from fiveaxis.report.plots import DRAWN_SUFFIXES
 
-        suffixes = [
-            require_suffix(p, (BLOCK, *DRAWN_SUFFIXES), "a block, table or figure") for p in output or ()
-        ]
-        given = {name: value for name in LOG if (value := context.params[name]) is not None}
-        if "terms" in given:
-            given["terms"] = [name.strip() for name in given["terms"].split(",")]
-        fit = partial(
-            calibrate_drive, logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
-        )
-        found = work_aside(fit)
-        for path in output or ():
-            written.append(_write(path, found))
-            err.print(f"wrote {escape(str(path))}")
+            suffixes = [
+                require_suffix(p, (BLOCK, *DRAWN_SUFFIXES), "a block, table or figure") for p in output or ()
+            ]
+            given = {name: value for name in LOG if (value := context.params[name]) is not None}
+            if "terms" in given:
+                given["terms"] = [name.strip() for name in given["terms"].split(",")]
+            fit = partial(
+                calibrate_drive, logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
+            )
+            work.step("fitting the drive", 0, 1)
+            found = work.run(lambda _: fit())
+            for path in output or ():
+                work.step("writing", 0, 1)
+                written.append(_write(path, found))
+        for path in written:
+            print_written(path)
         if as_json:
             print_json(found.document())
         else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,10 +19,11 @@ from fiveaxis.cli.terminal import (
     out,
     print_causes,
     print_json,
+    print_written,
     require_machine,
 )
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
-from fiveaxis.cli.work import work_aside
+from fiveaxis.cli.work import Step, shown_work
 
 if TYPE_CHECKING:
     from fiveaxis.job import ProgramEnergy
@@ -66,25 +67,30 @@ def energy(
 ) -> None:
     """Compute the energy of NC programs in the feed drives, by block and by axis; several are compared."""
     with errors_explained(as_json) as written:
-        from fiveaxis.files import require_suffix
-        from fiveaxis.job import program_energy
-        from fiveaxis.report.plots import DRAWN_SUFFIXES
-        from fiveaxis.toolpath import parse_tool
+        with shown_work(err, hidden=as_json) as work:
+            from fiveaxis.files import require_suffix
+            from fiveaxis.job import program_energy
+            from fiveaxis.report.plots import DRAWN_SUFFIXES
+            from fiveaxis.toolpath import parse_tool
 
-        for path in output or ():
-            require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
-        used = _machine(require_machine(machine), drives, load)
-        if tool_length is not None:
-            used = used.with_tool_length(tool_length)
-        cutter, reading = None if tool is None else parse_tool(tool), reading_of(context.params)
+            for path in output or ():
+                require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
+            used = _machine(require_machine(machine), drives, load)
+            if tool_length is not None:
+                used = used.with_tool_length(tool_length)
+            cutter, reading = None if tool is None else parse_tool(tool), reading_of(context.params)
 
-        def compute(path: Path) -> ProgramEnergy:
-            return program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)
+            def compute(step: Step) -> Iterator[ProgramEnergy]:
+                for number, path in enumerate(programs):
+                    step("computing the energy of programs", number, len(programs))
+                    yield program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)
 
-        found = work_aside(lambda: [compute(path) for path in programs])
-        for path in output or ():
-            written.append(_write(path, found))
-            err.print(f"wrote {escape(str(path))}")
+            found = work.run(lambda step: list(compute(step)))
+            for path in output or ():
+                work.step("writing", 0, 1)
+                written.append(_write(path, found))
+        for path in written:
+            print_written(path)
         for program in found:
             print_causes(program.summary, err, f"{program.motion.name}: ")
         if as_json:

@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import AsJson
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json
+from fiveaxis.cli.terminal import errors_explained, out, print_json, print_written
 from fiveaxis.errors import SettingError
 
 STARTER = Path("job.toml")
@@ -32,7 +32,7 @@ def job(
             raise SettingError(f"{file} is for --init; --explain is about every job file")
         if init:
             written.append(write_starter(file or STARTER))
-            err.print(f"wrote {escape(str(written[0]))}; fill in input, then run `fiveaxis optimise` on it")
+            print_written(written[0], "fill in input, then run `fiveaxis optimise` on it")
             return print_json({"written": [str(path) for path in written]}) if as_json else None
         entries = list_entries()
         if as_json:

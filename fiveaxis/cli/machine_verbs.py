@@ -12,7 +12,7 @@ from rich.table import Table
 
 from fiveaxis.cli.options import AsJson
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json
+from fiveaxis.cli.terminal import errors_explained, out, print_json, print_written
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import Severity
@@ -60,7 +60,7 @@ def import_machine(
         if output is None:
             write_results(machine_text(machine))
         else:
-            err.print(f"wrote {escape(str(save_machine(machine, output)))}")
+            print_written(save_machine(machine, output))
 
 
 def info(
@@ -120,7 +120,7 @@ def urdf(
         if output is None:
             write_results(text)
         else:
-            err.print(f"wrote {escape(str(write_atomically(output, text)))}")
+            print_written(write_atomically(output, text))
 
 
 def _print_sheet(sheet: dict[str, Any], code: FormShapingCode) -> None:

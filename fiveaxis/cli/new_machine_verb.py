@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from fiveaxis.cli.options import optional, takes
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import err, errors_explained
+from fiveaxis.cli.terminal import err, errors_explained, print_written
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import Finding, Severity
@@ -77,7 +76,7 @@ def new(
             write_results(draft.text)
             return
         written.append(write_atomically(output, draft.text))
-        err.print(f"wrote {escape(str(output))}; see it with `fiveaxis info {escape(str(output))}`")
+        print_written(output, f"see it with `fiveaxis info {output}`")
 
 
 def _require_new(output: Path | None) -> None:

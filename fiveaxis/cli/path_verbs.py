@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
+from itertools import groupby
 from pathlib import Path
+from textwrap import fill, indent
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -35,8 +37,9 @@ from fiveaxis.cli.terminal import (
     print_first_run,
     print_json,
     print_release,
+    print_written,
 )
-from fiveaxis.cli.work import work_with_bars
+from fiveaxis.cli.work import Work, shown_work
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix
@@ -49,6 +52,7 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Budget
     from fiveaxis.job import Job, Outcome
     from fiveaxis.posture import Solution
+    from fiveaxis.report import Answers
     from fiveaxis.toolpath import Toolpath
 
 
@@ -62,20 +66,24 @@ def plan(
 ) -> None:
     """Plan finishing passes on a mesh, and measure their ridges and chord error."""
     with errors_explained(as_json) as written:
-        from fiveaxis.job import is_mesh, load_job_toolpath, measure_plan
-        from fiveaxis.mesh import size_text
-        from fiveaxis.nc import write_toolpath
+        with shown_work(err, hidden=as_json) as work:
+            from fiveaxis.job import is_mesh, load_job_passes, measure_plan
+            from fiveaxis.mesh import size_text
+            from fiveaxis.nc import write_toolpath
 
-        if output is not None:
-            require_suffix(output, [".csv"], "a list of points")
-        job = job_of(context.params)
-        if not is_mesh(job.input):
-            raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
-        toolpath = work_with_bars(partial(load_job_toolpath, job), err)
-        quality = work_with_bars(lambda _: measure_plan(job, toolpath), err)
-        if output is not None:
-            written.append(write_toolpath(toolpath, output))
-        document = _plan_document(toolpath, quality)
+            if output is not None:
+                require_suffix(output, [".csv"], "a list of points")
+            job = job_of(context.params)
+            if not is_mesh(job.input):
+                raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
+
+            toolpath, passes = work.run(partial(load_job_passes, job))
+            work.step("measuring ridges and chords", 0, 1)
+            quality = work.run(lambda _: measure_plan(job, toolpath))
+            if output is not None:
+                work.step("writing the path", 0, 1)
+                written.append(write_toolpath(toolpath, output))
+        document = _plan_document(toolpath, 0 if passes is None else len(passes.first), quality)
         causes = group_findings(toolpath.findings)
         if as_json:
             size = [round(float(extent), 6) for extent in quality.part_size]
@@ -87,6 +95,8 @@ def plan(
             for name, value in document.items():
                 out.print(f"{name}: {value}")
         print_causes(causes, err)
+        for path in written:
+            print_written(path, *_plan_facts(document))
         if has_errors(toolpath.findings):
             raise typer.Exit(Infeasible.exit_code)
 
@@ -105,21 +115,27 @@ def optimise(
 ) -> None:
     """Optimise the tool posture of every cutter location; write verified NC, motion, report and preview."""
     with errors_explained(as_json) as written:
-        from fiveaxis.job import require_folder, write_outcome
+        with job_work(hidden=as_json) as work:
+            from fiveaxis.job import require_folder, run_job, write_outcome
+            from fiveaxis.report import answers
 
-        if output is not None:
-            require_folder(output)
-        outcome = run_shown(job_of(context.params))
-        if output is not None:
-            written += write_outcome(outcome, output)
+            if output is not None:
+                require_folder(output)
+            outcome = work.run(partial(run_job, job_of(context.params)))
+            if output is not None:
+                written += write_outcome(outcome, output, work.step)
         for path in written:
-            err.print(f"wrote {escape(str(path))}")
+            print_written(path)
         if as_json:
             print_json(outcome.document)
         else:
             _print_outcome(outcome)
         print_causes(group_findings(outcome.program.findings), err)
         print_release(outcome.gate)
+        if not as_json:
+            _print_answers(answers(outcome.document))
+        if outcome.gate.kept:
+            raise typer.Exit(1)
 
 
 @takes(POSTURE, PLANNING, READING)
@@ -131,16 +147,20 @@ def preview(
 ) -> None:
     """Optimise, and show the result in a browser on this computer until Ctrl-C."""
     with errors_explained(False):
-        from fiveaxis.viewer import preview as show
+        with job_work() as work:
+            from fiveaxis.job import run_job
+            from fiveaxis.viewer import preview as show
 
-        outcome = run_shown(job_of(context.params))
-        with show(
-            outcome.solution,
-            program=outcome.program,
-            surroundings=outcome.around,
-            findings=outcome.verdict.findings,
-            open_browser=browser,
-        ) as viewer:
+            outcome = work.run(partial(run_job, job_of(context.params)))
+            work.step("making the scene", 0, 1)
+            viewer = show(
+                outcome.solution,
+                program=outcome.program,
+                surroundings=outcome.around,
+                findings=outcome.verdict.findings,
+                open_browser=browser,
+            )
+        with viewer:
             out.print(f"preview at {viewer.url()} until Ctrl-C")
             viewer.wait()
 
@@ -194,24 +214,24 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def run_shown(job: Job) -> Outcome:
-    """Run a job with its progress on the terminal."""
-    from fiveaxis.job import run_job
-    from fiveaxis.posture.search.kernel import relax_layer
+@contextmanager
+def job_work(*, hidden: bool = False) -> Iterator[Work]:
+    """Show the work on a job, imports included, and say at its end how long it took."""
+    with shown_work(err, hidden=hidden) as work:
+        from fiveaxis.posture.search.kernel import relax_layer
 
-    print_first_run(relax_layer)
-    started = time.perf_counter()
-    outcome = work_with_bars(partial(run_job, job), err)
-    err.print(f"done in {time.perf_counter() - started:.1f} s")
-    return outcome
+        print_first_run(relax_layer)
+        yield work
+    err.print(f"done in {work.elapsed:.1f} s")
 
 
-def _plan_document(toolpath: Toolpath, quality: PlanReport) -> dict[str, Any]:
+def _plan_document(toolpath: Toolpath, passes: int, quality: PlanReport) -> dict[str, Any]:
     cuts = int(toolpath.cutting.sum())
     return {
         "locations": len(toolpath),
         "cutting": cuts,
         "links": len(toolpath) - cuts,
+        "passes": passes,
         "length_mm": round(float(toolpath.lengths.sum()), 3),
         "cut_length_mm": round(quality.cut_length, 3),
         "link_length_mm": round(quality.link_length, 3),
@@ -221,6 +241,13 @@ def _plan_document(toolpath: Toolpath, quality: PlanReport) -> dict[str, Any]:
         "ridges_measured": quality.ridges,
         "left_out": dict(toolpath.ignored),
     }
+
+
+def _plan_facts(document: Mapping[str, Any]) -> list[str]:
+    """Say what a plan's file has, and what was left out of it."""
+    left = " and ".join(f"{count} {what}" for what, count in document["left_out"].items() if count)
+    counts = [f"{document[what]} {what}" for what in ("locations", "passes")]
+    return [*counts, f"{document['length_mm']} mm", f"left out {left or 'nothing'}"]
 
 
 def _print_outcome(outcome: Outcome) -> None:
@@ -255,7 +282,16 @@ def _print_outcome(outcome: Outcome) -> None:
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
     print_causes(outcome.gate.report.summary(), out)
-    out.print("verification: " + ("no errors" if outcome.ok else "[bold red]errors[/]"))
+
+
+def _print_answers(found: Answers) -> None:
+    """Print the report's three answers: is it safe to run, what does it save, what to do now."""
+    for answer in found:
+        out.print(f"[bold]{answer.question}[/] {escape(answer.text)}", soft_wrap=True, highlight=False)
+        # A list of what wasn't checked, one line each, would push the answer off the screen.
+        for about, details in groupby(answer.details, key=lambda detail: detail.about):
+            texts = "; ".join(detail.text.removesuffix(".") for detail in details)
+            out.print(indent(fill(f"{about}: {texts}", out.width - 2), "  "), markup=False, highlight=False)
 
 
 def _print_front(front: Mapping[str, Any]) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import AsJson, Override, Thin, Winding, takes
@@ -18,6 +17,7 @@ from fiveaxis.cli.terminal import (
     print_causes,
     print_json,
     print_release,
+    print_written,
 )
 from fiveaxis.cli.verify_verb import (
     CHECKING,
@@ -26,7 +26,7 @@ from fiveaxis.cli.verify_verb import (
     load_checked,
     reading_of,
 )
-from fiveaxis.cli.work import work_aside
+from fiveaxis.cli.work import Step, shown_work
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
 from fiveaxis.findings import group_findings
 
@@ -85,12 +85,12 @@ def post(
     the exit code is 1 unless --unverified is given.
     """
     with errors_explained(as_json) as written:
-        from fiveaxis.job import post_program
-
         options = context.params
 
-        def work() -> tuple[Posted, tuple[Finding, ...]]:
+        def work(step: Step) -> tuple[Posted, tuple[Finding, ...]]:
+            step("reading part and path", 0, 1)
             machine, against, told = load_checked(path, part, options)
+            step("writing and verifying the program", 0, 1)
             posted = post_program(
                 source,
                 machine,
@@ -107,7 +107,10 @@ def post(
             )
             return posted, told
 
-        posted, told = work_aside(work)
+        with shown_work(err, hidden=as_json) as shown:
+            from fiveaxis.job import post_program
+
+            posted, told = shown.run(work)
         written.append(output)
         made = posted.made
         if as_json:
@@ -115,9 +118,10 @@ def post(
         print_causes(
             group_findings((*told, *posted.findings, *made.report.findings), made.report.counts), err
         )
-        lines = f"{len(made.text.lines)} lines for {made.text.control}, {made.text.coordinates}"
-        err.print(f"wrote {escape(str(output))}: {lines}")
+        print_written(output, f"{len(made.text.lines)} lines for {made.text.control}", made.text.coordinates)
         print_release(made.gate)
+        if made.gate.kept:
+            raise typer.Exit(1)
         if not made.gate.verified:
             alarm.print(
                 "[bold red]NOT VERIFIED[/]: there is nothing to verify the program against; give --path, "

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, takes
-from fiveaxis.cli.path_verbs import job_of, run_shown
+from fiveaxis.cli.path_verbs import job_of, job_work
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import (
-    err,
     errors_explained,
     load_powered,
     parse_numbers,
     print_json,
+    print_written,
     require_between,
     require_machine,
 )
@@ -76,10 +76,10 @@ def surface(
         if "," in source and not is_file(source):
             found = _at_tip(source, options)
         else:
-            found = _of_input(options | {"source": Path(source)})
+            found = _of_input(options | {"source": Path(source)}, hidden=as_json)
         if output is not None:
             written.append(found.write(output))
-            err.print(f"wrote {escape(str(output))}")
+            print_written(output)
         if as_json:
             print_json(found.as_lists())
         elif output is None:
@@ -108,8 +108,9 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
     )
 
 
-def _of_input(options: Mapping[str, Any]) -> Drawn:
+def _of_input(options: Mapping[str, Any], *, hidden: bool) -> Drawn:
     """Optimise an input, and compute the surface at one of its locations or the valley along it."""
+    from fiveaxis.job import run_job
     from fiveaxis.job.results import clear_postures
     from fiveaxis.report import location_surface, path_valley
 
@@ -117,7 +118,8 @@ def _of_input(options: Mapping[str, Any]) -> Drawn:
         raise SettingError("--normal is for a tip; a path has its own normals")
     if options["step"] is not None and options["location"] is None:
         raise SettingError("--step is for one location (--location); leave it out for the valley of a path")
-    outcome = run_shown(job_of(options))
+    with job_work(hidden=hidden) as work:
+        outcome = work.run(partial(run_job, job_of(options)))
     if options["location"] is None:
         return path_valley(outcome.solution, admits=clear_postures(outcome))
     return location_surface(outcome.solution, options["location"], step_deg=options["step"] or STEP)

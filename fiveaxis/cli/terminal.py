@@ -34,6 +34,10 @@ class Terminal(Console):
         """End the command, which nobody reads any more."""
         raise NobodyReads
 
+    def show_cursor(self, show: bool = True) -> bool:
+        """Leave the cursor as it is: a process that Ctrl-C ends at once couldn't show it again."""
+        return False
+
 
 # A pipe or a log has no width; tables need more than the usual 80 characters.
 out = Terminal(width=None if sys.stdout.isatty() else 140, emoji=False)
@@ -78,14 +82,13 @@ def print_causes(causes: Iterable[Cause], console: Console, before: str = "") ->
         console.print(f"{before}{cause}", markup=False, soft_wrap=True)
 
 
-def print_release(gate: Gate) -> None:
-    """Print which errors were accepted by name; end with exit code 1 where the program isn't written.
+def print_written(path: Path, *facts: str) -> None:
+    """Say that a file was written, and what is in it."""
+    err.print(f"wrote {path}" + ": " * bool(facts) + ", ".join(facts), markup=False)
 
-    Raises
-    ------
-    Exit
-        Errors keep the program back.
-    """
+
+def print_release(gate: Gate) -> None:
+    """Print which errors were accepted by name, and which keep the program back."""
     for code in gate.accepted:
         alarm.print(f"[bold red]overridden[/]: {code} ({gate.report.counts[code]})")
     if gate.kept:
@@ -96,7 +99,6 @@ def print_release(gate: Gate) -> None:
             f"[bold red]verification found errors[/]: no NC program was written, because of {codes}: "
             f"{escape(remedy)}; or accept each code by name (--override)"
         )
-        raise typer.Exit(1)
 
 
 def print_first_run(kernel: Any) -> None:

@@ -22,7 +22,7 @@ from fiveaxis.cli.terminal import (
     print_json,
     require_machine,
 )
-from fiveaxis.cli.work import work_aside
+from fiveaxis.cli.work import Step, shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
 
@@ -81,19 +81,22 @@ def verify(
     with errors_explained(as_json):
         if codes:
             return _print_codes(as_json)
-        from fiveaxis.job import check_program
-
         if program is None:
             raise SettingError("name a program to verify, or give --codes")
         options = context.params
 
-        def work() -> tuple[Machine, Report, tuple[Finding, ...]]:
+        def work(step: Step) -> tuple[Machine, Report, tuple[Finding, ...]]:
+            step("reading part and path", 0, 1)
             machine, against, told = load_checked(path, part, options)
             touching = options["surface_tolerance"]
             given = {} if touching is None else {"surface_tolerance": touching}
+            step("verifying the program", 0, 1)
             return machine, check_program(program, machine, against, reading_of(options), **given), told
 
-        machine, report, told = work_aside(work)
+        with shown_work(err, hidden=as_json) as shown:
+            from fiveaxis.job import check_program
+
+            machine, report, told = shown.run(work)
         print_causes(group_findings(told), err)
         if as_json:
             print_json({"program": program.name, "machine": machine.name} | report.as_dict())

@@ -1,4 +1,4 @@
-"""Long work of a command: in a thread, so that Ctrl-C ends it at once, with progress bars.
+"""Long work of a command: in a thread, so that Ctrl-C ends it at once, with a line that shows what is done.
 
 Python handles Ctrl-C in the main thread, between two of its own steps, and so only after a compiled search or
 IPOPT of half a minute. So the main thread only waits, and the work, which writes no file, is abandoned if it
@@ -11,20 +11,21 @@ import logging
 import os
 import sys
 import threading
-from collections.abc import Callable
+import time
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeVar
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.spinner import Spinner
+from rich.table import Table
+from rich.text import Text
 
 logger = logging.getLogger(__name__)
 
@@ -36,111 +37,185 @@ NAME = "fiveaxis-work"
 LOOK = 0.2
 GRACE = 0.5
 
-# Start and end of stages as shares of the whole; other stages don't move the total.
-TOTAL = "total"
-SHARES = {
-    "plan": (0.0, 0.1),
-    "setup": (0.0, 0.1),
-    "refine": (0.1, 0.8),
-    "front": (0.1, 0.8),
-    "verify": (0.8, 1.0),
-}
+# Pictures per second, and characters of the bar.
+PICTURES, WIDTH = 8, 24
+# A remaining time is shown once so many steps took so many s, and the slowest quarter of them took at most so
+# much longer than the quickest.
+LEAST_STEPS, LEAST_TIME, EVEN = 8, 2.0, 1.25
 
 
-class Bars:
-    """A bar for each stage, and a total that never falls.
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """What is being done.
 
     Parameters
     ----------
-    display : draws them
+    name : of the stage, for people
+    total : steps in all
+    reports : s and steps done then, both increasing; grows
     """
 
-    def __init__(self, display: Progress) -> None:
-        self.display = display
-        self.stopped = threading.Event()
-        self._bars: dict[str, TaskID] = {}
-        self._whole = display.add_task(TOTAL, total=100)
-        self._reached = 0.0
+    name: str
+    total: int
+    reports: list[tuple[float, int]]
+
+
+class Work:
+    """The work of a command: the stage that it is in, how far, and since when.
+
+    Parameters
+    ----------
+    clock : s
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._began = clock()
+        self._stopped = threading.Event()
+        self._stage = Stage("starting", 1, [(self._began, 0)])
+        # Draws the line at once.
+        self.draw: Callable[[], object] = lambda: None
+        self._spinner = Spinner("dots")
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the work began, s."""
+        return self._clock() - self._began
 
     def step(self, stage: str, done: int, total: int) -> None:
-        """Update the bar of a stage.
+        """Say what is being done, and how many of its steps are done.
 
         Raises
         ------
         KeyboardInterrupt
             The work was abandoned; this ends it.
         """
-        if self.stopped.is_set():
+        if self._stopped.is_set():
             raise KeyboardInterrupt
-        if stage not in self._bars:
+        report, now = (self._clock(), done), self._stage
+        if (stage, total) == (now.name, now.total) and done > now.reports[-1][1]:
+            now.reports.append(report)
+            return
+        self._stage = Stage(stage, total, [report])
+        if stage != now.name:
             logger.info("%s", stage)
-            self._bars[stage] = self.display.add_task(stage, total=total)
-        self.display.update(self._bars[stage], completed=done, total=total)
-        self._reached = max(self._reached, overall(stage, done, total))
-        self.display.update(self._whole, completed=100.0 * self._reached)
+            # At once: a library may hold Python's lock for seconds, and the line would show the stage before.
+            self.draw()
+
+    def run(self, work: Callable[[Step], T]) -> T:
+        """Do work in a thread.
+
+        Parameters
+        ----------
+        work : called with a function of a stage's name, steps done and steps in all; writes no file
+
+        Returns
+        -------
+        What the work returns.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Ctrl-C. The work may still run: `leave_if_working`.
+        Exception
+            What the work raises.
+        """
+        future: Future[T] = Future()
+
+        def run() -> None:
+            try:
+                future.set_result(work(self.step))
+            except BaseException as fault:  # a Ctrl-C that the work itself noticed is a result too
+                future.set_exception(fault)
+
+        # A daemon: the command may end without it.
+        threading.Thread(target=run, name=NAME, daemon=True).start()
+        try:
+            while not future.done():
+                wait([future], LOOK)
+        except KeyboardInterrupt:
+            self._stopped.set()
+            wait([future], GRACE)
+            raise
+        return future.result()
+
+    def __rich__(self) -> Table:
+        # Copied: the work goes on in another thread.
+        stage, reports = self._stage, [*self._stage.reports]
+        done, total = reports[-1][1], stage.total
+        # What has no steps to be counted has a bar that only moves.
+        counted = total > 1
+        bar = ProgressBar(total, done, width=WIDTH, pulse=not counted)
+        steps = f"{done}/{total}" if counted else ""
+        left = remaining_time(reports, total, self._clock())
+        more = "" if left is None else f", this stage about {clock_text(left)} more"
+        line = Table.grid(padding=(0, 1))
+        for _ in range(4):
+            line.add_column(no_wrap=True)
+        far = Text(f"{steps} {clock_text(self.elapsed)}{more}".strip())
+        line.add_row(self._spinner, Text(stage.name), bar, far)
+        return line
 
 
-def overall(stage: str, done: int, total: int) -> float:
-    """Compute the share of the whole that is done; 0 for a stage that doesn't move the total."""
-    low, high = SHARES.get(stage, (0.0, 0.0))
-    return low + (high - low) * min(1.0, done / max(total, 1))
+def clock_text(seconds: float) -> str:
+    """Format a time as hours, minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
 
 
-def work_with_bars(work: Callable[[Step], T], console: Console) -> T:
-    """Do work that reports its steps, with progress bars on a terminal.
+def remaining_time(reports: Sequence[tuple[float, int]], total: int, now: float) -> float | None:
+    """Estimate how long a stage still takes; None unless its steps have taken about equally long so far.
 
     Parameters
     ----------
-    work : called in a thread with a function of a stage's name, steps done and steps in all; writes no file
+    reports : s and steps done then, both increasing; at least one
+    total : steps in all
+    now : s
 
     Returns
     -------
-    What the work returns.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        Ctrl-C. The work may still run: `leave_if_working`.
-    Exception
-        What the work raises.
+    s
     """
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, disable=not console.is_terminal or console.quiet) as display:
-        bars = Bars(display)
-        return _run(lambda: work(bars.step), bars.stopped)
+    (began, first), (last, done) = reports[0], reports[-1]
+    if done - first < LEAST_STEPS or last - began < LEAST_TIME:
+        return None
+    counts = [count for _, count in reports]
+    # The reports nearest to each quarter of the steps: there may be fewer reports than steps.
+    ends = [reports[bisect_left(counts, first + k * (done - first) / 4)] for k in range(5)]
+    if len(set(ends)) < len(ends):
+        return None
+    quarters = [(there - here) / (after - before) for (here, before), (there, after) in pairwise(ends)]
+    if max(quarters) > EVEN * min(quarters):
+        return None
+    left = quarters[-1] * (total - done) - (now - last)
+    # A step that takes much longer than those before shows that they weren't equal.
+    return left if left > 0.0 and now - last <= LEAST_TIME + 2.0 * quarters[-1] else None
 
 
-def work_aside(work: Callable[[], T]) -> T:
-    """Do work that doesn't report its steps; otherwise as `work_with_bars`."""
-    return _run(work, threading.Event())
+@contextmanager
+def shown_work(console: Console, *, hidden: bool = False) -> Iterator[Work]:
+    """Begin work, and show on a terminal what it does until the block ends; elsewhere nothing is printed.
 
-
-def _run(work: Callable[[], T], stopped: threading.Event) -> T:
-    """Run work in a thread and wait for it; on Ctrl-C set `stopped`, and wait no longer than `GRACE`."""
-    future: Future[T] = Future()
-
-    def run() -> None:
-        try:
-            future.set_result(work())
-        except BaseException as fault:  # a Ctrl-C that the work itself noticed is a result too
-            future.set_exception(fault)
-
-    # A daemon: the command may end without it.
-    threading.Thread(target=run, name=NAME, daemon=True).start()
-    try:
-        while not future.done():
-            wait([future], LOOK)
-    except KeyboardInterrupt:
-        stopped.set()
-        wait([future], GRACE)
-        raise
-    return future.result()
+    Parameters
+    ----------
+    console : for people; nothing else may print meanwhile, except on it
+    hidden : whether nothing is shown on a terminal either
+    """
+    work = Work()
+    if hidden or console.quiet or not console.is_interactive:
+        yield work
+        return
+    # Output isn't redirected: results may go to a file.
+    with Live(
+        work,
+        console=console,
+        refresh_per_second=PICTURES,
+        transient=True,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    ) as line:
+        work.draw = line.refresh
+        yield work
 
 
 def leave_if_working(code: int) -> None:

@@ -14,6 +14,7 @@ from fiveaxis.job.description import SWEEP, Job, PlanTable, SetupTable
 from fiveaxis.job.loading import (
     is_mesh,
     load_job_machine,
+    load_job_passes,
     load_job_toolpath,
     load_surroundings,
     measure_plan,
@@ -55,6 +56,7 @@ __all__ = [
     "choose_search",
     "is_mesh",
     "load_job_machine",
+    "load_job_passes",
     "load_job_toolpath",
     "load_placed",
     "load_surroundings",

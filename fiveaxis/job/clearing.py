@@ -27,7 +27,7 @@ from fiveaxis.posture import Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
-from fiveaxis.posture.strategy.portfolio import Progress
+from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import PathConstraints
@@ -158,7 +158,7 @@ def optimise(
     solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
         same terms (`fiveaxis.posture.local`); overrides the effort's own
     start : (n, 2), rad, chain order, postures to refine instead of searching
-    progress : called with a stage's name, steps done and total steps
+    progress : called with what is being done, steps done and steps in all
 
     Raises
     ------
@@ -193,7 +193,7 @@ def optimise(
         clock=clock,
         solver=solver,
         start=start,
-        progress=progress,
+        progress=progress or unheard,
     )
     around = Surroundings.load(part, stock, fixtures, clearances)
 
@@ -202,7 +202,14 @@ def optimise(
         return optimise_postures(path, machine, constraints, replace(chosen, mask=own))
 
     cleared = keep_clear(
-        solve, toolpath, machine, around, constraints, mask=mask, free_start=bool(free_start)
+        solve,
+        toolpath,
+        machine,
+        around,
+        constraints,
+        mask=mask,
+        free_start=bool(free_start),
+        progress=options.progress,
     )
     return Solution.of(cleared.solution, constraints, around)
 
@@ -216,6 +223,7 @@ def keep_clear(
     *,
     mask: MaskFunction | None = None,
     free_start: bool = False,
+    progress: Progress = unheard,
 ) -> Cleared:
     """Solve with the mask that keeps the tool clear, and again where moves of the result collide.
 
@@ -230,6 +238,7 @@ def keep_clear(
     constraints : that `solve` keeps
     mask : the user's own, which holds in addition to the clearances
     free_start : whether closed passes may begin elsewhere
+    progress : called with what is being done, steps done and steps in all
 
     Raises
     ------
@@ -238,7 +247,7 @@ def keep_clear(
     """
 
     def keep_order(path: Toolpath) -> Cleared:
-        return _keep_order(solve, path, machine, around, constraints, mask)
+        return _keep_order(solve, path, machine, around, constraints, mask, progress)
 
     if not free_start:
         return keep_order(toolpath)
@@ -274,8 +283,10 @@ def _keep_order(
     around: Surroundings,
     constraints: Constraints,
     own: MaskFunction | None,
+    progress: Progress,
 ) -> Cleared:
     """Solve with the tool kept clear, on a path whose locations stay in their order."""
+    progress("finding postures that are clear", 0, 1)
     admits = find_accessible(constraints.zoned(toolpath), machine, around)
     mask = _join_masks(admits, own)
     try:
@@ -288,6 +299,7 @@ def _keep_order(
         return Cleared(solution, _if_same_rows(admits, solution), 0)
     best, fewest, rounds = solution, len(toolpath) + 1, 0
     while solution.unwrapped is None:  # with rewinds the path has other rows than the mask
+        progress("checking the path for collisions", 0, 1)
         rows = colliding_rows(solution, around)
         if len(rows) < fewest:
             best, fewest = solution, len(rows)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,12 +27,11 @@ from fiveaxis.machine.files import find_machine
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
+from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import describe_input
 from fiveaxis.settings import read_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
-
-Progress = Callable[[str, int, int], None]
 
 
 def load_job_machine(job: Job) -> Machine:
@@ -100,7 +100,7 @@ def load_factors(job: Job) -> Factors | None:
     return None if table is None else Factors(table.price, table.currency, table.co2)
 
 
-def load_job_toolpath(job: Job, progress: Progress | None = None) -> Toolpath:
+def load_job_toolpath(job: Job, progress: Progress = unheard) -> Toolpath:
     """Plan on the job's mesh, or read its list of cutter locations.
 
     Raises
@@ -111,9 +111,10 @@ def load_job_toolpath(job: Job, progress: Progress | None = None) -> Toolpath:
     return load_job_passes(job, progress)[0]
 
 
-def load_job_passes(job: Job, progress: Progress | None = None) -> tuple[Toolpath, Passes | None]:
+def load_job_passes(job: Job, progress: Progress = unheard) -> tuple[Toolpath, Passes | None]:
     """Load a job's path as `load_job_toolpath` does, and its passes if it is planned."""
     require_input(job.input)
+    progress("reading the input", 0, 1)
     tool = None if job.tool is None else parse_tool(job.tool)
     if is_mesh(job.input):
         plan = plan_mesh(job, tool, progress)
@@ -176,7 +177,7 @@ def program_machine(job: Job) -> Machine | None:
     return None if name is None else load_machine(name)
 
 
-def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Plan:
+def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan:
     """Plan passes on a job's mesh.
 
     Raises
@@ -193,11 +194,15 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress | None) -> Plan:
             "out",
             file=job.input,
         )
-    step = None if progress is None else lambda done, total: progress("plan", done, total)
     feed = 1000.0 if job.feed is None else job.feed
     options = PlanOptions(**job.plan.model_dump(exclude={"allow_open"}), feed_mm_min=feed, crease=job.crease)
     return plan_passes(
-        job.input, tool, options, unit=job.unit or "mm", allow_open=job.plan.allow_open, progress=step
+        job.input,
+        tool,
+        options,
+        unit=job.unit or "mm",
+        allow_open=job.plan.allow_open,
+        progress=partial(progress, "planning passes"),
     )
 
 

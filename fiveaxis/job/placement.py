@@ -13,12 +13,13 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular
 from fiveaxis.job.box_search import search_box
 from fiveaxis.job.description import Job
-from fiveaxis.job.loading import Progress, load_job_machine, load_job_passes
+from fiveaxis.job.loading import load_job_machine, load_job_passes
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import into_limits
 from fiveaxis.machine import Body, Box, Cylinder, Limits, Machine
 from fiveaxis.machine.chain import Triple, as_triple
 from fiveaxis.posture.baselines import INSIDE
+from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
@@ -50,7 +51,7 @@ class PlacedJob:
     passes: Passes | None
 
 
-def load_placed(job: Job, progress: Progress | None = None) -> PlacedJob:
+def load_placed(job: Job, progress: Progress = unheard) -> PlacedJob:
     """Load a job's machine and path, and place the part if the job gives no work offset.
 
     Raises
@@ -60,6 +61,7 @@ def load_placed(job: Job, progress: Progress | None = None) -> PlacedJob:
     """
     machine = load_job_machine(job)
     toolpath, passes = load_job_passes(job, progress)
+    progress("placing the part", 0, 1)
     placed, findings = place(job, machine, toolpath)
     if findings:
         machine = load_job_machine(placed)

@@ -13,6 +13,7 @@ from fiveaxis.files import remove_leftovers, temporary_folder
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.progress import Progress, unheard, within
 from fiveaxis.report import write_json, write_report
 from fiveaxis.report.landscape import Admits
 from fiveaxis.report.plots import write_front_figure
@@ -23,12 +24,18 @@ FRONT, MOST_OF_FRONT = "front", 50
 FILES = ("motion.csv", "report.json", "report.html", "preview.html")
 
 
-def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
+def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) -> list[Path]:
     """Write motion, report, preview and NC program into a folder; for a front also those of each solution.
 
     Everything is made in a temporary folder first, so that a failure leaves the old files as they were and
     no new folder. Without an NC program (errors that the job doesn't accept by name), an NC program of an
     earlier run is removed.
+
+    Parameters
+    ----------
+    outcome : of a job
+    folder : is made if it is missing
+    progress : called with what is being done, steps done and steps in all
 
     Returns
     -------
@@ -41,11 +48,12 @@ def write_outcome(outcome: Outcome, folder: Path) -> list[Path]:
     """
     try:
         with temporary_folder(require_folder(folder)) as temporary:
-            made = _make_files(outcome, temporary)
+            made = _make_files(outcome, temporary, progress)
             for number, one in enumerate(outcome.of_front, start=1):
                 inner = temporary / FRONT / str(number)
                 inner.mkdir(parents=True)
-                made += _make_files(one, inner, alone=True)
+                told = within(progress, f"solution {number} of {len(outcome.of_front)}")
+                made += _make_files(one, inner, told, alone=True)
             return _move_in(made, temporary, folder)
     except OSError as fault:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
@@ -113,21 +121,25 @@ def undisturbed() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _make_files(outcome: Outcome, folder: Path, *, alone: bool = False) -> list[Path]:
+def _make_files(outcome: Outcome, folder: Path, progress: Progress, *, alone: bool = False) -> list[Path]:
     """Write an outcome's files; with `alone` without the figure of its front."""
     solution = outcome.solution
+    progress("writing the report", 0, 1)
     made = [
         write_motion(solution.motion, folder / "motion.csv", solution.machine),
         write_json(outcome.document, folder / "report.json"),
         write_report(solution, outcome.document, folder / "report.html", admits=clear_postures(outcome)),
+    ]
+    progress("writing the preview", 0, 1)
+    made.append(
         write_preview(
             solution,
             folder / "preview.html",
             program=outcome.program,
             surroundings=outcome.around,
             findings=outcome.verdict.findings,
-        ),
-    ]
+        )
+    )
     if outcome.front is not None and not alone:
         made.append(write_front_figure(outcome.front, folder / "front.svg"))
     if outcome.gate.is_open:

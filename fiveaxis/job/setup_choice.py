@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
-from fiveaxis.job.loading import Progress, load_job_machine, load_job_passes, load_surroundings
+from fiveaxis.job.loading import load_job_machine, load_job_passes, load_surroundings
 from fiveaxis.job.placement import advised, load_placed
 from fiveaxis.job.setup_search import SetupTrials, Tried, search_setups
 from fiveaxis.job.solution import add_findings
@@ -21,6 +22,7 @@ from fiveaxis.job.stages import Outcome, run_stages
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.nc import require_program
 from fiveaxis.posture.baselines import NoBaseline, follow_axes
+from fiveaxis.progress import Progress, unheard, within
 
 logger = logging.getLogger(__name__)
 
@@ -31,7 +33,7 @@ FULL_RUNS, MOST_RUNS = 3, 6
 LEAST_SAVING = 0.005
 
 
-def run_job(job: Job, progress: Progress | None = None) -> Outcome:
+def run_job(job: Job, progress: Progress = unheard) -> Outcome:
     """Take a job through all stages, and choose its setup first where it gives ranges for that.
 
     The setup is searched for on some of the path's locations: first without obstacles, then the cheapest ones
@@ -43,7 +45,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     Parameters
     ----------
     job : what to do
-    progress : called with a stage's name, steps done and steps in all
+    progress : called with what is being done, steps done and steps in all
 
     Raises
     ------
@@ -58,11 +60,13 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     given = job.setup.model_copy(update={"search": None})
     around = load_surroundings(job) if job.keep_clear else None
     trials = search_setups(job, machine, loaded[0], progress, around)
+    numbers = count(1)
 
     def run(setup: SetupTable, start: Array | None = None) -> Outcome | Infeasible:
         try:
             there = job.model_copy(update={"setup": setup})
-            return run_stages(there, progress, loaded, moved=setup != given, start=start)
+            told = within(progress, f"setup in full, run {next(numbers)}")
+            return run_stages(there, told, loaded, moved=setup != given, start=start)
         except Infeasible as fault:
             return fault
 
@@ -82,7 +86,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     return replace(best, solution=solution, sections=best.sections | {"setup_search": figures})
 
 
-def _run_placed(job: Job, progress: Progress | None) -> Outcome:
+def _run_placed(job: Job, progress: Progress) -> Outcome:
     """Take a job through all stages, with the part where the job says, or else where it is reached."""
     require_program(load_job_machine(job), job.control, job.coordinates, job.winding, job.nc)
     placed = load_placed(job, progress)

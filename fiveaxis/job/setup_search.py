@@ -16,14 +16,13 @@ from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.geometry import Array
 from fiveaxis.job.box_search import SCATTERED, follow_compass, halton, search_box
 from fiveaxis.job.description import Job, SetupSearch, SetupTable
-from fiveaxis.job.loading import Progress
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Options, optimise
+from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Toolpath
 
 logger = logging.getLogger(__name__)
 
-STAGE = "setup"
 # Share of the tries that is kept for the neighbourhood of the best setup that can be kept clear.
 CLEAR_SHARE = 0.25
 # Most locations of the path on which a setup is priced.
@@ -36,7 +35,7 @@ def search_setups(
     job: Job,
     machine: Machine,
     toolpath: Toolpath,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     around: Surroundings | None = None,
 ) -> SetupTrials:
     """Search for cheap setups within a job's ranges, with rough costs.
@@ -61,8 +60,7 @@ def search_setups(
     def cost(setup: SetupTable) -> float:
         nonlocal steps
         steps += 1
-        if progress is not None:
-            progress(STAGE, min(steps, tries), tries)
+        progress("trying setups", min(steps, tries), tries)
         return costs.free(setup)
 
     trials = SetupTrials(job.setup, job.setup.search, cost, costs.clear if costs.has_obstacles else None)

@@ -17,7 +17,6 @@ from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, keep_clear
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import (
-    Progress,
     describe_inputs,
     load_factors,
     load_job_machine,
@@ -36,6 +35,7 @@ from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.solution import blocks_energy
+from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import answers, report_document
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
@@ -122,7 +122,7 @@ class Outcome:
 
 def run_stages(
     job: Job,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     loaded: tuple[Toolpath, Passes | None] | None = None,
     *,
     moved: bool = False,
@@ -133,7 +133,7 @@ def run_stages(
     Parameters
     ----------
     job : what to do
-    progress : called with a stage's name, steps done and steps in all
+    progress : called with what is being done, steps done and steps in all
     loaded : path and passes, if `load_job_passes` was called before
     moved : whether the job's setup was searched for, and isn't the given one
     start : (n, 2), rad, chain order, postures that are refined in place of a search; unused if passes may
@@ -148,6 +148,7 @@ def run_stages(
     # What can't be written or read is found before the work, not after it.
     require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     toolpath, passes = loaded or load_job_passes(job, progress)
+    progress("reading part and stock", 0, 1)
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
     factors = load_factors(job)
     around = load_surroundings(job)
@@ -177,11 +178,8 @@ def run_stages(
     solutions = (solution,) if front is None else front.solutions
     outcomes = []
     for number, one in enumerate(solutions, start=1):
-        if progress is not None:
-            progress("verify", number - 1, len(solutions))
+        progress("writing and verifying the program", number - 1, len(solutions))
         outcomes.append(finish(one))
-    if progress is not None:
-        progress("verify", len(solutions), len(solutions))
     if front is None:
         return outcomes[0]
     picked = next(k for k, one in enumerate(solutions) if one.motion is solution.motion)
@@ -256,7 +254,7 @@ def solve(
     constraints: Constraints,
     toolpath: Toolpath,
     machine: Machine,
-    progress: Progress | None,
+    progress: Progress,
     passes: Passes | None = None,
     around: Surroundings | None = None,
     start: Array | None = None,
@@ -298,7 +296,9 @@ def solve(
     if around is None or not job.keep_clear:
         solution = once(toolpath, None, job.free_start)
     else:
-        cleared = keep_clear(once, toolpath, machine, around, constraints, free_start=job.free_start)
+        cleared = keep_clear(
+            once, toolpath, machine, around, constraints, free_start=job.free_start, progress=progress
+        )
         solution = cleared.solution
     # Several paths may have been searched; take the front of the chosen one.
     front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)

@@ -25,11 +25,12 @@ from fiveaxis.posture.strategy.delivery import Breach, Delivery, Objective, Pose
 from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
 from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
 from fiveaxis.posture.strategy.least_time import by_time, time_findings
-from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
+from fiveaxis.posture.strategy.portfolio import Portfolio
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.posture.turns.winding import endless
+from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
@@ -54,7 +55,7 @@ class Options:
     clock: Clock | None = None
     solver: str = STRUCTURED
     start: Array | None = None
-    progress: Progress | None = None
+    progress: Progress = unheard
 
     @property
     def is_timed(self) -> bool:
@@ -179,7 +180,9 @@ def optimise(
             passes = None if options.free_start is True else options.free_start
             found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
         refine = _Refinement(effort, cone, mask)
-        delivery = Delivery(found.toolpath, rebuild, refine, filling, up_penalty, options.objective, clock)
+        delivery = Delivery(
+            found.toolpath, rebuild, refine, filling, up_penalty, options.objective, clock, progress
+        )
         found, breach = delivered(found, delivery)
         wide = machine if found.machine is narrow.machine else endless(machine)
         return replace(found, machine=wide), mask, breach
@@ -258,10 +261,10 @@ class _Refinement:
             problem = replace(problem, max_turn=np.maximum(problem.max_turn, turned))
         clear = None if self.mask is None else Clearance.of(self.mask.along(posed.location), problem)
         with threadpool_limits(limits=1):
-            return Portfolio(problem, self.effort, None, clear=clear).refined_near(start)
+            return Portfolio(problem, self.effort, unheard, clear=clear).refined_near(start)
 
 
-def _refiner(effort: Effort, progress: Progress | None, name: str) -> Callable[[Problem, Array], Array]:
+def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem, Array], Array]:
     """Return a function that refines a path, (n, 2) rad, of a given problem."""
 
     def refine(problem: Problem, start: Array) -> Array:

@@ -1,6 +1,6 @@
 """Reports of a run: a JSON document, a self-contained HTML page, and the power surface to look at."""
 
-from fiveaxis.report.document import describe_input, main_baseline, report_document, write_json
+from fiveaxis.report.document import describe_input, report_document, write_json
 from fiveaxis.report.page import write_report
 from fiveaxis.report.questions import Answer, Answers, answers
 from fiveaxis.report.surfaces import LocationSurface, Valley, location_surface, path_valley, tip_surface
@@ -13,7 +13,6 @@ __all__ = [
     "answers",
     "describe_input",
     "location_surface",
-    "main_baseline",
     "path_valley",
     "report_document",
     "tip_surface",

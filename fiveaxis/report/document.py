@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -20,9 +20,6 @@ from fiveaxis.motion import Motion, peak_rates
 from fiveaxis.posture import Solution
 from fiveaxis.report.cutters import describe_tool
 from fiveaxis.toolpath import TiltBounds, Toolpath
-
-# Baselines that users expect, best first; any other one is used if both are missing.
-PREFERRED_BASELINES = ("as-programmed", "normal")
 
 # Attributes of `Energy` by which two programs are compared.
 MEASURES = ("total", "travel", "with_base", "run_time")
@@ -139,12 +136,6 @@ def write_json(document: Mapping[str, Any], path: str | Path) -> Path:
     """
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
     return write_atomically(path, text + "\n")
-
-
-def main_baseline(names: Collection[str]) -> str | None:
-    """Choose the baseline that figures show as "before": as programmed, or normal, or the first."""
-    preferred = (name for name in PREFERRED_BASELINES if name in names)
-    return next(preferred, next(iter(names), None))
 
 
 def _savings(energy: Energy, baseline: Energy) -> dict[str, float | None]:

@@ -73,7 +73,7 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
     style, script = (room.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
     return template.substitute(
         title=escape(f"fiveaxis: {document['toolpath']}"),
-        policy=POLICY.format(style=_digest(style), script=_digest(script)),
+        policy=policy_of(style, script),
         style=style,
         script=script,
         heading=escape(document["toolpath"]),
@@ -91,6 +91,11 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
         machine=_machine(document),
         inputs=scroll(tables.input_table(document["inputs"])),
     )
+
+
+def policy_of(style: str, script: str) -> str:
+    """Return the policy by which a browser knows a page's own style and script, and nothing else."""
+    return POLICY.format(style=_digest(style), script=_digest(script))
 
 
 def _digest(text: str) -> str:

@@ -22,6 +22,7 @@ from fiveaxis.nc import Clock
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
+from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
 # Share of a step below which travel counts as none, by round.
@@ -134,6 +135,7 @@ class Delivery:
     up_penalty : J/mm, extra price of moving the machine's Z up
     objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
     clock : how long the control takes for blocks, if the objective is ``time``
+    progress : called with what is being done, steps done and steps in all
     """
 
     given: Toolpath
@@ -143,6 +145,7 @@ class Delivery:
     up_penalty: float = 0.0
     objective: Objective = "energy"
     clock: Clock | None = None
+    progress: Progress = unheard
 
     def run(self, rotary: Array) -> tuple[Delivered, list[Stage]]:
         """Insert locations and solve again, until the program needs no more of them.
@@ -159,6 +162,7 @@ class Delivery:
         every = np.arange(len(self.given), dtype=float)
         best = here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
         for number in range(MOST_ROUNDS):
+            self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
             done = number >= len(SHARPNESS) or self.objective == "travel"
             if len(rotary) == 1 or (done and here.excess <= BETWEEN):
                 break
@@ -247,6 +251,7 @@ def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, Breach 
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
     columns = machine.rotary_columns
     best, stages = delivery.run(solution.motion.positions[:, columns])
+    delivery.progress("pricing baselines as programs", 0, 1)
     filled = {
         name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
     }

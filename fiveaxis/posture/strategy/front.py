@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,9 +18,10 @@ from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.optimiser import DEFAULTS, Options, optimise
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage
-from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
+from fiveaxis.posture.strategy.portfolio import Portfolio
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.turns.unwrapped import path_check, with_path, wrap_mask
+from fiveaxis.progress import Progress
 from fiveaxis.toolpath import Constraints, Toolpath
 
 # Ends of the sweep, in multiples of the price at which all bends cost as much as all travel.
@@ -147,8 +147,8 @@ def find_front(
         )
     if smoothest is not None and not (np.isfinite(smoothest) and smoothest > 0.0):
         raise SettingError(f"smoothest is {smoothest:g} J/rad²; it must be above 0")
-    count_run, of_point = _split_progress(options.progress, 1 + 3 * (n - 1))
-    solution = optimise(toolpath, machine, constraints, replace(options, progress=of_point))
+    count_run, of_run = _split_progress(options.progress, 1 + 3 * (n - 1))
+    solution = optimise(toolpath, machine, constraints, replace(options, progress=of_run))
     count_run()
     cone = Cone.of(constraints)
     problem, start = _solved(solution)
@@ -157,14 +157,15 @@ def find_front(
     effort = options.counts()
 
     def found(number: int, start: Array | None) -> Array | None:
-        run = Portfolio(problems[number], effort, of_point)
-        count_run()
+        run = Portfolio(problems[number], effort, of_run)
         try:
             path = (
                 run.best_path({}) if start is None else run.refined_from(f"point {number + 1} of {n}", start)
             )
         except Infeasible:
             return None
+        finally:
+            count_run()
         return path if is_admissible(path) else None
 
     with threadpool_limits(limits=1):
@@ -179,15 +180,19 @@ def find_front(
     return Front(tuple(kept), len(points) - len(kept), solutions[0], tuple(solutions[1:]))
 
 
-def _split_progress(progress: Progress | None, runs: int) -> tuple[Callable[[], None], Progress | None]:
+def _split_progress(progress: Progress, runs: int) -> tuple[Callable[[], None], Progress]:
     """Return a function that counts the runs of a sweep, and a progress for the stages of one run."""
-    if progress is None:
-        return (lambda: None), None
-    done = itertools.count(1)
-    return (
-        lambda: progress("front", next(done), runs),
-        lambda stage, step, steps: progress(f"{stage} (one point)", step, steps),
-    )
+    done = 0
+
+    def count_run() -> None:
+        nonlocal done
+        done += 1
+        progress("front", done, runs)
+
+    def tell(stage: str, step: int, steps: int) -> None:
+        progress(f"front, run {done + 1} of {runs}: {stage}", step, steps)
+
+    return count_run, tell
 
 
 def _solved(solution: Solution) -> tuple[Problem, Array]:

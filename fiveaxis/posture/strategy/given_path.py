@@ -22,10 +22,11 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution
 from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.infeasibility import long_turns, unreachable
-from fiveaxis.posture.strategy.portfolio import Portfolio, Progress
+from fiveaxis.posture.strategy.portfolio import Portfolio
 from fiveaxis.posture.strategy.singular import Cone, hold_in_cone
 from fiveaxis.posture.turns.unwrapped import wrap_mask
 from fiveaxis.posture.turns.winding import endless, winding_columns
+from fiveaxis.progress import Progress
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 logger = logging.getLogger(__name__)
@@ -43,7 +44,7 @@ class GivenProblem:
     problem, bounds, toolpath : of the path's locations
     start : (n, 2), rad, chain order, a path that is refined; None for a search
     effort : how much may be done
-    progress : called with a stage's name, steps done and steps in all
+    progress : called with what is being done, steps done and steps in all
     cone : in which the first rotary axis is bounded; None without one
     """
 
@@ -52,7 +53,7 @@ class GivenProblem:
     toolpath: Toolpath
     start: Array | None
     effort: Effort
-    progress: Progress | None
+    progress: Progress
     cone: Cone | None
 
     def endless(self) -> GivenProblem:
@@ -108,6 +109,7 @@ def _solve(given: GivenProblem, mask: Mask | None) -> Solution:
     problem, toolpath, bounds = given.problem, given.toolpath, given.bounds
     machine = problem.machine
     effort, progress, cone = given.effort, given.progress, given.cone
+    progress("computing baselines", 0, 1)
     compared, missing = find_baselines(toolpath, machine, bounds)
     # A baseline that the mask refuses is still a start.
     starts = compared

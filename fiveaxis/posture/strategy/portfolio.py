@@ -32,9 +32,9 @@ from fiveaxis.posture.search.lattice import (
 from fiveaxis.posture.search.shortest import LONG, density, refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Stage
 from fiveaxis.posture.strategy.effort import DEGREE, ROUGH, ROUND, Effort, LatticeSearch
+from fiveaxis.progress import Progress, unheard
 
 T = TypeVar("T")
-Progress = Callable[[str, int, int], None]
 
 # Windows around broken bounds; a path with more than this share of broken locations isn't replanned.
 BROKEN = tuple(Reach(margin, 200) for margin in (12, 24, 48, 96, 192, 384))
@@ -65,7 +65,7 @@ class Portfolio:
 
     problem: Problem
     effort: Effort
-    progress: Progress | None
+    progress: Progress
     stages: list[Stage] = field(default_factory=list)
     clear: Clearance | None = None
 
@@ -168,7 +168,9 @@ class Portfolio:
         if len(self.problem) <= LONG or not self.effort.takes_any or self.clear is not None:
             return [task(self) for task in tasks]
         # Only the first reports progress.
-        parts = [replace(self, stages=[], progress=None if i else self.progress) for i in range(len(tasks))]
+        parts = [
+            replace(self, stages=[], progress=unheard if i else self.progress) for i in range(len(tasks))
+        ]
         pool = ThreadPoolExecutor(os.cpu_count())
         try:
             answers = list(pool.map(lambda task, part: task(part), tasks, parts))
@@ -202,8 +204,8 @@ class Portfolio:
     def _shortest(self, problem: Problem, lattice: Lattice, rows: IntArray, number: int) -> Array | None:
         """Find the cheapest path through a lattice, within the mask if there is one."""
         if self.clear is None:
-            report = None if self.progress is None else partial(self.progress, f"search {number + 1}")
-            return shortest_path(problem, lattice, report)
+            name = f"searching postures, {number + 1} of {len(self.effort.searches)}"
+            return shortest_path(problem, lattice, partial(self.progress, name))
         clear = self.clear.at(rows)
         lattice = precomputed(clear.priced(lattice, problem.machine.rotary_columns, np.inf), len(rows))
         checked = CheckedStates(clear.mask, clear.rows, problem)
@@ -316,9 +318,8 @@ class Portfolio:
             self.stages.append(
                 Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
             )
-        if self.progress is not None:
-            done = sum(stage.name.startswith("refine") for stage in self.stages)
-            self.progress("refine", done, max(done, len(effort.searches) + effort.kept + 1))
+        done = sum(stage.name.startswith("refine") for stage in self.stages)
+        self.progress("refining postures", done, max(done, len(effort.searches) + effort.kept + 1))
         return found
 
     def _unbroken(self, problem: Problem, start: Array) -> Array:

@@ -99,20 +99,21 @@ class Pretended:
         if job.input.name in self.faults:
             raise self.faults[job.input.name]
         joules = 1000.0 + sum(job.setup.offset)
-        spent = {"total": joules, "travel": 2.0 * joules, "base": None, "time": 9.5}
+        spent = {"total": joules, "travel": 2.0 * joules, "base": None, "with_base": None, "time": 9.5}
         sound = job.input.name not in self.unsound
         (limit,) = group_findings([Finding(Severity.ERROR, "axis-limit", "A is too far", Place(1))])
         document = {
             "locations": 2,
             "energy": spent,
             "baselines": {"normal": {"total": 2000.0}},
+            "savings_range": {},
             "savings": {"normal": {"total": 1.0 - joules / 2000.0}},
             "summary": [] if sound else [limit.as_dict()],
             "verification": {"counts": {} if sound else {"axis-limit": 1}},
         }
         return SimpleNamespace(job=job, document=document, gate=SimpleNamespace(is_open=sound))
 
-    def write(self, outcome: Any, folder: Path) -> list[Path]:
+    def write(self, outcome: Any, folder: Path, _tell: object = None) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         names = ("report.json", "program.ngc") if outcome.gate.is_open else ("report.json",)
         for name in names:

@@ -7,6 +7,7 @@ import pytest
 from killed import leave_behind
 
 from fiveaxis.batch import Status, run_batch
+from fiveaxis.batch.comparison import RESULTS
 from fiveaxis.batch.ledger import LINES, TABLE
 from fiveaxis.errors import Infeasible, InputError, MissingDependency, SettingError
 from fiveaxis.findings import Finding, Severity
@@ -128,7 +129,7 @@ def test_an_input_that_is_away_for_a_moment_costs_nothing_that_was_done(jobs, pr
 def test_the_files_are_the_same_whatever_the_number_of_workers_and_the_order(jobs, pretended, tmp_path):
     run_batch(jobs, tmp_path / "one", workers=1)
     run_batch(jobs[::-1], tmp_path / "three", workers=3)
-    for name in (LINES, TABLE):
+    for name in (LINES, TABLE, RESULTS):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "three" / name).read_bytes()
 
 
@@ -161,7 +162,7 @@ def test_what_killed_workers_left_is_removed_also_of_jobs_that_are_done(jobs, pr
     assert [path for path in left if path.exists()] == []
 
 
-def test_a_sweep_ends_in_a_table_and_a_figure_of_its_variants(write_job, pretended, tmp_path):
+def test_a_sweep_ends_in_a_page_a_table_and_a_figure_of_its_variants(write_job, pretended, tmp_path):
     file = write_job(
         "cup", "tilt = [15, 75]\n[sweep]\nsetup.offset = [[0, 0, 0], [0, 0, 100], [0, 0, -50]]\n"
     )
@@ -178,9 +179,11 @@ def test_a_sweep_ends_in_a_table_and_a_figure_of_its_variants(write_job, pretend
     ]
     figure = (own / "comparison.svg").read_text()
     assert all(said in figure for said in ("1 000 J", "1 100 J", "950 J", "no base load (J)", "optimised"))
-    assert done.comparisons[0].files == (own / "comparison.csv", own / "comparison.svg")
+    names = ("comparison.html", "comparison.csv", "comparison.svg")
+    assert done.comparisons[0].files == tuple(own / name for name in names)
     run_batch([file], tmp_path / "again", workers=1)
-    assert (tmp_path / "again" / "cup" / "comparison.svg").read_text() == figure
+    for name in names:
+        assert (tmp_path / "again" / "cup" / name).read_bytes() == (own / name).read_bytes()
 
 
 def test_a_sweep_that_could_not_be_read_for_once_leaves_no_row_of_its_own(write_job, pretended, tmp_path):

@@ -107,12 +107,13 @@ def test_the_same_command_runs_again_only_what_broke(lot, pretending, tmp_path):
     assert result.exit_code == 2
 
 
-def test_a_sweep_ends_in_a_table_and_a_figure_and_both_are_named(lot):
+def test_a_sweep_ends_in_a_page_a_table_and_a_figure_and_each_is_named(lot):
     result = run([lot.files["cup"]], lot.out)
     assert "sweep cup" in result.stdout
     assert "against the first" in result.stdout
-    for name in ("comparison.csv", "comparison.svg"):
-        assert f"wrote {lot.out / 'cup' / name}" in result.stderr
+    comparisons = (f"cup/comparison.{kind}" for kind in ("html", "csv", "svg"))
+    for name in ("results.csv", "results.html", *comparisons):
+        assert f"wrote {lot.out / name}" in result.stderr
     rows = list(csv.DictReader((lot.out / "cup" / "comparison.csv").read_text().splitlines()))
     assert [row["tilt"] for row in rows] == ["[15, 75]", "[30, 60]"]
     picture = ElementTree.parse(lot.out / "cup" / "comparison.svg")

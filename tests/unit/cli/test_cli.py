@@ -130,9 +130,23 @@ def test_a_second_run_gives_the_same_bytes(finished, tmp_path):
 def test_without_json_the_table_is_on_stdout_and_the_progress_is_not(path):
     result = run("optimise", path, *MACHINE, *BALL, *TILT)
     assert result.exit_code == 0
-    assert "verification: no errors" in result.stdout
+    assert "energy of whole programs" in result.stdout
     assert "done in" in result.stderr
     assert "done in" not in result.stdout
+
+
+def test_the_last_lines_are_the_reports_three_answers(path):
+    said = run("optimise", path, *MACHINE, *BALL, *TILT).stdout
+    document = json.loads(run("optimise", path, *MACHINE, *BALL, *TILT, "--json").stdout)
+    answers = [document["answers"][key] for key in ("safe", "saved", "next")]
+    asked = [f"{answer['question']} {answer['text']}" for answer in answers]
+    lines = said.splitlines()
+    begin = lines.index(asked[0])
+    assert [line for line in lines[begin:] if not line.startswith("  ")] == asked
+    # Their details stand below them, wrapped.
+    words = " ".join(" ".join(lines[begin:]).split())
+    texts = [detail["text"] for answer in answers for detail in answer["details"]]
+    assert [text for text in texts if " ".join(text.removesuffix(".").split()) not in words] == []
 
 
 def test_a_machine_without_powers_has_estimates_or_takes_those_of_another(path):

@@ -1,20 +1,17 @@
 """Ctrl-C: a command ends soon, says so, and leaves no half-written file, whatever runs inside."""
 
-import io
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from fiveaxis.cli.work import NAME, SHARES, overall, work_with_bars
+from fiveaxis.cli.work import NAME, Work
 from fiveaxis.job.results import undisturbed
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="a process is sent no SIGINT there")
@@ -155,7 +152,7 @@ def test_work_is_done_in_a_thread_and_its_answer_handed_on():
         step("refine", 1, 2)
         return 7
 
-    assert work_with_bars(work, Console(file=io.StringIO())) == 7
+    assert Work().run(work) == 7
     assert names == [NAME]
 
 
@@ -165,7 +162,7 @@ def test_what_work_raises_is_raised(fault):
         raise fault
 
     with pytest.raises(type(fault)) as raised:
-        work_with_bars(work, Console(file=io.StringIO()))
+        Work().run(work)
     assert raised.value is fault
 
 
@@ -186,32 +183,5 @@ def test_work_that_was_given_up_ends_at_its_next_step(monkeypatch):
 
     monkeypatch.setattr("fiveaxis.cli.work.wait", pressed)
     with pytest.raises(KeyboardInterrupt):
-        work_with_bars(work, Console(file=io.StringIO()))
+        Work().run(work)
     assert ended.wait(10.0)
-
-
-def test_the_total_grows_from_stage_to_stage_and_ends_full():
-    told = [("plan", 0, 9), ("plan", 9, 9), ("refine", 0, 7), ("refine", 3, 7), ("refine", 7, 7)]
-    told += [("verify", 0, 3), ("verify", 3, 3)]
-    shares = [overall(*step) for step in told]
-    assert shares == sorted(shares)
-    assert (shares[0], shares[-1]) == (0.0, 1.0)
-    assert overall("search 3", 5, 5) == 0.0
-    ends = sorted(set(SHARES.values()))
-    assert all(before[1] == after[0] for before, after in pairwise(ends))
-
-
-def test_bars_on_a_terminal_show_the_time_that_remains():
-    file = io.StringIO()
-
-    def work(step):
-        for stage in ("search 1", "refine", "search 1", "verify"):
-            step(stage, 1, 2)
-            step(stage, 2, 2)
-
-    work_with_bars(work, Console(file=file, force_terminal=True, width=120))
-    last = {line.split()[0]: line for line in file.getvalue().splitlines()[-5:-1]}
-    assert any("total" in name for name in last)
-    assert {"search", "refine", "verify"} < set(last)
-    assert all("0:00:00" in line for line in last.values())
-    assert "100/100" in next(iter(last.values()))

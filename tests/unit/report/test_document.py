@@ -11,7 +11,7 @@ import pytest
 
 from fiveaxis.errors import InputError
 from fiveaxis.posture import Optima, Solution
-from fiveaxis.report import describe_input, main_baseline, report_document, write_json
+from fiveaxis.report import describe_input, report_document, write_json
 
 KEYS = [
     "toolpath",
@@ -154,21 +154,6 @@ def test_an_input_is_known_by_name_hash_and_size(tmp_path: Path) -> None:
 def test_an_input_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"gone\.apt: no such file"):
         describe_input(tmp_path / "gone.apt")
-
-
-@pytest.mark.parametrize(
-    ("names", "chosen"),
-    [
-        (["greedy", "normal", "as-programmed"], "as-programmed"),
-        (["greedy", "normal"], "normal"),
-        (["greedy", "fixed"], "greedy"),
-        ([], None),
-    ],
-)
-def test_the_programmed_posture_is_the_first_choice_to_compare_with(
-    names: list[str], chosen: str | None
-) -> None:
-    assert main_baseline(names) == chosen
 
 
 def test_a_program_with_an_error_makes_the_whole_run_unsound(
