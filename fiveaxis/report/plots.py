@@ -333,7 +333,7 @@ class Drawn(HasColumns):
 
     def _repr_svg_(self) -> str:
         with drawing(type(self).__name__):
-            return as_svg(self.figure())
+            return _svg_element(self.figure())
 
 
 def _write(figure: Figure, path: str | Path, title: str) -> Path:
@@ -372,10 +372,13 @@ def new_figure(width: float, height: float) -> Figure:
 
 def as_svg(figure: Figure) -> str:
     """Render a figure as an SVG element for a page, without date, links or matplotlib's own ids."""
-    text = _render(figure, "svg").decode()
-    element = text[text.index("<svg") :]
     # HTML knows the namespaces, and ids such as "axes_1" would occur once per figure.
-    return _OWN_IDS.sub("", _NAMESPACES.sub("", element)).replace("xlink:href", "href")
+    return _OWN_IDS.sub("", _NAMESPACES.sub("", _svg_element(figure))).replace("xlink:href", "href")
+
+
+def _svg_element(figure: Figure) -> str:
+    text = _render(figure, "svg").decode()
+    return text[text.index("<svg") :]
 
 
 def label_axes(axes: Axes, x: str, y: str, title: str | None = None) -> None:

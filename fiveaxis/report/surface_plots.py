@@ -41,9 +41,9 @@ def draw_location(surface: LocationSurface, parts: Mapping[str, Array]) -> Figur
     panels = figure.subplots(1, len(parts), sharex=True, sharey=True)
     letters = surface.power.letters
     across, up = np.degrees(surface.power.first), np.degrees(surface.power.second)
-    middle = np.degrees(surface.middle)
-    # The middle is an angle: the one that is seen may be turns away.
-    middles = [turn for turn in middle + 360.0 * np.arange(-2, 3) if up[0] < turn < up[-1]]
+    # The branches meet in their middle and half a turn from there.
+    halves = np.degrees(surface.middle) + 180.0 * np.arange(-4, 5)
+    middles = halves[(halves > up[0]) & (halves < up[-1])]
     for axes, (name, joules) in zip(panels, parts.items(), strict=True):
         _draw_map(axes, across, up, joules)
         _draw_bounds(axes, across, up, surface)
@@ -78,10 +78,9 @@ def draw_valley(valley: Valley) -> Figure:
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
     along, up = valley.locations.astype(float), np.degrees(valley.first)
     _draw_map(upper, along, up, valley.cost)
-    floor = np.nanmin(np.where(np.isnan(valley.cost), np.inf, valley.cost), axis=1)
-    lower.plot(
-        along, np.where(np.isfinite(floor), floor, np.nan), color="#888888", label="floor of the valley"
-    )
+    floor = np.where(np.isnan(valley.cost), np.inf, valley.cost).min(axis=1)
+    floor[np.isinf(floor)] = np.nan
+    lower.plot(along, floor, color="#888888", label="floor of the valley")
     for number, (name, angles) in enumerate(valley.postures.items()):
         look = _line(number)
         # A wrapped angle jumps by a turn, and no line goes there.

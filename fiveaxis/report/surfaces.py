@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CHOSEN, CHEAPEST = "optimised", "cheapest"
+# deg, finest and coarsest step of a grid.
+STEPS = (0.1, 90.0)
 # rad: postures that are nearer are one.
 SAME = 1e-6
 
@@ -182,14 +184,17 @@ def tip_surface(
     MachineError
         The power of an axis isn't known.
     SettingError
-        A tip or normal that isn't finite, a tilt without a normal or the reverse, a bound out of its range.
+        A tip or normal that isn't three numbers, a tilt without a normal or the reverse, a bound or the step
+        out of its range.
     """
     require_orienting(machine)
+    _require_step(step_deg)
+    point = _vector("tip", tip)
     grid = rotary_grid(machine, step_deg, step_deg)
-    power = power_surface(machine, tip, feed_mm_min, grid)
+    power = power_surface(machine, point, feed_mm_min, grid)
     angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
     leans = _tip_leans(tool_axes(machine, angles), normal, tilt)
-    positions = linear_positions(machine, np.asarray(tip, dtype=float), angles)
+    positions = linear_positions(machine, point, angles)
     excess = machine.limit_excess(positions)[..., machine.linear_columns]
     admissible = np.all(excess <= 0.0, axis=-1)
     for lean in leans:
@@ -198,8 +203,7 @@ def tip_surface(
     if admissible.any():
         place = np.unravel_index(np.where(admissible, power.total, np.inf).argmin(), admissible.shape)
         postures[CHEAPEST] = _with_other_branch(machine, angles[place])
-    x, y, z = np.asarray(tip, dtype=float)
-    title = f"{machine.name}, tip at {x:g}, {y:g}, {z:g} mm"
+    title = f"{machine.name}, tip at {', '.join(f'{x:g}' for x in point)} mm"
     return LocationSurface(title, power, admissible, leans, lean_range(machine).middle, postures)
 
 
@@ -218,8 +222,9 @@ def location_surface(
     Raises
     ------
     SettingError
-        The path has no such location.
+        The path has no such location, or the step is out of its range.
     """
+    _require_step(step_deg)
     path, machine = solution.toolpath, solution.machine
     at = len(path) // 2 if location is None else location
     if not 0 <= at < len(path):
@@ -297,13 +302,26 @@ def _tip_leans(axes: Array, normal: ArrayLike | None, tilt: tuple[float, float] 
     if normal is None or tilt is None:
         missing, given = ("normal", "tilt") if normal is None else ("tilt", "normal")
         raise SettingError(f"{given} needs {missing} too: the tilt is the angle between tool axis and normal")
-    direction = np.asarray(normal, dtype=float)
-    if not (np.isfinite(direction).all() and np.linalg.norm(direction) > 0.0):
-        raise SettingError("the normal must be three finite numbers, not all 0")
+    direction = _vector("normal", normal)
+    if not direction.any():
+        raise SettingError("the normal has length 0; a direction is needed")
     require_range(*tilt)
     low, high = np.radians(tilt)
     text = f"{tilt[0]:g}…{tilt[1]:g} deg of the normal"
     return (Lean(angle_between(axes, normalise(direction)), float(low), float(high), text),)
+
+
+def _vector(name: str, numbers: ArrayLike) -> Array:
+    vector = np.asarray(numbers, dtype=float)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise SettingError(f"the {name} must be three finite numbers, X, Y, Z")
+    return vector
+
+
+def _require_step(step: float) -> None:
+    low, high = STEPS
+    if not low <= step <= high:
+        raise SettingError(f"step is {step:g} deg; it must be between {low:g} and {high:g} deg")
 
 
 def _with_other_branch(machine: Machine, posture: Array) -> Array:

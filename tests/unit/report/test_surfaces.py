@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from browser import CHROMIUM
 from matplotlib.image import imread
 
 import fiveaxis as fx
@@ -91,8 +92,12 @@ def test_a_tip_without_bounds_is_limited_by_the_axes_alone(hayashi):
     assert "admissible" not in free.columns()
     with pytest.raises(SettingError, match="tilt needs normal too"):
         fx.tip_surface(hayashi, TIP, FEED, tilt=(15, 75))
-    with pytest.raises(SettingError, match="the normal must be three finite numbers"):
+    with pytest.raises(SettingError, match="the normal has length 0"):
         fx.tip_surface(hayashi, TIP, FEED, normal=(0, 0, 0), tilt=(15, 75))
+    with pytest.raises(SettingError, match="the tip must be three finite numbers"):
+        fx.tip_surface(hayashi, (1.0, np.nan, 2.0), FEED)
+    with pytest.raises(SettingError, match="step is 0 deg; it must be between"):
+        fx.tip_surface(hayashi, TIP, FEED, step_deg=0.0)
 
 
 def test_at_a_location_the_contact_is_held_and_the_programs_are_marked(solution):
@@ -193,7 +198,33 @@ def test_every_format_is_valid_and_shows_the_programs(drawn, tmp_path):
     picture = imread(drawn.write(tmp_path / "drawn.png"))
     assert picture.shape[0] > 400
     assert picture[:, :, :3].std() > 0.1
-    assert drawn._repr_svg_().startswith("<svg")
+    assert ElementTree.fromstring(drawn._repr_svg_()).tag == svg.tag
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Debian's chromium on the path")
+def test_the_page_of_a_drawing_is_seen_in_a_browser_without_a_complaint(browser, drawn, tmp_path):
+    browser.open(drawn.write(tmp_path / "drawn.html").as_uri())
+    assert browser.complaints == []
+    assert browser.run("document.querySelector('svg').getBoundingClientRect().width") > 800
+    assert browser.run("document.querySelectorAll('svg image').length") >= 1
+    assert browser.shoot(tmp_path / "seen.png").std() > 0.1
+
+
+def test_what_has_nothing_to_show_is_drawn_too(solution, tmp_path):
+    nowhere = fx.tip_surface(solution.machine, TIP, FEED, normal=(1, 0, 0), tilt=(0, 1), step_deg=40.0)
+    assert not nowhere.admissible.any()
+    assert nowhere.postures == {}
+    assert nowhere.write(tmp_path / "nowhere.svg").stat().st_size > 1000
+    reference = np.full_like(solution.tilt.reference, np.nan)
+    free = replace(solution, tilt=replace(solution.tilt, reference=reference, beside=()))
+    assert fx.location_surface(free, 3, step_deg=20.0).write(tmp_path / "free.png").stat().st_size > 1000
+    one = np.array([0])
+    motion = solution.motion.at(one)
+    alone = replace(
+        solution, toolpath=solution.toolpath.at(one), tilt=solution.tilt.at(one), motion=motion, compared={}
+    )
+    assert fx.path_valley(alone).write(tmp_path / "alone.png").stat().st_size > 1000
 
 
 def test_the_table_has_the_numbers_of_the_surface(drawn, tmp_path):
