@@ -29,6 +29,7 @@ from fiveaxis.report.chart import (
     multiples,
     svg,
     text,
+    thin_rows,
     ticks,
 )
 from fiveaxis.report.figures import LOCATION_LABEL, motion_of, series_of
@@ -77,8 +78,10 @@ def posture_map_figure(solution: Solution, landscape: PostureMap, baseline: str 
     for name, angles in curves.items():
         colour, width = (CURVE, 1.4) if name == "optimised" else (BEFORE, 3.4)
         broken = break_jumps(angles, 180.0)
-        rows = np.arange(len(broken), dtype=float)
-        parts += [panel.line(rows, broken, RIM, width + 1.6), panel.line(rows, broken, colour, width)]
+        # Jumps stay: a line from before to after one would cross the map.
+        rows = np.union1d(thin_rows(broken), np.flatnonzero(np.isnan(broken)))
+        x, y = rows.astype(float), broken[rows]
+        parts += [panel.line(x, y, RIM, width + 1.6), panel.line(x, y, colour, width)]
     names = {name: INK if name == "optimised" else BEFORE for name in curves}
     label = f"Map: energy over location and {letter}, with the chosen {letter} as a line"
     return svg(panel.bottom + BELOW, [*parts, legend(names, LEFT + WIDE, 12.0)], label)

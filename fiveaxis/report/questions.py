@@ -180,13 +180,13 @@ def best_baseline(document: Mapping[str, Any]) -> tuple[str, str] | None:
 
 
 def _next(document: Mapping[str, Any], verdict: str) -> Answer:
-    question, program = "What to do now?", document["program"]
+    question, program, kept = "What to do now?", document["program"], document.get("kept_back")
     errors = [
         cause["text"].removeprefix(f"{Severity.ERROR}: ").removesuffix(f" [{cause['code']}]")
         for cause in document["summary"]
-        if cause["severity"] == Severity.ERROR
+        if cause["severity"] == Severity.ERROR and (not kept or cause["code"] in kept)
     ]
-    if verdict == "unsafe":
+    if verdict == "unsafe" or kept:
         return Answer(question, "Correct the errors, and run it again.", _each("Correct", errors))
     prepared = None if program is None else program.get("preparation")
     if program is None or prepared is None:

@@ -18,6 +18,7 @@ from fiveaxis.job import (
     run_job,
 )
 from fiveaxis.job.reading import require_input
+from fiveaxis.report.tables import plain
 from fiveaxis.verification import verify
 
 POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"
@@ -152,6 +153,19 @@ def test_a_file_with_the_name_of_the_folder_is_refused(tmp_path):
     (tmp_path / "a").write_text("")
     with pytest.raises(SettingError, match=r"a: is a file; name a folder"):
         require_folder(tmp_path / "a" / "b")
+
+
+def test_the_document_of_a_job_begins_with_what_to_do_at_the_machine(tmp_path):
+    (tmp_path / "path.csv").write_text(POINTS)
+    words = {"machine": "hayashi-640123", "tool": "ball:10", "tilt": (15, 75), "effort": "quick"}
+    document = run_job(make_job(input=tmp_path / "path.csv", nc={"work_offset": "G55"}, **words)).document
+    assert next(iter(document)) == "answers"
+    assert document["answers"]["verdict"] == "partial"
+    details = [tuple(detail.values()) for detail in document["answers"]["next"]["details"]]
+    assert ("Work offset", "G55.") in details
+    turned = document["program"]["preparation"]["start"]
+    assert details[0][1].startswith(f"the approach turns A {plain(round(turned['A'], 3))}°, C ")
+    assert any(about == "Tool" and "measure it" in text for about, text in details)
 
 
 def test_blocks_that_the_program_inserts_are_no_findings_about_the_locations(tmp_path):

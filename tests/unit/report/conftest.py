@@ -21,7 +21,7 @@ from fiveaxis.motion import Motion, follow
 from fiveaxis.posture import Baseline, Solution, Stage
 from fiveaxis.report import page as page_module
 from fiveaxis.report import report_document, write_report
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import Toolpath, divided_rows, refined
 
 STAGES = (
     Stage("grid search, stride 30", "found", 12_345, None, 12_000.5),
@@ -63,6 +63,13 @@ def part_of_vase(vase: Toolpath) -> Toolpath:
 @pytest.fixture(scope="session")
 def solution(part_of_vase: Toolpath, hayashi: Machine) -> Solution:
     return solve_by_hand(part_of_vase, hayashi)
+
+
+@pytest.fixture(scope="session")
+def long_solution(part_of_vase: Toolpath, hayashi: Machine) -> Solution:
+    """The same path with a hundred times its locations."""
+    path = refined(part_of_vase, divided_rows(np.full(len(part_of_vase) - 1, 100)))
+    return solve_by_hand(replace(path, numbers=None), hayashi)
 
 
 @pytest.fixture(scope="session")

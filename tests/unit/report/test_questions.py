@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.posture import Solution
 from fiveaxis.report import answers, report_document
 
@@ -25,6 +26,11 @@ PREPARATION = {
         {"about": "control", "text": "parameter 19696 bit 5 is 0"},
     ],
 }
+
+
+def make_finding(location: int, code: str) -> dict[str, Any]:
+    finding = Finding(Severity.ERROR, code, "too deep; lift the tool", Place(location), 1.0)
+    return finding.as_dict()
 
 
 @pytest.fixture
@@ -68,6 +74,19 @@ def test_errors_answer_no_and_say_what_to_correct(
     assert second.startswith("Correct: axis-limit (1500): A = -131.2 deg")
     assert second.endswith("narrow the tilt range")
     assert "G55" not in " ".join(found.next.lines)
+
+
+def test_a_program_that_is_kept_back_is_not_to_be_run_whatever_else_was_accepted(
+    solution: Solution, unsafe_verdict: dict[str, Any], prepared: dict[str, Any]
+) -> None:
+    findings = [*unsafe_verdict["findings"], make_finding(5, code="gouge")]
+    verdict = unsafe_verdict | {"findings": findings}
+    document = report_document(solution, verdict, inputs=[], program=prepared)
+    found = answers(document | {"kept_back": {"gouge": 1}, "overridden": {"axis-limit": 1500}})
+    assert found.verdict == "overridden"
+    first, *others = found.next.lines
+    assert first == "Correct the errors, and run it again."
+    assert [line.split(" (")[0] for line in others] == ["Correct: gouge"]
 
 
 def test_the_saving_is_one_number_against_the_cheapest_baseline(
