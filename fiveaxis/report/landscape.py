@@ -137,15 +137,17 @@ def _least(
     rotary = angles[first, second]
     paid, allowed = _evaluate(solution, solution.toolpath.at(locations[row]), axes[first, second], rotary)
     row, first, rotary, paid = row[allowed], first[allowed], rotary[allowed], paid[allowed]
+    # Ascending, as postures are in the grid's order.
     cell = row * len(grid[0]) + first
-    # Sorted, the first posture of a cell that is clear is its cheapest one.
-    order = np.lexsort((paid, cell))
-    cell, rotary, paid, at = cell[order], rotary[order], paid[order], locations[row[order]]
-    clear = np.arange(len(cell)) if admits is None else _first_clear(cell, at, rotary, admits)
-    found, reached = cell[clear], np.unique(cell)
-    cells, begins = np.unique(found, return_index=True)
+    reached = np.unique(cell)
+    if admits is not None:
+        # Sorted, the first posture of a cell that is clear is its cheapest one.
+        order = np.lexsort((paid, cell))
+        clear = order[_first_clear(cell[order], locations[row[order]], rotary[order], admits)]
+        cell, paid = cell[clear], paid[clear]
+    cells, begins = np.unique(cell, return_index=True)
     least = np.full(len(locations) * len(grid[0]), np.nan)
-    least[cells] = paid[clear[begins]]
+    least[cells] = np.minimum.reduceat(paid, begins) if len(cells) else paid
     colliding = np.zeros(len(least), dtype=bool)
     colliding[np.setdiff1d(reached, cells)] = True
     shape = len(locations), len(grid[0])
