@@ -23,7 +23,8 @@ from fiveaxis.cli.terminal import (
     require_machine,
 )
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
-from fiveaxis.cli.work import Step, shown_work
+from fiveaxis.cli.work import shown_work
+from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
     from fiveaxis.job import ProgramEnergy
@@ -80,7 +81,7 @@ def energy(
                 used = used.with_tool_length(tool_length)
             cutter, reading = None if tool is None else parse_tool(tool), reading_of(context.params)
 
-            def compute(step: Step) -> Iterator[ProgramEnergy]:
+            def compute(step: Progress) -> Iterator[ProgramEnergy]:
                 for number, path in enumerate(programs):
                     step("computing the energy of programs", number, len(programs))
                     yield program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)

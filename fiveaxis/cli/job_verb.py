@@ -10,7 +10,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import AsJson
-from fiveaxis.cli.terminal import errors_explained, out, print_json, print_written
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 
 STARTER = Path("job.toml")
@@ -24,12 +25,12 @@ def job(
 ) -> None:
     """Explain the fields of job files, or write a commented job file."""
     with errors_explained(as_json) as written:
-        from fiveaxis.job.guide import list_entries, write_starter
-
         if explain == init:
             raise SettingError("give either --explain or --init [FILE]")
         if explain and file is not None:
             raise SettingError(f"{file} is for --init; --explain is about every job file")
+        with shown_work(err, hidden=as_json):
+            from fiveaxis.job.guide import list_entries, write_starter
         if init:
             written.append(write_starter(file or STARTER))
             print_written(written[0], "fill in input, then run `fiveaxis optimise` on it")

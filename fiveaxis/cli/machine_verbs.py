@@ -12,7 +12,8 @@ from rich.table import Table
 
 from fiveaxis.cli.options import AsJson
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import errors_explained, out, print_json, print_written
+from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import Severity
@@ -74,13 +75,14 @@ def info(
 ) -> None:
     """Show a machine: chain, branches, limits, powers, and every figure with its source."""
     with errors_explained(as_json):
-        from fiveaxis.machine import Machine, load_machine
-        from fiveaxis.report.sheet import describe_machine
-
         if (machine is None) == (code is None):
             raise SettingError("give either a machine (`fiveaxis machines` lists the names) or --code")
-        found = Machine.from_code(code) if code is not None else load_machine(str(machine))
-        sheet = describe_machine(found)
+        with shown_work(err, hidden=as_json):
+            from fiveaxis.machine import Machine, load_machine
+            from fiveaxis.report.sheet import describe_machine
+
+            found = Machine.from_code(code) if code is not None else load_machine(str(machine))
+            sheet = describe_machine(found)
         print_json(sheet) if as_json else _print_sheet(sheet, found.code)
 
 

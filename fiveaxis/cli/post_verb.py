@@ -26,9 +26,10 @@ from fiveaxis.cli.verify_verb import (
     load_checked,
     reading_of,
 )
-from fiveaxis.cli.work import Step, shown_work
+from fiveaxis.cli.work import shown_work
 from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
 from fiveaxis.findings import group_findings
+from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
     from fiveaxis.findings import Finding
@@ -87,7 +88,7 @@ def post(
     with errors_explained(as_json) as written:
         options = context.params
 
-        def work(step: Step) -> tuple[Posted, tuple[Finding, ...]]:
+        def work(step: Progress) -> tuple[Posted, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)
             machine, against, told = load_checked(path, part, options)
             step("writing and verifying the program", 0, 1)

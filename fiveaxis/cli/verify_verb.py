@@ -22,9 +22,10 @@ from fiveaxis.cli.terminal import (
     print_json,
     require_machine,
 )
-from fiveaxis.cli.work import Step, shown_work
+from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
+from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
@@ -85,7 +86,7 @@ def verify(
             raise SettingError("name a program to verify, or give --codes")
         options = context.params
 
-        def work(step: Step) -> tuple[Machine, Report, tuple[Finding, ...]]:
+        def work(step: Progress) -> tuple[Machine, Report, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)
             machine, against, told = load_checked(path, part, options)
             touching = options["surface_tolerance"]

@@ -27,10 +27,11 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
+from fiveaxis.progress import Progress
+
 logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
-Step = Callable[[str, int, int], None]
 
 NAME = "fiveaxis-work"
 # s: interval at which the main thread wakes up, which Windows needs for Ctrl-C; time for the work to end.
@@ -102,7 +103,7 @@ class Work:
             # At once: a library may hold Python's lock for seconds, and the line would show the stage before.
             self.draw()
 
-    def run(self, work: Callable[[Step], T]) -> T:
+    def run(self, work: Callable[[Progress], T]) -> T:
         """Do work in a thread.
 
         Parameters

@@ -261,7 +261,7 @@ class _Refinement:
             problem = replace(problem, max_turn=np.maximum(problem.max_turn, turned))
         clear = None if self.mask is None else Clearance.of(self.mask.along(posed.location), problem)
         with threadpool_limits(limits=1):
-            return Portfolio(problem, self.effort, unheard, clear=clear).refined_near(start)
+            return Portfolio(problem, self.effort, clear=clear).refined_near(start)
 
 
 def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem, Array], Array]:

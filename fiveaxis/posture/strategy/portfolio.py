@@ -65,7 +65,7 @@ class Portfolio:
 
     problem: Problem
     effort: Effort
-    progress: Progress
+    progress: Progress = unheard
     stages: list[Stage] = field(default_factory=list)
     clear: Clearance | None = None
 

@@ -85,6 +85,15 @@ def test_a_plan_in_words_has_the_same_figures():
         assert f"{name}: {value}" in shown.stdout
 
 
+def test_a_plan_says_what_its_file_has(tmp_path):
+    file = tmp_path / "path.csv"
+    said = plan("--stepdown", "6", "-o", file).stderr
+    document = json.loads(plan("--stepdown", "6", "--json").stdout)
+    counts = f"{document['locations']} locations, {document['passes']} passes, {document['length_mm']} mm"
+    assert f"wrote {file}: {counts}, left out nothing" in said
+    assert "wrote" not in plan("--stepdown", "6").stderr
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -145,6 +154,8 @@ def test_a_plan_that_reaches_few_of_its_contacts_ends_with_code_3_and_the_reason
     document = json.loads(found.stdout)
     assert [f["code"] for f in document["findings"]] == ["contacts-left-out"]
     assert planned.exists()
+    left = " and ".join(f"{count} {what}" for what, count in document["left_out"].items())
+    assert f"mm, left out {left}" in found.stderr
     job = make_job(input=part, tool="ball:8", machine="hayashi-640123", plan={"stepdown": 2.0})
     with pytest.raises(Infeasible, match="no pass reaches most of the contacts"):
         run_job(job)

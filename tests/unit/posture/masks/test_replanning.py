@@ -29,14 +29,14 @@ def problem():
 
 @pytest.fixture(scope="module")
 def sound(problem):
-    run = Portfolio(problem, NORMAL, None)
+    run = Portfolio(problem, NORMAL)
     path = run.best_path({})
     assert problem.violation(path) <= ALLOWED
     return path
 
 
 def replanned(problem, path):
-    plan = Replanning(problem, Portfolio(problem, NORMAL, None).lattice, NORMAL.widths)
+    plan = Replanning(problem, Portfolio(problem, NORMAL).lattice, NORMAL.widths)
     return plan.replanned(path, BROKEN, MOST_BROKEN)
 
 

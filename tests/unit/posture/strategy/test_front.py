@@ -129,7 +129,7 @@ def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
     find_front(ring(24), hayashi, 3, tilt=(15, 75), effort="quick", progress=lambda *step: steps.append(step))
     assert [step[1:] for step in steps if step[0] == "front"] == [(k, 7) for k in range(1, 8)]
     # The stages of one point would look as if all were done.
-    assert "refine" not in {stage for stage, _, _ in steps}
+    assert "refining postures" not in {stage for stage, _, _ in steps}
 
 
 @pytest.mark.parametrize(

@@ -20,12 +20,12 @@ def problem(hayashi, vase) -> Problem:
 
 
 def test_the_number_of_threads_doesnt_change_the_result(problem, monkeypatch):
-    alone = Portfolio(problem, Effort(), None)
+    alone = Portfolio(problem, Effort())
     expected = alone.best_path({})
     monkeypatch.setattr(portfolio, "LONG", 100)
     for cores in (1, 2, 5):
         monkeypatch.setattr(os, "cpu_count", lambda cores=cores: cores)
-        run = Portfolio(problem, Effort(), None)
+        run = Portfolio(problem, Effort())
         np.testing.assert_array_equal(run.best_path({}), expected)
         assert run.stages == alone.stages
 
@@ -37,4 +37,4 @@ def test_a_ctrl_c_in_one_thread_ends_the_work(problem, monkeypatch):
     monkeypatch.setattr(portfolio, "LONG", 100)
     monkeypatch.setattr(portfolio, "shortest_path", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        Portfolio(problem, Effort(), None).best_path({})
+        Portfolio(problem, Effort()).best_path({})
