@@ -44,7 +44,7 @@ def make_legend(
     """
     lines = [
         f"<h1>{title_of(solution)}</h1>",
-        f"<p>{len(solution.toolpath)} locations, {html.escape(solution.machine.name)}</p>",
+        f"<p>{solution.toolpath.count_given} locations, {html.escape(solution.machine.name)}</p>",
         f"<p>{'<br>'.join(_figures(side) for side in sides)}<br>energy of the feed drives, time</p>",
         _frames(),
         _beside(sides),

@@ -25,6 +25,9 @@ BESIDE = (
     " s.dispatchEvent(new Event('change')); })"
 )
 SEEK = f"show.seek({PLACE} * show.result.duration)"
+TO_MAP = (
+    "[...document.querySelectorAll('h2')].find(h => h.textContent === 'Choice of posture').scrollIntoView()"
+)
 SIMULATION = "document.body.dataset.ready === 'yes'"
 
 
@@ -42,7 +45,7 @@ def main() -> None:
             browser.shoot(folder / "simulation.png")
             browser.open((out / "report.html").as_uri())
             browser.shoot(folder / "report.png")
-            browser.run("document.querySelector('#posture, [id=posture-map], figure').scrollIntoView()")
+            browser.run(TO_MAP)
             browser.shoot(folder / "postures.png")
         finally:
             browser.close()
