@@ -1,0 +1,77 @@
+"""Time the simulation's page: made, opened and played in Debian's chromium, short and with 100 000 moves.
+
+Usage: python tests/benchmarks/viewing.py
+
+The rate of pictures of the long page beside that of the short one shows what its moves cost; the picture
+itself is drawn by the processor here, and by the graphics card elsewhere.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import fiveaxis as fx
+from fiveaxis.energy import motion_energy
+from fiveaxis.kinematics import rotary_angles
+from fiveaxis.motion import follow
+from fiveaxis.posture.solution import Baseline, Solution
+from fiveaxis.toolpath import Constraints
+from fiveaxis.viewer import write_preview
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from browser import Browser
+
+COUNTS = (2_000, 100_000)
+PLAY = (
+    "new Promise(done => { let n = 0; const began = performance.now(); show.play(true);"
+    " (function next() { n++; const spent = performance.now() - began;"
+    " if (spent > 4000) done(1000 * n / spent); else requestAnimationFrame(next); })(); })"
+)
+
+
+def dome(machine: fx.Machine, count: int) -> Solution:
+    """A spiral down a dome of 80 mm with two postures."""
+    down, turn = np.linspace(0.3, 1.4, count), np.linspace(0.0, 400.0 * np.pi, count)
+    normal = np.stack([np.sin(down) * np.cos(turn), np.sin(down) * np.sin(turn), np.cos(down)], axis=1)
+    path = fx.Toolpath.from_contacts(80.0 * normal, normal, fx.Tool.ball(10.0), name="dome")
+    found = {}
+    for name, lean in (("result", 0.4), ("normal", 0.7)):
+        axis = np.cos(lean) * normal + np.sin(lean) * np.stack(
+            [-np.sin(turn), np.cos(turn), 0.0 * turn], axis=1
+        )
+        motion = follow(path, machine, np.unwrap(rotary_angles(machine, axis)[0], axis=0))
+        found[name] = Baseline(motion, motion_energy(machine, motion))
+    result = found.pop("result")
+    tilt = Constraints.of_degrees(tilt=(15.0, 75.0)).lean_bounds(path)
+    return Solution(machine, path, tilt, result.motion, result.energy, found, missing={}, stages=())
+
+
+def main() -> None:
+    """Make both pages, and look at them."""
+    machine = fx.load_machine("hayashi-640123")
+    with tempfile.TemporaryDirectory() as made:
+        browser = Browser(Path(made) / "profile")
+        try:
+            for count in COUNTS:
+                solution = dome(machine, count)
+                began = time.process_time()
+                page = write_preview(solution, Path(made) / f"{count}.html")
+                spent = time.process_time() - began
+                browser.open(page.as_uri(), "document.body.dataset.ready === 'yes'")
+                ready = browser.run("performance.getEntriesByName('ready')[0].startTime") / 1000.0
+                shown = browser.run(PLAY)
+                print(
+                    f"{count} moves: {page.stat().st_size / 1e6:.1f} MB in {spent:.2f} s of processor; first "
+                    f"picture after {ready:.2f} s, {shown:.1f} pictures/s"
+                )
+        finally:
+            browser.close()
+
+
+if __name__ == "__main__":
+    main()
