@@ -134,7 +134,8 @@ def _scatter(rows: Sequence[Row], below: str) -> str:
     left = len(rows) - len(drawn)
     rest = f" {left} {'job has' if left == 1 else 'jobs have'} no energy and no mark." if left else ""
     return (
-        f"<figure>{svg(TOP + HEIGHT + BELOW, [frame, *marks])}\n<figcaption>Energy against time. "
+        f'<figure><div class="scroll">{svg(TOP + HEIGHT + BELOW, [frame, *marks])}</div>\n'
+        "<figcaption>Energy against time. "
         f"A disc is a job whose program was released, a diamond one with errors.{rest}</figcaption></figure>"
     )
 

@@ -60,7 +60,8 @@ def interrupt(_signal: int, frame: FrameType | None) -> None:
     """
     while frame is not None:
         if frame.f_code.co_filename == IMPORTING:
-            os.write(2, b"interrupted; nothing was written\n")
+            # A line that shows what is done may stand there.
+            os.write(2, b"\n" * os.isatty(2) + b"interrupted; nothing was written\n")
             os._exit(INTERRUPTED)
         frame = frame.f_back
     raise KeyboardInterrupt
