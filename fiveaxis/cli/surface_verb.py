@@ -21,6 +21,7 @@ from fiveaxis.cli.terminal import (
     require_between,
     require_machine,
 )
+from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import columns_text, is_file, require_suffix
 
@@ -74,7 +75,8 @@ def surface(
             require_between("--step", step, 0.1, 90.0, "deg")
         options = context.params
         if "," in source and not is_file(source):
-            found = _at_tip(source, options)
+            with shown_work(err, hidden=as_json) as work:
+                found = work.run(lambda _: _at_tip(source, options))
         else:
             found = _of_input(options | {"source": Path(source)}, hidden=as_json)
         if output is not None:
