@@ -13,6 +13,7 @@ from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, takes
 from fiveaxis.cli.path_verbs import job_of, job_work
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import (
+    err,
     errors_explained,
     load_powered,
     parse_numbers,
