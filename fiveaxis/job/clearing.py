@@ -103,7 +103,7 @@ def optimise(
     clock: Clock | None = None,
     solver: str = "structured",
     start: Array | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
@@ -193,7 +193,7 @@ def optimise(
         clock=clock,
         solver=solver,
         start=start,
-        progress=progress or unheard,
+        progress=progress,
     )
     around = Surroundings.load(part, stock, fixtures, clearances)
 

@@ -60,7 +60,7 @@ def run(job, tell, whole=worker.run_job):
     held = job.input.with_suffix(".held")
     def step(stage, done, total):
         tell(stage, done, total)
-        if stage == "verify" and job.input.stem != "r2" and not held.exists():
+        if "verifying" in stage and job.input.stem != "r2" and not held.exists():
             held.touch()
             tell("held", 0, 1)
             time.sleep(600)
