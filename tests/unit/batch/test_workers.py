@@ -99,7 +99,7 @@ def test_jobs_of_killed_workers_run_again_and_nothing_is_lost_or_doubled(
     kept = contents(tmp_path / "out")
     lines = kept.pop(LINES).decode().splitlines()
     assert [json.loads(line) for line in lines] == [row.as_dict() for row in quiet]
-    assert kept.keys() - contents(tmp_path / "quiet").keys() == {TABLE, LOCK}
+    assert kept.keys() - contents(tmp_path / "quiet").keys() == {TABLE, LOCK, "results.html"}
     assert kept.items() >= contents(tmp_path / "quiet").items()
 
 
