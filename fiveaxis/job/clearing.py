@@ -13,12 +13,11 @@ import numpy as np
 from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres
 from fiveaxis.collision.clearing import find_accessible
-from fiveaxis.collision.pairs import choose_pairs
-from fiveaxis.collision.scene import build_scene
 from fiveaxis.collision.tightened import Tightened
-from fiveaxis.errors import Infeasible, MissingDependency
+from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.job.colliding import colliding_rows, has_pairs
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
@@ -28,12 +27,8 @@ from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
-from fiveaxis.verification import PathConstraints
-from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
-from fiveaxis.verification.collisions import check_collisions
-from fiveaxis.verification.gouging import check_gouge
 
 if TYPE_CHECKING:
     import trimesh
@@ -295,7 +290,7 @@ def _keep_order(
         if admits is None:
             raise
         raise _explain(fault, admits, constraints.of_lean, masked=own is not None) from None
-    if not _has_pairs(machine, toolpath.tool, around):
+    if not has_pairs(machine, toolpath.tool, around):
         return Cleared(solution, _if_same_rows(admits, solution), 0)
     best, fewest, rounds = solution, len(toolpath) + 1, 0
     while solution.unwrapped is None:  # with rewinds the path has other rows than the mask
@@ -354,37 +349,6 @@ def _without_mask(text: str) -> str:
     for of_mask, of_bodies in BODIES_FOR_MASK.items():
         text = text.replace(of_mask, of_bodies)
     return text
-
-
-def _has_pairs(machine: Machine, tool: Tool, around: Surroundings) -> bool:
-    """Check whether any bodies could touch, and whether coal is there to ask."""
-    try:
-        return bool(choose_pairs(build_scene(machine, tool, around), around.clearances).pairs)
-    except MissingDependency:
-        return False
-
-
-def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
-    """Find the locations where a solution's motion collides, or next to a move that collides.
-
-    A ball that gouges does so in any posture; gouges of other cutters count too. Without coal and pinocchio
-    none are found; the verdict on the program says what is missing.
-    """
-    try:
-        return _colliding_rows(solution, around)
-    except MissingDependency:
-        return np.empty(0, dtype=np.int64)
-
-
-def _colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
-    machine, path = solution.machine, solution.toolpath
-    applied = PathConstraints.of(path, machine, Constraints())
-    context = make_context(solution.motion, machine, path, applied, DEFAULT_TOLERANCES)
-    errors = [r.rows for r in check_collisions(context, around) if r.severity is Severity.ERROR]
-    if not path.tool.cutter.is_ball:
-        errors.append(check_gouge(context, around.part, tcp_height=path.zone.height).rows)
-    ends = np.unique(np.concatenate(errors)).astype(np.int64)
-    return np.unique(np.concatenate([ends, np.maximum(ends - 1, 0)]))
 
 
 def _join_masks(admits: Accessibility | None, own: MaskFunction | None) -> Tightened:

@@ -10,8 +10,9 @@ from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, Fricti
 from fiveaxis.machine.dump import machine_text, save_machine
 from fiveaxis.machine.files import load_machine, machine_names, read_foreign
 from fiveaxis.machine.linuxcnc import read_linuxcnc
-from fiveaxis.machine.model import Machine, Provenance
+from fiveaxis.machine.model import Machine
 from fiveaxis.machine.powers import describe_powers, lender_of, with_powers
+from fiveaxis.machine.provenance import Provenance
 from fiveaxis.machine.setup import Load, Setup
 
 __all__ = [

@@ -18,7 +18,8 @@ from fiveaxis.machine.chain import UNIT_DIRECTION, Chain, Line, Triple, as_tripl
 from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
 from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
 from fiveaxis.machine.freedom import why_not_positioning
-from fiveaxis.machine.model import Machine, Provenance, Size
+from fiveaxis.machine.model import Machine
+from fiveaxis.machine.provenance import Provenance, Size
 from fiveaxis.machine.setup import Load
 from fiveaxis.machine.tables import (
     ANGLE_UNITS,

@@ -20,7 +20,8 @@ from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body, Box, Cylinder
 from fiveaxis.machine.chain import UNIT_DIRECTION, Line
 from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, Measured, WeightDrive
-from fiveaxis.machine.model import Machine, Provenance
+from fiveaxis.machine.model import Machine
+from fiveaxis.machine.provenance import Provenance
 
 UNSTATED = "set in code, which doesn't say where it comes from"
 # Values of missing keys; a file leaves these keys out.

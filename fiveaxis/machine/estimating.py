@@ -17,7 +17,8 @@ import numpy as np
 
 from fiveaxis.machine.axes import Axis
 from fiveaxis.machine.drives import FrictionDrive
-from fiveaxis.machine.model import Machine, Provenance
+from fiveaxis.machine.model import Machine
+from fiveaxis.machine.provenance import Provenance
 
 GRAVITY = 9.80665  # m/s²
 # kg/mm²: a linear axis's own mass, over the square of the machine's mean travel. The linear axes of micro5

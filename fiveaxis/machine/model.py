@@ -6,90 +6,20 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from fiveaxis.errors import CodeError, MachineError
-from fiveaxis.former import warn_former
 from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import Chain, Triple
 from fiveaxis.machine.code import AXIS_ORDER, DIGITS, FormShapingCode, parse_code
 from fiveaxis.machine.drives import FrictionDrive, WeightDrive, opposite
+from fiveaxis.machine.provenance import Provenance, Size
 from fiveaxis.machine.setup import Load, Setup
 from fiveaxis.machine.urdf import write_urdf
 from fiveaxis.notebook import ShownAsTable, Table
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """Origin of a figure of a machine: a source, or an assumption and its reason.
-
-    Parameters
-    ----------
-    figure : as in a machine file: ``A limits``, ``spindle``
-    value : as in the file
-    source : where it is printed or was measured; empty if nowhere
-    assumed : no source; then `note` says why this value
-    note : a sentence
-    fitted : computed from measurements, not measured directly
-    band : of an estimate, (2,): lowest and highest plausible value, as shares of it; None for other figures
-    borrowed : of a borrowed drive, the axis and machine that it belongs to: ``A of hayashi-640123``
-    """
-
-    figure: str
-    value: str
-    source: str
-    assumed: bool
-    note: str = ""
-    fitted: bool = False
-    band: tuple[float, float] | None = None
-    borrowed: str = ""
-
-    @property
-    def text(self) -> str:
-        """The source and the note."""
-        return "; ".join(part for part in (self.source, self.note) if part)
-
-    @property
-    def origin(self) -> str:
-        """The source and the note, marked if it is an assumption or an estimate."""
-        if self.band is not None:
-            return f"estimated, {self.band[0]:g} to {self.band[1]:g} times: {self.text}"
-        return f"assumed: {self.text}" if self.assumed else self.text
-
-    @property
-    def shown(self) -> str:
-        """Former name of `value`."""
-        warn_former("Provenance.shown", "Provenance.value")
-        return self.value
-
-    @property
-    def said(self) -> str:
-        """Former name of `text`."""
-        warn_former("Provenance.said", "Provenance.text")
-        return self.text
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the figure and its origin as plain data for JSON."""
-        plain = {"figure": self.figure, "value": self.value, "source": self.text, "assumed": self.assumed}
-        return plain if self.band is None else plain | {"band": list(self.band)}
-
-
-@dataclass(frozen=True)
-class Size:
-    """What is known of a machine's size.
-
-    Parameters
-    ----------
-    kind : ``desktop``, ``machining-centre`` or ``portal``; None where unknown
-    mass : kg, of the whole machine; None where unknown
-    """
-
-    kind: str | None = None
-    mass: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

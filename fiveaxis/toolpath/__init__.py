@@ -14,7 +14,8 @@ from fiveaxis.toolpath.dividing import (
     turned,
 )
 from fiveaxis.toolpath.lead_lean import feed_directions
-from fiveaxis.toolpath.path import MoveKind, Toolpath, kind_names
+from fiveaxis.toolpath.move_kind import MoveKind, kind_names
+from fiveaxis.toolpath.path import Toolpath
 from fiveaxis.toolpath.tool import Holder, Section, Tool
 from fiveaxis.toolpath.tool_file import parse_tool
 

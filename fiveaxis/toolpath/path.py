@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -15,23 +14,11 @@ from fiveaxis.findings import Finding, Place
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.toolpath.cutter import Zone, across
+from fiveaxis.toolpath.move_kind import MoveKind, kind_names
 from fiveaxis.toolpath.tool import Tool
 
 # A shorter vector isn't accepted as a direction.
 SHORTEST_DIRECTION = 1e-6
-
-
-class MoveKind(IntEnum):
-    """Kind of the move that ends at a location."""
-
-    CUT = 0
-    LINK = 1
-    RAPID = 2
-
-
-def kind_names(kind: IntArray) -> NDArray[Any]:
-    """Name kinds of moves, (n,): ``cut``, ``link``, ``rapid``."""
-    return np.array([each.name.lower() for each in MoveKind])[kind]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ import fiveaxis as fx
 from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.errors import Infeasible, JobError, MeshError
 from fiveaxis.job import clearing, make_job, read_job, run_job, write_outcome
+from fiveaxis.job.colliding import colliding_rows
 from fiveaxis.machine import Box
 from fiveaxis.toolpath import Constraints
 from fiveaxis.toolpath.tool import Holder, Section
@@ -103,8 +104,8 @@ def test_what_collides_between_locations_is_refused_and_searched_again(
         return free if mask is None else optimise_postures(arc, machine, tilt=TILT, effort="quick", mask=mask)
 
     cleared = clearing.keep_clear(solve, arc, machine, around, BOUNDS)
-    before = clearing.colliding_rows(free, around)
-    after = clearing.colliding_rows(cleared.solution, around)
+    before = colliding_rows(free, around)
+    after = colliding_rows(cleared.solution, around)
     assert asked[0] is None
     assert len(asked) == 1 + cleared.rounds
     place = free.motion.location[before]

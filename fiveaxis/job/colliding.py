@@ -1,0 +1,50 @@
+"""Where the motion of a solution collides."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.collision import Surroundings
+from fiveaxis.collision.pairs import choose_pairs
+from fiveaxis.collision.scene import build_scene
+from fiveaxis.errors import MissingDependency
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import IntArray
+from fiveaxis.machine import Machine
+from fiveaxis.posture import Solution as Postures
+from fiveaxis.toolpath import Constraints, Tool
+from fiveaxis.verification import PathConstraints
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
+from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.gouging import check_gouge
+
+
+def has_pairs(machine: Machine, tool: Tool, around: Surroundings) -> bool:
+    """Check whether any bodies could touch, and whether coal is there to ask."""
+    try:
+        return bool(choose_pairs(build_scene(machine, tool, around), around.clearances).pairs)
+    except MissingDependency:
+        return False
+
+
+def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
+    """Find the locations where a solution's motion collides, or next to a move that collides.
+
+    A ball that gouges does so in any posture; gouges of other cutters count too. Without coal and pinocchio
+    none are found; the verdict on the program says what is missing.
+    """
+    try:
+        return _colliding_rows(solution, around)
+    except MissingDependency:
+        return np.empty(0, dtype=np.int64)
+
+
+def _colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
+    machine, path = solution.machine, solution.toolpath
+    applied = PathConstraints.of(path, machine, Constraints())
+    context = make_context(solution.motion, machine, path, applied, DEFAULT_TOLERANCES)
+    errors = [r.rows for r in check_collisions(context, around) if r.severity is Severity.ERROR]
+    if not path.tool.cutter.is_ball:
+        errors.append(check_gouge(context, around.part, tcp_height=path.zone.height).rows)
+    ends = np.unique(np.concatenate(errors)).astype(np.int64)
+    return np.unique(np.concatenate([ends, np.maximum(ends - 1, 0)]))
