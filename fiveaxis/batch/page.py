@@ -16,7 +16,7 @@ import numpy as np
 
 from fiveaxis.batch.record import Row, Status
 from fiveaxis.report.chart import BELOW, TOP, Panel, svg, widened
-from fiveaxis.report.page import policy_of
+from fiveaxis.report.page import page_of
 from fiveaxis.report.tables import number
 
 PAGES = {"report": "report.html", "preview": "preview.html"}
@@ -46,16 +46,14 @@ def render_comparison(title: str, rows: Sequence[Row], below: str, columns: Mapp
     shown = {
         name: column for name, column in {**columns, **FIGURES}.items() if any(column(r)[0] for r in rows)
     }
-    return Template(page).substitute(
-        policy=policy_of(style, script),
+    body = Template(page).substitute(
         title=escape(title),
-        style=style,
-        script=script,
         counts=", ".join(f"{count} {status}" for status, count in counts.items() if count),
         scatter=_scatter(rows, below),
         heads="".join(_head(name) for name in ("job", *PAGES, *shown)),
         rows="\n".join(_row(index, row, below, shown) for index, row in enumerate(rows)),
     )
+    return page_of(title, style, script, body)
 
 
 def _text(name: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -94,11 +93,12 @@ def calibrate(
             given = {name: value for name in LOG if (value := context.params[name]) is not None}
             if "terms" in given:
                 given["terms"] = [name.strip() for name in given["terms"].split(",")]
-            fit = partial(
-                calibrate_drive, logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
-            )
             work.step("fitting the drive", 0, 1)
-            found = work.run(lambda _: fit())
+            found = work.run(
+                lambda _: calibrate_drive(
+                    logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
+                )
+            )
             for path in output or ():
                 work.step("writing", 0, 1)
                 written.append(_write(path, found))

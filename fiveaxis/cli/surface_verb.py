@@ -25,6 +25,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import columns_text, is_file, require_suffix
+from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
     from fiveaxis.report.plots import Drawn
@@ -69,20 +70,24 @@ def surface(
     """
     with errors_explained(as_json) as written:
         from fiveaxis.report.plots import DRAWN_SUFFIXES
+        from fiveaxis.report.surfaces import STEPS
 
         if output is not None:
             require_suffix(output, DRAWN_SUFFIXES, "a table or a figure")
         if step is not None:
-            require_between("--step", step, 0.1, 90.0, "deg")
+            require_between("--step", step, *STEPS, "deg")
         options = context.params
-        if "," in source and not is_file(source):
-            with shown_work(err, hidden=as_json) as work:
+        is_tip = "," in source and not is_file(source)
+        with shown_work(err, hidden=as_json) if is_tip else job_work(hidden=as_json) as work:
+            if is_tip:
                 found = work.run(lambda _: _at_tip(source, options))
-        else:
-            found = _of_input(options | {"source": Path(source)}, hidden=as_json)
-        if output is not None:
-            written.append(found.write(output))
-            print_written(output)
+            else:
+                found = work.run(partial(_of_input, options | {"source": Path(source)}))
+            if output is not None:
+                work.step("writing", 0, 1)
+                written.append(found.write(output))
+        for path in written:
+            print_written(path)
         if as_json:
             print_json(found.as_lists())
         elif output is None:
@@ -111,7 +116,7 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
     )
 
 
-def _of_input(options: Mapping[str, Any], *, hidden: bool) -> Drawn:
+def _of_input(options: Mapping[str, Any], progress: Progress) -> Drawn:
     """Optimise an input, and compute the surface at one of its locations or the valley along it."""
     from fiveaxis.job import run_job
     from fiveaxis.job.results import clear_postures
@@ -121,8 +126,8 @@ def _of_input(options: Mapping[str, Any], *, hidden: bool) -> Drawn:
         raise SettingError("--normal is for a tip; a path has its own normals")
     if options["step"] is not None and options["location"] is None:
         raise SettingError("--step is for one location (--location); leave it out for the valley of a path")
-    with job_work(hidden=hidden) as work:
-        outcome = work.run(partial(run_job, job_of(options)))
+    outcome = run_job(job_of(options), progress)
+    progress("computing the surface", 0, 1)
     if options["location"] is None:
         return path_valley(outcome.solution, admits=clear_postures(outcome))
     return location_surface(outcome.solution, options["location"], step_deg=options["step"] or STEP)

@@ -71,11 +71,7 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
     best = best_baseline(document)
     baseline = None if best is None else best[0]
     style, script = (room.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
-    return template.substitute(
-        title=escape(f"fiveaxis: {document['toolpath']}"),
-        policy=policy_of(style, script),
-        style=style,
-        script=script,
+    body = template.substitute(
         heading=escape(document["toolpath"]),
         facts=_facts(document),
         answers=answers_section(document),
@@ -91,11 +87,20 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
         machine=_machine(document),
         inputs=scroll(tables.input_table(document["inputs"])),
     )
+    return page_of(document["toolpath"], style, script, body)
 
 
-def policy_of(style: str, script: str) -> str:
-    """Return the policy by which a browser knows a page's own style and script, and nothing else."""
-    return POLICY.format(style=_digest(style), script=_digest(script))
+def page_of(title: str, style: str, script: str, body: str) -> str:
+    """Return a page whose own style and script a browser knows by their hashes; it accepts nothing else.
+
+    Parameters
+    ----------
+    title : plain text
+    body : HTML, with text from files escaped
+    """
+    shell = Template(files("fiveaxis.report").joinpath("shell.html").read_text(encoding="utf-8"))
+    policy = POLICY.format(style=_digest(style), script=_digest(script))
+    return shell.substitute(title=escape(title), policy=policy, style=style, script=script, body=body)
 
 
 def _digest(text: str) -> str:
