@@ -1,7 +1,7 @@
 """Print the table of results as Markdown: the optimised posture, every baseline and the lower bound.
 
-Usage: python tests/benchmarks/bench.py [vase] [dome] [impeller] [propeller]
-           [--effort quick,normal,thorough]        (default: vase dome impeller propeller, normal)
+Usage: python tests/benchmarks/bench.py [vase] [dome] [impeller] …
+           [--effort quick,normal,thorough]        (default: vase dome impeller propeller-fine, normal)
 
 What is minimised is the travel metric, which the bound is of; it and the energy are of the feed drives in the
 program's blocks. The total has the base power too, where the machine's is known. The time is that at the
@@ -10,56 +10,14 @@ programmed feed and the axes' highest speeds.
 
 import argparse
 import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
+from paths import PATHS
 
-import fiveaxis as fx
 from fiveaxis.energy import Energy
 from fiveaxis.posture import Options, optimise
 from fiveaxis.posture.strategy.effort import EFFORTS
 from fiveaxis.toolpath import Constraints
-
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
-
-
-class Case(NamedTuple):
-    """A path, a machine, and what the optimiser is asked for."""
-
-    what: str
-    make: Callable[[], tuple[fx.Toolpath, fx.Machine]]
-    options: dict[str, Any]
-
-
-def measured() -> fx.Machine:
-    return fx.load_machine("hayashi-640123")
-
-
-def contacts(name: str, diameter: float) -> tuple[fx.Toolpath, fx.Machine]:
-    return fx.read_toolpath(DATA / "cases" / name, tool=fx.Tool.ball(diameter)), measured()
-
-
-def impeller() -> tuple[fx.Toolpath, fx.Machine]:
-    machine = fx.load_machine("linuxcnc-xyzac-trt").with_drives_of(measured())
-    program = DATA / "toolpaths" / "linuxcnc_impeller_xyzac.ngc"
-    return fx.read_toolpath(program, machine=machine, tool=fx.Tool.ball(6)), machine
-
-
-def propeller() -> tuple[fx.Toolpath, fx.Machine]:
-    part = DATA / "meshes" / "propeller_d.stl"
-    return fx.plan_contour(part, fx.Tool.ball(4), stepdown=1), measured()
-
-
-CASES = {
-    "vase": Case("overhanging vase, ball 10", lambda: contacts("vase_overhang.csv", 10), {"tilt": (15, 75)}),
-    "dome": Case(
-        "underside of a dome, ball 6", lambda: contacts("dome_underside.csv", 6), {"tilt": (10, 70)}
-    ),
-    "impeller": Case("LinuxCNC's impeller program, ball 6", impeller, {"cone": 15}),
-    "propeller": Case("propeller, ball 4, stepdown 1", propeller, {"tilt": (15, 75)}),
-}
 
 
 def row(name: str, energy: Energy, saved: str = "") -> str:
@@ -69,7 +27,7 @@ def row(name: str, energy: Energy, saved: str = "") -> str:
 
 
 def run(name: str, efforts: list[str]) -> None:
-    case = CASES[name]
+    case = PATHS[name]
     toolpath, machine = case.make()
     wanted = ", ".join(f"{key} {value}" for key, value in case.options.items())
     print(f"\n**{name}**: {case.what}; {len(toolpath):,} locations, {wanted}, {machine.name}\n")
@@ -106,10 +64,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("cases", nargs="*", help=", ".join(CASES))
+    parser.add_argument("cases", nargs="*", help=", ".join(PATHS))
     parser.add_argument("--effort", default="normal", help=", ".join(EFFORTS))
     given = parser.parse_args()
-    for name in given.cases or ["vase", "dome", "impeller", "propeller"]:
+    for name in given.cases or ["vase", "dome", "impeller", "propeller-fine"]:
         run(name, given.effort.split(","))
 
 

@@ -11,9 +11,9 @@ the same at the given locations alone, and blocks are inserted afterwards.
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
+from paths import PATHS
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy
@@ -24,32 +24,7 @@ from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.toolpath import Constraints, divided_rows, refined
 
-ROOT = Path(__file__).parents[2]
-DATA = ROOT.parent / "shared" / "data"
-
-
-def plan(path: Path, diameter: float, **options) -> fx.Toolpath:
-    return fx.plan_contour(path, fx.Tool.ball(diameter), **options)
-
-
-def read(name: str, diameter: float, feed: float = 1000.0) -> fx.Toolpath:
-    return fx.read_toolpath(DATA / "cases" / name, tool=fx.Tool.ball(diameter), feed_mm_min=feed)
-
-
-CASES = {
-    "vase": (lambda: read("vase_overhang.csv", 10), {"tilt": (15, 75)}),
-    "dome": (lambda: read("dome_underside.csv", 6), {"tilt": (10, 70)}),
-    "wall": (lambda: read("leaning_s_wall.csv", 8, 500.0), {"tilt": (20, 80)}),
-    "example": (
-        lambda: plan(ROOT / "examples/overhang/part.stl", 8, stepdown=3, overhang=True),
-        {"tilt": (15, 75)},
-    ),
-    "propeller": (lambda: plan(DATA / "meshes/propeller_d.stl", 4, stepdown=4), {"tilt": (15, 75)}),
-    "supportless": (
-        lambda: plan(DATA / "meshes/supportless_sample.stl", 6, stepdown=5, overhang=True),
-        {"tilt": (15, 75)},
-    ),
-}
+CASES = ("vase", "dome", "wall", "example", "propeller", "supportless")
 INVARIANT = ("vase", "wall", "dome")
 
 
@@ -58,8 +33,8 @@ def figures(energy: fx.Energy) -> str:
 
 
 def run(name: str) -> None:
-    make, options = CASES[name]
-    toolpath, machine = make(), fx.load_machine("hayashi-640123")
+    options = PATHS[name].options
+    toolpath, machine = PATHS[name].make()
     print(f"{name}: {len(toolpath)} locations, {options}")
     for objective in ("energy", "travel"):
         started = time.process_time()
@@ -112,10 +87,9 @@ def denser(path: fx.Toolpath, times: int) -> fx.Toolpath:
 
 
 def invariance() -> None:
-    machine = fx.load_machine("hayashi-640123")
     for name in INVARIANT:
-        make, options = CASES[name]
-        path = make()
+        options = PATHS[name].options
+        path, machine = PATHS[name].make()
         ways = {f"{n}x its locations": denser(path, n) for n in (1, 2, 4)}
         ways |= {f"turned by {degrees:g} deg": turned(path, degrees) for degrees in (37.0, 90.0, 200.0)}
         energies = {way: fx.optimise(p, machine, **options).energy.total for way, p in ways.items()}

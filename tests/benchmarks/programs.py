@@ -1,6 +1,6 @@
 """Print how far programs that are read back are off their paths: by path, machine, control and mode.
 
-Usage: python tests/benchmarks/programs.py [overhang] [vase] [wall] …        (default: all of `CASES`)
+Usage: python tests/benchmarks/programs.py [example] [vase] [wall] …        (default: all of `CASES`)
 
 Each row is one program: made as `Solution.program` makes it, read back from its text, verified. *path* is the
 farthest that the tool's centre or contact is from where the path wants it, at given and inserted locations;
@@ -16,18 +16,15 @@ everything: what is measured here is the text, not the machine.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import replace
+
+from paths import PATHS
 
 import fiveaxis as fx
 from fiveaxis.errors import FiveAxisError, Infeasible
 from fiveaxis.machine import DirectionalDrive, Limits, Machine
 from fiveaxis.nc import DIALECTS
 
-ROOT = Path(__file__).parents[2]
-DATA = ROOT.parent / "shared" / "data"
 # One machine of each structure: table-table (with and without offsets, B and A), head-table, head-head.
 MACHINES = {
     "hayashi-640123": 0.0,
@@ -39,52 +36,18 @@ MACHINES = {
 MODES = [(control, mode) for control, dialect in DIALECTS.items() for mode in dialect.modes]
 
 
-@dataclass(frozen=True)
-class Case:
-    """A path, the options of its optimisation, and the machines that it is made for."""
-
-    path: Callable[[], fx.Toolpath]
-    options: dict[str, Any]
-    machines: tuple[str, ...] = tuple(MACHINES)
-
-
-def table(name: str, diameter: float, feed: float) -> fx.Toolpath:
-    return fx.read_toolpath(DATA / "cases" / name, tool=fx.Tool.ball(diameter), feed_mm_min=feed)
-
-
-def mesh(name: str, diameter: float, **options: Any) -> fx.Toolpath:
-    return fx.plan_contour(DATA / "meshes" / name, fx.Tool.ball(diameter), **options)
-
-
-def program(name: str, diameter: float) -> fx.Toolpath:
-    machine = fx.load_machine("linuxcnc-xyzac-trt")
-    path = DATA / "toolpaths" / name
-    return fx.read_toolpath(path, tool=fx.Tool.ball(diameter), machine=machine, rapid_mm_min=10_000.0)
-
-
 TRUNNION = ("linuxcnc-xyzac-trt",)
+HAYASHI = ("hayashi-640123",)
+# The machines that a path is made for.
 CASES = {
-    "overhang": Case(
-        lambda: fx.plan_contour(
-            ROOT / "examples/overhang/part.stl", fx.Tool.ball(8), stepdown=3, overhang=True
-        ),
-        {"tilt": (15, 75)},
-    ),
-    "vase": Case(lambda: table("vase_overhang.csv", 10, 1000), {"tilt": (15, 75)}),
-    "wall": Case(lambda: table("leaning_s_wall.csv", 8, 500), {"tilt": (20, 80)}, ("hayashi-640123",)),
-    "impeller": Case(lambda: program("linuxcnc_impeller_xyzac.ngc", 6), {"cone": 15.0}, TRUNNION),
-    "boat": Case(lambda: program("linuxcnc_boat_xyzac.ngc", 6), {"cone": 15.0}, TRUNNION),
-    "propeller": Case(
-        lambda: mesh("propeller_d.stl", 4, stepdown=6), {"tilt": (15, 75)}, ("hayashi-640123",)
-    ),
-    "supportless": Case(
-        lambda: mesh("supportless_sample.stl", 6, stepdown=8), {"tilt": (15, 75)}, ("hayashi-640123",)
-    ),
-    "featuretype": Case(
-        lambda: mesh("featuretype.stl", 0.2, stepdown=0.3, spacing=0.05),
-        {"tilt": (15, 75)},
-        ("hayashi-640123",),
-    ),
+    "example": tuple(MACHINES),
+    "vase": tuple(MACHINES),
+    "wall": HAYASHI,
+    "impeller": TRUNNION,
+    "boat": TRUNNION,
+    "propeller": HAYASHI,
+    "supportless": HAYASHI,
+    "featuretype": HAYASHI,
 }
 
 
@@ -101,11 +64,11 @@ def with_powers(machine: Machine) -> Machine:
 
 def run(name: str) -> tuple[list[float], int]:
     """Print the rows of a case; give the worst figures and the number of programs with errors."""
-    case, worst, bad = CASES[name], [0.0, 0.0, 0.0], 0
-    for machine_name in case.machines:
+    case, worst, bad = PATHS[name], [0.0, 0.0, 0.0], 0
+    for machine_name in CASES[name]:
         machine = with_powers(fx.load_machine(machine_name)).with_tool_length(MACHINES.get(machine_name, 0.0))
         try:
-            solution = fx.optimise(case.path(), machine, effort="quick", **case.options)
+            solution = fx.optimise(case.read(), machine, effort="quick", **case.options)
         except Infeasible as fault:
             print(f"{name:12} {machine_name:20} no solution: {fault.message[:90]}")
             bad += 1

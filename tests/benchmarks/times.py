@@ -18,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from paths import program
 
 import fiveaxis as fx
 from fiveaxis.job import ProgramOptions, make_program
@@ -30,7 +31,6 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
 from referee.linuxcnc import run_program  # noqa: E402
 
-DATA = ROOT.parent / "shared" / "data" / "toolpaths"
 CONE = 20.0
 # mm: a corner passed within the tolerance of the blocks themselves.
 CORNERS = 0.005
@@ -38,9 +38,7 @@ CORNERS = 0.005
 
 def machine_and_path(name: str, given: argparse.Namespace) -> tuple[fx.Machine, fx.Toolpath]:
     bare = fx.load_machine("linuxcnc-xyzac-trt")
-    path = fx.read_toolpath(
-        DATA / f"linuxcnc_{name}_xyzac.ngc", tool=fx.Tool.ball(6), machine=bare, rapid_mm_min=1200.0
-    )
+    path = program(name, 6, rapid=1200.0)
     if given.rows:
         first, last = map(int, given.rows.split(":"))
         path = path.at(np.arange(first, last))
