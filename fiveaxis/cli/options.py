@@ -118,6 +118,11 @@ POSTURE: Mapping[str, Any] = {
     "singular_rate": optional(float, "largest turn of that axis in the cone, deg/mm"),
     "effort": optional(str, "quick, normal or thorough search"),
     "solver": optional(str, "structured, or ipopt as a second opinion"),
+    "bound": optional(
+        bool,
+        "compute how much any posture could still save, about a minute; default: with --effort thorough",
+        "--bound/--no-bound",
+    ),
     "front": optional(int, "find N solutions, from the cheapest path to the steadiest"),
     "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
     "free_start": optional(bool, "let closed passes begin elsewhere, with new links", "--free-start"),

@@ -281,6 +281,8 @@ def _print_outcome(outcome: Outcome) -> None:
             out.print(f"baseline {name}: {escape(baseline.note)}", soft_wrap=True)
     for name, reason in solution.missing.items():
         out.print(f"no baseline {name}: {escape(reason)}")
+    if solution.left is not None:
+        out.print(solution.left)
     print_causes(outcome.gate.report.summary(), out)
 
 

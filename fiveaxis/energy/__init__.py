@@ -35,6 +35,7 @@ from fiveaxis.energy.drives import (
     travel_costs,
 )
 from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
+from fiveaxis.energy.least_costs import LeastCosts, least_travel_costs
 from fiveaxis.energy.milling import (
     absolute_sum_power,
     cutter_positions,
@@ -76,6 +77,7 @@ __all__ = [
     "Energy",
     "Factors",
     "KindEnergy",
+    "LeastCosts",
     "PowerSurface",
     "Process",
     "RunEnergy",
@@ -102,6 +104,7 @@ __all__ = [
     "idle_power",
     "job_budget",
     "law_energies",
+    "least_travel_costs",
     "mean_cutting_power",
     "motion_energy",
     "move_energies",

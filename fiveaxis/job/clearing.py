@@ -26,6 +26,7 @@ from fiveaxis.posture import Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
+from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
@@ -98,6 +99,7 @@ def optimise(
     clock: Clock | None = None,
     solver: str = "structured",
     start: Array | None = None,
+    bound: bool | None = None,
     progress: Progress = unheard,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
@@ -153,6 +155,8 @@ def optimise(
     solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
         same terms (`fiveaxis.posture.local`); overrides the effort's own
     start : (n, 2), rad, chain order, postures to refine instead of searching
+    bound : whether to compute a lower bound of what any posture costs (`Solution.bound`, about a minute); by
+        default only with the effort ``thorough``
     progress : called with what is being done, steps done and steps in all
 
     Raises
@@ -188,13 +192,14 @@ def optimise(
         clock=clock,
         solver=solver,
         start=start,
+        bound=bound,
         progress=progress,
     )
     around = Surroundings.load(part, stock, fixtures, clearances)
 
     def solve(path: Toolpath, own: MaskFunction | None, free: bool) -> Postures:
         chosen = options if free else options.without_free_start()
-        return optimise_postures(path, machine, constraints, replace(chosen, mask=own))
+        return optimise_postures(path, machine, constraints, replace(chosen, mask=own, bound=False))
 
     cleared = keep_clear(
         solve,
@@ -206,7 +211,8 @@ def optimise(
         free_start=bool(free_start),
         progress=options.progress,
     )
-    return Solution.of(cleared.solution, constraints, around)
+    found = Solution.of(cleared.solution, constraints, around)
+    return with_bound(found, constraints, objective, progress) if options.is_bounded else found
 
 
 def keep_clear(

@@ -243,6 +243,11 @@ class Job(StrictModel):
     solver: Literal["structured", "ipopt"] = Field(
         "structured", description="solver that refines the postures; ipopt as a second opinion"
     )
+    bound: bool | None = Field(
+        None,
+        description="compute a lower bound of what any posture costs, about a minute; by default only with "
+        "effort thorough",
+    )
     front: int | None = Field(
         None, ge=2, le=50, description="number of solutions from the cheapest path to the steadiest one"
     )

@@ -48,6 +48,7 @@ EXAMPLES: Mapping[str, Any] = {
     "turn_rate": 5,
     "time_price": 0,
     "singular_cone": 5,
+    "bound": True,
     "front": 5,
     "pick": 2,
     "program.positions": "table",

@@ -35,6 +35,7 @@ from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.solution import blocks_energy
+from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import answers, report_document
 from fiveaxis.toolpath import Constraints, Toolpath
@@ -286,7 +287,7 @@ def solve(
 
     def once(path: Toolpath, mask: MaskFunction | None, free: bool) -> Solution:
         chosen = replace(options, start=None) if free else options.without_free_start()
-        chosen = replace(chosen, mask=mask)
+        chosen = replace(chosen, mask=mask, bound=False)
         if job.front is None:
             return optimise_postures(path, machine, constraints, chosen)
         fronts.append(find_front(path, machine, constraints, job.front, chosen))
@@ -302,4 +303,6 @@ def solve(
         solution = cleared.solution
     # Several paths may have been searched; take the front of the chosen one.
     front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)
+    if options.is_bounded:
+        solution = with_bound(solution, constraints, options.objective, progress)
     return solution, front, cleared

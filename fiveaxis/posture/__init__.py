@@ -1,7 +1,7 @@
 """Choice of the rotary angles of every cutter location."""
 
 from fiveaxis.former import former_names
-from fiveaxis.posture.bound.lower_bound import LowerBound, bound_travel
+from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
 from fiveaxis.posture.optimiser import Options, optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution, Stage
@@ -23,6 +23,7 @@ __all__ = [
     "Problem",
     "Solution",
     "Stage",
+    "bound_energy",
     "bound_travel",
     "find_front",
     "optimise",

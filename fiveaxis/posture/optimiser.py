@@ -21,6 +21,7 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
+from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.posture.strategy.delivery import Breach, Delivery, Objective, Posed, delivered
 from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
 from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
@@ -55,7 +56,13 @@ class Options:
     clock: Clock | None = None
     solver: str = STRUCTURED
     start: Array | None = None
+    bound: bool | None = None
     progress: Progress = unheard
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether a lower bound is computed: by default only with the effort ``thorough``."""
+        return self.effort == "thorough" if self.bound is None else self.bound
 
     @property
     def is_timed(self) -> bool:
@@ -193,7 +200,8 @@ def optimise(
         admits = None if mask is None else mask.along(found.motion.location).admits
         keeps = path_check(found.toolpath, found.machine, rotary, cone, admits)
         found = rewind_solution(found, machine, _refiner(effort, progress, "one turn less"), keeps)
-    return with_findings(found, cone)
+    found = with_findings(found, cone)
+    return with_bound(found, constraints, options.objective, progress) if options.is_bounded else found
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Motion
 from fiveaxis.nc import Clock
 from fiveaxis.notebook import ShownAsTable, Table
-from fiveaxis.posture.bound.lower_bound import LowerBound, bound_travel
+from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optimality import Optimality, optimality
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
@@ -152,6 +152,7 @@ class Solution(ShownAsTable):
     unwrapped : the path of a solution with rewinds before these
     filling : how blocks are inserted between its locations, and removed
     clock : model of the control's time; None unless time is the objective
+    bound : on the cost of every posture, if one was asked for
     """
 
     machine: Machine
@@ -167,6 +168,7 @@ class Solution(ShownAsTable):
     unwrapped: Unwrapped | None = None
     filling: Filling = field(default_factory=Filling)
     clock: Clock | None = None
+    bound: LowerBound | None = None
 
     @property
     def baselines(self) -> dict[str, Energy]:
@@ -178,11 +180,6 @@ class Solution(ShownAsTable):
         """Former name of `unwrapped`."""
         warn_former("Solution.wound", "Solution.unwrapped")
         return self.unwrapped
-
-    @cached_property
-    def bound(self) -> LowerBound:
-        """Lower bound on the travel metric of all admissible paths; computed on first use."""
-        return bound_travel(self.toolpath, self.machine, self.tilt)
 
     @cached_property
     def kkt(self) -> Optimality | None:
@@ -203,9 +200,20 @@ class Solution(ShownAsTable):
         return motion_energy(self.machine, self.motion).travel
 
     @property
-    def gap(self) -> float:
-        """Share of the travel metric above the lower bound: 0 proves the optimum."""
-        return self.bound.gap(self.travel)
+    def gap(self) -> float | None:
+        """Share of the cost above the lower bound: 0 proves the optimum. None without a bound."""
+        return None if self.bound is None else self.bound.gap(self._bounded_cost)
+
+    @property
+    def left(self) -> str | None:
+        """How much any posture could still save, in words; None without a bound."""
+        return None if self.bound is None else self.bound.in_words(self._bounded_cost)
+
+    @property
+    def _bounded_cost(self) -> float:
+        """What the lower bound is of, J, of the program's blocks."""
+        of_travel = self.bound is not None and self.bound.of == "travel"
+        return self.energy.travel if of_travel else self.energy.total
 
     def __repr__(self) -> str:
         best = min(self.savings().items(), key=lambda saved: saved[1], default=None)

@@ -82,7 +82,8 @@ def report_document(
         },
         "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
         "savings_range": {name: list(ends) for name, ends in solution.savings_ranges().items()},
-        "bound": {**solution.bound.as_dict(), "gap": solution.gap},
+        "bound": solution.bound
+        and {**solution.bound.as_dict(), "gap": solution.gap, "in_words": solution.left},
         "optima": solution.optima and solution.optima.as_dict(),
         "summary": _summary(findings, solution.toolpath, verification["counts"]),
         "findings": findings,

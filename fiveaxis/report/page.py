@@ -153,8 +153,17 @@ def _measures(document: Mapping[str, Any]) -> str:
         "constant power pays for the whole block, however short its own travel. The lower energy applies if "
         "a drive’s power falls in proportion to its speed below the slowest measured speed. Travel metric: "
         "every axis is charged for its travel at the programmed feed (Σ W|Δq|). None of them includes "
-        f"spindle, coolant or cutting power. {difference}{with_base}</p>"
+        f"spindle, coolant or cutting power. {difference}{with_base}{_left(document)}</p>"
     )
+
+
+def _left(document: Mapping[str, Any]) -> str:
+    """Say how much any posture could still save; empty without a lower bound."""
+    bound = document["bound"]
+    if bound is None:
+        return ""
+    words = bound["in_words"]
+    return f" {words[0].upper()}{words[1:]} (certified lower bound: {tables.number(bound['total'])} J)."
 
 
 def _energy(solution: Solution, document: Mapping[str, Any], baseline: str | None) -> str:

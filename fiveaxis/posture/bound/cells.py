@@ -6,6 +6,7 @@ depend on the machine alone, so the enclosures of a cell are computed once for a
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -30,6 +31,8 @@ from fiveaxis.toolpath import Zone
 
 # mm, stands for "no bound" in arithmetic: far beyond any machine.
 HUGE = 1e9
+# Share of a cell that rounding may add to an axis's width.
+SLACK = 1e-9
 
 
 class Side(NamedTuple):
@@ -78,12 +81,13 @@ class Cells:
         return replace(self, **{name: getattr(self, name)[chosen] for name in names})
 
 
-def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:
+def cut_cells(machine: Machine, zone: Zone, step: float, multiple: int = 1) -> Cells:
     """Cut the plane of the rotary angles of a five-axis machine into cells of at most a width, rad.
 
-    An axis of more than a turn is cut into whole parts of a turn; the zone has the height of the pivot.
+    An axis of more than a turn is cut into whole parts of a turn, every axis into a multiple of `multiple`
+    parts; the zone has the height of the pivot.
     """
-    sides = _side(machine, 0, step), _side(machine, 1, step)
+    sides = _side(machine, 0, step, multiple), _side(machine, 1, step, multiple)
     grid = np.meshgrid(*(s.low + s.step * (np.arange(s.parts) + 0.5) for s in sides), indexing="ij")
     angles = [g.ravel() for g in grid]
     boxes = [Interval(a - 0.5 * s.step, a + 0.5 * s.step) for a, s in zip(angles, sides, strict=True)]
@@ -112,14 +116,12 @@ def cut_cells(machine: Machine, zone: Zone, step: float) -> Cells:
     )
 
 
-def _side(machine: Machine, rotary: int, step: float) -> Side:
+def _side(machine: Machine, rotary: int, step: float, multiple: int) -> Side:
     limits = machine.axes[machine.rotary_columns[rotary]].limits
-    width = limits.span
-    if width > TURN:
-        count = int(np.ceil(TURN / step))
-        return Side(0.0, TURN / count, count, True)
-    count = max(1, int(np.ceil(width / step)))
-    return Side(limits.low, width / count, count, False)
+    wraps = limits.span > TURN
+    low, width = (0.0, TURN) if wraps else (limits.low, limits.span)
+    count = multiple * max(1, math.ceil(width / step / multiple - SLACK))
+    return Side(low, width / count, count, wraps)
 
 
 def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:

@@ -1,131 +1,277 @@
-"""A certified lower bound of the travel metric, without any search.
+"""A certified lower bound of what every posture costs, without any search.
 
-Over all admissible postures of a location an axis can take only some values. The least cost of a sequence
-that visits these sets in order is found exactly, and no path costs less than the sum over the axes. Interval
-arithmetic over cells of the rotary angles (mean value form) encloses the sets from outside, so no possible
-posture is left out, and the bound holds however a path was found. Both rotary axes are treated together, each
-linear axis alone; as savings of one linear axis may be costly for another, the bound may lie far below the
-optimum.
+A lattice is laid over all five axes. At some locations of the path, the visits, interval arithmetic encloses
+every admissible posture in boxes of the lattice. Any path touches one of these boxes at every visit, and the
+least cost of doing so is found exactly on corners of boxes (`sweep`), all axes together. Leaving locations
+out only lowers it. More visits and a finer lattice raise the bound, so both grow while a fixed amount of work
+lasts.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, Literal
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import travel_costs
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.energy import least_travel_costs, travel_costs
+from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.posture.bound.cells import HUGE, Cells, cut_cells
-from fiveaxis.posture.bound.visiting import least_travel, visit_cells
+from fiveaxis.motion import feed_times
+from fiveaxis.posture.bound.cells import HUGE, cut_cells
+from fiveaxis.posture.bound.corners import Lattice
+from fiveaxis.posture.bound.crossing import CHUNK, Crossed, cross
+from fiveaxis.posture.bound.enclosures import enclose
+from fiveaxis.posture.bound.visits import Visits
+from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# rad, width of a cell.
-CELL = np.radians(3.0)
-# One location in ONE_IN is used, but at least and at most about these numbers: more add little to the bound
-# of a short path, and a long path, slow to solve anyway, affords more.
-ONE_IN, FEWEST_ROWS, MOST_ROWS = 4, 900, 4000
-# Values of a linear axis for which its least travel is found; ranges are rounded outwards to these.
-LEVELS = 4000
-# Bounds are widened by this to cover rounding (mm, rad, 1).
-ROUNDING = 1e-9
+# Corners, sources and cells that may be looked at, in all.
+WORK = 7e9
+# The first level: rad, width of its cells, and its number of visits.
+FIRST_CELL, FIRST_VISITS = np.radians(4.0), 100
+# Cells in a step of a rotary angle.
+FACTOR = 4
+# Mean step of the linear axes, in times of a cell's width on the radius of the path.
+LINEAR = 0.8
+# Work of a level with cells of half the width, or with half the stride, in times of the level before.
+COSTS = {"finer": 5.5, "denser": 2.2}
+# Corners of a visit that fit into memory, and how many times as many half as wide cells may have.
+MOST_CORNERS, MORE_CORNERS = 2e7, {"finer": 8.0, "denser": 1.0}
+# Steps of the first level over the range of a linear axis, at most.
+MOST_STEPS = 32
+# Share of cells beyond each end of the linear axes' range that may be left out.
+LEFT_OUT = 0.02
+# Share by which a level has to raise the bound for another one of its kind.
+WORTHWHILE = 2e-3
+THREADS = 2
 
 
 @dataclass(frozen=True)
 class LowerBound:
-    """A lower bound of the cost of every admissible path, J of the travel metric.
+    """A cost that no admissible path is below.
 
     Parameters
     ----------
-    linear : by axis letter, each alone
-    rotary : of both rotary axes together
-    rows : number of locations used
+    total : J; infinite if some location has no admissible posture
+    of : what is bounded, the ``travel`` metric or the feed drives' ``energy``
+    visits : number of locations used
     """
 
-    linear: dict[str, float]
-    rotary: float
-    rows: int
-
-    @property
-    def total(self) -> float:
-        """Bound over all axes, J."""
-        return self.rotary + sum(self.linear.values())
+    total: float
+    of: Literal["travel", "energy"]
+    visits: int
 
     def gap(self, cost: float) -> float:
         """Compute the share of a cost above the bound: 0 proves an optimum."""
         return 1.0 - self.total / cost if cost > 0.0 else 0.0
 
+    def in_words(self, cost: float) -> str:
+        """Say how much of a cost any posture could save at most."""
+        what = "the travel metric" if self.of == "travel" else "the feed drives' energy"
+        if self.total <= 0.0:
+            return f"nothing is known of how much any posture could still save of {what}"
+        return f"at most {self.gap(cost):.1%} of {what} could still be saved by any posture"
+
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
-        return {"total": self.total, "linear": dict(self.linear), "rotary": self.rotary, "rows": self.rows}
+        return {"total": self.total, "of": self.of, "visits": self.visits}
 
 
-def bound_travel(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, *, cell: float = CELL) -> LowerBound:
-    """Bound from below the travel metric of every path that keeps the tilt range and the axis limits.
-
-    Limits of rotary steps, which only raise the cost, aren't considered. An axis of more than a turn counts
-    as unlimited.
+@dataclass(frozen=True)
+class Level:
+    """How finely a path is bounded.
 
     Parameters
     ----------
-    toolpath, machine, tilt : the problem
-    cell : rad, width of the cells; smaller ones give a higher bound
+    cell : rad, width of the cells in which postures are enclosed
+    stride : of the visits
+    """
+
+    cell: float
+    stride: int
+
+    def next(self, kind: str) -> Level:
+        """Halve the cells, with the linear steps (``finer``), or the stride (``denser``)."""
+        if kind == "finer":
+            return replace(self, cell=0.5 * self.cell)
+        return replace(self, stride=max(self.stride // 2, 1))
+
+
+def bound_travel(
+    toolpath: Toolpath,
+    machine: Machine,
+    tilt: TiltBounds,
+    turns: Array | None = None,
+    *,
+    work: float = WORK,
+    progress: Progress = unheard,
+) -> LowerBound:
+    """Bound from below the travel metric of every path that keeps the lean, the axis limits and the turns.
+
+    An axis of more than a turn counts as endless. Collisions aren't looked at; they only raise the cost.
+
+    Parameters
+    ----------
+    toolpath, machine, tilt : the problem, n locations; inserted ones aren't visited
+    turns : (n − 1,), rad, largest turn of each rotary axis in a move; unbounded by default
+    work : corners, sources and cells that may be looked at; more give a higher bound
+    progress : called with what is being done, visits done and visits in all
 
     Returns
     -------
     The bound; infinite if some location has no admissible posture
+
+    Raises
+    ------
+    MachineError
+        The power of an axis isn't known.
     """
-    count = len(toolpath)
-    stride = -(-count // min(max(count // ONE_IN, FEWEST_ROWS), MOST_ROWS))
-    rows = np.unique(np.append(np.arange(0, count, stride), count - 1))
-    prices = travel_costs(machine, toolpath.feed, toolpath.rapid)
-    plus, minus = (_least_between(costs[1:], rows) for costs in prices)
-    cells = cut_cells(machine, toolpath.zone, cell)
-    at = toolpath.at(rows)
-    bounds = [bound.at(rows) for bound in tilt.all]
-    columns = machine.rotary_columns
-    step = np.array([side.step for side in cells.sides])
-    limits = (
-        np.maximum(machine.low[machine.linear_columns], -HUGE) - ROUNDING,
-        np.minimum(machine.high[machine.linear_columns], HUGE) + ROUNDING,
+    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
+    visits = Visits.of(toolpath, machine, tilt, (plus[1:], minus[1:]), turns)
+    total, used = _climb(visits, work, progress)
+    return LowerBound(total, "travel", used)
+
+
+def bound_energy(
+    toolpath: Toolpath,
+    machine: Machine,
+    tilt: TiltBounds,
+    turns: Array | None = None,
+    *,
+    work: float = WORK,
+    progress: Progress = unheard,
+) -> LowerBound:
+    """Bound from below ∫P dt of the feed drives over every such path, however fast it is followed.
+
+    Travel is charged as little as it can cost (`fiveaxis.energy.least_travel_costs`), and what drives draw at
+    standstill for the time at the programmed feed. Drives with a constant power can't be charged where their
+    highest speed isn't known.
+
+    Parameters
+    ----------
+    toolpath, machine, tilt, turns, work, progress : as for `bound_travel`
+
+    Raises
+    ------
+    MachineError
+        The power of an axis isn't known, or nothing can be said about it (`least_travel_costs`).
+    """
+    costs = least_travel_costs(machine)
+    # Where a drive returns power in one direction, that is charged to the other one; what is left is the way
+    # between the first visit and the last one.
+    shift = np.minimum(costs.plus, 0.0) - np.minimum(costs.minus, 0.0)
+    plus, minus = (
+        np.tile(price, (len(toolpath) - 1, 1)) for price in (costs.plus - shift, costs.minus + shift)
     )
-    cosines = _admitted_cosines(cells, bounds)
-    # With matrices of four columns BLAS threads would only wait for each other.
-    with threadpool_limits(limits=1):
-        rotary, low, high = visit_cells(
-            cells, at, bounds, cosines, limits, step * plus[:, columns], step * minus[:, columns]
-        )
-    linear = {
-        machine.letters[column]: _axis_bound(low[:, i], high[:, i], plus[:, column], minus[:, column])
-        for i, column in enumerate(machine.linear_columns)
-    }
-    return LowerBound(linear, rotary, len(rows))
+    visits = Visits.of(toolpath, machine, tilt, (plus, minus), turns)
+    total, used = _climb(visits, work, progress)
+    if np.isfinite(total):
+        total += costs.standing * float(feed_times(toolpath)[1:].sum()) + _least_way(visits, shift)
+    return LowerBound(max(total, 0.0), "energy", used)
 
 
-def _least_between(costs: Array, rows: IntArray) -> Array:
-    """Return the least cost per travel, (m − 1, k), of the moves between consecutive chosen rows."""
-    return np.minimum.reduceat(costs, rows[:-1], axis=0) if len(rows) > 1 else costs
+def _least_way(visits: Visits, shift: Array) -> float:
+    """Least of ``Σ shift·(end − begin)`` over the axes, J, from the first visit to the last one."""
+    machine = visits.machine
+    way = np.zeros(len(shift))
+    for column in np.flatnonzero(shift):
+        way[column] = -np.sign(shift[column]) * machine.axes[column].limits.span
+    if shift[machine.linear_columns].any() and len(visits.toolpath):
+        (low, high), (last_low, last_high) = (_ranges(visits.at(np.array([row])))[0] for row in (0, -1))
+        rising = shift[machine.linear_columns] > 0.0
+        fall = last_low.min(axis=0) - high.max(axis=0)
+        way[machine.linear_columns] = np.where(rising, fall, last_high.max(axis=0) - low.min(axis=0))
+    return float((shift * way)[shift != 0.0].sum())
 
 
-def _admitted_cosines(cells: Cells, bounds: list[TiltBounds]) -> tuple[Array, Array]:
-    """Compute the cosines in the middle of cells for which postures in them may keep a bound, (b, c) each."""
-    low = [np.cos(np.minimum(bound.high + cells.swing, np.pi)) - ROUNDING for bound in bounds]
-    high = [np.cos(np.maximum(bound.low - cells.swing, 0.0)) + ROUNDING for bound in bounds]
-    return np.array(low), np.array(high)
+def _climb(visits: Visits, most: float, progress: Progress) -> tuple[float, int]:
+    """Raise the bound by finer lattices or more visits, whichever promises more, while the work lasts.
+
+    Returns
+    -------
+    The highest bound, J, and how many locations it visited
+    """
+    count = len(visits.toolpath)
+    if count == 0:
+        return 0.0, 0
+    here = Level(FIRST_CELL, max(count // FIRST_VISITS, 1))
+    hull = _hull(visits.every(here.stride))
+    with threadpool_limits(limits=1), ThreadPoolExecutor(THREADS) as pool:
+
+        @cache
+        def bound(level: Level) -> tuple[Crossed, int]:
+            chosen = visits.every(level.stride)
+            cells = cut_cells(visits.machine, visits.toolpath.zone, level.cell, FACTOR)
+            lattice = Lattice(cells.sides, (FACTOR, FACTOR), *hull, _linear_steps(visits, level.cell, hull))
+            return cross(chosen, cells, lattice, pool, progress), len(chosen.toolpath)
+
+        last, used = bound(here)
+        best, spent = last.total, last.work
+        # What a step of each kind gave, as a growth of the bound per growth of the work, in logarithms.
+        rates = dict.fromkeys(COSTS, np.inf)
+        tried = {here}
+        while np.isfinite(best) and best > 0.0:
+            fits = {
+                kind: rates[kind]
+                for kind, cost in COSTS.items()
+                if here.next(kind) in tried - {here}
+                or (spent + cost * last.work <= most and MORE_CORNERS[kind] * last.most <= MOST_CORNERS)
+            }
+            if here.stride == 1:
+                fits.pop("denser", None)
+            kind = max(fits, key=fits.__getitem__, default=None)
+            if kind is None or fits[kind] < WORTHWHILE:
+                break
+            there = here.next(kind)
+            found, its_visits = bound(there)
+            spent += 0 if there in tried else found.work
+            tried.add(there)
+            rates[kind] = np.log(max(found.total / last.total, 1.0)) / np.log(COSTS[kind])
+            if found.total > best:
+                best, used = found.total, its_visits
+            if all(rates[kind] >= rate for rate in fits.values() if np.isfinite(rate)):
+                here, last = there, found
+    return best, used
 
 
-def _axis_bound(low: Array, high: Array, plus: Array, minus: Array) -> float:
-    """Find the least cost of an axis that visits ranges, (m,) mm each, in order."""
-    bound: BoolArray = (low > -HUGE) & (high < HUGE)
-    if not bound.any():
-        return 0.0
-    if (low > high).any():
-        return float("inf")
-    least, most = low[bound].min(), high[bound].max()
-    step = max((most - least) / LEVELS, ROUNDING)
-    first = np.where(bound, np.floor((low - least) / step), 0).astype(np.int64)
-    last = np.where(bound, np.ceil((high - least) / step), LEVELS).astype(np.int64)
-    return least_travel(np.maximum(first, 0), np.minimum(last, LEVELS), step * plus, step * minus)
+def _ranges(visits: Visits) -> list[tuple[Array, Array]]:
+    """Enclose the linear axes in every cell that may be admissible at each visit, (c, 3) mm each."""
+    cells = cut_cells(visits.machine, visits.toolpath.zone, FIRST_CELL)
+    count = len(visits.toolpath)
+    chunks = np.array_split(np.arange(count), -(-count // CHUNK))
+    enclosed = (
+        one
+        for rows in chunks
+        for one in enclose(cells, visits.toolpath.at(rows), visits.tilt.at(rows), visits.machine)
+    )
+    return [(one.low[one.may], one.high[one.may]) for one in enclosed]
+
+
+def _hull(visits: Visits) -> tuple[Array, Array]:
+    """Find between which values the linear axes are in most cells at some visits, (3,) mm each.
+
+    Paths are moved onto this hull, which makes none longer, so it may leave something out: cells in which
+    the axes go far, next to postures in which they can't reach the part.
+    """
+    low, high = (np.concatenate(ends) for ends in zip(*_ranges(visits), strict=True))
+    if len(low) == 0:
+        return np.zeros(3), np.zeros(3)
+    least, most = np.quantile(low, LEFT_OUT, axis=0), np.quantile(high, 1.0 - LEFT_OUT, axis=0)
+    known = (least > -0.5 * HUGE) & (most < 0.5 * HUGE)
+    return np.where(known, least, 0.0), np.where(known, most, 0.0)
+
+
+def _linear_steps(visits: Visits, cell: float, hull: tuple[Array, Array]) -> Array:
+    """Choose steps of the linear axes, (3,) mm: fine ones where travel is dear.
+
+    The bound falls short by about price × step at every reversal of an axis.
+    """
+    price = (visits.plus + visits.minus)[:, 2:].mean(axis=0) if len(visits.plus) else np.ones(3)
+    fineness = np.sqrt(np.maximum(price, 1e-3 * price.max() or 1.0))
+    radius = np.linalg.norm(visits.toolpath.pivot, axis=1).max()
+    steps = LINEAR * cell * max(float(radius), 1.0) * np.prod(fineness) ** (1.0 / 3.0) / fineness
+    return np.maximum(steps, (hull[1] - hull[0]) / MOST_STEPS * cell / FIRST_CELL)

@@ -124,7 +124,8 @@ def find_front(
     ----------
     toolpath, machine, constraints : as for `optimise`
     n : how many solutions are sought, at least two
-    options : as for `optimise`, without `smoothing`; the stage ``front`` of its progress counts the runs
+    options : as for `optimise`, without `smoothing` and `bound`; the stage ``front`` of its progress counts
+        the runs
     smoothest : J/rad², the highest price of bends; by default a hundred times the one at which the first
         solution's bends cost as much as its travel
 
@@ -148,7 +149,7 @@ def find_front(
     if smoothest is not None and not (np.isfinite(smoothest) and smoothest > 0.0):
         raise SettingError(f"smoothest is {smoothest:g} J/rad²; it must be above 0")
     count_run, of_run = _split_progress(options.progress, 1 + 3 * (n - 1))
-    solution = optimise(toolpath, machine, constraints, replace(options, progress=of_run))
+    solution = optimise(toolpath, machine, constraints, replace(options, bound=False, progress=of_run))
     count_run()
     cone = Cone.of(constraints)
     problem, start = _solved(solution)

@@ -1,0 +1,147 @@
+"""Corners of a lattice over both rotary angles and the linear axes, near the postures of one location.
+
+The lattice is fixed for a whole path. A posture lies in one of its boxes, and every corner of each box that a
+location's postures may lie in is *touched*. Touched corners are kept in groups, one for each corner of the
+rotary angles: a dense block over the linear axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from fiveaxis.compiled import compiled
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.posture.bound.cells import Side
+from fiveaxis.posture.bound.enclosures import Enclosed
+
+# Stands for "not reached" among costs, in quanta.
+FAR = np.int64(1) << 60
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """A lattice over both rotary angles and the linear axes.
+
+    Parameters
+    ----------
+    sides : cells of the rotary angles
+    factors : how many cells are one step of each rotary angle; it divides the cells of an angle that wraps
+    low, high : (3,) mm, between which the linear axes are enclosed: postures beyond are moved onto the end,
+        which makes no path longer
+    step : (3,) mm
+    """
+
+    sides: tuple[Side, Side]
+    factors: tuple[int, int]
+    low: Array
+    high: Array
+    step: Array
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Corners of each rotary angle; the last one of an angle that wraps is next to the first."""
+        first, second = (
+            -(-side.parts // factor) + (0 if side.wraps else 1)
+            for side, factor in zip(self.sides, self.factors, strict=True)
+        )
+        return first, second
+
+    @property
+    def steps(self) -> Array:
+        """(5,) rad and mm, both rotary angles first."""
+        rotary = [side.step * factor for side, factor in zip(self.sides, self.factors, strict=True)]
+        return np.array([*rotary, *self.step])
+
+    def touch(self, enclosed: Enclosed) -> Corners:
+        """Find the corners that a location touches."""
+        top = np.ceil((self.high - self.low) / self.step)
+        first = np.clip(np.floor((enclosed.low - self.low) / self.step), 0, top).astype(np.int64)
+        last = np.clip(np.ceil((enclosed.high - self.low) / self.step), 0, top).astype(np.int64)
+        shape = tuple(side.parts for side in self.sides)
+        wraps = (self.sides[0].wraps, self.sides[1].wraps)
+        return Corners(*_touch(enclosed.may.reshape(shape), first, last, self.factors, wraps, self.counts))
+
+
+class Corners(NamedTuple):
+    """The corners that a location touches, in g groups.
+
+    Parameters
+    ----------
+    at : (g, 2), corner of both rotary angles of each group
+    group : (p, q), group of each corner of the rotary angles, −1 for none
+    first, extent : (g, 3), corners of the linear axes: the lowest of the block, and how many
+    start : (g + 1,), where the blocks begin in the arrays of all corners, the last linear axis fastest
+    touched : (n,), corners of blocks that are touched
+    cost : (n,), least cost of reaching each corner, in quanta; `FAR` for those that aren't touched
+    """
+
+    at: IntArray
+    group: IntArray
+    first: IntArray
+    extent: IntArray
+    start: IntArray
+    touched: BoolArray
+    cost: IntArray
+
+
+@compiled
+def _touch(
+    may: BoolArray,
+    first: IntArray,
+    last: IntArray,
+    factors: tuple[int, int],
+    wraps: tuple[bool, bool],
+    counts: tuple[int, int],
+) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray, BoolArray, IntArray]:
+    """Group the touched corners; see `Corners`."""
+    parts, others = may.shape
+    most = counts[0] * counts[1]
+    at = np.empty((most, 2), np.int64)
+    group = np.full(counts, -1, np.int64)
+    low, extent = np.empty((most, 3), np.int64), np.empty((most, 3), np.int64)
+    start = np.zeros(most + 1, np.int64)
+    groups = 0
+    lowest, highest = np.empty(3, np.int64), np.empty(3, np.int64)
+    for p in range(counts[0]):
+        for q in range(counts[1]):
+            lowest[:], highest[:] = FAR, -FAR
+            for i in range((p - 1) * factors[0], (p + 1) * factors[0]):
+                if not wraps[0] and (i < 0 or i >= parts):
+                    continue
+                for j in range((q - 1) * factors[1], (q + 1) * factors[1]):
+                    if not wraps[1] and (j < 0 or j >= others):
+                        continue
+                    if may[i % parts, j % others]:
+                        cell = (i % parts) * others + j % others
+                        for k in range(3):
+                            lowest[k] = min(lowest[k], first[cell, k])
+                            highest[k] = max(highest[k], last[cell, k])
+            if lowest[0] > highest[0]:
+                continue
+            at[groups, 0], at[groups, 1] = p, q
+            group[p, q] = groups
+            low[groups] = lowest
+            extent[groups] = highest - lowest + 1
+            start[groups + 1] = start[groups] + extent[groups, 0] * extent[groups, 1] * extent[groups, 2]
+            groups += 1
+    touched = np.zeros(start[groups], np.bool_)
+    for g in range(groups):
+        p, q = at[g]
+        for i in range((p - 1) * factors[0], (p + 1) * factors[0]):
+            if not wraps[0] and (i < 0 or i >= parts):
+                continue
+            for j in range((q - 1) * factors[1], (q + 1) * factors[1]):
+                if not wraps[1] and (j < 0 or j >= others):
+                    continue
+                if not may[i % parts, j % others]:
+                    continue
+                cell = (i % parts) * others + j % others
+                for a in range(first[cell, 0] - low[g, 0], last[cell, 0] - low[g, 0] + 1):
+                    for b in range(first[cell, 1] - low[g, 1], last[cell, 1] - low[g, 1] + 1):
+                        row = start[g] + (a * extent[g, 1] + b) * extent[g, 2] - low[g, 2]
+                        touched[row + first[cell, 2] : row + last[cell, 2] + 1] = True
+    cost = np.full(start[groups], FAR, np.int64)
+    return at[:groups], group, low[:groups], extent[:groups], start[: groups + 1], touched, cost

@@ -1,0 +1,93 @@
+"""The least cost of touching a box of the lattice at every visit, in order."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.geometry import IntArray
+from fiveaxis.posture.bound.cells import Cells
+from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
+from fiveaxis.posture.bound.enclosures import enclose
+from fiveaxis.posture.bound.sweep import QUANTUM, Prices, Sources, find_sources, grouped, reach
+from fiveaxis.posture.bound.visits import Visits
+from fiveaxis.progress import Progress
+
+# Parts into which the groups of a visit are divided for threads; locations that are enclosed at once, so that
+# their cells stay in the processor's cache.
+SLICES, CHUNK = 8, 4
+# Work of a cell of the rotary angles, in times of a corner that is looked at.
+WORK_OF_CELL = 10
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """What it costs at least to cross all visits.
+
+    Parameters
+    ----------
+    total : J; infinite if some location has no admissible posture
+    work : corners, sources and cells that were looked at
+    most : corners of a visit
+    """
+
+    total: float
+    work: int
+    most: int
+
+
+def cross(
+    visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor, progress: Progress
+) -> Crossed:
+    """Find the least cost of touching a box at every visit, by dynamic programming over corners of boxes.
+
+    Costs are whole numbers, and prices are rounded down, so rounding can't raise the result.
+    """
+    wraps = (lattice.sides[0].wraps, lattice.sides[1].wraps)
+    count = len(visits.toolpath)
+    total, work, most = 0, WORK_OF_CELL * len(cells.axis) * count, 0
+    sources: Sources | None = None
+    prices: Prices | None = None
+    for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
+        progress("bounding the cost from below", i, count)
+        ends = np.linspace(0, len(corners.at), SLICES + 1).astype(int).tolist()
+        parts = [(a, b) for a, b in itertools.pairwise(ends) if b > a]
+        if sources is None or prices is None:
+            corners.cost[corners.touched] = 0
+        else:
+            reached = [pool.submit(reach, corners, sources, prices, *part) for part in parts]
+            work += sum(job.result() for job in reached)
+        work += len(corners.cost)
+        most = max(most, len(corners.cost))
+        least = int(corners.cost.min(initial=FAR))
+        if least >= FAR:
+            return Crossed(np.inf, work, most)
+        # Only what is above the least so far is carried on, so that numbers stay small.
+        total += least
+        corners.cost[corners.touched] -= least
+        if i + 1 < count:
+            prices = Prices.of(lattice, visits.plus[i], visits.minus[i], visits.turn[i])
+            found = [pool.submit(find_sources, corners, prices, wraps, *part) for part in parts]
+            columns = zip(*(job.result() for job in found), strict=True)
+            sources = grouped(corners, *(np.concatenate(column) for column in columns))
+    return Crossed(total * QUANTUM, work, most)
+
+
+def _touched(visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor) -> Iterator[Corners]:
+    """Find the corners that each visit touches; those of the next chunk while one is worked on."""
+
+    def find(rows: IntArray) -> list[Corners]:
+        some = visits.toolpath.at(rows), visits.tilt.at(rows)
+        return [lattice.touch(enclosed) for enclosed in enclose(cells, *some, visits.machine)]
+
+    count = len(visits.toolpath)
+    chunks = np.array_split(np.arange(count), -(-count // CHUNK))
+    coming = pool.submit(find, chunks[0])
+    for chunk in chunks[1:]:
+        found, coming = coming.result(), pool.submit(find, chunk)
+        yield from found
+    yield from coming.result()

@@ -1,0 +1,277 @@
+"""The least cost of visiting the corners of one location after the other.
+
+A path touches a box of the lattice at every visited location. For fixed boxes the least travel through them
+is a linear program whose constraints are differences of two unknowns, each bounded by corners, so an optimum
+lies on corners, and dynamic programming over the touched corners finds the least over all boxes. Costs are
+whole numbers of a quantum, so nothing is rounded here.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fiveaxis.compiled import compiled
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.posture.bound.cells import SLACK
+from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
+
+# J, of which all costs are whole numbers.
+QUANTUM = 1e-6
+# rad: a bound on a turn that is wider than this counts as none. It would seldom bind, and where turns are
+# bounded several times as many corners have to be looked at.
+WIDE = np.radians(90.0)
+
+
+class Prices(NamedTuple):
+    """Cost of moving between two visits, in quanta.
+
+    Parameters
+    ----------
+    up, down : (5,), of a step of the lattice, both rotary angles first
+    first, second : (2p − 1,), (2q − 1,), of turning a rotary angle by so many steps, from −(p − 1) on: the
+        cheaper direction around a circle, `FAR` where a turn is too far
+    turns_bounded : whether some turn is too far
+    """
+
+    up: IntArray
+    down: IntArray
+    first: IntArray
+    second: IntArray
+    turns_bounded: bool
+
+    @classmethod
+    def of(cls, lattice: Lattice, plus: Array, minus: Array, turn: float) -> Prices:
+        """Round prices of travel, (5,) J/rad and J/mm, down to quanta a step, and a largest turn, rad, up."""
+        up, down = (np.floor(price * lattice.steps / QUANTUM).astype(np.int64) for price in (plus, minus))
+        most = np.ceil((turn if turn <= WIDE else np.inf) / lattice.steps[:2] - SLACK)
+        first, second = (
+            _turn_costs(count, int(up[i]), int(down[i]), most[i], side.wraps)
+            for i, (count, side) in enumerate(zip(lattice.counts, lattice.sides, strict=True))
+        )
+        return cls(up, down, first, second, bool((first >= FAR).any() or (second >= FAR).any()))
+
+
+def _turn_costs(count: int, up: int, down: int, most: float, wraps: bool) -> IntArray:
+    """Price turns by −(count − 1) … count − 1 steps, in the cheaper direction around a circle."""
+    turns = np.arange(-(count - 1), count)
+    forward, backward = (turns % count, -turns % count) if wraps else (turns, -turns)
+    costs = (
+        np.where((steps >= 0) & (steps <= most), steps * price, FAR)
+        for steps, price in ((forward, up), (backward, down))
+    )
+    return np.minimum(*costs)
+
+
+class Sources(NamedTuple):
+    """Corners from which others are reached: those that no neighbour's cost explains.
+
+    Parameters
+    ----------
+    at : (s, 2), corner of both rotary angles, by group
+    start : (s + 1,), where the corners of a group begin
+    least : (s,), least cost of a group
+    low, high : (s, 3), between which the group's corners lie
+    order : (s,), groups by their least cost
+    corner : (n, 3), corners of the linear axes
+    cost : (n,)
+    """
+
+    at: IntArray
+    start: IntArray
+    least: IntArray
+    low: IntArray
+    high: IntArray
+    order: IntArray
+    corner: IntArray
+    cost: IntArray
+
+
+@compiled
+def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: int) -> int:
+    """Compute the least cost of the corners of some groups, from `begin` to before `end`.
+
+    A source's cost is put on the nearest corner of the group's block, and spread from there over the block
+    axis by axis; both are exact, as the cost of a move is a sum over the axes. Sources that can't improve a
+    block are passed over.
+
+    Returns
+    -------
+    Number of sources that were looked at
+    """
+    looked = 0
+    up, down = prices.up, prices.down
+    turns = (prices.first, prices.second)
+    middle = (len(prices.first) // 2, len(prices.second) // 2)
+    for g in range(begin, end):
+        low, count = corners.first[g], corners.extent[g]
+        own = corners.cost[corners.start[g] : corners.start[g + 1]]
+        bound = FAR
+        for s in sources.order:
+            if sources.least[s] > bound:
+                break
+            turn = (
+                turns[0][corners.at[g, 0] - sources.at[s, 0] + middle[0]]
+                + turns[1][corners.at[g, 1] - sources.at[s, 1] + middle[1]]
+            )
+            if turn >= FAR:
+                continue
+            apart = turn + sources.least[s]
+            for k in range(3):
+                over = sources.low[s, k] - (low[k] + count[k] - 1)
+                under = low[k] - sources.high[s, k]
+                if over > 0:
+                    apart += over * down[2 + k]
+                elif under > 0:
+                    apart += under * up[2 + k]
+            if apart > bound:
+                continue
+            looked += sources.start[s + 1] - sources.start[s]
+            for n in range(sources.start[s], sources.start[s + 1]):
+                cost = turn + sources.cost[n]
+                if cost > bound:
+                    continue
+                far, index = cost, 0
+                for k in range(3):
+                    place = sources.corner[n, k] - low[k]
+                    last = count[k] - 1
+                    if place < 0:
+                        cost -= place * up[2 + k]
+                        far += (last - place) * up[2 + k]
+                        index = index * count[k]
+                    elif place > last:
+                        cost += (place - last) * down[2 + k]
+                        far += place * down[2 + k]
+                        index = index * count[k] + last
+                    else:
+                        far += max((last - place) * up[2 + k], place * down[2 + k])
+                        index = index * count[k] + place
+                own[index] = min(own[index], cost)
+                bound = min(bound, far)
+        _spread(own, count, up, down)
+        for n in range(len(own)):
+            if not corners.touched[corners.start[g] + n]:
+                own[n] = FAR
+    return looked
+
+
+@compiled
+def _spread(cost: IntArray, count: IntArray, up: IntArray, down: IntArray) -> None:
+    """Lower the costs of a block to what its corners cost from one another, axis by axis."""
+    stride = 1
+    for k in range(2, -1, -1):
+        length = count[k]
+        for outer in range(0, len(cost), stride * length):
+            for inner in range(outer, outer + stride):
+                last = inner + stride * (length - 1)
+                for n in range(inner, last, stride):
+                    cost[n + stride] = min(cost[n + stride], cost[n] + up[2 + k])
+                for n in range(last, inner, -stride):
+                    cost[n - stride] = min(cost[n - stride], cost[n] + down[2 + k])
+        stride *= length
+
+
+@compiled
+def find_sources(
+    corners: Corners, prices: Prices, wraps: tuple[bool, bool], begin: int, end: int
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Find the corners of some groups that aren't dominated: whose cost isn't a neighbour's plus the step.
+
+    Where turns are bounded, a neighbour at another rotary angle doesn't reach as far: it dominates nothing.
+
+    Returns
+    -------
+    (s,) group, (s, 3) corner of the linear axes and (s,) cost of each, in the order of groups
+    """
+    counts = corners.group.shape
+    most = corners.start[end] - corners.start[begin]
+    of = np.empty(most, np.int64)
+    corner, cost = np.empty((most, 3), np.int64), np.empty(most, np.int64)
+    beside = np.empty(4, np.int64)
+    price = np.array([prices.up[0], prices.down[0], prices.up[1], prices.down[1]])
+    kept = 0
+    for g in range(begin, end):
+        beside[:] = -1
+        if not prices.turns_bounded:
+            for axis in range(2):
+                for side in range(2):
+                    p, q = corners.at[g]
+                    moved = corners.at[g, axis] + (1 if side else -1)
+                    if wraps[axis]:
+                        moved %= counts[axis]
+                    if 0 <= moved < counts[axis] and price[2 * axis + side] > 0:
+                        beside[2 * axis + side] = (
+                            corners.group[moved, q] if axis == 0 else corners.group[p, moved]
+                        )
+        before = kept
+        kept = _keep(corners, prices, g, beside, price, corner, cost, kept)
+        of[before:kept] = g
+    return of[:kept].copy(), corner[:kept].copy(), cost[:kept].copy()
+
+
+def grouped(corners: Corners, of: IntArray, corner: IntArray, cost: IntArray) -> Sources:
+    """Put the sources of `find_sources` into groups."""
+    groups, start = np.unique(of, return_index=True)
+    least = np.minimum.reduceat(cost, start)
+    return Sources(
+        at=corners.at[groups],
+        start=np.append(start, len(of)),
+        least=least,
+        low=np.minimum.reduceat(corner, start),
+        high=np.maximum.reduceat(corner, start),
+        order=np.argsort(least, kind="stable"),
+        corner=corner,
+        cost=cost,
+    )
+
+
+@compiled
+def _keep(
+    corners: Corners,
+    prices: Prices,
+    g: int,
+    beside: IntArray,
+    price: IntArray,
+    corner: IntArray,
+    cost: IntArray,
+    kept: int,
+) -> int:
+    """Append the corners of a group that nothing dominates; return how many there are then."""
+    low, count, n = corners.first[g], corners.extent[g], corners.start[g]
+    strides = (count[1] * count[2], count[2], 1)
+    place = np.empty(3, np.int64)
+    for a in range(count[0]):
+        for b in range(count[1]):
+            for c in range(count[2]):
+                value = corners.cost[n]
+                if value >= FAR:
+                    n += 1
+                    continue
+                place[0], place[1], place[2] = a, b, c
+                dominated = False
+                for k in range(3):
+                    up, down = prices.up[2 + k], prices.down[2 + k]
+                    if place[k] > 0 and up > 0:
+                        dominated |= corners.cost[n - strides[k]] + up <= value
+                    if place[k] < count[k] - 1 and down > 0:
+                        dominated |= corners.cost[n + strides[k]] + down <= value
+                if not dominated:
+                    for side in range(4):
+                        h = beside[side]
+                        if h < 0:
+                            continue
+                        index, inside = 0, True
+                        for k in range(3):
+                            moved = place[k] + low[k] - corners.first[h, k]
+                            inside &= 0 <= moved < corners.extent[h, k]
+                            index = index * corners.extent[h, k] + moved
+                        if inside and corners.cost[corners.start[h] + index] + price[side] <= value:
+                            dominated = True
+                            break
+                if not dominated:
+                    corner[kept] = place + low
+                    cost[kept] = value
+                    kept += 1
+                n += 1
+    return kept
