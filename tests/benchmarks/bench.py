@@ -58,7 +58,8 @@ def run(name: str, efforts: list[str]) -> None:
     print(f"| lower bound | {best.bound.total:,.0f} | | | | gap {best.gap:.1%} |\n")
     notes.append(f"bound: {best.bound.visits:,} locations visited, {time.perf_counter() - started:.0f} s")
     energy = with_bound(best, Constraints.of_degrees(**case.options), "energy")
-    notes.append("no bound of the energy" if energy.bound.of == "travel" else f"energy: {energy.left}")
+    said = "none" if energy.bound.of == "travel" else f"{energy.bound.total:,.0f} J"
+    notes.append(f"bound of the energy, of any posture: {said}")
     notes += [f"no {baseline}: {reason}" for baseline, reason in best.missing.items()]
     print("\n".join(f"- {note}" for note in notes), flush=True)
 

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import fiveaxis as fx
 
 ROOT = Path(__file__).parents[2]
@@ -69,6 +71,16 @@ def example() -> fx.Toolpath:
 
 
 WALLS = {"tilt": (15, 75)}
+
+
+def arc() -> fx.Toolpath:
+    """Lay 60 contacts on an overhanging arc of 120 deg."""
+    turn = np.radians(np.linspace(0.0, 120.0, 60))
+    normals = np.column_stack([0.9 * np.cos(turn), 0.9 * np.sin(turn), np.full(60, -0.436)])
+    contacts = 30.0 * normals + [40.0, 0.0, 30.0]
+    return fx.Toolpath.from_contacts(contacts, normals, fx.Tool.ball(8), feed_mm_min=1000)
+
+
 PATHS = {
     "vase": NamedPath("overhanging vase, ball 10", lambda: table("vase_overhang.csv", 10), WALLS),
     "dome": NamedPath(
@@ -100,5 +112,6 @@ PATHS = {
     "impeller": NamedPath(
         "LinuxCNC's impeller program, ball 6", lambda: program("impeller", 6), {"cone": 15}, TRUNNION
     ),
+    "arc": NamedPath("60 contacts on an overhanging arc, ball 8", arc, WALLS, shared=False),
     "boat": NamedPath("LinuxCNC's boat program, ball 6", lambda: program("boat", 6), {"cone": 15}, TRUNNION),
 }

@@ -1,0 +1,5 @@
+"""Run `comparison`, which says how."""
+
+from comparison import main
+
+main()

@@ -1,0 +1,135 @@
+"""Compare fiveaxis with what a user would take instead: one table and one picture from one run.
+
+Usage: python tests/benchmarks/peers [CASES] [--methods "IPOPT; lattice"] [--again] [--limit 600]
+           [--results FOLDER]   one JSON file for each case and method; what is there isn't run again
+           [--page]             write docs/pages/peers.md's table and picture
+
+Every method runs alone in a process of its own. Its postures become a program with the same inserted blocks,
+priced by the same drives, and an independent checker counts what they break. A new method is a function in
+``methods.py``, a new case a file in ``cases/``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from case import case_names
+from methods import METHODS
+
+HERE = Path(__file__).parent
+DOCS = HERE.parents[2] / "docs" / "pages"
+PAGE, PICTURE = DOCS / "peers.md", DOCS / "pictures" / "peers.svg"
+TABLE = re.compile(r"(?<=<!-- table -->\n).*(?=<!-- end -->)", re.DOTALL)
+HEADS = (
+    "| method | energy, J | travel metric, J | time, s | processor, s | memory, MB | breaks |",
+    "|---|---:|---:|---:|---:|---:|---|",
+)
+
+Result = dict[str, Any]
+
+
+def file_of(folder: Path, case: str, method: str) -> Path:
+    return folder / f"{case}, {method}.json"
+
+
+def result_of(folder: Path, case: str, method: str, limit: float, again: bool) -> Result:
+    """Run a method, or read its result of a run before."""
+    file = file_of(folder, case, method)
+    if file.exists() and not again:
+        return json.loads(file.read_text(encoding="utf-8"))
+    command = [sys.executable, str(HERE / "running.py"), case, method]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
+        lines = (run.stdout or run.stderr).strip().splitlines()
+        result = json.loads(lines[-1]) if run.returncode == 0 else {"why": lines[-1]}
+    except subprocess.TimeoutExpired:
+        result = {"why": f"not done in {limit:.0f} s"}
+    result = {"case": case, "method": method} | result
+    file.write_text(json.dumps(result, indent=1), encoding="utf-8")
+    return result
+
+
+def row_of(result: Result) -> str:
+    """Write a result as a row of the table."""
+    if "why" in result:
+        return f"| {result['method']} | | | | | | {result['why']} |"
+    figures = [f"{result[key]:,.0f}".replace(",", " ") for key in ("energy", "travel", "time")]
+    broken = ", ".join(f"{what} at {count}" for what, count in result["violations"].items())
+    spent = f"{result['processor']:,.1f} | {result['memory']:.0f}"
+    return f"| {result['method']} | {' | '.join(figures)} | {spent} | {broken} |"
+
+
+def table_of(results: list[Result]) -> str:
+    """Write all results, a table for each case, the cheapest first."""
+    lines = []
+    for case in dict.fromkeys(result["case"] for result in results):
+        own = [result for result in results if result["case"] == case]
+        own.sort(key=lambda result: result.get("energy", float("inf")))
+        count = next((result["locations"] for result in own if "locations" in result), 0)
+        lines += ["", f"**{case}**, {count} locations", "", *HEADS, *map(row_of, own)]
+    return "\n".join(lines) + "\n\n"
+
+
+def draw(results: list[Result], file: Path) -> None:
+    """Draw energy against processor time: a panel for each case, a mark for each method."""
+    from matplotlib.figure import Figure
+
+    cases = list(dict.fromkeys(result["case"] for result in results))
+    across = 3
+    down = -(-len(cases) // across)
+    figure = Figure(figsize=(3.6 * across, 2.9 * down + 0.8), layout="constrained")
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    marks = dict(zip(METHODS, "osDv^Xp*hP<>", strict=False))
+    for panel, case in zip(panels, cases, strict=False):
+        for number, (method, mark) in enumerate(marks.items()):
+            own = [r for r in results if r["case"] == case and r["method"] == method and "energy" in r]
+            for result in own:
+                allowed = not result["violations"]
+                face = f"C{number}" if allowed else "none"
+                panel.plot(
+                    result["processor"], result["energy"], mark, color=f"C{number}", markerfacecolor=face
+                )
+        panel.set(xscale="log", yscale="log", title=case)
+        panel.grid(alpha=0.3, which="both")
+    for panel in panels[len(cases) :]:
+        panel.set_axis_off()
+    for number, (method, mark) in enumerate(marks.items()):
+        panels[0].plot([], [], mark, color=f"C{number}", label=method)
+    figure.supxlabel("processor time, s")
+    figure.supylabel("energy of the feed drives, J")
+    figure.legend(loc="outside lower center", ncols=4, frameon=False)
+    figure.savefig(file, metadata={"Date": None})
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="*", help=", ".join(case_names()))
+    parser.add_argument("--methods", help="; ".join(METHODS))
+    parser.add_argument("--results", type=Path, default=Path(tempfile.gettempdir()) / "fiveaxis-peers")
+    parser.add_argument("--limit", type=float, default=600.0)
+    parser.add_argument("--again", action="store_true")
+    parser.add_argument("--page", action="store_true")
+    given = parser.parse_args()
+    methods = [name.strip() for name in given.methods.split(";")] if given.methods else list(METHODS)
+    if unknown := set(methods) - METHODS.keys() | set(given.cases) - set(case_names()):
+        parser.error(f"unknown: {', '.join(sorted(unknown))}")
+    given.results.mkdir(parents=True, exist_ok=True)
+    results = []
+    for case in given.cases or case_names():
+        for method in methods:
+            results.append(result_of(given.results, case, method, given.limit, given.again))
+            print(f"{case}: {row_of(results[-1])}", flush=True)
+    text = table_of(results)
+    print(f"{text}{platform.machine()}, Python {platform.python_version()}")
+    if given.page:
+        page = PAGE.read_text(encoding="utf-8")
+        PAGE.write_text(TABLE.sub(lambda _: text, page), encoding="utf-8")
+        draw(results, PICTURE)

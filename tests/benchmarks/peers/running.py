@@ -1,0 +1,68 @@
+"""Run one method on one case in a process of its own, and print the result as JSON.
+
+Usage: python tests/benchmarks/peers/running.py CASE METHOD
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from importlib.metadata import version
+from typing import Any
+
+from case import Case
+from checker import violations
+from methods import METHODS, CannotDoError, axis_values
+
+from fiveaxis.energy import motion_energy
+from fiveaxis.errors import FiveAxisError
+from fiveaxis.motion import Filling, Interpolation, follow
+from fiveaxis.posture.baselines.catalogue import NoBaseline
+
+WHOSE = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+
+
+def spent_so_far() -> float:
+    """Processor time of this process and those that it waited for, s."""
+    return sum(usage.ru_utime + usage.ru_stime for usage in map(resource.getrusage, WHOSE))
+
+
+def run(name: str, method: str) -> dict[str, Any]:
+    """Run a method; all postures are priced and checked alike, as the program that they become.
+
+    Returns
+    -------
+    ``energy`` and ``travel`` of the feed drives, J, and ``time``, s, of the program's blocks; processor and
+    wall ``seconds`` of the method alone; ``memory`` at most, MB; ``violations`` by kind; or ``why`` not
+    """
+    case = Case.read(name)
+    about = {"case": name, "method": method, "locations": len(case.toolpath), "fiveaxis": version("fiveaxis")}
+    begun, wall = spent_so_far(), time.perf_counter()
+    try:
+        postures = METHODS[method](case)
+    except (CannotDoError, FiveAxisError, NoBaseline) as error:
+        return about | {"why": str(error).splitlines()[0]}
+    spent = {"processor": spent_so_far() - begun, "seconds": time.perf_counter() - wall}
+    memory = max(resource.getrusage(whose).ru_maxrss for whose in WHOSE) / 1024.0
+    path, rotary = postures
+    filling = Filling.of(case.constraints, Interpolation.JOINT)
+    blocks = filling.blocks(path, case.machine, follow(path, case.machine, rotary))
+    energy = motion_energy(case.machine, blocks)
+    return (
+        about
+        | spent
+        | {
+            "memory": memory,
+            "energy": energy.total,
+            "travel": energy.travel,
+            "time": energy.time,
+            "blocks": len(blocks),
+            "violations": violations(case, axis_values(case, postures)),
+        }
+    )
+
+
+if __name__ == "__main__":
+    print(json.dumps(run(sys.argv[1], sys.argv[2])))

@@ -1,0 +1,125 @@
+"""The open benchmark: its case files, its checker, its runner; the checker finds what is planted."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+PEERS = Path(__file__).parents[1] / "benchmarks" / "peers"
+MODULES = ("paths", "case", "checker", "methods", "running", "comparison")
+
+
+@pytest.fixture(scope="module")
+def peers() -> Iterator[SimpleNamespace]:
+    """The benchmark's modules, which stand beside each other in a folder of their own."""
+    folders = [str(PEERS), str(PEERS.parent)]
+    sys.path[:0] = folders
+    known = {name: sys.modules.pop(name) for name in MODULES if name in sys.modules}
+    try:
+        yield SimpleNamespace(**{name: importlib.import_module(name) for name in MODULES})
+    finally:
+        for folder in folders:
+            sys.path.remove(folder)
+        for name in MODULES:
+            sys.modules.pop(name, None)
+        sys.modules.update(known)
+
+
+@pytest.fixture(scope="module")
+def arc(peers):
+    return peers.case.Case.read("arc")
+
+
+@pytest.fixture(scope="module")
+def leaned(peers, arc):
+    """Axis values of the constant lead and lean on the short case."""
+    return peers.methods.axis_values(arc, peers.methods.METHODS["lead and lean"](arc))
+
+
+def test_every_case_can_be_read(peers, data):
+    for name in peers.case.case_names():
+        case = peers.case.Case.read(name)
+        assert len(case.toolpath) >= 60
+        assert case.options.keys() & {"tilt", "cone"}
+
+
+def test_an_unknown_key_is_refused(peers, tmp_path, monkeypatch):
+    monkeypatch.setattr(peers.case, "FOLDER", tmp_path)
+    (tmp_path / "odd.toml").write_text('path = "arc"\ntilt = [15, 75]\nfeed = 3\n')
+    with pytest.raises(ValueError, match="unknown feed"):
+        peers.case.Case.read("odd")
+
+
+def test_what_keeps_the_bounds_breaks_nothing(peers, arc, leaned):
+    assert peers.checker.violations(arc, leaned) == {}
+
+
+@pytest.mark.parametrize(
+    ("column", "by", "what"), [("X", 0.01, "off the path"), ("C", np.pi, "off the path")]
+)
+def test_the_checker_finds_an_axis_that_is_off(peers, arc, leaned, column, by, what):
+    off = leaned.copy()
+    off[7, arc.machine.letters.index(column)] += by
+    assert peers.checker.violations(arc, off)[what] == 1
+
+
+def test_the_checker_finds_leans_turns_and_limits(peers, arc):
+    from fiveaxis.motion import follow
+
+    problem = arc.problem
+    along = np.tile([-np.pi / 2.0, 0.0], (len(arc.toolpath), 1))
+    _, excess = problem.placed(slice(None), along)
+    found = peers.checker.violations(arc, follow(arc.toolpath, arc.machine, along).positions)
+    assert found.get("lean", 0) == int((excess > 0.0).sum()) > 0
+    hopping = along.copy()
+    hopping[30:, arc.machine.rotary_columns.index(arc.machine.column("C"))] += np.pi
+    far = along.copy()
+    far[:3, arc.machine.rotary_columns.index(arc.machine.column("A"))] = 1.0
+    for rotary, what, count in ((hopping, "turn", 1), (far, "limits", 3)):
+        positions = follow(arc.toolpath, arc.machine, rotary).positions
+        assert peers.checker.violations(arc, positions)[what] == count
+
+
+def test_the_lattice_keeps_the_bounds_and_is_cheaper_than_the_normal(peers, arc):
+    cost = {}
+    for method in ("lattice", "normal"):
+        positions = peers.methods.axis_values(arc, peers.methods.METHODS[method](arc))
+        assert peers.checker.violations(arc, positions) == {}
+        cost[method] = arc.problem.cost(positions)
+    assert cost["lattice"] < cost["normal"]
+
+
+def test_a_method_says_why_it_cannot_do_a_case(peers, arc, monkeypatch):
+    monkeypatch.setattr(peers.methods, "SHORT", 10)
+    with pytest.raises(peers.methods.CannotDoError, match="more than 10 locations"):
+        peers.methods.annealing(arc)
+
+
+def test_a_run_has_every_figure_and_is_not_repeated(peers, tmp_path):
+    result = peers.comparison.result_of(tmp_path, "arc", "normal", 300.0, again=False)
+    assert result["energy"] > result["travel"] > 0.0
+    assert result["memory"] > 0.0
+    assert result["violations"] == {}
+    [file] = tmp_path.iterdir()
+    file.write_text(json.dumps(result | {"energy": 1.0}))
+    assert peers.comparison.result_of(tmp_path, "arc", "normal", 300.0, again=False)["energy"] == 1.0
+
+
+def test_the_table_has_a_row_for_each_method_the_cheapest_first(peers):
+    done = {"energy": 5e3, "travel": 10.0, "time": 1.0, "processor": 0.5, "memory": 7.0, "locations": 60}
+    results = [
+        {"case": "arc", "method": "one", "why": "needs two"},
+        {"case": "arc", "method": "two", **done, "violations": {"turn": 3}},
+        {"case": "arc", "method": "three", **done, "energy": 4e3, "violations": {}},
+    ]
+    rows = [line for line in peers.comparison.table_of(results).splitlines() if line.startswith("| t")]
+    assert [row.split(" | ")[0] for row in rows] == ["| three", "| two"]
+    assert "turn at 3" in rows[1]
+    assert "needs two" in peers.comparison.table_of(results)
