@@ -147,6 +147,8 @@ def trajopt(case: Case) -> Postures:
     free; the cost is that of joint velocities, weighted by J/mm and J/rad. It starts anew every 40
     iterations, as the wheel has it, until nothing moves or `SECONDS` are over.
     """
+    if len(case.toolpath) > SHORT:
+        raise CannotDoError(f"with our settings it converges on short paths only, of {SHORT} locations")
     bound = case.tilt.all[0]
     if len(case.tilt.all) > 1 or not np.isfinite(bound.reference).all():
         raise CannotDoError("takes one range of the lean, at every location")
