@@ -131,9 +131,8 @@ def bound_travel(
         The power of an axis isn't known.
     """
     plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
-    visits = Visits.of(toolpath, machine, tilt, (plus[1:], minus[1:]), turns)
-    total, used = _climb(visits, work, progress)
-    return LowerBound(total, "travel", used)
+    total, used = _least_cost(toolpath, machine, tilt, turns, (plus[1:], minus[1:]), work, progress)
+    return LowerBound(max(total, 0.0), "travel", used)
 
 
 def bound_energy(
@@ -161,30 +160,55 @@ def bound_energy(
         The power of an axis isn't known, or nothing can be said about it (`least_travel_costs`).
     """
     costs = least_travel_costs(machine)
-    # Where a drive returns power in one direction, that is charged to the other one; what is left is the way
-    # between the first visit and the last one.
-    shift = np.minimum(costs.plus, 0.0) - np.minimum(costs.minus, 0.0)
-    plus, minus = (
-        np.tile(price, (len(toolpath) - 1, 1)) for price in (costs.plus - shift, costs.minus + shift)
-    )
-    visits = Visits.of(toolpath, machine, tilt, (plus, minus), turns)
-    total, used = _climb(visits, work, progress)
-    if np.isfinite(total):
-        total += costs.standing * float(feed_times(toolpath)[1:].sum()) + _least_way(visits, shift)
+    each = (len(toolpath) - 1, 1)
+    prices = np.tile(costs.plus, each), np.tile(costs.minus, each)
+    total, used = _least_cost(toolpath, machine, tilt, turns, prices, work, progress)
+    total += costs.standing * float(feed_times(toolpath)[1:].sum())
     return LowerBound(max(total, 0.0), "energy", used)
 
 
-def _least_way(visits: Visits, shift: Array) -> float:
-    """Least of ``Σ shift·(end − begin)`` over the axes, J, from the first visit to the last one."""
-    machine = visits.machine
-    way = np.zeros(len(shift))
-    for column in np.flatnonzero(shift):
-        way[column] = -np.sign(shift[column]) * machine.axes[column].limits.span
-    if shift[machine.linear_columns].any() and len(visits.toolpath):
-        (low, high), (last_low, last_high) = (_ranges(visits.at(np.array([row])))[0] for row in (0, -1))
-        rising = shift[machine.linear_columns] > 0.0
-        fall = last_low.min(axis=0) - high.max(axis=0)
-        way[machine.linear_columns] = np.where(rising, fall, last_high.max(axis=0) - low.min(axis=0))
+def _least_cost(
+    toolpath: Toolpath,
+    machine: Machine,
+    tilt: TiltBounds,
+    turns: Array | None,
+    prices: tuple[Array, Array],
+    work: float,
+    progress: Progress,
+) -> tuple[float, int]:
+    """Bound the cost of travel at prices, (n − 1, k) J/mm and J/rad up and down, of each move.
+
+    Where a drive returns power in one direction, the least prices of all moves are taken, and what it returns
+    is charged to the other direction; what is left is in proportion to the way from begin to end.
+
+    Returns
+    -------
+    The bound, J, and how many locations it visited
+    """
+    plus, minus = prices
+    least_plus, least_minus = plus.min(axis=0, initial=np.inf), minus.min(axis=0, initial=np.inf)
+    returns = np.minimum(least_plus, least_minus) < 0.0
+    if (returns & (least_plus + least_minus < 0.0)).any():
+        return 0.0, 0  # going up and down would pay
+    shift = np.where(returns, np.where(least_plus < 0.0, least_plus, -least_minus), 0.0)
+    plus = np.where(returns, least_plus - shift, plus)
+    minus = np.where(returns, least_minus + shift, minus)
+    total, used = _climb(Visits.of(toolpath, machine, tilt, (plus, minus), turns), work, progress)
+    if np.isfinite(total) and returns.any():
+        total += _least_way(toolpath, machine, tilt, shift)
+    return total, used
+
+
+def _least_way(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, shift: Array) -> float:
+    """Least of ``Σ shift·(end − begin)`` over the axes, J, from the first location to the last one."""
+    way = np.array(
+        [-np.sign(s) * a.limits.span if s else 0.0 for s, a in zip(shift, machine.axes, strict=True)]
+    )
+    linear = machine.linear_columns
+    ends = np.array([0, len(toolpath) - 1])
+    (low, high), (last_low, last_high) = _ranges(toolpath.at(ends), machine, tilt.at(ends))
+    fall, rise = last_low.min(axis=0) - high.max(axis=0), last_high.max(axis=0) - low.min(axis=0)
+    way[linear] = np.where(shift[linear] > 0.0, fall, rise)
     return float((shift * way)[shift != 0.0].sum())
 
 
@@ -238,17 +262,12 @@ def _climb(visits: Visits, most: float, progress: Progress) -> tuple[float, int]
     return best, used
 
 
-def _ranges(visits: Visits) -> list[tuple[Array, Array]]:
-    """Enclose the linear axes in every cell that may be admissible at each visit, (c, 3) mm each."""
-    cells = cut_cells(visits.machine, visits.toolpath.zone, FIRST_CELL)
-    count = len(visits.toolpath)
-    chunks = np.array_split(np.arange(count), -(-count // CHUNK))
-    enclosed = (
-        one
-        for rows in chunks
-        for one in enclose(cells, visits.toolpath.at(rows), visits.tilt.at(rows), visits.machine)
-    )
-    return [(one.low[one.may], one.high[one.may]) for one in enclosed]
+def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tuple[Array, Array]]:
+    """Enclose the linear axes in every cell that may be admissible at each location, (c, 3) mm each."""
+    cells = cut_cells(machine, toolpath.zone, FIRST_CELL)
+    chunks = np.array_split(np.arange(len(toolpath)), -(-len(toolpath) // CHUNK))
+    every = (one for rows in chunks for one in enclose(cells, toolpath.at(rows), tilt.at(rows), machine))
+    return [(one.low[one.may], one.high[one.may]) for one in every]
 
 
 def _hull(visits: Visits) -> tuple[Array, Array]:
@@ -257,7 +276,10 @@ def _hull(visits: Visits) -> tuple[Array, Array]:
     Paths are moved onto this hull, which makes none longer, so it may leave something out: cells in which
     the axes go far, next to postures in which they can't reach the part.
     """
-    low, high = (np.concatenate(ends) for ends in zip(*_ranges(visits), strict=True))
+    low, high = (
+        np.concatenate(ends)
+        for ends in zip(*_ranges(visits.toolpath, visits.machine, visits.tilt), strict=True)
+    )
     if len(low) == 0:
         return np.zeros(3), np.zeros(3)
     least, most = np.quantile(low, LEFT_OUT, axis=0), np.quantile(high, 1.0 - LEFT_OUT, axis=0)

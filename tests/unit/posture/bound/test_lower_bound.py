@@ -215,6 +215,15 @@ def test_no_program_takes_less_energy_than_the_bound(counterbalance, regeneratio
     assert 0.0 < bound.total <= found.energy.total
 
 
+def test_a_drive_that_returns_power_keeps_the_bound_of_the_travel_metric_below_every_path():
+    machine, path = lifted(0.0, 0.7), wandering("ball:6", 5, 3)
+    tilt = tilt_bounds(path, TILT)
+    problem, rng = Problem.build(path, machine, tilt), np.random.default_rng(2)
+    assert problem.minus.min() < 0.0
+    layers = [admissible_postures(problem, row, 300, rng) for row in range(len(path))]
+    assert bound_travel(path, machine, tilt, work=WORK).total <= cheapest(problem, layers) + ROUNDING
+
+
 def test_a_constant_power_bounds_nothing_where_speeds_are_unknown():
     path = wandering("ball:6", 6, 5)
     assert bound_energy(path, powered("640123"), tilt_bounds(path, TILT), work=WORK).total == 0.0
