@@ -10,14 +10,9 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion, time_motion
-from fiveaxis.motion.bounds import axis_bounds
+from fiveaxis.nc.servo_cycles import servo_times
 from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.tables import Dialect
-
-# Share of an axis's acceleration that a change of direction within one cycle may take without a stop.
-KINK = 0.1
-# Share of a cycle: rounding of sums.
-ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +88,9 @@ def predicted_time(
 ) -> PredictedTime:
     """Predict the time that a control takes for the moves of a program.
 
-    A control with ``corners = "exact-path"`` follows the blocks exactly. It stops at the end of each one,
-    unless neither this block nor the next turns a rotary axis and their directions d₁, d₂ differ so little
-    that the change of speed within one cycle T needs less than a tenth of every axis's acceleration::
-
-        |d₂ − d₁|_j (v / T + a) < 0.1 A_j
-
-    In a block the speed changes at ``a = min_j A_j / |d_j|``, and the block takes whole cycles. This is
-    LinuxCNC's trajectory planner under G61. A number for ``corners`` is the tolerance in mm.
+    Controls with ``corners = "exact-path"`` (LinuxCNC's G61) and ``"blended"`` (its G64) plan the blocks in
+    cycles of their clock, as `servo_times` says. A number for ``corners`` is the tolerance in mm within which
+    the control passes them (`time_motion`).
 
     Parameters
     ----------
@@ -113,10 +103,6 @@ def predicted_time(
     ------
     ToolpathError, MachineError
         As `time_motion`.
-
-    References
-    ----------
-    LinuxCNC 2.9, src/emc/tp/tp.c, tpSetupTangent and tpCalculateTrapezoidalAccel.
     """
     unknown = [a.letter for a in machine.axes if a.max_acceleration is None]
     if unknown:
@@ -129,9 +115,9 @@ def predicted_time(
     blocks = _whole_blocks(motion, last)
     if Clock(dialect, coordinates).limits_words:
         blocks = _in_words(blocks, machine)
-    if dialect.corners == "exact-path":
-        stops = _stops(blocks, machine, dialect.cycle)
-        times = _in_cycles(time_motion(blocks, machine, corners=stops).motion.time, stops, dialect.cycle)
+    if isinstance(dialect.corners, str):
+        blends = dialect.corners == "blended"
+        times = servo_times(blocks, machine, dialect.cycle, blends=blends, tolerance=dialect.blend)
     else:
         times = time_motion(blocks, machine, corners=dialect.corners).motion.time
     return PredictedTime(_distribute(times, motion.time, last), "accelerations")
@@ -156,33 +142,6 @@ def _in_words(blocks: Motion, machine: Machine) -> Motion:
     positions = blocks.positions.copy()
     positions[:, machine.linear_columns], _axis = tool_poses(machine, blocks.positions)
     return replace(blocks, positions=positions)
-
-
-def _stops(blocks: Motion, machine: Machine, cycle: float) -> BoolArray:
-    """Mark the blocks that end at rest, (n,): see `predicted_time`."""
-    moves: Array = np.abs(blocks.moves)
-    turns = moves[:, machine.rotary_columns].max(axis=1) > 0.0
-    steps = blocks.moves[:, machine.linear_columns]
-    length = np.linalg.norm(steps, axis=1)
-    most = axis_bounds(machine).acceleration[machine.linear_columns]
-    with np.errstate(divide="ignore", invalid="ignore"):  # a block without a linear move is a stop
-        direction: Array = steps / length[:, None]
-        speed: Array = length / blocks.time
-        push: Array = (most / np.abs(direction)).min(axis=1)
-        jump: Array = np.abs(direction[1:] - direction[:-1]) / most
-        passed = jump.max(axis=1) * (np.minimum(speed[1:], speed[:-1]) / cycle + push[1:]) < KINK
-    rests = np.ones(len(blocks), dtype=bool)
-    rests[:-1] = turns[1:] | turns[:-1] | np.logical_not(passed)
-    return rests
-
-
-def _in_cycles(times: Array, stops: BoolArray, cycle: float) -> Array:
-    """Round the time between two stops up to whole cycles, (n,) s."""
-    stretch = np.concatenate([[0], np.cumsum(stops)[:-1]])
-    spent = np.bincount(stretch, times)
-    whole = np.ceil(spent / cycle - ROUNDING) * cycle
-    factor = np.divide(whole, spent, out=np.ones_like(spent), where=spent > 0.0)
-    return np.asarray(times * factor[stretch])
 
 
 def _distribute(times: Array, programmed: Array, last: BoolArray) -> Array:

@@ -1,35 +1,26 @@
 """Print how long LinuxCNC's demonstration programs take: as programmed, and optimised for least time.
 
 Usage: python tests/benchmarks/times.py [impeller] [boat] [--modes axes,tip] [--clocks LinuxCNC,blended]
-       [--effort quick] [--rows 0:600] [--energy] [--bodies] [--stages] [--sim]
+       [--effort quick] [--rows 0:600] [--energy] [--bodies] [--stages]
 
 Each row is the program of one posture, without approach and retract, on LinuxCNC's simulated trunnion with a
 ball of 6 mm and 20 deg about the programmed axis. *feed*: at the feed and the highest speeds; *blended*: with
 accelerations, corners passed within 5 µm; *LinuxCNC*: as this package predicts its exact path (G61). Then
 what limits the blended one, in s. ``--energy`` is the default objective beside it, ``--bodies`` keeps the
-tool clear of the machine's own bodies. With ``--sim`` the texts of the programmed and of the optimised
-postures, with their ways in and out, run in LinuxCNC's simulated machine, in real time.
+tool clear of the machine's own bodies. `simulated.py` holds these times against LinuxCNC's simulated machine.
 """
 
 import argparse
-import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from paths import program
 
 import fiveaxis as fx
-from fiveaxis.job import ProgramOptions, make_program
-from fiveaxis.motion import Filling, Interpolation, Motion, follow
+from fiveaxis.motion import Filling, Interpolation, Motion
 from fiveaxis.motion import time_motion as run_in_time
 from fiveaxis.nc import DIALECTS, Clock
-from fiveaxis.toolpath import Constraints
-
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests"))
-from referee.linuxcnc import run_program  # noqa: E402
 
 CONE = 20.0
 # mm: a corner passed within the tolerance of the blocks themselves.
@@ -57,18 +48,6 @@ def row(name: str, machine: fx.Machine, blocks: Motion, clock: Clock) -> str:
     )
 
 
-def simulated(name: str, machine: fx.Machine, path: fx.Toolpath, motion: Motion, mode: str) -> None:
-    options = ProgramOptions(control="linuxcnc", coordinates=mode)
-    made = make_program(motion, machine, path, Constraints.of_degrees(cone=CONE), options)
-    run = run_program(made.text.text, machine, limit=1.5 * made.run_time.total + 60.0)
-    lines = made.text.text.count("\n")
-    print(
-        f"  {name}: {made.run_time.total:.2f} s predicted with ways in and out, "
-        f"{run.of_lines(1, lines).seconds:.2f} s in LinuxCNC; errors {made.gate.kept}",
-        flush=True,
-    )
-
-
 def run(name: str, mode: str, given: argparse.Namespace) -> None:
     machine, path = machine_and_path(name, given)
     interpolation = Interpolation.JOINT if mode == "axes" else Interpolation.TCP
@@ -90,14 +69,6 @@ def run(name: str, mode: str, given: argparse.Namespace) -> None:
             print(f"    {after:8.2f} s against {baseline:14} {before:8.2f} s: {100.0 * saved:5.2f} % saved")
         for stage in solution.stages if given.stages else ():
             print("     ", stage.name, stage.status, stage.before, stage.after)
-        if given.sim:
-            leaning = Constraints.of_degrees(cone=CONE).zoned(path)
-            place = solution.motion.location
-            rows = slice(None) if place is None else place == np.floor(place)
-            programmed = solution.compared["as-programmed"].motion.positions[rows][:, machine.rotary_columns]
-            before = follow(leaning, machine, programmed)
-            simulated("as programmed", machine, leaning, before, mode)
-            simulated(said, machine, solution.toolpath, solution.motion, mode)
 
 
 def main() -> None:
@@ -107,7 +78,7 @@ def main() -> None:
     parser.add_argument("--clocks", default="LinuxCNC,blended")
     parser.add_argument("--effort", default="quick")
     parser.add_argument("--rows")
-    for flag in ("energy", "sim", "bodies", "stages"):
+    for flag in ("energy", "bodies", "stages"):
         parser.add_argument(f"--{flag}", action="store_true")
     given = parser.parse_args()
     for name in given.names:

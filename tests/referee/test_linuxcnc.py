@@ -121,6 +121,31 @@ class TestAxisPositions:
         away, _ = deviations(*run.poses, *joint_path(machine, read.positions, parts=64))
         assert least <= away.max() < most
 
+    @pytest.mark.parametrize("coordinates", ["axes", "tip"])
+    @pytest.mark.parametrize(("word", "blend"), [("G64", 0.0), ("G64 P0.01", 0.01)])
+    def test_blended_blocks_take_the_predicted_time(self, word, blend, coordinates, tmp_path):
+        path, rotary = wavy_path(turning=True)
+        motion = follow(path, TRUNNION, rotary)
+        text = compose_program(motion, machine=TRUNNION, coordinates=coordinates, settings=PLAIN).text
+        read = read_back(text, TRUNNION, tmp_path)
+        blended = LINUXCNC.model_copy(update={"corners": "blended", "blend": blend})
+        predicted = predicted_time(read, TRUNNION, blended, coordinates).times[CUT:].sum()
+        run = cut_of(run_program(text.replace("\nG61\n", f"\n{word}\n"), TRUNNION), read)
+        assert run.seconds == pytest.approx(predicted, rel=NEAR)
+        assert run.seconds < 0.8 * predicted_cut(read, TRUNNION, coordinates)
+
+    @pytest.mark.parametrize(("word", "blend"), [("G64", 0.0), ("G64 P0.01", 0.01), ("G64 P0.001", 0.001)])
+    def test_corners_without_turns_take_the_predicted_time(self, word, blend, tmp_path):
+        corners = np.array([[0, 0, 0], [20, 0, 0], [20, 20, 0], [0, 20, 0], [0, 0, 0]], dtype=float)
+        path = Toolpath.from_tips(corners, np.tile([0.0, 0.0, 1.0], (5, 1)), BALL, feed_mm_min=900.0)
+        motion = follow(path, TRUNNION, np.zeros((5, 2)))
+        text = compose_program(motion, machine=TRUNNION, settings=PLAIN).text
+        read = read_back(text, TRUNNION, tmp_path)
+        blended = LINUXCNC.model_copy(update={"corners": "blended", "blend": blend})
+        predicted = predicted_time(read, TRUNNION, blended).times[CUT:].sum()
+        run = cut_of(run_program(text.replace("\nG61\n", f"\n{word}\n"), TRUNNION), read)
+        assert run.seconds == pytest.approx(predicted, rel=NEAR)
+
     def test_a_fine_curve_of_three_axes_is_passed_without_rests(self, tmp_path):
         machine = measured_machine()
         path, rotary = wavy_path(turning=False, n=1001)

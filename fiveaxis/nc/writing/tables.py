@@ -56,8 +56,9 @@ class Dialect(StrictModel):
     inch_feed : unit of F in programs in inch, inch/min
     head : lines before the comments
     start : blocks that set every mode the program relies on
-    corners : how moves join under the modes of `start`: ``exact-path`` as LinuxCNC's G61 (`predicted_time`),
-        or the tolerance in mm; None where it depends on the machine's settings
+    corners : how moves join under the modes of `start`: ``exact-path`` as LinuxCNC's G61, ``blended`` as its
+        G64 (`predicted_time`), or the tolerance in mm; None where it depends on the machine's settings
+    blend : mm, by which blended moves may pass a corner, as in G64 P; 0 where nothing but speed counts
     cycle : s, of the control's clock; a move from rest to rest takes whole cycles
     limited : what the axes' highest speeds and accelerations apply to under TCP control: ``axes``, or the
         program's ``words``
@@ -94,7 +95,8 @@ class Dialect(StrictModel):
     inch_feed: float = Field(1.0, gt=0.0)
     head: Lines = ()
     start: Lines = ()
-    corners: Annotated[float, Field(ge=0.0)] | Literal["exact-path"] | None = None
+    corners: Annotated[float, Field(ge=0.0)] | Literal["exact-path", "blended"] | None = None
+    blend: float = Field(0.0, ge=0.0)
     cycle: float = Field(0.0, ge=0.0)
     limited: Literal["axes", "words"] = "axes"
     machine_move: str = ""
@@ -134,8 +136,10 @@ class Dialect(StrictModel):
                 require_fields(name, template)
         require_fields("comment", self.comment.template or " ")
         self._require_plain()
-        if self.corners == "exact-path" and not self.cycle:
-            raise ValueError("corners = 'exact-path' needs cycle, the time of the control's clock in s")
+        if isinstance(self.corners, str) and not self.cycle:
+            raise ValueError(f"corners = {self.corners!r} needs cycle, the time of the control's clock in s")
+        if self.blend and self.corners != "blended":
+            raise ValueError(f"blend = {self.blend:g} is for corners = 'blended'")
         if self.language == "blocks":
             self._require_moves()
             self._require_units()
