@@ -133,6 +133,7 @@ READING = {
     "cycle-from-below": Code(WARNING, "a cycle begins below its level"),
     "cycle-retracts-below": Code(WARNING, "a cycle retracts to below its start"),
     "cycle-simplified": Code(NOTE, "a cycle is read as one move down and one back"),
+    "corners-assumed": Code(NOTE, "how the control takes corners is a setting of the machine"),
     "feed-assumed": Code(NOTE, "no feed is given"),
     "axis-creeps": Code(NOTE, "an axis moves so slowly that it counts as standing"),
     "feed-unit-assumed": Code(NOTE, "the unit of the feed isn't stated"),

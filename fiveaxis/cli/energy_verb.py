@@ -52,9 +52,12 @@ def energy(
         str,
         typer.Option(
             "--corners",
-            help="programmed (times), or with axis limits: exact-stop, tolerance in mm",
+            help="times: of the control, programmed, or by a time law: exact-stop, tolerance in mm",
         ),
-    ] = "programmed",
+    ] = "control",
+    control: Annotated[
+        str | None, typer.Option("--control", help="whose times; default: the one that the header names")
+    ] = None,
     output: Annotated[
         list[Path] | None,
         typer.Option(
@@ -79,12 +82,13 @@ def energy(
             used = _machine(require_machine(machine), drives, load)
             if tool_length is not None:
                 used = used.with_tool_length(tool_length)
-            cutter, reading = None if tool is None else parse_tool(tool), reading_of(context.params)
+            reading = reading_of(context.params) | {"corners": _corners(corners), "control": control}
+            reading["tool"] = None if tool is None else parse_tool(tool)
 
             def compute(step: Progress) -> Iterator[ProgramEnergy]:
                 for number, path in enumerate(programs):
                     step("computing the energy of programs", number, len(programs))
-                    yield program_energy(path, used, tool=cutter, corners=_corners(corners), **reading)
+                    yield program_energy(path, used, **reading)
 
             found = work.run(lambda step: list(compute(step)))
             for path in output or ():

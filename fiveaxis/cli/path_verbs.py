@@ -270,6 +270,7 @@ def _print_outcome(outcome: Outcome) -> None:
         )
     time = program.run_time
     why = f"as programmed, since {time.missing}" if time.missing else "with the machine's accelerations"
+    why += f"; {time.assumed}" if time.assumed else ""
     out.print(f"program time: {time.total:.1f} s, {why}", soft_wrap=True, markup=False)
     if "setup_search" in outcome.document:
         _print_setup(outcome.document["setup_search"])
@@ -358,16 +359,16 @@ def _print_energies(solution: Solution) -> None:
 
 
 def _print_times(solution: Solution) -> None:
-    """Print how long the control takes for the programs' blocks, if time was the objective."""
+    """Print how long the control takes for the programs' blocks, where accelerations are known."""
     from fiveaxis.job import RESULT
 
-    if solution.clock is None:
+    if solution.energy.timing == "programmed":
         return
     table = Table("program", "s", "saved", "at the feed s", box=None)
     savings = solution.time_savings()
     for name, energy in {RESULT: solution.energy, **solution.baselines}.items():
         saved = f"{100.0 * savings[name]:.2f} %" if name in savings else ""
-        table.add_row(name, f"{energy.run_time:.2f}", saved, f"{energy.time:.2f}")
+        table.add_row(name, f"{energy.time:.2f}", saved, f"{energy.feed_time:.2f}")
     out.print(f"time of the same blocks, {solution.clock.basis}", markup=False)
     out.print(table)
 

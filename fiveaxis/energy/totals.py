@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from fiveaxis.motion import Motion, TimeLaw
 from fiveaxis.notebook import ShownAsTable, Table
 from fiveaxis.toolpath import MoveKind, part_places
 
+Timing = Literal["programmed", "accelerations"]
 DRAWN = 100  # machines drawn from the bands of estimated drives
 TORQUE_STEP = np.radians(3.0)  # rad, turn over which gravity's torque on a tilting table counts as constant
 
@@ -37,6 +38,9 @@ class KindEnergy:
 class Energy(ShownAsTable):
     """Cost of a motion: ∫P dt of the feed drives over the moves' durations.
 
+    The durations are those that the control takes with the machine's accelerations, where these are known,
+    else those at the programmed feed and the axes' highest speeds.
+
     The *travel metric* beside it, ``Σ W|Δq|`` at the programmed feed, charges every axis for its own travel
     only. The two agree for drives whose power is in proportion to their own speed; a drive with constant
     power pays for the whole of a move, however short its own travel.
@@ -48,9 +52,10 @@ class Energy(ShownAsTable):
     least : J, ∫P dt if a drive's power falls in proportion to its speed below the slowest measured one; None
         where ∫P dt comes from a time law
     base : base power × time, J; None where the machine's base power is unknown
-    time : duration of the motion, s, at the programmed feed and the axes' highest speeds
+    time : duration of the motion, s
+    feed_time : s, at the programmed feed and the axes' highest speeds
+    timing : what the durations are: ``programmed``, or with ``accelerations``
     by_kind : cost of the motion's ``cut``, ``link`` and ``rapid`` moves
-    run_time : s, that a control takes with accelerations and corners; None where it wasn't computed
     """
 
     by_axis: dict[str, float]
@@ -58,8 +63,9 @@ class Energy(ShownAsTable):
     least: float | None
     base: float | None
     time: float
+    feed_time: float
+    timing: Timing = "programmed"
     by_kind: dict[str, KindEnergy] = field(default_factory=dict)
-    run_time: float | None = None
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{letter} {joule:.0f}" for letter, joule in self.by_axis.items())
@@ -105,7 +111,8 @@ class Energy(ShownAsTable):
             "base": self.base,
             "with_base": self.with_base,
             "time": self.time,
-            "run_time": self.run_time,
+            "feed_time": self.feed_time,
+            "timing": self.timing,
             "travel": self.travel,
             "travel_by_axis": dict(self.travel_by_axis),
             "travel_error": self.travel_error,
@@ -154,6 +161,7 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
         least=least,
         base=None if machine.base_power is None else machine.base_power * time,
         time=time,
+        feed_time=time,
         by_kind=_by_kind(motion, charged, integral),
     )
 

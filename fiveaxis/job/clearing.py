@@ -21,7 +21,7 @@ from fiveaxis.job.colliding import colliding_rows, has_pairs
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
-from fiveaxis.nc import Clock
+from fiveaxis.nc import USUAL_CLOCK, Clock
 from fiveaxis.posture import Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
@@ -96,7 +96,7 @@ def optimise(
     free_direction: bool = False,
     effort: str | Effort = "normal",
     interpolation: Interpolation = Interpolation.JOINT,
-    clock: Clock | None = None,
+    clock: Clock = USUAL_CLOCK,
     solver: str = "structured",
     start: Array | None = None,
     bound: bool | None = None,
@@ -151,7 +151,8 @@ def optimise(
     effort : ``quick``, ``normal`` or ``thorough`` (`fiveaxis.posture.EFFORTS` has what each promises), or an
         `Effort`
     interpolation : of the control that the program is for
-    clock : how long that control takes for blocks; by default it rounds corners within 5 µm
+    clock : how long that control takes for blocks, over which energy is drawn, where the machine states
+        accelerations; by default it rounds corners within 5 µm
     solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
         same terms (`fiveaxis.posture.local`); overrides the effort's own
     start : (n, 2), rad, chain order, postures to refine instead of searching

@@ -126,6 +126,7 @@ class MadeProgram:
                 "seconds": self.run_time.total,
                 "basis": self.run_time.basis,
                 "missing": self.run_time.missing,
+                "assumed": self.run_time.assumed,
             },
             "path_tolerance_mm": PATH_TOLERANCE,
             "axis_tolerance_deg": round(math.degrees(AXIS_TOLERANCE), 9),

@@ -11,14 +11,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fiveaxis.energy import Energy, law_energies, motion_energy, move_powers, path_feed
+from fiveaxis.energy import Energy, Timing, law_energies, motion_energy, move_powers, path_feed
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import TimeLaw, standing_speeds, time_motion
-from fiveaxis.nc import ReadMotion, read_program
+from fiveaxis.nc import PredictedTime, ReadMotion, predicted_time, read_program, stated_clock
 from fiveaxis.nc.options import Positions, Wrap
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind, Tool, parse_tool
@@ -31,6 +31,7 @@ OVER = 1e-3
 CREPT = 0.1
 # mm and s: differences between parts of one straight move of the tip.
 SAME_STEP, SAME_TIME = 1e-7, 1e-9
+Corners = Literal["control", "programmed", "exact-stop"] | float
 # Lines of a program's header in which fiveaxis names the tool and the feed.
 HEAD = 100
 _TOOL = re.compile(r"\btool: ([a-z]+(?::[0-9.]+)+)", re.IGNORECASE)
@@ -50,7 +51,7 @@ class ProgramEnergy:
     motion : its blocks as a motion, with the times that the energies belong to
     by_block : (n, k), J: ∫P dt of the move that ends at the row, by axis
     energy : totals
-    law : how the motion runs under the axes' accelerations; None where the programmed times are used
+    law : how the motion runs under the axes' accelerations; None where times are programmed or predicted
     texts : (n,), the blocks as written
     tool : the programmed feed is the speed of its centre; None for the tip
     findings : what was assumed or left out while reading, and where axes are too fast or too slow
@@ -106,7 +107,7 @@ class ProgramEnergy:
         return {
             "program": self.motion.name,
             "machine": self.machine.name,
-            "timing": "programmed" if self.law is None else "axis limits",
+            "timing": self.energy.timing,
             "feed_of": "the tool's tip" if self.tool is None else f"the centre of {self.tool}",
             "energy": self.energy.as_dict(),
             "blocks": self.rows,
@@ -121,7 +122,8 @@ def program_energy(
     machine: Machine,
     *,
     tool: Tool | None = None,
-    corners: Literal["programmed", "exact-stop"] | float = "programmed",
+    corners: Corners = "control",
+    control: str | Path | None = None,
     unit: Literal["mm", "inch"] | None = None,
     start: Mapping[str, float] | None = None,
     program_zero: Mapping[str, float] | None = None,
@@ -139,14 +141,17 @@ def program_energy(
     machine : with a drive on every axis and the load on its table
     tool : the programmed feed, which the travel metric uses, is the speed of its centre (`path_feed`); by
         default the tool that a program of fiveaxis names in its header, else the feed is the tip's
-    corners : ``programmed`` uses the programmed times, without acceleration; ``exact-stop`` or a tolerance in
-        mm runs the program under the axes' accelerations (`time_motion`)
+    corners : ``control`` takes the times that the control takes with the axes' accelerations
+        (`predicted_time`), or the programmed ones where the machine doesn't state them; ``programmed`` takes
+        these in any case. ``exact-stop`` or a tolerance in mm runs the program under a time law
+        (`time_motion`), along which accelerations take power too
+    control : whose times these are; by default the one that a program of fiveaxis names in its header
     unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : as for `read_program`
 
     Raises
     ------
     FiveAxisError
-        As `read_program` and `time_motion`; an axis without known power.
+        As `read_program` and `time_motion`; an unknown control; an axis without known power.
 
     References
     ----------
@@ -164,27 +169,39 @@ def program_energy(
         positions=positions,
         harmless=harmless,
     )
-    if corners == "programmed":
-        read = _whole_blocks(read, machine)
-    lines = load_source(path).lines
+    source = load_source(path)
+    lines, taken = source.lines, None
+    if corners == "control":
+        clock = stated_clock(source, control)
+        taken = predicted_time(read, machine, clock.dialect, clock.coordinates)
+    if corners in ("programmed", "control"):
+        read, taken = _whole_blocks(read, machine, taken)
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
     tool = tool or _tool_of(lines)
     rounding = 2.0 * _rounding(read, texts)
     feed, taken_over = _feeds(machine, read, tool, lines, rounding)
     motion = replace(read, feed=feed)
     law = None
-    if corners == "programmed":
+    feed_time = float(read.time.sum())
+    if taken is not None:
+        motion = replace(motion, time=taken.times)
+    if corners in ("programmed", "control"):
         by_block = move_powers(machine, motion, rounding) * motion.time[:, None]
     elif isinstance(corners, str) and corners != "exact-stop":
-        raise SettingError(f"corners {corners!r}: write programmed, exact-stop, or a tolerance in mm")
+        what = "control, programmed, exact-stop, or a tolerance in mm"
+        raise SettingError(f"corners {corners!r}: write {what}")
     else:
         # The durations of blocks that only turn follow from their own feed words.
         law = time_motion(read, machine, corners=corners)
         motion, by_block = replace(motion, time=law.motion.time), law_energies(machine, law)
-    energy = motion_energy(machine, motion, by_block)
+    timed = law is not None if taken is None else taken.basis == "accelerations"
+    timing: Timing = "accelerations" if timed else "programmed"
+    energy = replace(motion_energy(machine, motion, by_block), feed_time=feed_time, timing=timing)
     findings = (*motion.findings, *_speeding(machine, motion), *_creeping(machine, motion))
     findings += tuple(_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))
+    if taken is not None and taken.assumed:
+        findings += (Finding(Severity.NOTE, "corners-assumed", taken.assumed, Place(file=motion.name)),)
     shown = tuple(text[:BLOCK_TEXT] for text in texts)
     return ProgramEnergy(machine, motion, by_block, energy, law, shown, tool, findings)
 
@@ -201,7 +218,9 @@ def _feeds(
     return np.where(motion.kind == MoveKind.RAPID, feed, stated), np.zeros_like(taken_over)
 
 
-def _whole_blocks(motion: ReadMotion, machine: Machine) -> ReadMotion:
+def _whole_blocks(
+    motion: ReadMotion, machine: Machine, taken: PredictedTime | None
+) -> tuple[ReadMotion, PredictedTime | None]:
     """Join the parts of a block in which a control moves the tip straight: its mean speeds count.
 
     The parts are as fine as keeps the tip on its path; an axis that swings by less would be charged its
@@ -215,9 +234,16 @@ def _whole_blocks(motion: ReadMotion, machine: Machine) -> ReadMotion:
     same[1:] &= np.abs(np.diff(motion.time)) <= SAME_TIME
     last = np.append(~same[1:], True)
     last[0] = True
-    time = np.diff(np.cumsum(motion.time)[last], prepend=0.0)
+    if last.all():
+        return motion, taken
     columns = {name: getattr(motion, name)[last] for name in ("positions", "feed", "kind", "source")}
-    return motion if last.all() else replace(motion, time=time, **columns)
+    joined = replace(motion, time=_joined(motion.time, last), **columns)
+    return joined, None if taken is None else replace(taken, times=_joined(taken.times, last))
+
+
+def _joined(times: Array, last: BoolArray) -> Array:
+    """Add up times, (n,) s, of parts up to each last one, (n,)."""
+    return np.diff(np.cumsum(times)[last], prepend=0.0)
 
 
 def _tool_of(lines: Sequence[str]) -> Tool | None:

@@ -171,9 +171,9 @@ def run_stages(
             tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
         )
         # The energy is that of the text, in which redundant blocks may have stayed.
-        spent = blocks_energy(machine, program.motion.blocks, solution.clock)
-        solution = replace(solution, energy=spent)
-        budget = job_budget(machine, program.motion.blocks, process, factors)
+        blocks = program.motion.blocks
+        solution = replace(solution, energy=blocks_energy(machine, blocks, solution.clock))
+        budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors)
         return Outcome(job, solution, program, budget, inputs, front, cleared, around=around)
 
     solutions = (solution,) if front is None else front.solutions

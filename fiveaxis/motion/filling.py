@@ -152,6 +152,11 @@ class Fill:
         share[inside] = self.row[inside] - np.floor(self.row[inside])
         return np.where(after > 0, every[before] + share, 0.0)
 
+    def times(self, taken: Array) -> Array:
+        """Share out the times of the blocks, (b,) s, over the moves to the locations, (n,) s."""
+        reached = np.cumsum(taken)
+        return np.diff(np.interp(self.place, np.arange(len(taken)), reached), prepend=0.0)
+
     def off_plane(self, rotary: Array) -> Array:
         """Measure by what angle the tool axis leaves its plane in each move of the given path, (g − 1,) rad.
 

@@ -4,7 +4,7 @@ from fiveaxis.nc.control.program_reader import ReadMotion, read_program
 from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.program import NOT_VERIFIED, Program, compose_program, require_motion, require_program
-from fiveaxis.nc.run_time import Clock, PredictedTime, predicted_time
+from fiveaxis.nc.run_time import USUAL_CLOCK, Clock, PredictedTime, predicted_time, stated_clock
 from fiveaxis.nc.table import write_toolpath
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
 from fiveaxis.nc.writing.table_parts import Coordinates
@@ -13,6 +13,7 @@ from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect
 __all__ = [
     "DIALECTS",
     "NOT_VERIFIED",
+    "USUAL_CLOCK",
     "Clock",
     "Coordinates",
     "Dialect",
@@ -29,6 +30,7 @@ __all__ = [
     "read_toolpath",
     "require_motion",
     "require_program",
+    "stated_clock",
     "write_motion",
     "write_toolpath",
 ]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -10,9 +12,13 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion, time_motion
+from fiveaxis.nc.own_header import stated
 from fiveaxis.nc.servo_cycles import servo_times
+from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.table_parts import Coordinates
-from fiveaxis.nc.writing.tables import Dialect
+from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect
+
+COORDINATES: tuple[Coordinates, ...] = get_args(Coordinates)
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,13 +28,15 @@ class PredictedTime:
     Parameters
     ----------
     times : (n,), s, of the motion's rows
-    basis : ``accelerations``, or ``programmed`` where they or the control's corner behaviour are unknown
+    basis : with ``accelerations``, or ``programmed`` where they or the control's corner behaviour are unknown
     missing : reason for programmed times, else empty
+    assumed : about the control's corners, if they aren't known
     """
 
     times: Array
-    basis: str
+    basis: Literal["programmed", "accelerations"]
     missing: str = ""
+    assumed: str = ""
 
     @property
     def total(self) -> float:
@@ -67,11 +75,18 @@ class Clock:
         """Whether the linear axes' speed and acceleration limits apply to the tip's words instead."""
         return self.dialect is not None and self.coordinates != "axes" and self.dialect.limited == "words"
 
+    def is_programmed(self, machine: Machine) -> bool:
+        """Whether times are the programmed ones, since the machine doesn't state all accelerations."""
+        return any(axis.max_acceleration is None for axis in machine.axes)
+
+    def timed(self, blocks: Motion, machine: Machine) -> Motion:
+        """Return blocks, one a row, with the times that the control takes for them."""
+        return replace(blocks, time=self(blocks, machine).times)
+
     def __call__(self, blocks: Motion, machine: Machine) -> PredictedTime:
         """Predict the time of blocks, one a row, from rest to rest."""
-        if self.dialect is None or self.dialect.corners is None:
-            times = time_motion(blocks, machine, corners=PATH_TOLERANCE).motion.time
-            return PredictedTime(times, "accelerations")
+        if self.dialect is None:
+            return predicted_time(blocks, machine)
         # Axes that move by less than the decimals stand, so a block may need no stop.
         units = np.where([axis.is_rotary for axis in machine.axes], np.degrees(1.0), 1.0)
         number = self.dialect.number
@@ -83,20 +98,41 @@ class Clock:
         return predicted_time(words, machine, self.dialect, self.coordinates)
 
 
+# Of a control whose corners aren't known.
+USUAL_CLOCK = Clock()
+
+
+def stated_clock(source: Source, control: str | Path | None = None) -> Clock:
+    """Return the clock of the control that a program's header names, or of another one.
+
+    The coordinates are those that the header states, axis positions by default. A table of its own that the
+    header names isn't at hand: then the corners count as unknown.
+
+    Raises
+    ------
+    SettingError
+        `control` is unknown.
+    """
+    name, _, words = (stated(source, "control") or "").rpartition(" ")
+    coordinates: Coordinates = next((known for known in COORDINATES if known == words), "axes")
+    return Clock(DIALECTS.get(name) if control is None else find_dialect(control), coordinates)
+
+
 def predicted_time(
-    motion: Motion, machine: Machine, dialect: Dialect, coordinates: Coordinates = "axes"
+    motion: Motion, machine: Machine, dialect: Dialect | None = None, coordinates: Coordinates = "axes"
 ) -> PredictedTime:
     """Predict the time that a control takes for the moves of a program.
 
     Controls with ``corners = "exact-path"`` (LinuxCNC's G61) and ``"blended"`` (its G64) plan the blocks in
     cycles of their clock, as `servo_times` says. A number for ``corners`` is the tolerance in mm within which
-    the control passes them (`time_motion`).
+    the control passes them (`time_motion`). Where the table says nothing about corners, or there is none,
+    that is `PATH_TOLERANCE`, the deviation of the blocks themselves.
 
     Parameters
     ----------
     motion : a program read back, with the programmed times
     machine : with highest speeds and accelerations of all axes, else the programmed times are returned
-    dialect : the control's table
+    dialect : the control's table, if it is known
     coordinates : of the program; under TCP control rows of one block share its source line
 
     Raises
@@ -108,19 +144,21 @@ def predicted_time(
     if unknown:
         missing = f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}"
         return PredictedTime(motion.time, "programmed", missing)
-    if dialect.corners is None:
-        missing = f"how control {dialect.name!r} takes corners is a setting of the machine"
-        return PredictedTime(motion.time, "programmed", missing)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
     blocks = _whole_blocks(motion, last)
     if Clock(dialect, coordinates).limits_words:
         blocks = _in_words(blocks, machine)
-    if isinstance(dialect.corners, str):
+    assumed = ""
+    if dialect is None or dialect.corners is None:
+        whose = "" if dialect is None else f", since {dialect.title or dialect.name} has them as it is set up"
+        assumed = f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm{whose}"
+        times = time_motion(blocks, machine, corners=PATH_TOLERANCE).motion.time
+    elif isinstance(dialect.corners, str):
         blends = dialect.corners == "blended"
         times = servo_times(blocks, machine, dialect.cycle, blends=blends, tolerance=dialect.blend)
     else:
         times = time_motion(blocks, machine, corners=dialect.corners).motion.time
-    return PredictedTime(_distribute(times, motion.time, last), "accelerations")
+    return PredictedTime(_distribute(times, motion.time, last), "accelerations", assumed=assumed)
 
 
 def _block_ends(motion: Motion) -> BoolArray:

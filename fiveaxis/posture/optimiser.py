@@ -13,7 +13,7 @@ from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine, with_powers
 from fiveaxis.motion import Filling, Interpolation
-from fiveaxis.nc import Clock
+from fiveaxis.nc import USUAL_CLOCK, Clock
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
 from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
@@ -53,7 +53,7 @@ class Options:
     free_direction: bool = False
     effort: str | Effort = "normal"
     interpolation: Interpolation = Interpolation.JOINT
-    clock: Clock | None = None
+    clock: Clock = USUAL_CLOCK
     solver: str = STRUCTURED
     start: Array | None = None
     bound: bool | None = None
@@ -171,7 +171,6 @@ def optimise(
         return by_time(built, up_penalty, smoothing) if options.is_timed else built, bounds
 
     filling = Filling.of(constraints, options.interpolation)
-    clock = (options.clock or Clock()) if options.is_timed else None
 
     def solved(narrow: Narrow) -> tuple[Solution, Mask | None, Breach | None]:
         """Solve within narrower bounds; return also what is broken between locations."""
@@ -188,7 +187,7 @@ def optimise(
             found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
         refine = _Refinement(effort, cone, mask)
         delivery = Delivery(
-            found.toolpath, rebuild, refine, filling, up_penalty, options.objective, clock, progress
+            found.toolpath, rebuild, refine, filling, up_penalty, options.objective, options.clock, progress
         )
         found, breach = delivered(found, delivery)
         wide = machine if found.machine is narrow.machine else endless(machine)

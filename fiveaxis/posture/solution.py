@@ -15,7 +15,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Motion
-from fiveaxis.nc import Clock
+from fiveaxis.nc import USUAL_CLOCK, Clock, PredictedTime
 from fiveaxis.notebook import ShownAsTable, Table
 from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optimality import Optimality, optimality
@@ -101,16 +101,21 @@ class Baseline:
 
 
 def program_energy(
-    machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling, clock: Clock | None = None
+    machine: Machine, toolpath: Toolpath, motion: Motion, filling: Filling, clock: Clock
 ) -> Energy:
     """Compute the energy of the blocks that a motion becomes, without approach and retract."""
     return blocks_energy(machine, filling.blocks(toolpath, machine, motion), clock)
 
 
-def blocks_energy(machine: Machine, blocks: Motion, clock: Clock | None = None) -> Energy:
-    """Compute the energy of blocks; with a clock also how long the control takes for them."""
-    run_time = None if clock is None else clock(blocks, machine).total
-    return replace(motion_energy(machine, blocks), run_time=run_time)
+def blocks_energy(machine: Machine, blocks: Motion, clock: Clock) -> Energy:
+    """Compute the energy of blocks over the time that the control takes for them."""
+    return timed_energy(machine, blocks, clock(blocks, machine))
+
+
+def timed_energy(machine: Machine, blocks: Motion, taken: PredictedTime) -> Energy:
+    """Compute the energy of blocks over their predicted times."""
+    energy = motion_energy(machine, replace(blocks, time=taken.times))
+    return replace(energy, feed_time=float(blocks.time.sum()), timing=taken.basis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +156,7 @@ class Solution(ShownAsTable):
     optima : local optima by start, if the effort looks for several
     unwrapped : the path of a solution with rewinds before these
     filling : how blocks are inserted between its locations, and removed
-    clock : model of the control's time; None unless time is the objective
+    clock : how long the control takes for blocks
     bound : on the cost of every posture, if one was asked for
     """
 
@@ -167,7 +172,7 @@ class Solution(ShownAsTable):
     optima: Optima | None = None
     unwrapped: Unwrapped | None = None
     filling: Filling = field(default_factory=Filling)
-    clock: Clock | None = None
+    clock: Clock = USUAL_CLOCK
     bound: LowerBound | None = None
 
     @property
@@ -258,10 +263,24 @@ class Solution(ShownAsTable):
         return ranges
 
     def time_savings(self) -> dict[str, float]:
-        """Compute the saved share of the program's time against each baseline; empty without a clock."""
-        own = self.energy.run_time
-        times = {name: energy.run_time for name, energy in self.baselines.items()}
-        return {name: 1.0 - own / time for name, time in times.items() if own is not None and time}
+        """Compute the saved share of the program's time against each baseline."""
+        times = {name: energy.time for name, energy in self.baselines.items()}
+        return {name: 1.0 - self.energy.time / time for name, time in times.items() if time}
+
+    def timed(self, name: str = "") -> Motion:
+        """Return the motion, or that of a baseline, with the times that the control takes for its program.
+
+        They are the programmed ones on a machine without accelerations.
+        """
+        given = self.compared[name] if name else None
+        motion = self.motion if given is None else given.motion
+        path = self.toolpath if given is None else given.toolpath or self.toolpath
+        if self.clock.is_programmed(self.machine) or len(motion) == 1:
+            return motion
+        fill = self.filling.thin(self.filling.fill(path, self.machine, motion))
+        reached = np.cumsum(fill.times(self.clock(fill.blocks, self.machine).times))
+        rows = np.searchsorted(fill.row, np.arange(len(motion)))
+        return replace(motion, time=np.diff(reached[rows], prepend=0.0))
 
     def residuals(self) -> dict[str, float]:
         """Audit the motion against the problem; every figure is 0 for a perfect solution.

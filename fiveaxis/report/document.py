@@ -22,7 +22,7 @@ from fiveaxis.report.cutters import describe_tool
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Attributes of `Energy` by which two programs are compared.
-MEASURES = ("total", "travel", "with_base", "run_time")
+MEASURES = ("total", "travel", "with_base", "time")
 
 UNITS = {
     "energy": "J",

@@ -206,8 +206,11 @@ def thinned_line(panel: Panel, last: int, values: Array, colour: str, name: str)
 
 
 def motion_of(solution: Solution, name: str) -> Motion:
-    """Find the motion of a chart's line: a baseline's, or the result's under the name "optimised"."""
-    return solution.motion if name == "optimised" else solution.compared[name].motion
+    """Find the motion of a chart's line: a baseline's, or the result's under the name "optimised".
+
+    It has the times that the control takes.
+    """
+    return solution.timed("" if name == "optimised" else name)
 
 
 def tilts_shown(solution: Solution, name: str) -> Array:

@@ -152,8 +152,7 @@ def _saved(document: Mapping[str, Any], verdict: str) -> Answer:
         low, high = (saving(end) for end in ends)
         text_of = f"powers are estimated; on machines drawn from their bands it is {low} to {high}."
         details.append(Detail("Range", text_of))
-    clock = "time" if energy["run_time"] is None or baseline["run_time"] is None else "run_time"
-    own, other = (number(e[clock], 1) for e in (energy, baseline))
+    own, other = (number(e["time"], 1) for e in (energy, baseline))
     details.append(Detail("Time", f"{own} s, with that baseline {other} s."))
     return Answer(question, text, tuple(details))
 

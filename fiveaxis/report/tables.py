@@ -90,19 +90,16 @@ def scroll(content: str) -> str:
 
 def saved_table(document: Mapping[str, Any], measure: str) -> str:
     """List the energy of the program and of every baseline by one measure, cheapest first."""
-    rows = [("this program", number(document["energy"][measure]), NOTHING, _seconds(document["energy"]))]
+    rows = [
+        ("this program", number(document["energy"][measure]), NOTHING, number(document["energy"]["time"], 1))
+    ]
     energies = sorted(document["baselines"].items(), key=lambda item: item[1][measure])
     rows += [
-        (name, number(e[measure]), saving(document["savings"][name][measure]), _seconds(e))
+        (name, number(e[measure]), saving(document["savings"][name][measure]), number(e["time"], 1))
         for name, e in energies
     ]
     heads = ("posture", "#energy (J)", "#saved by this program", "#time (s)")
     return table(heads, rows, "Energy of whole programs, and what this one saves")
-
-
-def _seconds(energy: Mapping[str, Any]) -> str:
-    timed = energy["run_time"]
-    return number(energy["time"] if timed is None else timed, 1)
 
 
 def baseline_table(document: Mapping[str, Any]) -> str:
@@ -117,10 +114,10 @@ def baseline_table(document: Mapping[str, Any]) -> str:
         "#feed drives and base power (J)",
         "#saved, with base power",
         "#time (s)",
+        "#saved, time",
+        "#time at the feed (s)",
     )
-    timed = document["energy"]["run_time"] is not None
-    heads += ("#with accelerations (s)", "#saved, time") if timed else ()
-    nothing = dict.fromkeys(("total", "travel", "with_base", "run_time"), NOTHING)
+    nothing = dict.fromkeys(("total", "travel", "with_base", "time"), NOTHING)
     rows = [_energy_row("optimised", document["energy"], nothing)]
     for name, energy in document["baselines"].items():
         shares = {k: saving(v) for k, v in document["savings"][name].items()}
@@ -264,7 +261,6 @@ def saving(share: float | None) -> str:
 
 
 def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str]) -> list[str]:
-    timed = energy["run_time"] is not None
     return [
         name,
         number(energy["total"]),
@@ -275,7 +271,8 @@ def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str])
         number(energy["with_base"]),
         shares["with_base"],
         number(energy["time"], 1),
-        *((number(energy["run_time"], 1), shares["run_time"]) if timed else ()),
+        shares["time"],
+        number(energy["feed_time"], 1),
     ]
 
 

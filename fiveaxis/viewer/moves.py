@@ -99,7 +99,7 @@ def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tup
     energy = solution.energy
     result = _program_side(solution, program)
     if result is None:
-        result = _side("result", solution.motion, path, tilt, energy.total, energy.time)
+        result = _side("result", solution.timed(), path, tilt, energy.total, energy.time)
     sides = [_thinned(result, MOST_ROWS)]
     for name, baseline in sorted(solution.compared.items(), key=lambda item: item[1].energy.total):
         own, energy, bounds = baseline.toolpath, baseline.energy, tilt
@@ -107,7 +107,7 @@ def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tup
             # The bounds belong to the locations of the result's path.
             reference = own.normal if tilt.name == "normal" else np.full_like(own.normal, np.nan)
             bounds = replace(tilt, reference=reference, beside=())
-        side = _side(name, baseline.motion, own or path, bounds, energy.total, energy.time)
+        side = _side(name, solution.timed(name), own or path, bounds, energy.total, energy.time)
         sides.append(_thinned(side, MOST_BASELINE_ROWS))
     return tuple(sides)
 
@@ -132,7 +132,8 @@ def _program_side(solution: Solution, program: ShownProgram | None) -> Side | No
     line[rows[numbers]] = numbers + 1
     energy = solution.energy
     place = fill.row[fill.kept[inner]]
-    found = _side("result", moves.motion, solution.toolpath, solution.tilt, energy.total, energy.time)
+    motion = solution.clock.timed(moves.motion, solution.machine)
+    found = _side("result", motion, solution.toolpath, solution.tilt, energy.total, energy.time)
     return replace(found, place=place, line=line)
 
 

@@ -1,6 +1,7 @@
 %
 O0001
 (machine: umc-750, form-shaping code 650123)
+(control: haas axes)
 (tool: ball:10)
 (source: five-points.apt)
 (energy: 7424 J [feed drives])

@@ -1,6 +1,7 @@
 %
 O0012
 (machine: umc-750, form-shaping code 650123)
+(control: haas tip)
 (positions: table)
 (tool: ball:10)
 (source: five-points.apt)

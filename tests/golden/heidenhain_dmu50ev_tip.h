@@ -1,39 +1,40 @@
 0 BEGIN PGM PART MM
 1 ; machine: dmu50ev, form-shaping code 650123
-2 ; positions: table
-3 ; tool: ball:10
-4 ; source: five-points.apt
-5 ; energy: 7424 J [feed drives]
-6 ; verification: NOT VERIFIED, nobody has checked limits, contact, gouges or
-7 ;   collisions of this motion
-8 ; X Y Z are the tool tip's on the workpiece, which turns with the table [FUNCTION
-9 ;   TCPM]; F is the tip's
-10 ; zero: the work offset is the workpiece origin, with every axis at 0
-11 ; tool length: words are the tip's, and the control adds the length of the loaded
-12 ;   tool: measure it
-13 ; rapid moves are taken to run straight, all axes arriving together: L does so
-14 ; start with the tool clear of part and table: first the rotary axes turn, then X,
-15 ;   Y and Z move together
-16 ; B count as on this control, opposite to tool relative to workpiece
-17 FUNCTION RESET TCPM
-18 L M127
-19 L Z+0.0000 R0 FMAX M91
-20 TOOL CALL 3 Z
-21 TOOL CALL Z S8000
-22 L M3
-23 L M8
-24 L B+90.0000 C+0.0000 R0 FMAX
-25 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS
-26 L X-103.9447 Y-128.5000 Z+283.5000 R0 FMAX
-27 L X-100.4092 Y-126.0000 Z+281.0000 R0 F600.000
-28 L X-79.7353 Y-130.4391 Z+286.3885 B+85.0000 C+10.0000 R0 F2618.508
-29 L X-3.8332 Y-152.8312 Z+286.3885 B+85.0000 C+40.0000 R0 F11870.427
-30 L X+7.5826 Y-173.1032 Z+261.5213 B+98.0000 C+40.0000 R0 F8172.880
-31 L X+2.4741 Y-199.6960 Z+274.4337 B+98.0000 C+40.0000 R0 FMAX
-32 FUNCTION RESET TCPM
-33 L Z+0.0000 R0 FMAX M91
-34 L M5
-35 L M9
-36 L X+0.0000 Y+0.0000 R0 FMAX M91
-37 L M30
-38 END PGM PART MM
+2 ; control: heidenhain tip
+3 ; positions: table
+4 ; tool: ball:10
+5 ; source: five-points.apt
+6 ; energy: 7424 J [feed drives]
+7 ; verification: NOT VERIFIED, nobody has checked limits, contact, gouges or
+8 ;   collisions of this motion
+9 ; X Y Z are the tool tip's on the workpiece, which turns with the table [FUNCTION
+10 ;   TCPM]; F is the tip's
+11 ; zero: the work offset is the workpiece origin, with every axis at 0
+12 ; tool length: words are the tip's, and the control adds the length of the loaded
+13 ;   tool: measure it
+14 ; rapid moves are taken to run straight, all axes arriving together: L does so
+15 ; start with the tool clear of part and table: first the rotary axes turn, then X,
+16 ;   Y and Z move together
+17 ; B count as on this control, opposite to tool relative to workpiece
+18 FUNCTION RESET TCPM
+19 L M127
+20 L Z+0.0000 R0 FMAX M91
+21 TOOL CALL 3 Z
+22 TOOL CALL Z S8000
+23 L M3
+24 L M8
+25 L B+90.0000 C+0.0000 R0 FMAX
+26 FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS
+27 L X-103.9447 Y-128.5000 Z+283.5000 R0 FMAX
+28 L X-100.4092 Y-126.0000 Z+281.0000 R0 F600.000
+29 L X-79.7353 Y-130.4391 Z+286.3885 B+85.0000 C+10.0000 R0 F2618.508
+30 L X-3.8332 Y-152.8312 Z+286.3885 B+85.0000 C+40.0000 R0 F11870.427
+31 L X+7.5826 Y-173.1032 Z+261.5213 B+98.0000 C+40.0000 R0 F8172.880
+32 L X+2.4741 Y-199.6960 Z+274.4337 B+98.0000 C+40.0000 R0 FMAX
+33 FUNCTION RESET TCPM
+34 L Z+0.0000 R0 FMAX M91
+35 L M5
+36 L M9
+37 L X+0.0000 Y+0.0000 R0 FMAX M91
+38 L M30
+39 END PGM PART MM

@@ -42,6 +42,7 @@ def head_lines(
     machine = wording.machine
     texts = [
         f"machine: {machine.name}, form-shaping code {machine.code}",
+        *_control_line(wording),
         *_winding_line(wording, winding),
         *_positions_line(wording),
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
@@ -97,6 +98,11 @@ def _zero_note(wording: Wording) -> str:
     x, y, z = np.round(machine.chain.tool_home[:3, 3], 6) + 0.0
     where = "at the workpiece origin" if x == y == z == 0.0 else f"at {x:g} {y:g} {z:g} mm of the workpiece"
     return f"zero: at {home} of the work offset the tool tip is {where}, as in the machine model"
+
+
+def _control_line(wording: Wording) -> list[str]:
+    """Return the control and what the words are positions of, in the form that `header_clock` parses."""
+    return [f"control: {wording.dialect.name} {wording.coordinates}"]
 
 
 def _winding_line(wording: Wording, winding: str) -> list[str]:

@@ -18,15 +18,17 @@ from fiveaxis.energy import Energy, block_costs
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Filling, feed_times, follow
-from fiveaxis.nc import Clock
+from fiveaxis.nc import USUAL_CLOCK, Clock
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy
+from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy, timed_energy
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
 # Share of a step below which travel counts as none, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
+# The rounds at the times of the control begin where these ended.
+TIMED_SHARPNESS = 8 * SHARPNESS[-1:]
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
 # Rounds continue up to this many, as sharp as the last, while postures between locations break a bound.
@@ -86,6 +88,7 @@ class Delivered:
     filled : (m, 2), rad, the postures there
     excess : largest violation between the locations; cosine, mm or rad
     cost : J, objective of the program's blocks
+    times : (m,), s, that the control takes for the moves to the denser path's locations
     solved : the problem of which the postures are an optimum, with the prices near them
     """
 
@@ -95,6 +98,7 @@ class Delivered:
     filled: Array
     excess: float
     cost: float
+    times: Array
     solved: Problem
 
     @property
@@ -134,7 +138,7 @@ class Delivery:
     filling : what inserted blocks keep
     up_penalty : J/mm, extra price of moving the machine's Z up
     objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
-    clock : how long the control takes for blocks, if the objective is ``time``
+    clock : how long the control takes for blocks
     progress : called with what is being done, steps done and steps in all
     """
 
@@ -144,11 +148,15 @@ class Delivery:
     filling: Filling
     up_penalty: float = 0.0
     objective: Objective = "energy"
-    clock: Clock | None = None
+    clock: Clock = USUAL_CLOCK
     progress: Progress = unheard
 
     def run(self, rotary: Array) -> tuple[Delivered, list[Stage]]:
         """Insert locations and solve again, until the program needs no more of them.
+
+        Where the control takes longer than the feed says, its times then replace those at the feed in more
+        rounds: drives that draw power while a move lasts cost more in moves that take longer, and stops cost
+        that power too.
 
         Parameters
         ----------
@@ -158,20 +166,31 @@ class Delivery:
         -------
         The best of the paths, and what was done
         """
-        stages: list[Stage] = []
         every = np.arange(len(self.given), dtype=float)
-        best = here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
+        here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
+        best, stages = self._rounds(here)
+        slowed = not self.clock.is_programmed(here.posed.problem.machine)
+        if self.objective == "energy" and slowed and len(rotary) > 1:
+            other, more = self._rounds(best, timed=True)
+            best, stages = min(best, other, key=lambda one: one.rank), [*stages, *more]
+        return best, stages
+
+    def _rounds(self, best: Delivered, *, timed: bool = False) -> tuple[Delivered, list[Stage]]:
+        """Solve again round by round, with the moves' times at the feed or as the control takes them."""
+        stages: list[Stage] = []
+        here, sharpnesses = best, TIMED_SHARPNESS if timed else SHARPNESS
         for number in range(MOST_ROUNDS):
             self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
-            done = number >= len(SHARPNESS) or self.objective == "travel"
-            if len(rotary) == 1 or (done and here.excess <= BETWEEN):
+            done = number >= len(sharpnesses) or self.objective == "travel"
+            if len(here.rotary) == 1 or (done and here.excess <= BETWEEN):
                 break
-            sharpness = SHARPNESS[min(number, len(SHARPNESS) - 1)]
+            sharpness = sharpnesses[min(number, len(sharpnesses) - 1)]
             posed, start, before = here.denser, here.filled, here.cost
-            problem = self._reweighted(posed, start, sharpness)
+            problem = self._reweighted(posed, start, sharpness, here if timed else None)
             here = self._priced(posed, self.refine(posed, problem, start), problem)
             status = f"{len(posed.path)} locations, {here.inserted} more in the program"
-            stages.append(Stage(f"program, round {number + 1}", status, 0, before, here.cost))
+            name = f"program, round {number + 1}{' at the times of the control' if timed else ''}"
+            stages.append(Stage(name, status, 0, before, here.cost))
             gain, better = best.cost - here.cost, here.rank < best.rank
             best = here if better else best
             more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
@@ -186,7 +205,7 @@ class Delivery:
         The stops of a control with TCP that stops between blocks aren't priced: concentrating turns in few
         blocks would need more blocks there, and so more stops.
         """
-        if self.clock is None:
+        if self.objective != "time":
             return self.objective == "energy"
         return self.clock.stops_at_turns and not self.clock.limits_words
 
@@ -205,32 +224,43 @@ class Delivery:
         between = filled[:, machine.rotary_columns]
         positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
-        # Redundant blocks would cost the control time, as stops.
-        blocks = self.filling.thin(fill).blocks if self.objective == "time" else fill.motion
-        cost = self.cost(blocks_energy(machine, blocks, self.clock))
-        return Delivered(posed, rotary, denser, between, past, cost, solved or posed.problem)
+        if self.objective == "time" or not self.clock.is_programmed(machine):
+            # Redundant blocks would cost the control time, as stops.
+            fill = self.filling.thin(fill)
+        taken = self.clock(fill.blocks, machine)
+        cost, times = self.cost(timed_energy(machine, fill.blocks, taken)), fill.times(taken.times)
+        return Delivered(posed, rotary, denser, between, past, cost, times, solved or posed.problem)
 
     def cost(self, energy: Energy) -> float:
         """Compute the objective of a program, J."""
-        if energy.run_time is not None:
+        if self.objective == "time":
             # Rounded, so that of paths that no axis slows down the first one stays.
-            return TIME_PRICE * round(energy.run_time, 6)
+            return TIME_PRICE * round(energy.time, 6)
         return energy.total if self.objective == "energy" else energy.travel
 
-    def _reweighted(self, posed: Posed, rotary: Array, sharpness: float) -> Problem:
-        """Price travel by the cost of the program's blocks near a path, (n, 2) rad."""
+    def _reweighted(self, posed: Posed, rotary: Array, sharpness: float, timed: Delivered | None) -> Problem:
+        """Price travel by the cost of the program's blocks near a path, (n, 2) rad.
+
+        Their times are those at the feed or, of a program that was timed, those of the control, which also
+        gives a price of time: the mean power that the drives draw.
+        """
         problem, path = posed.problem, posed.path
         if not self.reweights:
             return problem
-        if self.clock is not None:
+        if self.objective == "time":
             return from_rest_to_rest(problem, rotary, sharpness)
         # The duration of rapid moves depends on the posture.
-        time = np.where(path.rapid, 0.0, feed_times(path))[1:]
+        time = np.where(path.rapid, 0.0, feed_times(path) if timed is None else timed.times)[1:]
         costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=time)
         travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
         plus, minus = costs.prices(travel, sharpness)
         plus[:, problem.machine.column("Z")] += self.up_penalty
-        return replace(problem, plus=plus, minus=minus)
+        weighted = replace(problem, plus=plus, minus=minus)
+        if timed is None or not self.clock.stops_at_turns:
+            return weighted
+        power = max(timed.cost, 0.0) / float(timed.times.sum())
+        weighted = replace(weighted, time_price=problem.time_price + power)
+        return from_rest_to_rest(weighted, rotary, sharpness, words=self.clock.limits_words)
 
 
 def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, Breach | None]:

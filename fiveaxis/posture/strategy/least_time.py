@@ -26,6 +26,8 @@ TIME_PRICE = 1000.0
 TRAVEL_SHARE = BEND_SHARE = 1e-3
 # Shortest block, s, and the turn in a block below which an axis stands still, rad.
 SHORTEST, STANDING = 1e-4, 1e-7
+# mm/s and mm/s² of axes whose limits don't count.
+UNLIMITED = 1e9
 
 
 def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -> Problem:
@@ -61,7 +63,7 @@ def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -
     )
 
 
-def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Problem:
+def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, words: bool = False) -> Problem:
     """Return a problem priced by the time of blocks that stop at both ends if they turn, near a path.
 
     A block of the time t at its feed, with an axis that travels Δ at the acceleration A, takes
@@ -73,11 +75,15 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Prob
 
     Parameters
     ----------
-    problem : of `by_time`
+    problem : with its price of time
     rotary : (n, 2), rad, chain order
     sharpness : share of a turn at the highest speed below which it counts as none
+    words : whether the linear axes' limits apply to the tip's words, which are the same for all postures
     """
     speed, push, columns = problem.top_speed, problem.top_acceleration, problem.machine.rotary_columns
+    if words:
+        speed, push = speed.copy(), push.copy()
+        speed[problem.machine.linear_columns] = push[problem.machine.linear_columns] = UNLIMITED
     travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
     least = problem.least_time[:, None]
     lasting = np.maximum(least, SHORTEST)
@@ -98,7 +104,7 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float) -> Prob
         ]
     )
     rest = np.where(problem.least_time > 0.0, (time - least).max(axis=1), 0.0)
-    price = TIME_PRICE * rest / (turn + sharpness * speed[columns].min() * lasting[:, 0])
+    price = problem.time_price * rest / (turn + sharpness * speed[columns].min() * lasting[:, 0])
     plus, minus = problem.plus.copy(), problem.minus.copy()
     plus[:, columns] += price[:, None]
     minus[:, columns] += price[:, None]

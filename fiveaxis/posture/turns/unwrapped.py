@@ -123,7 +123,7 @@ def rewind_solution(
             continue
         rewound = other.found.toolpath
         motion = follow(rewound, machine, other.found.rotary)
-        energy = program_energy(machine, rewound, motion, solution.filling)
+        energy = program_energy(machine, rewound, motion, solution.filling, solution.clock)
         compared[name] = Baseline(motion, energy, rewound, baseline.note)
         if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
             best = min(best, other, key=attrgetter("price"))

@@ -208,7 +208,7 @@ def test_a_program_that_says_too_little_is_refused_with_its_line(tmp_path, takis
 def test_a_machine_without_powers_and_unknown_corners_are_refused(zigzag, takisawa):
     with pytest.raises(MachineError, match="no power for axis"):
         fx.program_energy(zigzag, fx.Machine.from_code("1203"), rapid_mm_min=1000.0)
-    with pytest.raises(SettingError, match="write programmed, exact-stop, or a tolerance"):
+    with pytest.raises(SettingError, match="write control, programmed, exact-stop, or a tolerance"):
         fx.program_energy(zigzag, takisawa, corners="smooth")
     assert run("energy", zigzag, "-m", "takisawa-mac-v3", "--start", "X=3").exit_code == 2
 

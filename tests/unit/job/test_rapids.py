@@ -109,7 +109,7 @@ def test_a_program_with_rapid_moves_read_back_follows_its_path_and_costs_the_sam
     bounds = {"max_turn": 180.0}
     program = program_of(solution, coordinates, control=control)
     file = program.write(tmp_path / ("part.h" if control == "heidenhain" else "part.nc"))
-    found = fx.program_energy(file, machine, rapid_mm_min=SPEED)
+    found = fx.program_energy(file, machine, corners="programmed", rapid_mm_min=SPEED)
     blocks = program.motion.blocks
     begin = int(np.abs(found.motion.positions - blocks.positions[0]).sum(axis=1).argmin()) + 1
     quick = np.flatnonzero(found.motion.rapid[begin:]) + begin
@@ -177,7 +177,7 @@ def test_the_baseline_as_programmed_is_the_program_itself(boat):
     file, machine, path = boat
     rotary = as_programmed(path, machine, tilt_bounds(path, None, cone=15.0))
     np.testing.assert_array_equal(rotary, path.rotary)
-    program = fx.program_energy(file, machine, tool=Tool.ball(6)).energy
+    program = fx.program_energy(file, machine, tool=Tool.ball(6), corners="programmed").energy
     for motion in (follow(path, machine, rotary), fill_in(path, machine, rotary)[1]):
         said = motion_energy(machine, motion)
         assert said.time == pytest.approx(program.time, rel=0.01)

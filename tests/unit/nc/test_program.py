@@ -241,8 +241,9 @@ def test_the_control_adds_the_tool_length_only_where_the_tool_keeps_its_directio
 def test_the_header_stands_in_comments_in_its_order(hayashi):
     header = [("tool", "ball:10"), ("source", "part.apt"), ("energy", "7424 J")]
     program = compose_program(motion_of(np.eye(5)), machine=hayashi, header=header)
-    assert program.lines[:4] == (
+    assert program.lines[:5] == (
         "(machine: hayashi-640123, form-shaping code 640123)",
+        "(control: linuxcnc axes)",
         "(tool: ball:10)",
         "(source: part.apt)",
         "(energy: 7424 J)",
@@ -261,7 +262,7 @@ def test_the_header_stands_in_comments_in_its_order(hayashi):
 )
 def test_a_comment_can_neither_end_early_nor_leave_ascii(hayashi, value, comment):
     program = compose_program(motion_of(np.eye(5)), machine=hayashi, header={"note": value})
-    assert program.lines[1] == comment
+    assert program.lines[2] == comment
 
 
 @pytest.mark.parametrize("name", ["MSG,stop", " debug, x", "logopen,file"])

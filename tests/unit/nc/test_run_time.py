@@ -99,11 +99,14 @@ def test_without_accelerations_the_programmed_time_is_used_with_the_reason(hayas
     assert "max_acceleration of X, Y, Z, A, C" in predicted.missing
 
 
-def test_a_control_with_unknown_corner_behaviour_keeps_the_programmed_time():
+def test_a_control_with_unknown_corner_behaviour_is_assumed_to_pass_them_within_the_tolerance():
     motion = motion_of(arc(41, 0.8))
     predicted = predicted_time(motion, TRUNNION, DIALECTS["haas"])
-    assert predicted.basis == "programmed"
-    assert "haas" in predicted.missing
+    assert predicted.basis == "accelerations"
+    assert "0.005 mm, since Haas" in predicted.assumed
+    law = time_motion(motion, TRUNNION, corners=0.005)
+    np.testing.assert_allclose(predicted.times, law.motion.time)
+    assert predicted.total == predicted_time(motion, TRUNNION).total
 
 
 def test_a_custom_table_states_the_corner_tolerance(tmp_path):

@@ -45,9 +45,9 @@ KEYS = [
 def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict: dict[str, Any]) -> None:
     document = report_document(solution, verdict, inputs=[])
     assert list(document) == KEYS
-    measures = ["total", "by_axis", "least", "base", "with_base", "time"]
+    measures = ["total", "by_axis", "least", "base", "with_base", "time", "feed_time", "timing"]
     travel = ("travel", "travel_by_axis", "travel_error")
-    assert list(document["energy"]) == [*measures, "run_time", *travel, "by_kind"]
+    assert list(document["energy"]) == [*measures, *travel, "by_kind"]
     assert list(document["energy"]["by_axis"]) == list("XYZAC")
 
 

@@ -266,7 +266,7 @@ def test_a_machine_of_each_kind_moves_as_its_chain(name, browser, solution, tmp_
     there = replace(solution, machine=machine, motion=motion, compared={})
     browser.open(write_preview(there, tmp_path / "page.html").as_uri(), READY)
     assert browser.complaints == []
-    clock = np.cumsum(motion.time)
+    clock = np.cumsum(there.timed().time)
     for row in (0, 100, 239):
         seek(browser, float(clock[row]))
         tip, axis = tool_poses(machine, motion.positions[row : row + 1])
