@@ -11,8 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import trimesh
 
 import fiveaxis as fx
+from fiveaxis.collision import Fixture
+from fiveaxis.machine import Box
+from fiveaxis.toolpath import Holder, Section
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -31,6 +35,7 @@ class NamedPath:
     options : of `fx.optimise`
     machine : its name; powers that it lacks are those of `HAYASHI`
     shared : whether the path is read from ../shared
+    around : makes part and fixtures that the tool keeps clear of
     """
 
     what: str
@@ -38,6 +43,7 @@ class NamedPath:
     options: dict[str, Any] = field(default_factory=dict)
     machine: str = HAYASHI
     shared: bool = True
+    around: Callable[[], tuple[trimesh.Trimesh, tuple[Fixture, ...]]] | None = None
 
     def make(self) -> tuple[fx.Toolpath, fx.Machine]:
         """Make path and machine."""
@@ -81,6 +87,33 @@ def arc() -> fx.Toolpath:
     return fx.Toolpath.from_contacts(contacts, normals, fx.Tool.ball(8), feed_mm_min=1000)
 
 
+def block() -> tuple[trimesh.Trimesh, tuple[Fixture, ...]]:
+    """Make the block of examples/04_keep_clear.py, and the clamp beside it."""
+    part = trimesh.creation.box((16.0, 16.0, 10.0))
+    part.apply_translation((0.0, 0.0, 5.0))
+    return part, (Fixture("clamp", Box(size=(20.0, 40.0, 20.0), center=(35.0, 0.0, 10.0))),)
+
+
+def walls() -> fx.Toolpath:
+    """Plan the block's walls for a ball in a wide holder."""
+    holder = Holder(stick_out=30.0, sections=(Section(length=40.0, diameter=40.0),))
+    tool = fx.Tool.ball(8, shank_diameter=7.0, holder=holder)
+    return fx.plan_contour(block()[0], tool, stepdown=10, spacing=0.1)
+
+
+def dense_vase(times: int = 28) -> fx.Toolpath:
+    """Put more contacts between those of the vase, on its facets."""
+    path = table("vase_overhang.csv", 10)
+    given = np.arange(len(path), dtype=float)
+    rows = np.arange(times * (len(path) - 1) + 1) / times
+    contacts, normals = (
+        np.column_stack([np.interp(rows, given, column) for column in values.T])
+        for values in (path.contact, path.normal)
+    )
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    return fx.Toolpath.from_contacts(contacts, normals, path.tool, feed_mm_min=1000.0)
+
+
 PATHS = {
     "vase": NamedPath("overhanging vase, ball 10", lambda: table("vase_overhang.csv", 10), WALLS),
     "dome": NamedPath(
@@ -113,5 +146,13 @@ PATHS = {
         "LinuxCNC's impeller program, ball 6", lambda: program("impeller", 6), {"cone": 15}, TRUNNION
     ),
     "arc": NamedPath("60 contacts on an overhanging arc, ball 8", arc, WALLS, shared=False),
+    "clamp": NamedPath(
+        "walls of a block beside a clamp, ball 8, holder 40",
+        walls,
+        WALLS,
+        shared=False,
+        around=block,
+    ),
+    "vase-dense": NamedPath("vase with 28 times as many contacts", dense_vase, WALLS),
     "boat": NamedPath("LinuxCNC's boat program, ball 6", lambda: program("boat", 6), {"cone": 15}, TRUNNION),
 }

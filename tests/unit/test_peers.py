@@ -57,6 +57,16 @@ def test_an_unknown_key_is_refused(peers, tmp_path, monkeypatch):
         peers.case.Case.read("odd")
 
 
+def test_a_holder_in_the_part_is_found_and_the_same_tool_beside_it_is_clear(peers):
+    case = peers.case.Case.read("clamp")
+    values = peers.methods.axis_values(case, peers.methods.METHODS["normal"](case))
+    # Along the normal of the upright walls, leaned by 15 deg, the holder of 40 mm is in clamp or block.
+    assert peers.checker.violations(case, values)["holder"] > 100
+    away = values.copy()
+    away[:, case.machine.column("Z")] += 200.0
+    assert "holder" not in peers.checker.violations(case, away)
+
+
 def test_what_keeps_the_bounds_breaks_nothing(peers, arc, leaned):
     assert peers.checker.violations(arc, leaned) == {}
 

@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import trimesh
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from paths import DATA, PATHS
 
 import fiveaxis as fx
+from fiveaxis.collision import Fixture
 from fiveaxis.posture import Problem
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.toolpath import Constraints, TiltBounds
@@ -32,12 +34,15 @@ class Case:
     name : of its file
     toolpath, machine : with the powers of its axes
     options : bounds on postures, degrees
+    part, fixtures : what the tool keeps clear of; None and empty for nothing
     """
 
     name: str
     toolpath: fx.Toolpath
     machine: fx.Machine
     options: dict[str, Any]
+    part: trimesh.Trimesh | None = None
+    fixtures: tuple[Fixture, ...] = ()
 
     @classmethod
     def read(cls, name: str) -> Case:
@@ -60,7 +65,9 @@ class Case:
             raise FileNotFoundError(f"{name}: needs {DATA}")
         toolpath, machine = path.make()
         options = {key: tuple(v) if isinstance(v, list) else v for key, v in table.items()}
-        return cls(name, Constraints.of_degrees(**options).zoned(toolpath), machine, options)
+        zoned = Constraints.of_degrees(**options).zoned(toolpath)
+        part, fixtures = path.around() if path.around else (None, ())
+        return cls(name, zoned, machine, options, part, fixtures)
 
     @property
     def constraints(self) -> Constraints:

@@ -6,10 +6,13 @@ Only data comes from the package: lines of the axes at home, limits, locations a
 from __future__ import annotations
 
 import numpy as np
+import trimesh
 from case import Case
 
 # mm, rad: what rounding may cost.
 CLOSE = 1e-6
+# mm, between the points of part and fixtures that are looked at.
+GRID = 1.0
 
 
 def tool_frames(case: Case, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -32,6 +35,28 @@ def tool_frames(case: Case, positions: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return pose[:, :3, 3], pose[:, :3, 2]
 
 
+def touched(case: Case, tip: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Find the locations, (n,), at which points of part and fixtures are inside shank or holder."""
+    tool, inside = case.toolpath.tool, np.zeros(len(tip), dtype=bool)
+    if case.part is None or tool.holder is None:
+        return inside
+    meshes = [case.part, *(trimesh.creation.box(f.shape.size) for f in case.fixtures)]
+    for mesh, fixture in zip(meshes[1:], case.fixtures, strict=True):
+        mesh.apply_translation(fixture.shape.center)
+    points = np.vstack([mesh.subdivide_to_size(GRID).vertices for mesh in meshes])
+    ends, radii = [tool.radius, tool.holder.stick_out], [0.5 * tool.shank_diameter]
+    for section in tool.holder.sections:
+        ends.append(ends[-1] + section.length)
+        radii.append(0.5 * section.diameter)
+    for row, (origin, along) in enumerate(zip(tip, axis, strict=True)):
+        height = (points - origin) @ along
+        away = np.linalg.norm(points - origin - height[:, None] * along, axis=1)
+        part = np.searchsorted(ends, height) - 1
+        radius = np.array([0.0, *radii, 0.0])[part + 1]
+        inside[row] = (away < radius - CLOSE).any()
+    return inside
+
+
 def violations(case: Case, positions: np.ndarray) -> dict[str, int]:
     """Count the locations at which axis values, (n, k) mm and rad, break what the case asks for."""
     path, tip, axis = case.toolpath, *tool_frames(case, positions)
@@ -45,6 +70,7 @@ def violations(case: Case, positions: np.ndarray) -> dict[str, int]:
     rotary = positions[:, case.machine.rotary_columns]
     turned = np.abs(np.diff(rotary, axis=0)).max(axis=1) > case.turns + CLOSE
     found["lean"] = lean
+    found["holder"] = touched(case, tip, axis)
     found["limits"] = ((positions < low - CLOSE) | (positions > high + CLOSE)).any(axis=1)
     found["turn"] = turned & path.cutting[1:]
     return {what: int(rows.sum()) for what, rows in found.items() if rows.any()}

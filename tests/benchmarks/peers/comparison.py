@@ -13,16 +13,18 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import platform
 import re
 import subprocess
 import sys
 import tempfile
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from case import case_names
-from methods import METHODS
+from methods import BOUND, METHODS
 
 HERE = Path(__file__).parent
 DOCS = HERE.parents[2] / "docs" / "pages"
@@ -61,7 +63,8 @@ def row_of(result: Result) -> str:
     """Write a result as a row of the table."""
     if "why" in result:
         return f"| {result['method']} | | | | | | {result['why']} |"
-    figures = [f"{result[key]:,.0f}".replace(",", " ") for key in ("energy", "travel", "time")]
+    values = [result[key] for key in ("energy", "travel", "time")]
+    figures = ["" if value is None else f"{value:,.0f}".replace(",", " ") for value in values]
     broken = ", ".join(f"{what} at {count}" for what, count in result["violations"].items())
     spent = f"{result['processor']:,.1f} | {result['memory']:.0f}"
     return f"| {result['method']} | {' | '.join(figures)} | {spent} | {broken} |"
@@ -72,10 +75,19 @@ def table_of(results: list[Result]) -> str:
     lines = []
     for case in dict.fromkeys(result["case"] for result in results):
         own = [result for result in results if result["case"] == case]
-        own.sort(key=lambda result: result.get("energy", float("inf")))
+        own.sort(key=lambda result: (result["method"] != BOUND, result.get("energy") or float("inf")))
         count = next((result["locations"] for result in own if "locations" in result), 0)
         lines += ["", f"**{case}**, {count} locations", "", *HEADS, *map(row_of, own)]
     return "\n".join(lines) + "\n\n"
+
+
+def made_on() -> str:
+    """Say on which computer, with which versions."""
+    info = Path("/proc/cpuinfo")
+    names = re.findall(r"model name\s*: (.*)", info.read_text(encoding="utf-8")) if info.exists() else []
+    packages = ", ".join(f"{name} {version(name)}" for name in ("fiveaxis", "numpy", "scipy", "casadi"))
+    cores = f"{os.cpu_count()} cores of {names[0] if names else platform.machine()}"
+    return f"{cores}, {platform.system()}, Python {platform.python_version()}, {packages}."
 
 
 def draw(results: list[Result], file: Path) -> None:
@@ -118,8 +130,8 @@ def main() -> None:
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--page", action="store_true")
     given = parser.parse_args()
-    methods = [name.strip() for name in given.methods.split(";")] if given.methods else list(METHODS)
-    if unknown := set(methods) - METHODS.keys() | set(given.cases) - set(case_names()):
+    methods = [name.strip() for name in given.methods.split(";")] if given.methods else [*METHODS, BOUND]
+    if unknown := set(methods) - {*METHODS, BOUND} | set(given.cases) - set(case_names()):
         parser.error(f"unknown: {', '.join(sorted(unknown))}")
     given.results.mkdir(parents=True, exist_ok=True)
     results = []
@@ -127,8 +139,8 @@ def main() -> None:
         for method in methods:
             results.append(result_of(given.results, case, method, given.limit, given.again))
             print(f"{case}: {row_of(results[-1])}", flush=True)
-    text = table_of(results)
-    print(f"{text}{platform.machine()}, Python {platform.python_version()}")
+    text = f"{made_on()}\n{table_of(results)}"
+    print(text)
     if given.page:
         page = PAGE.read_text(encoding="utf-8")
         PAGE.write_text(TABLE.sub(lambda _: text, page), encoding="utf-8")

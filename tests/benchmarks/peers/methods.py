@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 
 import fiveaxis as fx
 from fiveaxis.motion import follow
-from fiveaxis.posture import Options, optimise
 from fiveaxis.posture.baselines.catalogue import along_normal, lead_lean
 from fiveaxis.posture.local.refinement import refine
 
@@ -26,7 +25,7 @@ LATTICE = np.radians([4.0, 6.0])
 # Longest path for a search without gradients, and how often it may ask for the cost.
 SHORT, EVALUATIONS = 100, 200_000
 # s of processor time after which TrajOpt isn't started again.
-SECONDS = 300.0
+SECONDS = 200.0
 # J per rad, mm or unit of cosine beyond a bound, in that search.
 PENALTY = 1e5
 
@@ -40,8 +39,9 @@ Postures = tuple[fx.Toolpath, np.ndarray]
 
 def ours(objective: str, effort: str) -> Callable[[Case], Postures]:
     def run(case: Case) -> Postures:
-        options = Options(objective=objective, effort=effort, bound=False)
-        found = optimise(case.toolpath, case.machine, case.constraints, options)
+        around = {"part": case.part, "fixtures": case.fixtures}
+        asked = {"objective": objective, "effort": effort, "bound": False}
+        found = fx.optimise(case.toolpath, case.machine, **case.options, **around, **asked)
         return found.toolpath, found.motion.positions[:, case.machine.rotary_columns]
 
     return run
@@ -219,6 +219,9 @@ def environment(package: str) -> Path:
             raise CannotDoError(f"{package} can't be installed: {made.stderr.strip().splitlines()[-1]}")
     return python
 
+
+# No method, but what none can be better than.
+BOUND = "lower bound"
 
 METHODS: dict[str, Callable[[Case], Postures]] = {
     "fiveaxis, energy, normal": ours("energy", "normal"),
