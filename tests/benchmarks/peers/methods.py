@@ -25,7 +25,7 @@ LATTICE = np.radians([4.0, 6.0])
 # Longest path for a search without gradients, and how often it may ask for the cost.
 SHORT, EVALUATIONS = 100, 200_000
 # s of processor time after which TrajOpt isn't started again.
-SECONDS = 200.0
+SECONDS = 100.0
 # J per rad, mm or unit of cosine beyond a bound, in that search.
 PENALTY = 1e5
 
