@@ -169,7 +169,7 @@ def fit_arc(
     if radius * turn < LEAST_ARC:
         return -1.0, 0.0
     taken = radius / math.tan(angle)
-    blend.block, blend.length, blend.feed, blend.push = first.block, radius * turn, asked, most_push
+    blend.block, blend.length, blend.feed, blend.push = second.block, radius * turn, asked, most_push
     blend.most = min(speed, blend.length / cycle)
     blend.turns = blend.rapid = blend.overlapped = False
     blend.arc, blend.join, blend.kink = True, TANGENT, np.inf

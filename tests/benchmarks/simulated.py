@@ -1,12 +1,12 @@
 """Print how long programs take: as predicted, and in LinuxCNC's simulated machine.
 
-Usage: python tests/benchmarks/simulated.py [impeller] [boat] [wave] [square] [--rows 0:300]
+Usage: python tests/benchmarks/simulated.py [impeller] [boat] [wave] [square] [curve] [--rows 0:300]
        [--words "G61,G64,G64 P0.01"] [--modes axes,tip]
 
 Impeller and boat are LinuxCNC's demonstration programs with their own postures, the wave turns both rotary
-axes along 40 mm, the square has no turns. Each is written for LinuxCNC by this package without ways in and
-out, and run in real time with each path-control word in place of G61. Predictions are those of a table of the
-control with that word's corners. Counted from the first block of the cut to the end of the last one. Needs
+axes along 40 mm, square and curve have no turns. Each is written for LinuxCNC by this package without ways in
+and out, and run in real time with each path-control word in place of G61. Predictions are those of a table of
+the control with that word's corners. Counted from the first block of the cut to the end of the last one. Needs
 linuxcnc-uspace.
 """
 
