@@ -6,7 +6,7 @@ Paths from ../shared/data are read there; nothing of it is part of the project.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +46,8 @@ class NamedPath:
     around: Callable[[], tuple[trimesh.Trimesh, tuple[Fixture, ...]]] | None = None
 
     def make(self) -> tuple[fx.Toolpath, fx.Machine]:
-        """Make path and machine."""
-        machine = fx.load_machine(self.machine)
+        """Make path and machine, without bodies: nothing says where the part stands on its table."""
+        machine = replace(fx.load_machine(self.machine), bodies=())
         if self.machine != HAYASHI:
             machine = machine.with_drives_of(fx.load_machine(HAYASHI))
         return self.read(), machine

@@ -6,8 +6,8 @@ Usage: python tests/benchmarks/simulated.py [impeller] [boat] [wave] [square] [c
 Impeller and boat are LinuxCNC's demonstration programs with their own postures, the wave turns both rotary
 axes along 40 mm, square and curve have no turns. Each is written for LinuxCNC by this package without ways in
 and out, and run in real time with each path-control word in place of G61. Predictions are those of a table of
-the control with that word's corners. Counted from the first block of the cut to the end of the last one. Needs
-linuxcnc-uspace.
+the control with that word's corners. Counted from the first block of the cut to the end of the last one.
+Needs linuxcnc-uspace.
 """
 
 import argparse

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -65,8 +65,6 @@ class Case:
             raise FileNotFoundError(f"{name}: needs {DATA}")
         toolpath, machine = path.make()
         options = {key: tuple(v) if isinstance(v, list) else v for key, v in table.items()}
-        # No program states where the part stands on this table, so the machine's own bodies stay out of it.
-        machine = replace(machine, bodies=())
         zoned = Constraints.of_degrees(**options).zoned(toolpath)
         part, fixtures = path.around() if path.around else (None, ())
         return cls(name, zoned, machine, options, part, fixtures)
