@@ -150,8 +150,9 @@ def predicted_time(
         blocks = _in_words(blocks, machine)
     assumed = ""
     if dialect is None or dialect.corners is None:
-        whose = "" if dialect is None else f", since {dialect.title or dialect.name} has them as it is set up"
-        assumed = f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm{whose}"
+        assumed = f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm"
+        if dialect is not None:
+            assumed += f", since how control {dialect.name!r} takes them is a setting of the machine"
         times = time_motion(blocks, machine, corners=PATH_TOLERANCE).motion.time
     elif isinstance(dialect.corners, str):
         blends = dialect.corners == "blended"

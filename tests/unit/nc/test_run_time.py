@@ -103,7 +103,7 @@ def test_a_control_with_unknown_corner_behaviour_is_assumed_to_pass_them_within_
     motion = motion_of(arc(41, 0.8))
     predicted = predicted_time(motion, TRUNNION, DIALECTS["haas"])
     assert predicted.basis == "accelerations"
-    assert "0.005 mm, since Haas" in predicted.assumed
+    assert "0.005 mm, since how control 'haas'" in predicted.assumed
     law = time_motion(motion, TRUNNION, corners=0.005)
     np.testing.assert_allclose(predicted.times, law.motion.time)
     assert predicted.total == predicted_time(motion, TRUNNION).total
