@@ -272,7 +272,16 @@ class Solution(ShownAsTable):
 
         They are the programmed ones on a machine without accelerations.
         """
-        given = self.compared[name] if name else None
+        if name not in self._timed:
+            self._timed[name] = self._in_time(self.compared[name] if name else None)
+        return self._timed[name]
+
+    @cached_property
+    def _timed(self) -> dict[str, Motion]:
+        """Motions with the control's times, by name, as far as they were asked for."""
+        return {}
+
+    def _in_time(self, given: Baseline | None) -> Motion:
         motion = self.motion if given is None else given.motion
         path = self.toolpath if given is None else given.toolpath or self.toolpath
         if self.clock.is_programmed(self.machine) or len(motion) == 1:
