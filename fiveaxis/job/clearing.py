@@ -21,7 +21,7 @@ from fiveaxis.job.colliding import colliding_rows, has_pairs
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
-from fiveaxis.nc import USUAL_CLOCK, Clock
+from fiveaxis.nc import Clock, Coordinates, require_program
 from fiveaxis.posture import Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
@@ -95,8 +95,8 @@ def optimise(
     free_start: bool | Passes = False,
     free_direction: bool = False,
     effort: str | Effort = "normal",
-    interpolation: Interpolation = Interpolation.JOINT,
-    clock: Clock = USUAL_CLOCK,
+    control: str | Path | None = None,
+    coordinates: Coordinates | None = None,
     solver: str = "structured",
     start: Array | None = None,
     bound: bool | None = None,
@@ -150,9 +150,11 @@ def optimise(
     free_direction : whether those passes may also be reversed, from climb to conventional milling
     effort : ``quick``, ``normal`` or ``thorough`` (`fiveaxis.posture.EFFORTS` has what each promises), or an
         `Effort`
-    interpolation : of the control that the program is for
-    clock : how long that control takes for blocks, over which energy is drawn, where the machine states
-        accelerations; by default it rounds corners within 5 µm
+    control : that the program is for, by name or table (`fiveaxis.nc.DIALECTS`): where the machine states
+        accelerations, energies and times are those over the time that it takes; by default it is taken to
+        pass corners within 5 µm
+    coordinates : of the program: ``axes`` for joint interpolation, ``tip`` or ``vector`` for tool centre
+        point control; by default the control's own, or ``axes``
     solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
         same terms (`fiveaxis.posture.local`); overrides the effort's own
     start : (n, 2), rad, chain order, postures to refine instead of searching
@@ -181,6 +183,12 @@ def optimise(
         singular_cone=singular_cone,
         singular_rate=singular_rate,
     )
+    if control is None:
+        clock = Clock(None, coordinates or "axes")
+        interpolation = Interpolation.JOINT if clock.coordinates == "axes" else Interpolation.TCP
+    else:
+        wording = require_program(machine, control, coordinates)
+        clock, interpolation = Clock(wording.dialect, wording.coordinates), wording.interpolation
     options = Options(
         objective=objective,
         up_penalty=up_penalty,

@@ -55,7 +55,7 @@ def run(name: str, mode: str, given: argparse.Namespace) -> None:
     machine, path = machine_and_path(name, given)
     interpolation = Interpolation.JOINT if mode == "axes" else Interpolation.TCP
     filling = Filling(interpolation)
-    clocks = {"LinuxCNC": Clock(DIALECTS["linuxcnc"], mode), "blended": Clock()}
+    exact = Clock(DIALECTS["linuxcnc"], mode)
     print(f"{name}, {mode}: {len(path)} locations", flush=True)
     asked = [("time", clock) for clock in given.clocks.split(",")]
     asked += [("energy", "LinuxCNC"), ("energy", "feed")] * given.energy
@@ -64,16 +64,13 @@ def run(name: str, mode: str, given: argparse.Namespace) -> None:
         options = {"cone": CONE, "effort": given.effort, "objective": objective}
         unaware = replace(machine, axes=tuple(replace(a, max_acceleration=None) for a in machine.axes))
         planned = unaware if clock == "feed" else machine
-        clocked = clocks.get(clock, clocks["LinuxCNC"])
-        solution = fx.optimise(path, planned, interpolation=interpolation, clock=clocked, **options)
+        control = None if clock == "blended" else "linuxcnc"
+        solution = fx.optimise(path, planned, control=control, coordinates=mode, **options)
         spent = time.perf_counter() - begun
         blocks = filling.blocks(solution.toolpath, machine, solution.motion)
-        said = (
-            f"{objective}, {clock}"
-            if objective == "time"
-            else ("energy" if clock != "feed" else "energy at the feed")
-        )
-        print(row(said, machine, blocks, clocks["LinuxCNC"]), f"[{spent:.0f} s to solve]", flush=True)
+        said = {"feed": "energy at the feed"}.get(clock, objective)
+        said += f", {clock}" if objective == "time" else ""
+        print(row(said, machine, blocks, exact), f"[{spent:.0f} s to solve]", flush=True)
         for baseline, saved in () if clock == "feed" else solution.time_savings().items():
             before = solution.baselines[baseline].time
             after = solution.energy.time

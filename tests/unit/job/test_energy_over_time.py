@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy
+from fiveaxis.errors import SettingError
 from fiveaxis.job import MadeProgram, ProgramOptions, make_program
 from fiveaxis.machine import load_machine
 from fiveaxis.motion import Interpolation, Motion
@@ -102,6 +103,18 @@ def test_without_accelerations_the_feed_decides(hayashi):
     assert solution.energy.timing == "programmed"
     assert solution.energy.time == solution.energy.feed_time
     assert solution.timed() is solution.motion
+
+
+def test_the_call_names_the_control_and_its_coordinates():
+    machine, asked = replace(TRUNNION, bodies=()), {"tilt": TILT, "effort": "quick"}
+    solution = fx.optimise(leaning_path(), machine, control="linuxcnc", coordinates="tip", **asked)
+    assert (solution.clock.dialect, solution.clock.coordinates) == (DIALECTS["linuxcnc"], "tip")
+    assert solution.filling.interpolation is Interpolation.TCP
+    unnamed = fx.optimise(leaning_path(), machine, coordinates="tip", **asked)
+    assert unnamed.filling.interpolation is Interpolation.TCP
+    assert unnamed.energy.time < solution.energy.time
+    with pytest.raises(SettingError, match="did you mean 'linuxcnc'"):
+        fx.optimise(leaning_path(), machine, control="lunixcnc", **asked)
 
 
 steps_of_axes = st.lists(st.tuples(*[st.integers(-40, 40)] * 5), min_size=1, max_size=12)
