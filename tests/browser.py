@@ -40,6 +40,10 @@ FLAGS = [
 START = 'in=$1 out=$2; shift 2; exec "$@" 3<&"$in" 4>&"$out"'
 
 
+class LeftError(Exception):
+    """The page was left while it was asked."""
+
+
 class Browser:
     """One page in a browser; talks DevTools' protocol: JSON texts, each ended by a zero byte."""
 
@@ -83,6 +87,9 @@ class Browser:
         while True:
             message = self._receive()
             if message.get("id") == self.number:
+                fault = message.get("error", {}).get("message", "")
+                if "navigated" in fault:
+                    raise LeftError(fault)
                 assert "error" not in message, message
                 return message["result"]
             self._listen(message)
