@@ -30,7 +30,7 @@ class PredictedTime:
     times : (n,), s, of the motion's rows
     basis : with ``accelerations``, or ``programmed`` where they or the control's corner behaviour are unknown
     missing : reason for programmed times, else empty
-    assumed : about the control's corners, if they aren't known
+    assumed : about corners and accelerations that aren't known
     """
 
     times: Array
@@ -76,8 +76,8 @@ class Clock:
         return self.dialect is not None and self.coordinates != "axes" and self.dialect.limited == "words"
 
     def is_programmed(self, machine: Machine) -> bool:
-        """Whether times are the programmed ones, since the machine doesn't state all accelerations."""
-        return any(axis.max_acceleration is None for axis in machine.axes)
+        """Whether times are the programmed ones, since the machine states too few accelerations."""
+        return _is_programmed(machine, self.dialect)
 
     def timed(self, blocks: Motion, machine: Machine) -> Motion:
         """Return blocks, one a row, with the times that the control takes for them."""
@@ -131,7 +131,9 @@ def predicted_time(
     Parameters
     ----------
     motion : a program read back, with the programmed times
-    machine : with highest speeds and accelerations of all axes, else the programmed times are returned
+    machine : with highest speeds and accelerations. Without any acceleration, or with some unknown on a
+        control that plans in cycles, the programmed times are returned; else an axis whose acceleration isn't
+        known changes its speed at once
     dialect : the control's table, if it is known
     coordinates : of the program; under TCP control rows of one block share its source line
 
@@ -141,25 +143,34 @@ def predicted_time(
         As `time_motion`.
     """
     unknown = [a.letter for a in machine.axes if a.max_acceleration is None]
-    if unknown:
-        missing = f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}"
-        return PredictedTime(motion.time, "programmed", missing)
+    lacking = f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}"
+    if _is_programmed(machine, dialect):
+        return PredictedTime(motion.time, "programmed", lacking)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
     blocks = _whole_blocks(motion, last)
     if Clock(dialect, coordinates).limits_words:
         blocks = _in_words(blocks, machine)
-    assumed = ""
+    assumptions = [f"{lacking}: their speed changes at once"] if unknown else []
     if dialect is None or dialect.corners is None:
-        assumed = f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm"
+        assumptions.append(f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm")
         if dialect is not None:
-            assumed += f", since how control {dialect.name!r} takes them is a setting of the machine"
+            assumptions[-1] += f", since how control {dialect.name!r} takes them is a setting of the machine"
         times = time_motion(blocks, machine, corners=PATH_TOLERANCE).motion.time
     elif isinstance(dialect.corners, str):
         blends = dialect.corners == "blended"
         times = servo_times(blocks, machine, dialect.cycle, blends=blends, tolerance=dialect.blend)
     else:
         times = time_motion(blocks, machine, corners=dialect.corners).motion.time
-    return PredictedTime(_distribute(times, motion.time, last), "accelerations", assumed=assumed)
+    return PredictedTime(
+        _distribute(times, motion.time, last), "accelerations", assumed="; ".join(assumptions)
+    )
+
+
+def _is_programmed(machine: Machine, dialect: Dialect | None) -> bool:
+    """Whether too few accelerations are known: none, or not all that a planner in cycles works with."""
+    known = [axis.max_acceleration is not None for axis in machine.axes]
+    in_cycles = dialect is not None and isinstance(dialect.corners, str)
+    return not (all(known) if in_cycles else any(known))
 
 
 def _block_ends(motion: Motion) -> BoolArray:

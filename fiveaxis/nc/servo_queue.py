@@ -56,12 +56,13 @@ class Span(Protocol):
 
 def record_type(fields: type) -> np.dtype[Any]:
     """Make the type of array records that have the fields of a class."""
-    kinds: dict[Any, Any] = {int: np.int64, float: np.float64, bool: np.bool_, Array: (np.float64, (3,))}
-    return np.dtype([(name, *_as_tuple(kinds[kind])) for name, kind in get_type_hints(fields).items()])
-
-
-def _as_tuple(kind: Any) -> tuple[Any, ...]:
-    return kind if isinstance(kind, tuple) else (kind,)
+    kinds: dict[Any, Any] = {
+        int: (np.int64,),
+        float: (np.float64,),
+        bool: (np.bool_,),
+        Array: (np.float64, 3),
+    }
+    return np.dtype([(name, *kinds[kind]) for name, kind in get_type_hints(fields).items()])
 
 
 SPAN = record_type(Span)

@@ -202,8 +202,8 @@ class Delivery:
     def reweights(self) -> bool:
         """Whether the price of blocks depends on the path, so that it is adapted round by round.
 
-        The stops of a control with TCP that stops between blocks aren't priced: concentrating turns in few
-        blocks would need more blocks there, and so more stops.
+        Least time doesn't price the stops of a control with TCP that stops between blocks: concentrating
+        turns in few blocks would need more blocks there, and so more stops.
         """
         if self.objective != "time":
             return self.objective == "energy"

@@ -109,6 +109,18 @@ def test_a_control_with_unknown_corner_behaviour_is_assumed_to_pass_them_within_
     assert predicted.total == predicted_time(motion, TRUNNION).total
 
 
+def test_the_accelerations_that_are_known_count_where_others_are_not():
+    """X and Y speed up as on the whole machine; what is unknown is said. LinuxCNC's planner needs all."""
+    axes = (
+        replace(a, max_acceleration=None if a.letter in "AC" else a.max_acceleration) for a in TRUNNION.axes
+    )
+    partly, motion = replace(TRUNNION, axes=tuple(axes)), motion_of(arc(41, 0.8))
+    predicted = predicted_time(motion, partly)
+    assert predicted.total == predicted_time(motion, TRUNNION).total > motion.time.sum()
+    assert "no max_acceleration of A, C: their speed changes at once" in predicted.assumed
+    assert predicted_time(motion, partly, LINUXCNC).basis == "programmed"
+
+
 def test_a_custom_table_states_the_corner_tolerance(tmp_path):
     table = tmp_path / "mine.toml"
     table.write_text('based_on = "haas"\ncorners = 0.05\n')

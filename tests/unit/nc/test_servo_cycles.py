@@ -107,6 +107,7 @@ def test_no_program_is_faster_than_its_feed_nor_slower_on_a_machine_that_acceler
     blocks = blocks_of(rows)
     times = servo_times(blocks, TRUNNION, CYCLE, blends=blends, tolerance=tolerance)
     assert np.isfinite(times).all()
+    # Where blocks overlap, at most two are under way at once.
     assert times.sum() >= (1.0 if not blends else 0.5) * blocks.time.sum() - CYCLE
     if not blends:
         assert exact(blocks, accelerated(4.0)).sum() <= times.sum() + CYCLE * len(steps)
