@@ -83,11 +83,13 @@ def refine(
     if solver == IPOPT:
         tried = [minimise_by_ipopt(rows, x, iterations=iterations, barrier=barrier)]
     else:
-        factors = BARRIERS[-1:] if near else BARRIERS if len(problem) <= LONG else BARRIERS[:1]
-        tried = [
-            minimise(rows, x, iterations=ITERATIONS * iterations, barrier=factor * barrier, last=last)
-            for factor in factors
-        ]
+        factors = BARRIERS[::-1] if near else BARRIERS if len(problem) <= LONG else BARRIERS[:1]
+        tried = []
+        for factor in factors:
+            most, first = ITERATIONS * iterations, factor * barrier
+            tried.append(minimise(rows, x, iterations=most, barrier=first, last=last))
+            if near and (tried[-1].solved or _choose(problem, tried[-1].rotary, start) is not start):
+                break
     if solver == STRUCTURED and not near and not any(found.solved for found in tried):
         tried.append(_minimise_from_outside(problem, x, held, iterations, barrier))
     kept = start
