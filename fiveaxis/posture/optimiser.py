@@ -172,8 +172,8 @@ def optimise(
 
     filling = Filling.of(constraints, options.interpolation)
 
-    def solved(narrow: Narrow) -> tuple[Solution, Mask | None, Breach | None]:
-        """Solve within narrower bounds; return also what is broken between locations."""
+    def solved(narrow: Narrow) -> _Attempt:
+        """Solve within narrower bounds."""
         given = GivenProblem(*build(narrow, toolpath), toolpath, options.start, effort, progress, cone)
         found, mask = solve_given(given, options.mask)
 
@@ -189,11 +189,12 @@ def optimise(
         delivery = Delivery(
             found.toolpath, rebuild, refine, filling, up_penalty, options.objective, options.clock, progress
         )
-        found, breach = delivered(found, delivery)
+        found, rank, breach = delivered(found, delivery)
         wide = machine if found.machine is narrow.machine else endless(machine)
-        return replace(found, machine=wide), mask, breach
+        return _Attempt(replace(found, machine=wide), mask, rank, breach)
 
-    found, mask = _without_breach(solved, Narrow(machine, constraints))
+    attempt = _best_attempt(solved, Narrow(machine, constraints))
+    found, mask = attempt.found, attempt.mask
     if found.machine is not machine:
         rotary = found.motion.positions[:, machine.rotary_columns]
         admits = None if mask is None else mask.along(found.motion.location).admits
@@ -229,27 +230,40 @@ class Narrow:
         return Narrow(replace(machine, axes=tuple(axes)) if reserve else machine, constraints, reserve)
 
 
-def _without_breach(
-    solved: Callable[[Narrow], tuple[Solution, Mask | None, Breach | None]], given: Narrow
-) -> tuple[Solution, Mask | None]:
-    """Solve again within narrower bounds where one is broken between locations; if that fails, as given.
+@dataclass(frozen=True, eq=False)
+class _Attempt:
+    """A solution within some bounds.
+
+    Parameters
+    ----------
+    found, mask : the solution, and the mask that it was found within
+    rank : key by which the better of two is smaller: what is broken, then the cost
+    breach : what the path that was solved breaks between locations, even if a baseline took its place
+    """
+
+    found: Solution
+    mask: Mask | None
+    rank: tuple[float, float]
+    breach: Breach | None
+
+
+def _best_attempt(solved: Callable[[Narrow], _Attempt], given: Narrow) -> _Attempt:
+    """Solve again within narrower bounds while one is broken between locations; return the best of all.
 
     Directions that keep a least angle to the normal surround a hole, over which a turn within one move hops;
     and blocks between two locations at the end of an axis's travel may go some micrometres beyond it.
     """
-    found, mask, breach = solved(given)
+    attempts = [solved(given)]
     narrow = given
-    for _ in range(MOST_ATTEMPTS):
-        if breach is None:
-            break
-        narrow = narrow.within(given.machine, breach)
+    while attempts[-1].breach is not None and len(attempts) <= MOST_ATTEMPTS:
+        narrow = narrow.within(given.machine, attempts[-1].breach)
         try:
-            again, its_mask, breach = solved(narrow)
+            attempts.append(solved(narrow))
         except Infeasible:
             break
-        if breach is None:
-            return again, its_mask
-    return found, mask
+    best = min(attempts, key=lambda one: one.rank)
+    stages = [stage for attempt in attempts for stage in attempt.found.stages]
+    return replace(best, found=replace(best.found, stages=tuple(stages)))
 
 
 @dataclass(frozen=True, eq=False)

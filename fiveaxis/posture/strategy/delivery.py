@@ -184,7 +184,7 @@ class Delivery:
             done = number >= len(sharpnesses) or self.objective == "travel"
             if len(here.rotary) == 1 or (done and here.excess <= BETWEEN):
                 break
-            sharpness = sharpnesses[min(number, len(sharpnesses) - 1)]
+            sharpness, coming = (sharpnesses[min(n, len(sharpnesses) - 1)] for n in (number, number + 1))
             posed, start, before = here.denser, here.filled, here.cost
             problem = self._reweighted(posed, start, sharpness, here if timed else None)
             here = self._priced(posed, self.refine(posed, problem, start), problem)
@@ -195,6 +195,9 @@ class Delivery:
             best = here if better else best
             more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
             if not more and here.excess <= BETWEEN and (number >= 2 or not self.reweights):
+                break
+            stays = here.inserted == 0 and np.array_equal(here.rotary, start)
+            if stays and (here.excess > BETWEEN or not self.reweights or coming == sharpness):
                 break
         return best, stages
 
@@ -263,7 +266,7 @@ class Delivery:
         return from_rest_to_rest(weighted, rotary, sharpness, words=self.clock.limits_words)
 
 
-def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, Breach | None]:
+def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, tuple[float, float], Breach | None]:
     """Solve a solution again on the locations of its program; its energies are then those of programs.
 
     Every baseline is priced as its own program, and given on the locations of the result. A baseline that is
@@ -276,11 +279,13 @@ def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, Breach 
 
     Returns
     -------
-    The solution, and what it still breaks between locations
+    The solution; its rank (`Delivered.rank`); and what the path that was solved still breaks between its
+    locations, even if a baseline took its place
     """
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
     columns = machine.rotary_columns
     best, stages = delivery.run(solution.motion.positions[:, columns])
+    breach = best.breach
     delivery.progress("pricing baselines as programs", 0, 1)
     filled = {
         name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
@@ -318,7 +323,7 @@ def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, Breach 
         filling=filling,
         clock=delivery.clock,
     )
-    return found, best.breach
+    return found, best.rank, breach
 
 
 def _findings(best: Delivered) -> list[Finding]:

@@ -44,7 +44,12 @@ def test_the_vase_ends_at_its_best_known_energy_and_does_so_again(hayashi, vase)
 @pytest.mark.slow
 def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
     free = optimise(dome, hayashi, tilt=(10, 70), max_turn=360.0)
-    assert refined_cost(free) < 22_500.0
+    # The search at the locations alone finds fast turns, over which the tool hops out of its range between
+    # two locations; so the path is solved again within smaller ones.
+    searched = [stage.after for stage in free.stages if stage.name == "refine, all locations"]
+    assert min(searched) < 22_500.0
+    assert len(searched) > 1
+    assert "between-locations" not in {finding.code for finding in free.toolpath.findings}
     assert_sound(free)
     bounded = optimise(dome, hayashi, tilt=(10, 70))
     assert_sound(bounded)
