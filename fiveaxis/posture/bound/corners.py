@@ -60,9 +60,10 @@ class Lattice:
         top = np.ceil((self.high - self.low) / self.step)
         first = np.clip(np.floor((enclosed.low - self.low) / self.step), 0, top).astype(np.int64)
         last = np.clip(np.ceil((enclosed.high - self.low) / self.step), 0, top).astype(np.int64)
-        shape = tuple(side.parts for side in self.sides)
-        wraps = (self.sides[0].wraps, self.sides[1].wraps)
-        return Corners(*_touch(enclosed.may.reshape(shape), first, last, self.factors, wraps, self.counts))
+        row, column = np.divmod(enclosed.cell, self.sides[1].parts)
+        # A cell lies between two corners of each rotary angle.
+        p, q = (index // factor for index, factor in zip((row, column), self.factors, strict=True))
+        return Corners(*_touch(p, q, first, last, self.counts))
 
 
 class Corners(NamedTuple):
@@ -89,59 +90,40 @@ class Corners(NamedTuple):
 
 @compiled
 def _touch(
-    may: BoolArray,
-    first: IntArray,
-    last: IntArray,
-    factors: tuple[int, int],
-    wraps: tuple[bool, bool],
-    counts: tuple[int, int],
+    p: IntArray, q: IntArray, first: IntArray, last: IntArray, counts: tuple[int, int]
 ) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray, BoolArray, IntArray]:
-    """Group the touched corners; see `Corners`."""
-    parts, others = may.shape
+    """Group the touched corners of cells that lie behind a corner of the rotary angles; see `Corners`."""
+    lowest, highest = np.full((*counts, 3), FAR), np.full((*counts, 3), -FAR)
+    for c in range(len(p)):
+        for i in (p[c], (p[c] + 1) % counts[0]):
+            for j in (q[c], (q[c] + 1) % counts[1]):
+                for k in range(3):
+                    lowest[i, j, k] = min(lowest[i, j, k], first[c, k])
+                    highest[i, j, k] = max(highest[i, j, k], last[c, k])
     most = counts[0] * counts[1]
-    at = np.empty((most, 2), np.int64)
-    group = np.full(counts, -1, np.int64)
+    at, group = np.empty((most, 2), np.int64), np.full(counts, -1)
     low, extent = np.empty((most, 3), np.int64), np.empty((most, 3), np.int64)
     start = np.zeros(most + 1, np.int64)
     groups = 0
-    lowest, highest = np.empty(3, np.int64), np.empty(3, np.int64)
-    for p in range(counts[0]):
-        for q in range(counts[1]):
-            lowest[:], highest[:] = FAR, -FAR
-            for i in range((p - 1) * factors[0], (p + 1) * factors[0]):
-                if not wraps[0] and (i < 0 or i >= parts):
-                    continue
-                for j in range((q - 1) * factors[1], (q + 1) * factors[1]):
-                    if not wraps[1] and (j < 0 or j >= others):
-                        continue
-                    if may[i % parts, j % others]:
-                        cell = (i % parts) * others + j % others
-                        for k in range(3):
-                            lowest[k] = min(lowest[k], first[cell, k])
-                            highest[k] = max(highest[k], last[cell, k])
-            if lowest[0] > highest[0]:
+    for i in range(counts[0]):
+        for j in range(counts[1]):
+            if lowest[i, j, 0] > highest[i, j, 0]:
                 continue
-            at[groups, 0], at[groups, 1] = p, q
-            group[p, q] = groups
-            low[groups] = lowest
-            extent[groups] = highest - lowest + 1
+            at[groups, 0], at[groups, 1] = i, j
+            group[i, j] = groups
+            low[groups] = lowest[i, j]
+            extent[groups] = highest[i, j] - lowest[i, j] + 1
             start[groups + 1] = start[groups] + extent[groups, 0] * extent[groups, 1] * extent[groups, 2]
             groups += 1
     touched = np.zeros(start[groups], np.bool_)
-    for g in range(groups):
-        p, q = at[g]
-        for i in range((p - 1) * factors[0], (p + 1) * factors[0]):
-            if not wraps[0] and (i < 0 or i >= parts):
-                continue
-            for j in range((q - 1) * factors[1], (q + 1) * factors[1]):
-                if not wraps[1] and (j < 0 or j >= others):
-                    continue
-                if not may[i % parts, j % others]:
-                    continue
-                cell = (i % parts) * others + j % others
-                for a in range(first[cell, 0] - low[g, 0], last[cell, 0] - low[g, 0] + 1):
-                    for b in range(first[cell, 1] - low[g, 1], last[cell, 1] - low[g, 1] + 1):
+    for c in range(len(p)):
+        for i in (p[c], (p[c] + 1) % counts[0]):
+            for j in (q[c], (q[c] + 1) % counts[1]):
+                g = group[i, j]
+                for a in range(first[c, 0] - low[g, 0], last[c, 0] - low[g, 0] + 1):
+                    for b in range(first[c, 1] - low[g, 1], last[c, 1] - low[g, 1] + 1):
                         row = start[g] + (a * extent[g, 1] + b) * extent[g, 2] - low[g, 2]
-                        touched[row + first[cell, 2] : row + last[cell, 2] + 1] = True
-    cost = np.full(start[groups], FAR, np.int64)
+                        for n in range(row + first[c, 2], row + last[c, 2] + 1):
+                            touched[n] = True
+    cost = np.full(start[groups], FAR)
     return at[:groups], group, low[:groups], extent[:groups], start[: groups + 1], touched, cost

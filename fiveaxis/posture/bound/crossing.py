@@ -13,7 +13,7 @@ from fiveaxis.geometry import IntArray
 from fiveaxis.posture.bound.cells import Cells
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 from fiveaxis.posture.bound.enclosures import enclose
-from fiveaxis.posture.bound.sweep import QUANTUM, Prices, Sources, find_sources, grouped, reach
+from fiveaxis.posture.bound.sweep import QUANTUM, Neighbours, Prices, Sources, find_sources, grouped, reach
 from fiveaxis.posture.bound.visits import Visits
 from fiveaxis.progress import Progress
 
@@ -47,19 +47,17 @@ def cross(
 
     Costs are whole numbers, and prices are rounded down, so rounding can't raise the result.
     """
-    wraps = (lattice.sides[0].wraps, lattice.sides[1].wraps)
     count = len(visits.toolpath)
     total, work, most = 0, WORK_OF_CELL * len(cells.axis) * count, 0
-    sources: Sources | None = None
-    prices: Prices | None = None
+    before: Corners | None = None
     for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
         progress("bounding the cost from below", i, count)
-        ends = np.linspace(0, len(corners.at), SLICES + 1).astype(int).tolist()
-        parts = [(a, b) for a, b in itertools.pairwise(ends) if b > a]
-        if sources is None or prices is None:
+        if before is None:
             corners.cost[corners.touched] = 0
         else:
-            reached = [pool.submit(reach, corners, sources, prices, *part) for part in parts]
+            prices = Prices.of(lattice, visits.plus[i - 1], visits.minus[i - 1], visits.turn[i - 1])
+            sources = _sources(before, prices, Neighbours.of(lattice, prices, corners.group), pool)
+            reached = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
             work += sum(job.result() for job in reached)
         work += len(corners.cost)
         most = max(most, len(corners.cost))
@@ -69,12 +67,21 @@ def cross(
         # Only what is above the least so far is carried on, so that numbers stay small.
         total += least
         corners.cost[corners.touched] -= least
-        if i + 1 < count:
-            prices = Prices.of(lattice, visits.plus[i], visits.minus[i], visits.turn[i])
-            found = [pool.submit(find_sources, corners, prices, wraps, *part) for part in parts]
-            columns = zip(*(job.result() for job in found), strict=True)
-            sources = grouped(corners, *(np.concatenate(column) for column in columns))
+        before = corners
     return Crossed(total * QUANTUM, work, most)
+
+
+def _parts(corners: Corners) -> list[tuple[int, int]]:
+    """Divide the groups of a visit for threads."""
+    ends = np.linspace(0, len(corners.at), SLICES + 1).astype(int).tolist()
+    return [(a, b) for a, b in itertools.pairwise(ends) if b > a]
+
+
+def _sources(corners: Corners, prices: Prices, neighbours: Neighbours, pool: ThreadPoolExecutor) -> Sources:
+    """Find the corners from which the next visit is reached."""
+    found = [pool.submit(find_sources, corners, prices, neighbours, *part) for part in _parts(corners)]
+    columns = zip(*(job.result() for job in found), strict=True)
+    return grouped(corners, *(np.concatenate(column) for column in columns))
 
 
 def _touched(visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor) -> Iterator[Corners]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.compiled import compiled
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.posture.bound.cells import HUGE, Cells
 from fiveaxis.toolpath import TiltBounds, Toolpath
@@ -22,13 +23,32 @@ class Enclosed:
 
     Parameters
     ----------
-    may : (c,), cells that may hold an admissible posture
-    low, high : (c, 3), mm, ranges of the linear axes there, within their limits
+    cell : (m,), indices of the cells that may hold an admissible posture, ascending
+    low, high : (m, 3), mm, ranges of the linear axes there, within their limits
     """
 
-    may: BoolArray
+    cell: IntArray
     low: Array
     high: Array
+
+
+class _Window(NamedTuple):
+    """What all locations have in common.
+
+    Parameters
+    ----------
+    least, most : (b, c), cosines in the middle of cells for which postures in them may keep each bound
+    low, high : (3,), mm, limits of the linear axes
+    half : (2,), rad, half the width of a cell
+    offset : mm, of the pivot beside the tool axis
+    """
+
+    least: Array
+    most: Array
+    low: Array
+    high: Array
+    half: Array
+    offset: float
 
 
 def enclose(cells: Cells, toolpath: Toolpath, tilt: TiltBounds, machine: Machine) -> list[Enclosed]:
@@ -45,75 +65,132 @@ def enclose(cells: Cells, toolpath: Toolpath, tilt: TiltBounds, machine: Machine
     The cells of each location; none where no posture is admissible
     """
     linear = machine.linear_columns
-    low = np.maximum(machine.low[linear], -HUGE) - ROUNDING
-    high = np.minimum(machine.high[linear], HUGE) + ROUNDING
-    may = _keep_lean(cells, tilt.all)
-    # Cells that break the bounds at all of these locations needn't be enclosed.
-    near = np.flatnonzero(may.any(axis=1))
-    value, reach = _linear_ranges(cells.at(near), toolpath)
-    # NaN, where linear directions may lie in one plane, excludes nothing.
-    least = np.nan_to_num(value - reach, nan=-HUGE, neginf=-HUGE, posinf=HUGE)
-    most = np.nan_to_num(value + reach, nan=HUGE, neginf=-HUGE, posinf=HUGE)
-    found = []
-    for k in range(len(toolpath)):
-        own = may[:, k].copy()
-        own[near] &= ~((most[:, :, k] < low) | (least[:, :, k] > high)).any(axis=1)
-        ranges = np.zeros((2, len(own), 3))
-        ranges[0, near] = np.maximum(least[:, :, k], low)
-        ranges[1, near] = np.minimum(most[:, :, k], high)
-        found.append(Enclosed(own, ranges[0], ranges[1]))
-    return found
+    window = _Window(
+        least=np.stack([np.cos(np.minimum(b.high + cells.swing, np.pi)) - ROUNDING for b in tilt.all]),
+        most=np.stack([np.cos(np.maximum(b.low - cells.swing, 0.0)) + ROUNDING for b in tilt.all]),
+        low=np.maximum(machine.low[linear], -HUGE) - ROUNDING,
+        high=np.minimum(machine.high[linear], HUGE) + ROUNDING,
+        half=np.array([0.5 * side.step for side in cells.sides]),
+        offset=float(toolpath.zone.offset),
+    )
+    shape = (cells.axis, cells.swing, cells.matrix, cells.shift, cells.slope_middle, cells.slope_radius)
+    references = np.stack([b.reference for b in tilt.all], axis=1)
+    normals = np.nan_to_num(toolpath.normal)
+    return [
+        Enclosed(*_enclose(*shape, window, pivot, normal, reference))
+        for pivot, normal, reference in zip(toolpath.pivot, normals, references, strict=True)
+    ]
 
 
-def _keep_lean(cells: Cells, bounds: Sequence[TiltBounds]) -> BoolArray:
-    """Check which cells may keep the bounds on the lean, (c, m)."""
-    may = np.ones((len(cells.axis), len(bounds[0].reference)), dtype=bool)
-    for bound in bounds:
-        # Cosines in the middle of cells for which postures in them may keep the bound.
-        least = np.cos(np.minimum(bound.high + cells.swing, np.pi)) - ROUNDING
-        most = np.cos(np.maximum(bound.low - cells.swing, 0.0)) + ROUNDING
-        cosine = cells.axis @ bound.reference.T
-        # NaN, where nothing binds, is admissible.
-        may &= ~((cosine < least[:, None]) | (cosine > most[:, None]))
-    return may
+@compiled
+def _enclose(
+    axis: Array,
+    swing: Array,
+    matrix: Array,
+    shift: Array,
+    slope_middle: Array,
+    slope_radius: Array,
+    window: _Window,
+    pivot: Array,
+    normal: Array,
+    reference: Array,
+) -> tuple[IntArray, Array, Array]:
+    """Enclose the admissible postures of a location; see `Cells` and `Enclosed`."""
+    kept, near = 0, _admitted(axis, window, reference)
+    low, high = np.empty((len(near), 3)), np.empty((len(near), 3))
+    for c in near:
+        inside = True
+        for k in range(3):
+            middle, reach = _linear_range(
+                matrix[c, k], shift[c, k], slope_middle[c, k], slope_radius[c, k], pivot, window.half
+            )
+            if window.offset != 0.0:
+                beside, spreading = _offset_range(
+                    axis[c], swing[c], matrix[c, k], slope_middle[c, k], slope_radius[c, k], normal, window
+                )
+                middle, reach = middle + beside, reach + spreading
+            reach = reach * (1.0 + ROUNDING) + ROUNDING
+            least, most = middle - reach, middle + reach
+            # NaN, where linear directions may lie in one plane, excludes nothing.
+            least = -HUGE if np.isnan(least) else least
+            most = HUGE if np.isnan(most) else most
+            if most < window.low[k] or least > window.high[k]:
+                inside = False
+                break
+            low[kept, k], high[kept, k] = max(least, window.low[k]), min(most, window.high[k])
+        if inside:
+            near[kept] = c
+            kept += 1
+    return near[:kept].copy(), low[:kept].copy(), high[:kept].copy()
 
 
-def _linear_ranges(cells: Cells, toolpath: Toolpath) -> tuple[Array, Array]:
-    """Enclose the linear axes over every cell: the middle and the radius about it, (c, 3, m) mm each.
+@compiled
+def _admitted(axis: Array, window: _Window, reference: Array) -> IntArray:
+    """Find the cells that may keep the bounds on the lean; a reference of NaN binds nothing."""
+    found, count = np.empty(len(axis), np.int64), 0
+    for c in range(len(axis)):
+        may = True
+        for b in range(len(reference)):
+            cosine = (
+                axis[c, 0] * reference[b, 0] + axis[c, 1] * reference[b, 1] + axis[c, 2] * reference[b, 2]
+            )
+            if cosine < window.least[b, c] or cosine > window.most[b, c]:
+                may = False
+                break
+        if may:
+            found[count] = c
+            count += 1
+    return found[:count]
+
+
+@compiled
+def _linear_range(
+    row: Array, shift: float, slope_middle: Array, slope_radius: Array, pivot: Array, half: Array
+) -> tuple[float, float]:
+    """Enclose a linear axis over a cell: the middle and the radius about it, mm.
 
     Mean value form: the largest slope by each angle, times half the width.
     """
-    half = np.array([0.5 * side.step for side in cells.sides])
-    point = np.vstack([toolpath.pivot.T, np.ones(len(toolpath))])
-    value = _product(cells.matrix, toolpath.pivot.T) + cells.shift[:, :, None]
-    slope = np.abs(_product(cells.slope_middle, point)) + _product(cells.slope_radius, np.abs(point))
-    reach = half[0] * slope[:, :, 0] + half[1] * slope[:, :, 1]
-    if toolpath.zone.offset != 0.0:
-        beside, spreading = _enclose_offset(cells, half, np.nan_to_num(toolpath.normal), toolpath.zone.offset)
-        value, reach = value + beside, reach + spreading
-    return value, reach * (1.0 + ROUNDING) + ROUNDING
+    middle, reach = shift, 0.0
+    for j in range(3):
+        middle += row[j] * pivot[j]
+    for a in range(2):
+        slope, radius = slope_middle[a, 3], slope_radius[a, 3]
+        for j in range(3):
+            slope += slope_middle[a, j] * pivot[j]
+            radius += slope_radius[a, j] * abs(pivot[j])
+        reach += half[a] * (abs(slope) + radius)
+    return middle, reach
 
 
-def _product(left: Array, right: Array) -> Array:
-    """Multiply (…, j) by (j, m) as one matrix: many small products would take several times as long."""
-    return (left.reshape(-1, left.shape[-1]) @ right).reshape(*left.shape[:-1], right.shape[-1])
-
-
-def _enclose_offset(cells: Cells, half: Array, normal: Array, offset: float) -> tuple[Array, Array]:
-    """Enclose ``M·a·e``, the share of an offset a beside the tool axis: middle and radius, (c, 3, m) mm each.
+@compiled
+def _offset_range(
+    axis: Array,
+    swing: float,
+    row: Array,
+    slope_middle: Array,
+    slope_radius: Array,
+    normal: Array,
+    window: _Window,
+) -> tuple[float, float]:
+    """Enclose an axis' share of an offset a beside the tool axis, ``M·a·e``: middle and radius, mm.
 
     Over a cell e turns by at most the swing over the sine of the lean.
     """
-    cosine = cells.axis @ normal.T
-    length = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
-    swing = cells.swing[:, None]
-    least = np.sin(np.maximum(np.arcsin(np.minimum(length, 1.0)) - swing, 0.0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        turned = np.where(2.0 * least <= swing, 2.0, swing / least)
-        scale = np.where(length > 0.0, offset / length, 0.0)
-    own = np.einsum("caj,cj->ca", cells.matrix, cells.axis)
-    middle = scale[:, None] * (_product(cells.matrix, normal.T) - cosine[:, None] * own[:, :, None])
-    lever = np.linalg.norm(np.abs(cells.slope_middle[..., :3]) + cells.slope_radius[..., :3], axis=-1)
-    steepest = (lever @ half)[:, :, None]
-    size = np.linalg.norm(cells.matrix, axis=-1)[:, :, None]
-    return middle, abs(offset) * (steepest + turned[:, None] * (size + steepest))
+    cosine, along, own, size = 0.0, 0.0, 0.0, 0.0
+    for j in range(3):
+        cosine += axis[j] * normal[j]
+        along += row[j] * normal[j]
+        own += row[j] * axis[j]
+        size += row[j] ** 2
+    length = np.sqrt(max(1.0 - cosine**2, 0.0))
+    least = np.sin(max(np.arcsin(min(length, 1.0)) - swing, 0.0))
+    turned = 2.0 if 2.0 * least <= swing else swing / least
+    steepest = 0.0
+    for a in range(2):
+        lever = 0.0
+        for j in range(3):
+            lever += (abs(slope_middle[a, j]) + slope_radius[a, j]) ** 2
+        steepest += window.half[a] * np.sqrt(lever)
+    middle = window.offset / length * (along - cosine * own) if length > 0.0 else 0.0
+    return middle, abs(window.offset) * (steepest + turned * (np.sqrt(size) + steepest))

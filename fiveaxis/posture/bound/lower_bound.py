@@ -267,7 +267,7 @@ def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tupl
     cells = cut_cells(machine, toolpath.zone, FIRST_CELL)
     chunks = np.array_split(np.arange(len(toolpath)), -(-len(toolpath) // CHUNK))
     every = (one for rows in chunks for one in enclose(cells, toolpath.at(rows), tilt.at(rows), machine))
-    return [(one.low[one.may], one.high[one.may]) for one in every]
+    return [(one.low, one.high) for one in every]
 
 
 def _hull(visits: Visits) -> tuple[Array, Array]:

@@ -32,14 +32,12 @@ class Prices(NamedTuple):
     up, down : (5,), of a step of the lattice, both rotary angles first
     first, second : (2p − 1,), (2q − 1,), of turning a rotary angle by so many steps, from −(p − 1) on: the
         cheaper direction around a circle, `FAR` where a turn is too far
-    turns_bounded : whether some turn is too far
     """
 
     up: IntArray
     down: IntArray
     first: IntArray
     second: IntArray
-    turns_bounded: bool
 
     @classmethod
     def of(cls, lattice: Lattice, plus: Array, minus: Array, turn: float) -> Prices:
@@ -50,7 +48,7 @@ class Prices(NamedTuple):
             _turn_costs(count, int(up[i]), int(down[i]), most[i], side.wraps)
             for i, (count, side) in enumerate(zip(lattice.counts, lattice.sides, strict=True))
         )
-        return cls(up, down, first, second, bool((first >= FAR).any() or (second >= FAR).any()))
+        return cls(up, down, first, second)
 
 
 def _turn_costs(count: int, up: int, down: int, most: float, wraps: bool) -> IntArray:
@@ -172,19 +170,59 @@ def _spread(cost: IntArray, count: IntArray, up: IntArray, down: IntArray) -> No
         stride *= length
 
 
+class Neighbours(NamedTuple):
+    """Which neighbours of a corner of the rotary angles may dominate it, on the way to the next visit.
+
+    Parameters
+    ----------
+    first, second : (2, p), (2, q), the corner before and after each, −1 for none: one that a step leads from
+        which costs nothing, or without which some corner of the next visit isn't reached as cheaply
+    """
+
+    first: IntArray
+    second: IntArray
+
+    @classmethod
+    def of(cls, lattice: Lattice, prices: Prices, coming: IntArray) -> Neighbours:
+        """Find the neighbours, by the groups of the next visit, (p, q)."""
+        found = []
+        for i, turns in enumerate((prices.first, prices.second)):
+            targets = np.flatnonzero((coming >= 0).any(axis=1 - i))
+            steps = int(prices.up[i]), int(prices.down[i])
+            found.append(_neighbours(lattice.counts[i], lattice.sides[i].wraps, turns, steps, targets))
+        return cls(*found)
+
+
+@compiled
+def _neighbours(count: int, wraps: bool, turns: IntArray, steps: tuple[int, int], targets: IntArray) -> IntArray:
+    """Find the corners of one rotary angle beside each that reach all targets as cheaply; see `Neighbours`."""
+    found = np.full((2, count), -1)
+    middle = len(turns) // 2
+    for p in range(count):
+        for side in range(2):
+            beside, step = p + 2 * side - 1, steps[side]
+            if wraps:
+                beside %= count
+            if step <= 0 or beside < 0 or beside >= count or beside == p:
+                continue
+            reaches = True
+            for t in targets:
+                reaches &= turns[t - beside + middle] <= step + turns[t - p + middle]
+            if reaches:
+                found[side, p] = beside
+    return found
+
+
 @compiled
 def find_sources(
-    corners: Corners, prices: Prices, wraps: tuple[bool, bool], begin: int, end: int
+    corners: Corners, prices: Prices, neighbours: Neighbours, begin: int, end: int
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Find the corners of some groups that aren't dominated: whose cost isn't a neighbour's plus the step.
-
-    Where turns are bounded, a neighbour at another rotary angle doesn't reach as far: it dominates nothing.
 
     Returns
     -------
     (s,) group, (s, 3) corner of the linear axes and (s,) cost of each, in the order of groups
     """
-    counts = corners.group.shape
     most = corners.start[end] - corners.start[begin]
     of = np.empty(most, np.int64)
     corner, cost = np.empty((most, 3), np.int64), np.empty(most, np.int64)
@@ -192,18 +230,11 @@ def find_sources(
     price = np.array([prices.up[0], prices.down[0], prices.up[1], prices.down[1]])
     kept = 0
     for g in range(begin, end):
-        beside[:] = -1
-        if not prices.turns_bounded:
-            for axis in range(2):
-                for side in range(2):
-                    p, q = corners.at[g]
-                    moved = corners.at[g, axis] + (1 if side else -1)
-                    if wraps[axis]:
-                        moved %= counts[axis]
-                    if 0 <= moved < counts[axis] and price[2 * axis + side] > 0:
-                        beside[2 * axis + side] = (
-                            corners.group[moved, q] if axis == 0 else corners.group[p, moved]
-                        )
+        p, q = corners.at[g]
+        for side in range(2):
+            before, other = neighbours.first[side, p], neighbours.second[side, q]
+            beside[side] = corners.group[before, q] if before >= 0 else -1
+            beside[2 + side] = corners.group[p, other] if other >= 0 else -1
         before = kept
         kept = _keep(corners, prices, g, beside, price, corner, cost, kept)
         of[before:kept] = g
