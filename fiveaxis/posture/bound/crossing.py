@@ -20,8 +20,8 @@ from fiveaxis.progress import Progress
 # Parts into which the groups of a visit are divided for threads; locations that are enclosed at once, so that
 # their cells stay in the processor's cache.
 SLICES, CHUNK = 8, 4
-# Work of a cell of the rotary angles, in times of a corner that is looked at.
-WORK_OF_CELL = 10
+# Work of a cell of the rotary angles, and of a corner, in times of a source that is looked at.
+WORK_OF_CELL, WORK_OF_CORNER = 2, 3
 
 
 @dataclass(frozen=True)
@@ -59,14 +59,12 @@ def cross(
             sources = _sources(before, prices, Neighbours.of(lattice, prices, corners.group), pool)
             reached = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
             work += sum(job.result() for job in reached)
-        work += len(corners.cost)
+        work += WORK_OF_CORNER * len(corners.cost)
         most = max(most, len(corners.cost))
         least = int(corners.cost.min(initial=FAR))
         if least >= FAR:
             return Crossed(np.inf, work, most)
-        # Only what is above the least so far is carried on, so that numbers stay small.
         total += least
-        corners.cost[corners.touched] -= least
         before = corners
     return Crossed(total * QUANTUM, work, most)
 

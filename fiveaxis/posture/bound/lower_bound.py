@@ -9,9 +9,9 @@ lasts.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -30,19 +30,21 @@ from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Corners, sources and cells that may be looked at, in all.
-WORK = 7e9
+WORK = 1e10
 # The first level: rad, width of its cells, and its number of visits.
-FIRST_CELL, FIRST_VISITS = np.radians(4.0), 100
+FIRST_CELL, FIRST_VISITS = np.radians(4.0), 60
 # Cells in a step of a rotary angle.
 FACTOR = 4
-# Mean step of the linear axes, in times of a cell's width on the radius of the path.
-LINEAR = 0.8
-# Work of a level with cells of half the width, or with half the stride, in times of the level before.
-COSTS = {"finer": 5.5, "denser": 2.2}
-# Corners of a visit that fit into memory, and how many times as many half as wide cells may have.
-MOST_CORNERS, MORE_CORNERS = 2e7, {"finer": 8.0, "denser": 1.0}
+# Mean step of the linear axes, in times of a cell's width on the radius of the path; and the power of an
+# axis' price by which its step is finer.
+LINEAR, FINENESS = 1.6, 0.75
+# Width of a finer level's cells, in times of the level before; its work, and that of half the stride, at
+# least.
+FINER, COSTS = 0.7, {"finer": 2.5, "denser": 2.0}
+# Corners of a visit that fit into memory, and how many times as many a finer level may have.
+MOST_CORNERS, MORE_CORNERS = 2e7, {"finer": 4.0, "denser": 1.0}
 # Steps of the first level over the range of a linear axis, at most.
-MOST_STEPS = 32
+MOST_STEPS = 64
 # Share of cells beyond each end of the linear axes' range that may be left out.
 LEFT_OUT = 0.02
 # Share by which a level has to raise the bound for another one of its kind.
@@ -95,9 +97,9 @@ class Level:
     stride: int
 
     def next(self, kind: str) -> Level:
-        """Halve the cells, with the linear steps (``finer``), or the stride (``denser``)."""
+        """Take smaller cells, with the linear steps (``finer``), or half the stride (``denser``)."""
         if kind == "finer":
-            return replace(self, cell=0.5 * self.cell)
+            return replace(self, cell=FINER * self.cell)
         return replace(self, stride=max(self.stride // 2, 1))
 
 
@@ -222,44 +224,78 @@ def _climb(visits: Visits, most: float, progress: Progress) -> tuple[float, int]
     count = len(visits.toolpath)
     if count == 0:
         return 0.0, 0
-    here = Level(FIRST_CELL, max(count // FIRST_VISITS, 1))
-    hull = _hull(visits.every(here.stride))
+    first = Level(FIRST_CELL, max(count // FIRST_VISITS, 1))
+    hull = _hull(visits.every(first.stride))
     with threadpool_limits(limits=1), ThreadPoolExecutor(THREADS) as pool:
 
-        @cache
-        def bound(level: Level) -> tuple[Crossed, int]:
+        def bound(level: Level) -> Crossed:
             chosen = visits.every(level.stride)
             cells = cut_cells(visits.machine, visits.toolpath.zone, level.cell, FACTOR)
             lattice = Lattice(cells.sides, (FACTOR, FACTOR), *hull, _linear_steps(visits, level.cell, hull))
-            return cross(chosen, cells, lattice, pool, progress), len(chosen.toolpath)
+            return cross(chosen, cells, lattice, pool, progress)
 
-        last, used = bound(here)
-        best, spent = last.total, last.work
-        # What a step of each kind gave, as a growth of the bound per growth of the work, in logarithms.
-        rates = dict.fromkeys(COSTS, np.inf)
-        tried = {here}
-        while np.isfinite(best) and best > 0.0:
-            fits = {
-                kind: rates[kind]
-                for kind, cost in COSTS.items()
-                if here.next(kind) in tried - {here}
-                or (spent + cost * last.work <= most and MORE_CORNERS[kind] * last.most <= MOST_CORNERS)
-            }
-            if here.stride == 1:
-                fits.pop("denser", None)
-            kind = max(fits, key=fits.__getitem__, default=None)
-            if kind is None or fits[kind] < WORTHWHILE:
-                break
-            there = here.next(kind)
-            found, its_visits = bound(there)
-            spent += 0 if there in tried else found.work
-            tried.add(there)
-            rates[kind] = np.log(max(found.total / last.total, 1.0)) / np.log(COSTS[kind])
-            if found.total > best:
-                best, used = found.total, its_visits
-            if all(rates[kind] >= rate for rate in fits.values() if np.isfinite(rate)):
-                here, last = there, found
-    return best, used
+        climb = _Climb(most, first, {first: bound(first)})
+        while (step := climb.step()) is not None:
+            climb.take(*step, bound)
+    best = max(climb.known, key=lambda level: climb.known[level].total)
+    return climb.known[best].total, len(visits.every(best.stride).toolpath)
+
+
+@dataclass
+class _Climb:
+    """Levels whose bounds are known, and which one is worth the work next.
+
+    Parameters
+    ----------
+    most : work in all
+    here : level from which the next ones are tried
+    known : the bound of each level
+    rates : what the last step of each kind gave, growth of the bound per growth of the work, in logarithms
+    costs : work of the last step of each kind, in times of the level before
+    """
+
+    most: float
+    here: Level
+    known: dict[Level, Crossed]
+    rates: dict[str, float] = field(default_factory=lambda: dict.fromkeys(COSTS, np.inf))
+    costs: dict[str, float] = field(default_factory=COSTS.copy)
+
+    def step(self) -> tuple[Level, str] | None:
+        """Choose the next step: from the present level, else from any one that promises a higher bound."""
+        best = max(found.total for found in self.known.values())
+        if not 0.0 < best < np.inf:
+            return None
+        kinds = [kind for kind in COSTS if self._is_possible(self.here, kind)]
+        kind = max(kinds, key=self.rates.__getitem__, default=None)
+        if kind is not None and self.rates[kind] >= WORTHWHILE:
+            return self.here, kind
+        others = {
+            (level, kind): found.total * self.costs[kind] ** self.rates[kind]
+            for level, found in self.known.items()
+            for kind in COSTS
+            if np.isfinite(self.rates[kind]) and self._is_possible(level, kind)
+        }
+        promising = max(others, key=others.__getitem__, default=None)
+        worth = promising is not None and others[promising] > best * self.costs[promising[1]] ** WORTHWHILE
+        return promising if worth else None
+
+    def take(self, level: Level, kind: str, bound: Callable[[Level], Crossed]) -> None:
+        """Take a step, and go on from its level unless another kind of step gave more."""
+        there = level.next(kind)
+        before, found = self.known[level], bound(there)
+        self.known[there] = found
+        self.costs[kind] = max(found.work / before.work, COSTS[kind])
+        self.rates[kind] = np.log(max(found.total / before.total, 1.0)) / np.log(self.costs[kind])
+        finite = [rate for rate in self.rates.values() if np.isfinite(rate)]
+        if level != self.here or self.rates[kind] >= max(finite):
+            self.here = there
+
+    def _is_possible(self, level: Level, kind: str) -> bool:
+        """Check whether a step leads to a level that isn't known, and its work and memory are there."""
+        found, spent = self.known[level], sum(each.work for each in self.known.values())
+        enough = spent + self.costs[kind] * found.work <= self.most
+        fits = enough and MORE_CORNERS[kind] * found.most <= MOST_CORNERS
+        return fits and level.next(kind) not in self.known
 
 
 def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tuple[Array, Array]]:
@@ -293,7 +329,7 @@ def _linear_steps(visits: Visits, cell: float, hull: tuple[Array, Array]) -> Arr
     The bound falls short by about price × step at every reversal of an axis.
     """
     price = (visits.plus + visits.minus)[:, 2:].mean(axis=0) if len(visits.plus) else np.ones(3)
-    fineness = np.sqrt(np.maximum(price, 1e-3 * price.max() or 1.0))
+    fineness = np.maximum(price, 1e-3 * price.max() or 1.0) ** FINENESS
     radius = np.linalg.norm(visits.toolpath.pivot, axis=1).max()
     steps = LINEAR * cell * max(float(radius), 1.0) * np.prod(fineness) ** (1.0 / 3.0) / fineness
     return np.maximum(steps, (hull[1] - hull[0]) / MOST_STEPS * cell / FIRST_CELL)

@@ -13,12 +13,14 @@ from typing import NamedTuple
 import numpy as np
 
 from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.bound.cells import SLACK
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 
 # J, of which all costs are whole numbers.
 QUANTUM = 1e-6
+# The bound on what sources may cost is found again after so many times as many groups of them.
+REFRESH = 16
 # rad: a bound on a turn that is wider than this counts as none. It would seldom bind, and where turns are
 # bounded several times as many corners have to be looked at.
 WIDE = np.radians(90.0)
@@ -69,6 +71,7 @@ class Sources(NamedTuple):
     ----------
     at : (s, 2), corner of both rotary angles, by group
     start : (s + 1,), where the corners of a group begin
+    group : (p, q), group of each corner of the rotary angles, −1 for none
     least : (s,), least cost of a group
     low, high : (s, 3), between which the group's corners lie
     order : (s,), groups by their least cost
@@ -78,6 +81,7 @@ class Sources(NamedTuple):
 
     at: IntArray
     start: IntArray
+    group: IntArray
     least: IntArray
     low: IntArray
     high: IntArray
@@ -91,67 +95,100 @@ def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: i
     """Compute the least cost of the corners of some groups, from `begin` to before `end`.
 
     A source's cost is put on the nearest corner of the group's block, and spread from there over the block
-    axis by axis; both are exact, as the cost of a move is a sum over the axes. Sources that can't improve a
-    block are passed over.
+    axis by axis; both are exact, as the cost of a move is a sum over the axes. Sources beside the group come
+    first: the dearest touched corner that they leave is a bound, and sources that can't get below it are
+    passed over.
 
     Returns
     -------
-    Number of sources that were looked at
+    Number of sources, and groups of them, that were looked at
     """
-    looked = 0
-    up, down = prices.up, prices.down
-    turns = (prices.first, prices.second)
+    looked, up, down, count = 0, prices.up, prices.down, len(sources.order)
     middle = (len(prices.first) // 2, len(prices.second) // 2)
     for g in range(begin, end):
-        low, count = corners.first[g], corners.extent[g]
-        own = corners.cost[corners.start[g] : corners.start[g + 1]]
-        bound = FAR
-        for s in sources.order:
-            if sources.least[s] > bound:
-                break
-            turn = (
-                turns[0][corners.at[g, 0] - sources.at[s, 0] + middle[0]]
-                + turns[1][corners.at[g, 1] - sources.at[s, 1] + middle[1]]
-            )
-            if turn >= FAR:
+        p, q = corners.at[g]
+        block = slice(corners.start[g], corners.start[g + 1])
+        own, touched = corners.cost[block], corners.touched[block]
+        low, extent = corners.first[g], corners.extent[g]
+        offered, refreshed, bound = 0, 1, FAR
+        # Nine groups beside this one, then all by their least cost.
+        for rank in range(-9, count):
+            if rank < 0:
+                i, j = p + (rank + 9) // 3 - 1, q + (rank + 9) % 3 - 1
+                if not (0 <= i < sources.group.shape[0] and 0 <= j < sources.group.shape[1]):
+                    continue
+                s = sources.group[i, j]
+            else:
+                s = sources.order[rank]
+                if offered >= refreshed:
+                    refreshed = REFRESH * offered
+                    bound = np.int64(_dearest(own, touched, extent, up, down))
+                if sources.least[s] > bound:
+                    break
+                if abs(sources.at[s, 0] - p) <= 1 and abs(sources.at[s, 1] - q) <= 1:
+                    continue
+            if s < 0:
                 continue
+            looked += 1
+            turn = (
+                prices.first[p - sources.at[s, 0] + middle[0]]
+                + prices.second[q - sources.at[s, 1] + middle[1]]
+            )
             apart = turn + sources.least[s]
             for k in range(3):
-                over = sources.low[s, k] - (low[k] + count[k] - 1)
+                over = sources.low[s, k] - (low[k] + extent[k] - 1)
                 under = low[k] - sources.high[s, k]
                 if over > 0:
                     apart += over * down[2 + k]
                 elif under > 0:
                     apart += under * up[2 + k]
-            if apart > bound:
-                continue
-            looked += sources.start[s + 1] - sources.start[s]
-            for n in range(sources.start[s], sources.start[s + 1]):
-                cost = turn + sources.cost[n]
-                if cost > bound:
-                    continue
-                far, index = cost, 0
-                for k in range(3):
-                    place = sources.corner[n, k] - low[k]
-                    last = count[k] - 1
-                    if place < 0:
-                        cost -= place * up[2 + k]
-                        far += (last - place) * up[2 + k]
-                        index = index * count[k]
-                    elif place > last:
-                        cost += (place - last) * down[2 + k]
-                        far += place * down[2 + k]
-                        index = index * count[k] + last
-                    else:
-                        far += max((last - place) * up[2 + k], place * down[2 + k])
-                        index = index * count[k] + place
-                own[index] = min(own[index], cost)
-                bound = min(bound, far)
-        _spread(own, count, up, down)
+            if turn < FAR and apart <= bound:
+                rows = slice(sources.start[s], sources.start[s + 1])
+                _offer(own, low, extent, sources.corner[rows], sources.cost[rows], turn, up, down)
+                looked += sources.start[s + 1] - sources.start[s]
+                offered += 1
+        _spread(own, extent, up, down)
         for n in range(len(own)):
-            if not corners.touched[corners.start[g] + n]:
+            if not touched[n]:
                 own[n] = FAR
     return looked
+
+
+@compiled
+def _offer(
+    own: IntArray,
+    low: IntArray,
+    extent: IntArray,
+    corner: IntArray,
+    cost: IntArray,
+    turn: int,
+    up: IntArray,
+    down: IntArray,
+) -> None:
+    """Put the costs of some sources, and of a turn, on the nearest corners of a block."""
+    for n in range(len(cost)):
+        paid, index = turn + cost[n], 0
+        for k in range(3):
+            place, last = corner[n, k] - low[k], extent[k] - 1
+            if place < 0:
+                paid -= place * up[2 + k]
+                place = 0
+            elif place > last:
+                paid += (place - last) * down[2 + k]
+                place = last
+            index = index * extent[k] + place
+        own[index] = min(own[index], paid)
+
+
+@compiled
+def _dearest(own: IntArray, touched: BoolArray, extent: IntArray, up: IntArray, down: IntArray) -> int:
+    """Spread the costs of a block, and find the dearest touched corner."""
+    _spread(own, extent, up, down)
+    dearest = 0
+    for n in range(len(own)):
+        if touched[n]:
+            dearest = max(dearest, own[n])
+    return int(dearest)
 
 
 @compiled
@@ -194,8 +231,10 @@ class Neighbours(NamedTuple):
 
 
 @compiled
-def _neighbours(count: int, wraps: bool, turns: IntArray, steps: tuple[int, int], targets: IntArray) -> IntArray:
-    """Find the corners of one rotary angle beside each that reach all targets as cheaply; see `Neighbours`."""
+def _neighbours(
+    count: int, wraps: bool, turns: IntArray, steps: tuple[int, int], targets: IntArray
+) -> IntArray:
+    """Find the corners of one rotary angle beside each that reach all targets as cheaply."""
     found = np.full((2, count), -1)
     middle = len(turns) // 2
     for p in range(count):
@@ -242,12 +281,16 @@ def find_sources(
 
 
 def grouped(corners: Corners, of: IntArray, corner: IntArray, cost: IntArray) -> Sources:
-    """Put the sources of `find_sources` into groups."""
+    """Put the sources of `find_sources` into groups; costs are those above the least, and stay small."""
+    cost = cost - cost.min()
     groups, start = np.unique(of, return_index=True)
     least = np.minimum.reduceat(cost, start)
+    at, own = corners.at[groups], np.full_like(corners.group, -1)
+    own[tuple(at.T)] = np.arange(len(groups))
     return Sources(
-        at=corners.at[groups],
+        at=at,
         start=np.append(start, len(of)),
+        group=own,
         least=least,
         low=np.minimum.reduceat(corner, start),
         high=np.maximum.reduceat(corner, start),
