@@ -47,7 +47,7 @@ def swept(stretch: Stretch, rotary: np.ndarray, short: float, window: int) -> np
 
 
 def settled(stretch: Stretch, rotary: np.ndarray, short: float, window: int, until: float) -> Way:
-    """Cheapest angles within all bounds, of rounds with ever shorter moves, and their cost; inf if none are."""
+    """Cheapest angles within all bounds, of rounds with ever shorter moves; their cost, inf if none are."""
     best, least, last = rotary, np.inf, np.inf
     while time.process_time() < until:
         found = swept(stretch, rotary, short, window)
