@@ -2,10 +2,10 @@
 
 Usage: python trajopt.py PROBLEM.json RESULT.json
 
-The solver is TrajOpt's trust region over quadratic problems, those by OSQP; the terms are ours (`terms.py`).
-It goes two ways, and the cheaper one counts: from the baselines at some of the locations, with more and more
-of them, and from what Descartes finds at some of them, as tesseract's own pipelines do. Windows keep a place
-where the trust region gets small from holding up the whole path.
+The solver is TrajOpt's trust region over quadratic problems, those by OSQP; `stretch.py` has the terms. It
+goes two ways, and the cheaper one counts: from the baselines at some of the locations, with more and more of
+them, and from what Descartes finds at some of them, as tesseract's own pipelines do. On the second way narrow
+windows keep a place where the trust region gets small from holding up the whole path.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 import descartes
 import numpy as np
 from ladder import Search
-from terms import Stretch
+from stretch import Stretch
 
 # Every so many locations, one after the other, and the moves that count as short there, rad.
 LEVELS = ((30, 0.04), (8, 0.002), (1, 2e-4))
@@ -27,7 +27,7 @@ FEW = 40
 # rad: short moves after Descartes, and of another try; the shortest ones, and from round to round.
 AFTER, AGAIN, SHORTEST, SHORTER = 5e-4, 5e-4, 1e-5, 0.6
 # Locations solved at once on either way, and how many of them again with the next ones.
-WINDOW, NARROW, OVERLAP = 600, 150, 50
+WINDOW, NARROW, OVERLAP = 4000, 150, 50
 # rad, and part of the cost: a round that moves nothing by more, or is cheaper by less, was the last one.
 SAME, CHEAPER = 1e-4, 1e-4
 # Part of the time in which the first way and Descartes have to be done.
@@ -105,7 +105,7 @@ def solve(problem: dict) -> list[list[float]]:
         Stretch(problem, np.arange(len(problem["points"]))),
     )
     while time.process_time() < begun + seconds:
-        found, cost = settled(whole, rotary, AGAIN, WINDOW, begun + seconds)
+        found, cost = settled(whole, rotary, AGAIN, NARROW, begun + seconds)
         if not cost < (1.0 - CHEAPER) * least:
             break
         rotary, least = found, cost
