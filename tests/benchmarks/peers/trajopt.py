@@ -86,12 +86,13 @@ def by_levels(problem: dict, until: float) -> Way:
 def by_descartes(problem: dict, until: float) -> Way:
     """Angles at all locations, and their cost, from Descartes's at some of them."""
     begun = time.process_time()
-    whole, count = Stretch(problem, np.arange(len(problem["points"]))), len(problem["points"])
+    count = len(problem["points"])
     try:
         search = Search(problem)
         rows, rotary = descartes.coarse(search, problem["starts"], begun + SECOND * (until - begun))
     except descartes.NoWayError:
         return np.array(problem["starts"][0]), np.inf
+    whole = Stretch(problem, np.arange(count))
     return settled(whole, between(count, rows, rotary), AFTER, NARROW, until)
 
 
@@ -99,11 +100,8 @@ def solve(problem: dict) -> list[list[float]]:
     """Rotary angles of all locations, (n, 2)."""
     begun, seconds = time.process_time(), problem["seconds"]
     first, second = by_levels(problem, begun + FIRST * seconds), by_descartes(problem, begun + seconds)
-    print("levels", first[1], "descartes", second[1], time.process_time() - begun, file=sys.stderr)
-    (rotary, least), whole = (
-        min(first, second, key=lambda way: way[1]),
-        Stretch(problem, np.arange(len(problem["points"]))),
-    )
+    rotary, least = min(first, second, key=lambda way: way[1])
+    whole = Stretch(problem, np.arange(len(rotary)))
     while time.process_time() < begun + seconds:
         found, cost = settled(whole, rotary, AGAIN, NARROW, begun + seconds)
         if not cost < (1.0 - CHEAPER) * least:
