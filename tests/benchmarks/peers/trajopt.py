@@ -4,8 +4,8 @@ Usage: python trajopt.py PROBLEM.json RESULT.json
 
 The solver is TrajOpt's trust region over quadratic problems, those by OSQP; `stretch.py` has the terms. It
 goes two ways, and the cheaper one counts: from the baselines at some of the locations, with more and more of
-them, and from what Descartes finds at some of them, as tesseract's own pipelines do. On the second way narrow
-windows keep a place where the trust region gets small from holding up the whole path.
+them, and from what Descartes finds, as tesseract's own pipelines do. On the second way narrow windows keep a
+place where the trust region gets small from holding up the whole path.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from pathlib import Path
 
 import descartes
 import numpy as np
-from ladder import Search
 from stretch import Stretch
 
 # Every so many locations, one after the other, and the moves that count as short there, rad.
@@ -30,8 +29,8 @@ AFTER, AGAIN, SHORTEST, SHORTER = 5e-4, 5e-4, 1e-5, 0.6
 WINDOW, NARROW, OVERLAP = 4000, 150, 50
 # rad, and part of the cost: a round that moves nothing by more, or is cheaper by less, was the last one.
 SAME, CHEAPER = 1e-4, 1e-4
-# Part of the time in which the first way and Descartes have to be done.
-FIRST, SECOND = 0.4, 0.7
+# Parts of the time for the first way, and of what is left for Descartes.
+FIRST, SECOND = 0.3, 0.65
 
 Way = tuple[np.ndarray, float]
 
@@ -48,7 +47,7 @@ def swept(stretch: Stretch, rotary: np.ndarray, short: float, window: int) -> np
 
 def settled(stretch: Stretch, rotary: np.ndarray, short: float, window: int, until: float) -> Way:
     """Cheapest angles within all bounds, of rounds with ever shorter moves; their cost, inf if none are."""
-    best, least, last = rotary, np.inf, np.inf
+    best, least, last = rotary, stretch.cost(rotary) if stretch.keeps(rotary) else np.inf, np.inf
     while time.process_time() < until:
         found = swept(stretch, rotary, short, window)
         cost, moved, rotary = stretch.cost(found), np.abs(found - rotary).max(), found
@@ -84,23 +83,20 @@ def by_levels(problem: dict, until: float) -> Way:
 
 
 def by_descartes(problem: dict, until: float) -> Way:
-    """Angles at all locations, and their cost, from Descartes's at some of them."""
-    begun = time.process_time()
-    count = len(problem["points"])
+    """Angles at all locations, and their cost, from Descartes's."""
+    seconds = SECOND * (until - time.process_time())
     try:
-        search = Search(problem)
-        rows, rotary = descartes.coarse(search, problem["starts"], begun + SECOND * (until - begun))
+        rotary = np.array(descartes.solve(problem | {"seconds": seconds}))
     except descartes.NoWayError:
         return np.array(problem["starts"][0]), np.inf
-    whole = Stretch(problem, np.arange(count))
-    return settled(whole, between(count, rows, rotary), AFTER, NARROW, until)
+    return settled(Stretch(problem, np.arange(len(rotary))), rotary, AFTER, NARROW, until)
 
 
 def solve(problem: dict) -> list[list[float]]:
     """Rotary angles of all locations, (n, 2)."""
     begun, seconds = time.process_time(), problem["seconds"]
     first, second = by_levels(problem, begun + FIRST * seconds), by_descartes(problem, begun + seconds)
-    rotary, least = min(first, second, key=lambda way: way[1])
+    rotary, least = min(second, first, key=lambda way: way[1])
     whole = Stretch(problem, np.arange(len(rotary)))
     while time.process_time() < begun + seconds:
         found, cost = settled(whole, rotary, AGAIN, NARROW, begun + seconds)
