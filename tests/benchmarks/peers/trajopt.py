@@ -3,9 +3,10 @@
 Usage: python trajopt.py PROBLEM.json RESULT.json
 
 The solver is TrajOpt's trust region over quadratic problems, those by OSQP; `stretch.py` has the terms. It
-goes two ways, and the cheaper one counts: from the baselines at some of the locations, with more and more of
-them, and from what Descartes finds, as tesseract's own pipelines do. On the second way narrow windows keep a
-place where the trust region gets small from holding up the whole path.
+starts from the baselines at some of the locations, and takes more and more of them. Where that ends with no
+or much dearer postures, as bounds between the locations weren't seen, it starts from what Descartes finds, as
+tesseract's own pipelines do; then narrow windows keep a place where the trust region gets small from holding
+up the whole path.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ WINDOW, NARROW, OVERLAP = 4000, 150, 50
 # rad, and part of the cost: a round that moves nothing by more, or is cheaper by less, was the last one.
 SAME, CHEAPER = 1e-4, 1e-4
 # Parts of the time for the first way, and of what is left for Descartes.
-FIRST, SECOND = 0.3, 0.65
+FIRST, SECOND = 0.25, 0.8
+# The second way isn't gone where all locations cost no more than this times what the fewest do.
+ENOUGH = 1.1
 
 Way = tuple[np.ndarray, float]
 
@@ -64,11 +67,11 @@ def between(count: int, rows: np.ndarray, rotary: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(np.arange(count), rows, side) for side in rotary.T], axis=1)
 
 
-def by_levels(problem: dict, until: float) -> Way:
-    """Angles at all locations, and their cost, from the baselines."""
+def by_levels(problem: dict, until: float) -> tuple[Way, float]:
+    """Angles at all locations, and their cost, from the baselines; and the cost at the fewest locations."""
     count = len(problem["points"])
     tries = [np.array(start) for start in problem["starts"]]
-    least = np.inf
+    costs = []
     for every, short in LEVELS:
         if every > 1 and every * FEW > count:
             continue
@@ -79,7 +82,8 @@ def by_levels(problem: dict, until: float) -> Way:
         ways = [settled(stretch, start[rows], short, WINDOW, until) for start in tries]
         rotary, least = min(ways, key=lambda way: way[1])
         tries = [between(count, rows, rotary)]
-    return tries[0], least
+        costs.append(least)
+    return (tries[0], costs[-1]), costs[0]
 
 
 def by_descartes(problem: dict, until: float) -> Way:
@@ -95,8 +99,10 @@ def by_descartes(problem: dict, until: float) -> Way:
 def solve(problem: dict) -> list[list[float]]:
     """Rotary angles of all locations, (n, 2)."""
     begun, seconds = time.process_time(), problem["seconds"]
-    first, second = by_levels(problem, begun + FIRST * seconds), by_descartes(problem, begun + seconds)
-    rotary, least = min(second, first, key=lambda way: way[1])
+    way, few = by_levels(problem, begun + FIRST * seconds)
+    if not way[1] < ENOUGH * few:
+        way = min(by_descartes(problem, begun + seconds), way, key=lambda way: way[1])
+    rotary, least = way
     whole = Stretch(problem, np.arange(len(rotary)))
     while time.process_time() < begun + seconds:
         found, cost = settled(whole, rotary, AGAIN, NARROW, begun + seconds)
