@@ -20,8 +20,13 @@ import descartes
 import numpy as np
 from stretch import Stretch
 
-# Every so many locations, one after the other, and the moves that count as short there, rad.
-LEVELS = ((30, 0.04), (8, 0.002), (1, 2e-4))
+# Every so many locations, one after the other, and the moves that count as short there, rad. What comes out
+# is the next valley only, so there are other tries as long as there is time.
+LEVELS = (
+    ((30, 0.04), (8, 0.002), (1, 2e-4)),
+    ((8, 0.02), (1, 2e-4)),
+    ((16, 0.02), (4, 1e-3), (1, 2e-4)),
+)
 # Fewer locations than that aren't thinned out.
 FEW = 40
 # rad: short moves after Descartes, and of another try; the shortest ones, and from round to round.
@@ -31,7 +36,7 @@ WINDOW, NARROW, OVERLAP = 4000, 150, 50
 # rad, and part of the cost: a round that moves nothing by more, or is cheaper by less, was the last one.
 SAME, CHEAPER = 1e-4, 1e-4
 # Parts of the time for the first way, and of what is left for Descartes.
-FIRST, SECOND = 0.25, 0.8
+FIRST, SECOND = 0.15, 0.8
 # The second way isn't gone where all locations cost no more than this times what the fewest do.
 ENOUGH = 1.1
 
@@ -67,18 +72,18 @@ def between(count: int, rows: np.ndarray, rotary: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(np.arange(count), rows, side) for side in rotary.T], axis=1)
 
 
-def by_levels(problem: dict, until: float) -> tuple[Way, float]:
+def by_levels(problem: dict, levels: tuple, until: float) -> tuple[Way, float]:
     """Angles at all locations, and their cost, from the baselines; and the cost at the fewest locations."""
     count = len(problem["points"])
     tries = [np.array(start) for start in problem["starts"]]
     costs = []
-    for every, short in LEVELS:
+    for every, short in levels:
         if every > 1 and every * FEW > count:
             continue
         rows = np.unique(np.append(np.arange(0, count, every), count - 1))
         stretch = Stretch(problem, rows)
         # The first level that isn't left out has all moves to make.
-        short = LEVELS[0][1] if len(tries) > 1 else short
+        short = levels[0][1] if len(tries) > 1 else short
         ways = [settled(stretch, start[rows], short, WINDOW, until) for start in tries]
         rotary, least = min(ways, key=lambda way: way[1])
         tries = [between(count, rows, rotary)]
@@ -99,10 +104,12 @@ def by_descartes(problem: dict, until: float) -> Way:
 def solve(problem: dict) -> list[list[float]]:
     """Rotary angles of all locations, (n, 2)."""
     begun, seconds = time.process_time(), problem["seconds"]
-    way, few = by_levels(problem, begun + FIRST * seconds)
-    if not way[1] < ENOUGH * few:
-        way = min(by_descartes(problem, begun + seconds), way, key=lambda way: way[1])
-    rotary, least = way
+    way, few = by_levels(problem, LEVELS[0], begun + FIRST * seconds)
+    if way[1] < ENOUGH * few:
+        others = [by_levels(problem, levels, begun + seconds)[0] for levels in LEVELS[1:]]
+    else:
+        others = [by_descartes(problem, begun + seconds)]
+    rotary, least = min([*others, way], key=lambda way: way[1])
     whole = Stretch(problem, np.arange(len(rotary)))
     while time.process_time() < begun + seconds:
         found, cost = settled(whole, rotary, AGAIN, NARROW, begun + seconds)
