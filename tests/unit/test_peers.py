@@ -144,7 +144,7 @@ def test_tesseracts_planners_keep_the_bounds_and_are_cheaper_than_their_start(
     folder = peers.tesseract.environments()
     if not any(folder.glob("tesseract*")):
         pytest.skip("the wheel's environment isn't made")
-    monkeypatch.setattr(peers.methods, "SECONDS", 5.0)
+    monkeypatch.setattr(peers.methods, "SECONDS", 20.0)
     try:
         positions = peers.methods.axis_values(arc, peers.methods.METHODS[method](arc))
     except peers.methods.CannotDoError as error:
