@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 PEERS = Path(__file__).parents[1] / "benchmarks" / "peers"
-MODULES = ("paths", "case", "checker", "methods", "running", "comparison")
+MODULES = ("paths", "case", "checker", "chain", "tesseract", "methods", "running", "comparison")
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +110,49 @@ def test_a_method_says_why_it_cannot_do_a_case(peers, arc, monkeypatch):
     monkeypatch.setattr(peers.methods, "SHORT", 10)
     with pytest.raises(peers.methods.CannotDoError, match="more than 10 locations"):
         peers.methods.annealing(arc)
+
+
+def test_the_scripts_chain_is_the_machines(peers, arc):
+    """Axis values and tool directions that peers compute without the package, and their derivatives."""
+    problem = peers.tesseract.described(arc)
+    chain = peers.chain.Chain(problem["joints"], problem["centre"])
+    rotary, points = np.array(problem["starts"][0]), np.array(problem["points"])
+    values, axis = chain.values(rotary, points)
+    order = [arc.machine.column(joint.letter) for joint in arc.machine.chain.joints]
+    positions = peers.methods.axis_values(arc, (arc.toolpath, rotary))
+    np.testing.assert_allclose(values, positions[:, order], atol=1e-9)
+    np.testing.assert_allclose(axis, peers.checker.tool_frames(arc, positions)[1], atol=1e-12)
+    by_values, by_axis = chain.derivatives(rotary, points)
+    small = np.array([3e-4, -2e-4])
+    further, turned = chain.values(rotary + small, points)
+    np.testing.assert_allclose(further - values, by_values @ small, atol=1e-4)
+    np.testing.assert_allclose(turned - axis, by_axis @ small, atol=1e-6)
+
+
+def test_why_a_peer_failed_is_not_hidden_by_its_wheels_report_of_leaks(peers):
+    said = "no sample keeps the lean\nnanobind: leaked 3 types!\n - leaked type 'x'\n"
+    assert peers.tesseract.reason(said) == "no sample keeps the lean"
+    assert peers.tesseract.reason("") == "it ended without a word"
+    assert "C++ library" in peers.tesseract.reason("ImportError: version `GLIBCXX_3.4.31' not found")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["TrajOpt", "Descartes"])
+def test_tesseracts_planners_keep_the_bounds_and_are_cheaper_than_their_start(
+    peers, arc, leaned, monkeypatch, method
+):
+    folder = peers.tesseract.environments()
+    if not any(folder.glob("tesseract*")):
+        pytest.skip("the wheel's environment isn't made")
+    monkeypatch.setattr(peers.methods, "SECONDS", 20.0)
+    try:
+        positions = peers.methods.axis_values(arc, peers.methods.METHODS[method](arc))
+    except peers.methods.CannotDoError as error:
+        if "newer C++ library" in str(error):
+            pytest.skip(str(error))
+        raise
+    assert peers.checker.violations(arc, positions) == {}
+    assert arc.problem.cost(positions) < 0.5 * arc.problem.cost(leaned)
 
 
 def test_a_run_has_every_figure_and_is_not_repeated(peers, tmp_path):

@@ -2,118 +2,129 @@
 
 Usage: python descartes.py PROBLEM.json RESULT.json
 
-At one lean after the other, Descartes samples the turn about the surface normal at every location, solves
-each sample by KDL's numerical inverse kinematics, and takes the shortest way through all of them, by the
-Euclidean distance of the joints. The chain is that of `trajopt`, without the lean; the turn about the tool
-axis is a joint, as KDL solves for whole poses.
+Descartes' own sampler of turns about one axis, its numerical inverse kinematics and its edges, the squared
+distance of joints, don't fit a machine tool: the lean is free as well, the inverse has a closed form, and
+the cost is J/mm and J/rad in each direction. So samples and edges are ours (`ladder.py`), Descartes's is the
+search. First on a grid of both rotary angles at some of the locations, as an edge takes 3 µs and there are as
+many as samples squared; then on a small grid about the way found, and about the baselines, again and again,
+with smaller steps once that is no cheaper by much, and at twice as many locations, until it has all.
 """
 
 from __future__ import annotations
 
 import json
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
-import tesseract_robotics
-from tesseract_robotics import tesseract_command_language as language
-from tesseract_robotics.tesseract_common import GeneralResourceLocator, Isometry3d, ManipulatorInfo
-from tesseract_robotics.tesseract_environment import Environment
-from tesseract_robotics.tesseract_motion_planners import PlannerRequest
-from tesseract_robotics.tesseract_motion_planners_descartes import (
-    DescartesDefaultPlanProfileD,
-    DescartesMotionPlannerD,
-    cast_DescartesPlanProfileD,
-)
-from trajopt import DM, frame, srdf_of, urdf_of
+from ladder import Search
 
-# rad, between samples about the normal.
-STEP = np.radians(6.0)
-PLUGINS = """kinematic_plugins:
-  search_paths: ["{folder}"]
-  search_libraries: ["{library}"]
-  inv_kin_plugins:
-    all:
-      default: KDL
-      plugins:
-        KDL: {{class: KDLInvKinChainLMAFactory, config: {{base_link: workpiece, tip_link: "{last}"}}}}
-"""
+# rad: steps of the first grid, of the finest one, and what ends a step's rounds: no cheaper than by this.
+FIRST, LAST, SAME = np.radians([12.0, 8.0]), np.radians(0.05), 0.01
+# Most edges of the first graph.
+EDGES = 6e6
+# Steps on either side of the way, at some of the locations and at all.
+WIDE, NARROW = 2, 1
 
 
-def environment_of(problem: dict, folder: str) -> Environment:
-    """Load the machine, with KDL's inverse kinematics of its chain."""
-    libraries = Path(tesseract_robotics.__file__).parents[1] / "tesseract_robotics.libs"
-    kdl = next(libraries.glob("libtesseract_kinematics_kdl_factories*")).stem.removeprefix("lib")
-    file = Path(folder) / "plugins.yaml"
-    last = problem["joints"][-1]["name"]
-    file.write_text(PLUGINS.format(folder=libraries, library=kdl, last=last), encoding="utf-8")
-    plugins = f"<kinematics_plugin_config filename='file://{file}'/></robot>"
-    environment = Environment()
-    srdf = srdf_of(problem).replace("</robot>", plugins)
-    if not environment.init(urdf_of(problem), srdf, GeneralResourceLocator()):
-        raise SystemExit("tesseract doesn't take the machine")
-    return environment
+class NoWayError(Exception):
+    """Why Descartes finds no way."""
 
 
-def program_of(problem: dict, lean: float) -> language.CompositeInstruction:
-    """Ask for all locations, with the tool leaned by one angle from the normal."""
-    leaned = np.eye(4)
-    leaned[1:3, 1:3] = [[np.cos(lean), -np.sin(lean)], [np.sin(lean), np.cos(lean)]]
-    tool = ManipulatorInfo("all", "workpiece", problem["joints"][-1]["name"])
-    tool.tcp_offset = Isometry3d(leaned)
-    program = language.CompositeInstruction("path")
-    program.setManipulatorInfo(tool)
-    for point, normal in zip(problem["points"], problem["normals"], strict=True):
-        place = language.CartesianWaypointPoly_wrap_CartesianWaypoint(
-            language.CartesianWaypoint(frame(point, normal))
-        )
-        move = language.MoveInstruction(place, language.MoveInstructionType_LINEAR, "path")
-        program.appendMoveInstruction(language.MoveInstructionPoly_wrap_MoveInstruction(move))
-    return program
+def grid_of(search: Search) -> np.ndarray:
+    """All pairs of both rotary angles, (m, 2); a whole circle once."""
+    sides = []
+    limits = search.limits[search.chain.columns]
+    for (low, high), circle, step in zip(limits, search.circles, FIRST, strict=True):
+        sides.append(np.arange(-np.pi, np.pi - 1e-9, step) if circle else np.arange(low, high + 1e-9, step))
+    return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def profiles() -> language.ProfileDictionary:
-    """Sample the whole turn about the normal; nothing is there to collide with."""
-    sampled = DescartesDefaultPlanProfileD()
-    sampled.target_pose_fixed = False
-    sampled.target_pose_sample_axis = np.array([0.0, 0.0, 1.0])
-    sampled.target_pose_sample_resolution = STEP
-    sampled.target_pose_sample_min, sampled.target_pose_sample_max = -np.pi, np.pi - STEP
-    sampled.allow_collision, sampled.enable_collision, sampled.enable_edge_collision = True, False, False
-    found = language.ProfileDictionary()
-    found.addProfile("Descartes", "path", cast_DescartesPlanProfileD(sampled))
-    return found
+def first_way(search: Search) -> tuple[np.ndarray, np.ndarray]:
+    """Some locations, and the rotary angles there, (m, 2), of the cheapest way through the grid."""
+    count, grid = len(search.points), grid_of(search)
+    sizes = [len(search.admitted(row, grid)[1]) for row in range(0, count, max(count // 50, 1))]
+    rows = np.linspace(0, count - 1, int(np.clip(EDGES / np.mean(np.square(sizes)), 2, count))).astype(int)
+    values = [search.admitted(row, grid)[0] for row in rows]
+    if not all(map(len, values)):
+        raise NoWayError("no sample keeps the lean and the limits somewhere")
+    found = search.way(rows, values, around=True)
+    if found is None:
+        raise NoWayError("it finds no way through its samples: the largest turns forbid it")
+    rotary = found[:, search.chain.columns]
+    for axis in np.flatnonzero(search.circles):
+        rotary[:, axis] = np.unwrap(rotary[:, axis])
+    return rows, rotary
 
 
-def solve(environment: Environment, problem: dict, lean: float) -> list[list[float]] | None:
-    """Joint values at all locations, (n, 6) dm and rad; None where Descartes finds no way."""
-    request = PlannerRequest()
-    request.env, request.profiles = environment, profiles()
-    request.instructions = program_of(problem, lean)
-    answer = DescartesMotionPlannerD("Descartes").solve(request)
-    if not answer.successful:
-        return None
-    rows = []
-    for row in range(len(answer.results)):
-        move = language.InstructionPoly_as_MoveInstructionPoly(answer.results[row])
-        state = language.WaypointPoly_as_StateWaypointPoly(move.getWaypoint())
-        rows.append(np.array(state.getPosition()).ravel())
-    scale = np.array([DM if joint["kind"] == "prismatic" else 1.0 for joint in problem["joints"]])
-    return (np.array(rows) / scale).tolist()
+def about(search: Search, row: int, rotary: np.ndarray, step: np.ndarray, reach: int) -> np.ndarray:
+    """Axis values of the samples about a location's angles; further away if none is admitted there."""
+    while reach < 64:
+        side = np.arange(-reach, reach + 1)
+        offsets = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)
+        offsets = offsets[np.argsort(np.abs(offsets).sum(axis=1), kind="stable")]
+        found, _ = search.admitted(row, rotary + offsets * step)
+        if len(found):
+            return found[: (2 * WIDE + 1) ** 2]
+        reach *= 2
+    raise NoWayError("no sample keeps the lean and the limits somewhere")
+
+
+def improved(
+    search: Search, rows: np.ndarray, rotary: np.ndarray, reach: int, until: float
+) -> tuple[np.ndarray, float]:
+    """Rotary angles at some locations, and their cost, after searches about them with ever smaller steps."""
+    step, best = FIRST / 2.0, np.inf
+    while step.max() > LAST and time.process_time() < until:
+        samples = [about(search, row, here, step, reach) for row, here in zip(rows, rotary, strict=True)]
+        found = search.way(rows, samples)
+        if found is None:
+            if best < np.inf or reach > WIDE:
+                break
+            reach += 1
+            continue
+        cost, rotary = search.cost(rows, found), found[:, search.chain.columns]
+        if cost > (1.0 - SAME) * best:
+            step = step / 2.0
+        best = min(cost, best)
+    return rotary, best
+
+
+def coarse(search: Search, baselines: list, until: float) -> tuple[np.ndarray, np.ndarray]:
+    """Some locations, and the rotary angles there, of the cheapest way from the grid or a baseline."""
+    rows, rotary = first_way(search)
+    starts = [rotary, *(np.array(baseline)[rows] for baseline in baselines)]
+    ways = []
+    for left, start in zip(range(len(starts), 0, -1), starts, strict=True):
+        now = time.process_time()
+        ways.append(improved(search, rows, start, WIDE, now + (until - now) / left))
+    rotary, cost = min(ways, key=lambda way: way[1])
+    if not np.isfinite(cost):
+        raise NoWayError("it finds no way about its samples: the largest turns forbid it")
+    return rows, rotary
+
+
+def solve(problem: dict) -> list[list[float]]:
+    """Rotary angles of all locations, (n, 2)."""
+    search, count, begun = Search(problem), len(problem["points"]), time.process_time()
+    until = begun + problem["seconds"]
+    rows, rotary = coarse(search, problem["starts"], begun + 0.5 * problem["seconds"])
+    while len(rows) < count:
+        finer = np.unique(np.linspace(0, count - 1, min(2 * len(rows), count)).astype(int))
+        rotary = np.stack([np.interp(finer, rows, side) for side in rotary.T], axis=-1)
+        rows = finer
+        rotary, _cost = improved(search, rows, rotary, NARROW, until)
+    return rotary.tolist()
 
 
 def main() -> None:
     problem = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    begun, found = time.process_time(), []
-    with tempfile.TemporaryDirectory() as folder:
-        environment = environment_of(problem, folder)
-        for number, lean in enumerate(problem["leans"], start=1):
-            found.append(solve(environment, problem, lean))
-            if (time.process_time() - begun) * (number + 1) / number > problem["seconds"]:
-                break
-    Path(sys.argv[2]).write_text(json.dumps([rows for rows in found if rows]), encoding="utf-8")
+    try:
+        found = solve(problem)
+    except NoWayError as error:
+        raise SystemExit(str(error)) from error
+    Path(sys.argv[2]).write_text(json.dumps(found), encoding="utf-8")
 
 
 if __name__ == "__main__":

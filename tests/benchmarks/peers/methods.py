@@ -2,37 +2,26 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
-import tempfile
-import venv
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from case import Case
 from scipy.optimize import dual_annealing
-from scipy.spatial.transform import Rotation
+from tesseract import CannotDoError, by_tesseract
 
 import fiveaxis as fx
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.catalogue import along_normal, lead_lean
 from fiveaxis.posture.local.refinement import refine
-from fiveaxis.toolpath import TiltBounds
 
 # rad: steps of the plain lattice.
 LATTICE = np.radians([4.0, 6.0])
 # Longest path for a search without gradients, and how often it may ask for the cost.
 SHORT, EVALUATIONS = 100, 200_000
-# s of processor time after which TrajOpt isn't started again.
+# s of processor time that TrajOpt and Descartes may take.
 SECONDS = 100.0
 # J per rad, mm or unit of cosine beyond a bound, in that search.
 PENALTY = 1e5
-
-
-class CannotDoError(Exception):
-    """Why a method can't do a case."""
 
 
 Postures = tuple[fx.Toolpath, np.ndarray]
@@ -142,117 +131,13 @@ def step_to(case: Case, move: int, cost: np.ndarray, here: tuple, there: tuple, 
 
 
 def trajopt(case: Case) -> Postures:
-    """TrajOpt by tesseract's Python wheel, in an environment of its own, from the constant lead and lean.
-
-    Two virtual joints behind the cutter's centre, a turn about the tool axis and the lean, make the lean
-    free; the cost is that of joint velocities, weighted by J/mm and J/rad. It starts anew every 40
-    iterations, as the wheel has it, until nothing moves or `SECONDS` are over.
-    """
-    if len(case.toolpath) > SHORT:
-        raise CannotDoError(f"with our settings it converges on short paths only, of {SHORT} locations")
-    machine, path, bound = case.machine, case.toolpath, lean_of(case)
-    joints = chain_of(case)
-    virtual = {"kind": "revolute", "point": joints[-1]["point"]}
-    limits = [float(bound.low), float(bound.high)]
-    joints.append({"name": "tilt", "direction": [1.0, 0.0, 0.0], "limits": limits} | virtual)
-    order = [machine.column(joint.letter) for joint in machine.chain.joints]
-    start = follow(path, machine, lead_lean(path, machine, case.tilt)).positions
-    # The surface normal, seen from the tool, gives the virtual joints: Rz(spin)·Rx(lean)·z.
-    turned = np.tile(np.eye(3), (len(path), 1, 1))
-    for joint in machine.chain.joints:
-        if joint.is_rotary:
-            angle = start[:, machine.column(joint.letter), None] * np.array(joint.line.direction)
-            turned = turned @ Rotation.from_rotvec(angle).as_matrix()
-    seen = np.einsum("nji,nj->ni", turned, bound.reference)
-    spin = np.unwrap(np.arctan2(seen[:, 0], -seen[:, 1]))
-    lean = np.arccos(np.clip(seen[:, 2], -1.0, 1.0))
-    prices = 0.5 * (case.problem.plus + case.problem.minus).mean(axis=0)
-    more = {
-        "start": np.column_stack([start[:, order], spin, lean]).tolist(),
-        "prices": prices[order].tolist(),
-    }
-    return path, rotary_of(case, joints, np.array(by_tesseract("trajopt.py", case, joints, more)))
+    """TrajOpt by tesseract's Python wheel, in an environment of its own, as `trajopt.py` says."""
+    return case.toolpath, np.array(by_tesseract("trajopt.py", case, SECONDS))
 
 
 def descartes(case: Case) -> Postures:
-    """Descartes by the same wheel: at each of three leans the shortest way through sampled turns.
-
-    Turns about the surface normal are sampled every 6 deg, and joint distance is what it makes short; of the
-    three the one with the least travel metric counts. It begins no further lean that would take longer than
-    `SECONDS` in all.
-    """
-    bound, joints = lean_of(case), chain_of(case)
-    leans = np.linspace(bound.low, bound.high, 5)[[2, 1, 3]].tolist()
-    found = by_tesseract("descartes.py", case, joints, {"leans": leans})
-    if not found:
-        raise CannotDoError("it finds no way through its samples")
-    ways = [rotary_of(case, joints, np.array(values)) for values in found]
-    costs = [case.problem.cost(case.problem.positions(slice(None), rotary)) for rotary in ways]
-    return case.toolpath, ways[int(np.argmin(costs))]
-
-
-def lean_of(case: Case) -> TiltBounds:
-    """The one range of the lean that tesseract's planners can be given."""
-    bound = case.tilt.all[0]
-    if len(case.tilt.all) > 1 or not np.isfinite(bound.reference).all():
-        raise CannotDoError("takes one range of the lean, at every location")
-    return bound
-
-
-def chain_of(case: Case) -> list[dict]:
-    """Joints from the workpiece to the cutter's centre, and a turn about the tool axis there."""
-    machine, chain, joints = case.machine, case.machine.chain, []
-    point = [0.0, 0.0, 0.0]
-    for joint in chain.joints:
-        axis = machine.axes[machine.column(joint.letter)]
-        if joint.is_rotary:
-            point = list(map(float, joint.line.point))
-        kind, far = ("revolute", 20.0) if joint.is_rotary else ("prismatic", 1e4)
-        limits = [max(axis.limits.low, -far), min(axis.limits.high, far)]
-        own = {"name": joint.letter, "kind": kind, "point": point, "limits": limits}
-        joints.append(own | {"direction": list(map(float, joint.line.direction))})
-    home = chain.tool_home
-    if not np.allclose(home[:3, 2], (0.0, 0.0, 1.0)):
-        raise CannotDoError("written for a tool along Z at home")
-    centre = (home[:3, 3] + case.toolpath.zone.height * home[:3, 2]).tolist()
-    spin = {"name": "spin", "kind": "revolute", "point": centre, "limits": [-20.0, 20.0]}
-    return [*joints, spin | {"direction": [0.0, 0.0, 1.0]}]
-
-
-def by_tesseract(script: str, case: Case, joints: list[dict], more: dict) -> list:
-    """Run a script with the Python of an environment that has tesseract's wheel."""
-    python = environment("tesseract-robotics==0.5.1")
-    places = {"points": case.toolpath.pivot.tolist(), "normals": lean_of(case).reference.tolist()}
-    problem = {"joints": joints, "seconds": SECONDS} | places | more
-    with tempfile.TemporaryDirectory() as folder:
-        given, found = Path(folder) / "problem.json", Path(folder) / "result.json"
-        given.write_text(json.dumps(problem), encoding="utf-8")
-        command = [python, Path(__file__).with_name(script), given, found]
-        run = subprocess.run(command, capture_output=True, text=True, check=False)
-        if run.returncode != 0:
-            raise CannotDoError((run.stderr.strip().splitlines() or ["it ended without a word"])[-1])
-        return json.loads(found.read_text(encoding="utf-8"))
-
-
-def rotary_of(case: Case, joints: list[dict], values: np.ndarray) -> np.ndarray:
-    """Rotary angles, (n, 2) rad, of joint values."""
-    names, machine = [joint["name"] for joint in joints], case.machine
-    return values[:, [names.index(machine.letters[c]) for c in machine.rotary_columns]]
-
-
-def environment(package: str) -> Path:
-    """Python of an environment that has a package; made at first use."""
-    folder = Path(tempfile.gettempdir()) / "fiveaxis-peers-environments" / package.replace("==", "-")
-    python = folder / "bin" / "python"
-    if not python.exists():
-        venv.create(folder, with_pip=True)
-        made = subprocess.run(
-            [python, "-m", "pip", "install", "-q", package], capture_output=True, text=True, check=False
-        )
-        if made.returncode != 0:
-            shutil.rmtree(folder)
-            raise CannotDoError(f"{package} can't be installed: {made.stderr.strip().splitlines()[-1]}")
-    return python
+    """Descartes by the same wheel, as `descartes.py` says."""
+    return case.toolpath, np.array(by_tesseract("descartes.py", case, SECONDS))
 
 
 # No method, but what none can be better than.

@@ -1,11 +1,12 @@
-"""TrajOpt on a case: run by `methods.trajopt` with the Python of an environment that has tesseract-robotics.
+"""TrajOpt on a case: run by `methods.trajopt` with the Python of an environment that has the wheel.
 
 Usage: python trajopt.py PROBLEM.json RESULT.json
 
-The machine is a URDF from the workpiece to the tool, with two virtual joints behind the cutter's centre: a
-turn about the tool axis and the lean. So the end of the chain has a fixed pose, the surface normal at the
-location, and the lean is free within its range. The cost is that of joint velocities, absolute, weighted by
-J/mm and J/rad, the mean of both directions.
+The solver is TrajOpt's trust region over quadratic problems, those by OSQP; `stretch.py` has the terms. It
+starts from the baselines at some of the locations, and takes more and more of them. Where that ends with no
+or much dearer postures, as bounds between the locations weren't seen, it starts from what Descartes finds, as
+tesseract's own pipelines do; then narrow windows keep a place where the trust region gets small from holding
+up the whole path.
 """
 
 from __future__ import annotations
@@ -15,117 +16,112 @@ import sys
 import time
 from pathlib import Path
 
+import descartes
 import numpy as np
-from tesseract_robotics.tesseract_common import GeneralResourceLocator, Isometry3d
-from tesseract_robotics.tesseract_environment import Environment
-from tesseract_robotics.tesseract_motion_planners_trajopt import (
-    CartPoseTermInfo,
-    ConstructProblem,
-    InitInfo,
-    JointVelTermInfo,
-    ProblemConstructionInfo,
-    TermInfoPtr_vector,
+from stretch import Stretch
+
+# Every so many locations, one after the other, and the moves that count as short there, rad. What comes out
+# is the next valley only, so there are other tries as long as there is time.
+LEVELS = (
+    ((30, 0.04), (8, 0.002), (1, 2e-4)),
+    ((8, 0.02), (1, 2e-4)),
+    ((16, 0.02), (4, 1e-3), (1, 2e-4)),
 )
-from tesseract_robotics.tesseract_motion_planners_trajopt import (
-    _tesseract_motion_planners_trajopt_python as native,
-)
+# Fewer locations than that aren't thinned out.
+FEW = 40
+# rad: short moves after Descartes, and of another try; the shortest ones, and from round to round.
+AFTER, AGAIN, SHORTEST, SHORTER = 5e-4, 5e-4, 1e-5, 0.6
+# Locations solved at once on either way, and how many of them again with the next ones.
+WINDOW, NARROW, OVERLAP = 4000, 150, 50
+# rad, and part of the cost: a round that moves nothing by more, or is cheaper by less, was the last one.
+SAME, CHEAPER = 1e-4, 1e-4
+# Parts of the time for the first way, and of what is left for Descartes.
+FIRST, SECOND = 0.15, 0.8
+# The second way isn't gone where all locations cost no more than this times what the fewest do.
+ENOUGH = 1.1
 
-# TrajOpt's own bits for a cost and a constraint.
-COST, CONSTRAINT = 0x1, 0x2
-# rad or dm: no absolute cost below; with none at all TrajOpt takes squares.
-LEAST = 1e-6
-# dm: with them lengths are about as large as angles, on which the trust region depends.
-DM = 0.01
-# rad or dm: a round that moves nothing by more was the last one.
-SAME = 1e-4
-# Unit of the cost, J.
-UNIT = 0.1
-
-
-def urdf_of(problem: dict) -> str:
-    """Write the chain as URDF, links in the workpiece's frame at home."""
-    parts, before, parent = ["<link name='workpiece'/>"], np.zeros(3), "workpiece"
-    for joint in problem["joints"]:
-        point = DM * np.array(joint["point"])
-        kind = joint["kind"]
-        low, high = np.array(joint["limits"]) * (DM if kind == "prismatic" else 1.0)
-        parts.append(
-            f"<link name='{joint['name']}'/><joint name='j{joint['name']}' type='{kind}'>"
-            f"<parent link='{parent}'/><child link='{joint['name']}'/>"
-            f"<origin xyz='{' '.join(map(str, point - before))}'/>"
-            f"<axis xyz='{' '.join(map(str, joint['direction']))}'/>"
-            f"<limit lower='{low}' upper='{high}' velocity='1000' effort='1000'/></joint>"
-        )
-        before, parent = point, joint["name"]
-    return f"<robot name='machine'>{''.join(parts)}</robot>"
+Way = tuple[np.ndarray, float]
 
 
-def srdf_of(problem: dict) -> str:
-    last = problem["joints"][-1]["name"]
-    return (
-        "<robot name='machine' version='1.0.0'><group name='all'>"
-        f"<chain base_link='workpiece' tip_link='{last}'/></group></robot>"
-    )
+def swept(stretch: Stretch, rotary: np.ndarray, short: float, window: int) -> np.ndarray:
+    """Angles after one pass of windows over the path, each between held ends."""
+    rotary, count = rotary.copy(), len(rotary)
+    for first in range(0, max(count - OVERLAP, 1), window - OVERLAP):
+        rows = slice(first, min(first + window, count))
+        held = (first > 0, rows.stop < count)
+        rotary[rows] = stretch.part(rows).solved(rotary[rows], short, held)
+    return rotary
 
 
-def frame(point: list[float], normal: list[float]) -> Isometry3d:
-    """Pose whose z is the normal."""
-    z = np.array(normal)
-    x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 else [1.0, 0.0, 0.0], z)
-    x /= np.linalg.norm(x)
-    pose = np.eye(4)
-    pose[:3, :3] = np.column_stack([x, np.cross(z, x), z])
-    pose[:3, 3] = DM * np.array(point)
-    return Isometry3d(pose)
-
-
-def solve(problem: dict) -> np.ndarray:
-    """Axis values with both virtual joints, (n, 7)."""
-    environment = Environment()
-    if not environment.init(urdf_of(problem), srdf_of(problem), GeneralResourceLocator()):
-        raise SystemExit("tesseract doesn't take the machine")
-    scale = np.array([DM if joint["kind"] == "prismatic" else 1.0 for joint in problem["joints"]])
-    start = np.array(problem["start"]) * scale
-    count, last = len(start), problem["joints"][-1]["name"]
-    info = ProblemConstructionInfo(environment)
-    info.kin = environment.getJointGroup("all")
-    info.basic_info.n_steps = count
-    info.basic_info.manip = "all"
-    info.basic_info.use_time = False
-    info.init_info.type = InitInfo.GIVEN_TRAJ
-    free = len(problem["joints"]) - 2
-    prices = np.array([*problem["prices"], 0.0, 0.0]) / scale / UNIT
-    costs, constraints = TermInfoPtr_vector(), TermInfoPtr_vector()
-    travel = JointVelTermInfo()
-    travel.name, travel.term_type = "travel", COST
-    travel.coeffs, travel.targets = prices, np.zeros(free + 2)
-    travel.upper_tols, travel.lower_tols = np.full(free + 2, LEAST), np.full(free + 2, -LEAST)
-    travel.first_step, travel.last_step = 0, count - 1
-    costs.append(travel)
-    for row, (point, normal) in enumerate(zip(problem["points"], problem["normals"], strict=True)):
-        pose = CartPoseTermInfo()
-        pose.name, pose.term_type, pose.timestep = f"pose {row}", CONSTRAINT, row
-        pose.source_frame, pose.target_frame = last, "workpiece"
-        pose.target_frame_offset = frame(point, normal)
-        pose.pos_coeffs, pose.rot_coeffs = np.full(3, 1.0), np.array([10.0, 10.0, 0.0])
-        constraints.append(pose)
-    info.cost_infos, info.cnt_infos = costs, constraints
-    trajectory = start
-    begun = time.process_time()
-    while time.process_time() - begun < problem["seconds"]:
-        info.init_info.data = trajectory
-        # The wheel's own wrapper passes a plotter that its library refuses. One call is 40 iterations.
-        found = np.array(native.OptimizeProblem(ConstructProblem(info)).traj)
-        moved = np.abs(found - trajectory).max()
-        trajectory = found
-        if moved < SAME:
+def settled(stretch: Stretch, rotary: np.ndarray, short: float, window: int, until: float) -> Way:
+    """Cheapest angles within all bounds, of rounds with ever shorter moves; their cost, inf if none are."""
+    best, least, last = rotary, stretch.cost(rotary) if stretch.keeps(rotary) else np.inf, np.inf
+    while time.process_time() < until:
+        found = swept(stretch, rotary, short, window)
+        cost, moved, rotary = stretch.cost(found), np.abs(found - rotary).max(), found
+        if cost < least and stretch.keeps(rotary):
+            best, least = rotary, cost
+        if short <= SHORTEST and (moved < SAME or abs(last - cost) < CHEAPER * cost):
             break
-    return trajectory / scale
+        last, short = cost, max(short * SHORTER, SHORTEST)
+    return (best if np.isfinite(least) else rotary), least
+
+
+def between(count: int, rows: np.ndarray, rotary: np.ndarray) -> np.ndarray:
+    """Angles at all locations, (count, 2), between those at some."""
+    return np.stack([np.interp(np.arange(count), rows, side) for side in rotary.T], axis=1)
+
+
+def by_levels(problem: dict, levels: tuple, until: float) -> tuple[Way, float]:
+    """Angles at all locations, and their cost, from the baselines; and the cost at the fewest locations."""
+    count = len(problem["points"])
+    tries = [np.array(start) for start in problem["starts"]]
+    costs = []
+    for every, short in levels:
+        if every > 1 and every * FEW > count:
+            continue
+        rows = np.unique(np.append(np.arange(0, count, every), count - 1))
+        stretch = Stretch(problem, rows)
+        # The first level that isn't left out has all moves to make.
+        short = levels[0][1] if len(tries) > 1 else short
+        ways = [settled(stretch, start[rows], short, WINDOW, until) for start in tries]
+        rotary, least = min(ways, key=lambda way: way[1])
+        tries = [between(count, rows, rotary)]
+        costs.append(least)
+    return (tries[0], costs[-1]), costs[0]
+
+
+def by_descartes(problem: dict, until: float) -> Way:
+    """Angles at all locations, and their cost, from Descartes's."""
+    seconds = SECOND * (until - time.process_time())
+    try:
+        rotary = np.array(descartes.solve(problem | {"seconds": seconds}))
+    except descartes.NoWayError:
+        return np.array(problem["starts"][0]), np.inf
+    return settled(Stretch(problem, np.arange(len(rotary))), rotary, AFTER, NARROW, until)
+
+
+def solve(problem: dict) -> list[list[float]]:
+    """Rotary angles of all locations, (n, 2)."""
+    begun, seconds = time.process_time(), problem["seconds"]
+    way, few = by_levels(problem, LEVELS[0], begun + FIRST * seconds)
+    if way[1] < ENOUGH * few:
+        others = [by_levels(problem, levels, begun + seconds)[0] for levels in LEVELS[1:]]
+    else:
+        others = [by_descartes(problem, begun + seconds)]
+    rotary, least = min([*others, way], key=lambda way: way[1])
+    whole = Stretch(problem, np.arange(len(rotary)))
+    while time.process_time() < begun + seconds:
+        found, cost = settled(whole, rotary, AGAIN, NARROW, begun + seconds)
+        if not cost < (1.0 - CHEAPER) * least:
+            break
+        rotary, least = found, cost
+    return rotary.tolist()
 
 
 def main() -> None:
     problem = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    Path(sys.argv[2]).write_text(json.dumps(solve(problem).tolist()), encoding="utf-8")
+    Path(sys.argv[2]).write_text(json.dumps(solve(problem)), encoding="utf-8")
 
 
 if __name__ == "__main__":
