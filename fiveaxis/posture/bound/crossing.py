@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +41,22 @@ class Crossed:
     most: int
 
 
+class Reached(NamedTuple):
+    """The corners of a visit, with their least costs above those of the visit before.
+
+    Parameters
+    ----------
+    corners : with the least cost of reaching each, where the cheapest corner of the visit before costs 0
+    sources, prices : corners of the visit before from which they are reached, and the step; None at the first
+    looked : sources, and groups of them, that were looked at
+    """
+
+    corners: Corners
+    sources: Sources | None
+    prices: Prices | None
+    looked: int
+
+
 def cross(
     visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor, progress: Progress
 ) -> Crossed:
@@ -49,24 +66,35 @@ def cross(
     """
     count = len(visits.toolpath)
     total, work, most = 0, WORK_OF_CELL * len(cells.axis) * count, 0
-    before: Corners | None = None
-    for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
+    for i, visit in enumerate(reach_visits(visits, cells, lattice, pool)):
         progress("bounding the cost from below", i, count)
-        if before is None:
-            corners.cost[corners.touched] = 0
-        else:
-            prices = Prices.of(lattice, visits.plus[i - 1], visits.minus[i - 1], visits.turn[i - 1])
-            sources = _sources(before, prices, Neighbours.of(lattice, prices, corners.group), pool)
-            reached = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
-            work += sum(job.result() for job in reached)
-        work += WORK_OF_CORNER * len(corners.cost)
-        most = max(most, len(corners.cost))
-        least = int(corners.cost.min(initial=FAR))
+        cost = visit.corners.cost
+        work += visit.looked + WORK_OF_CORNER * len(cost)
+        most = max(most, len(cost))
+        least = int(cost.min(initial=FAR))
         if least >= FAR:
             return Crossed(np.inf, work, most)
         total += least
-        before = corners
     return Crossed(total * QUANTUM, work, most)
+
+
+def reach_visits(
+    visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor
+) -> Iterator[Reached]:
+    """Find the least costs of the corners of one visit after the other, until none is reached."""
+    before: Corners | None = None
+    for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
+        if before is None:
+            corners.cost[corners.touched] = 0
+            yield Reached(corners, None, None, 0)
+        else:
+            prices = Prices.of(lattice, visits.plus[i - 1], visits.minus[i - 1], visits.turn[i - 1])
+            sources = _sources(before, prices, Neighbours.of(lattice, prices, corners.group), pool)
+            jobs = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
+            yield Reached(corners, sources, prices, sum(job.result() for job in jobs))
+        if corners.cost.min(initial=FAR) >= FAR:
+            return
+        before = corners
 
 
 def _parts(corners: Corners) -> list[tuple[int, int]]:

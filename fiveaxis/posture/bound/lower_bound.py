@@ -21,7 +21,7 @@ from fiveaxis.energy import least_travel_costs, travel_costs
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import feed_times
-from fiveaxis.posture.bound.cells import HUGE, cut_cells
+from fiveaxis.posture.bound.cells import HUGE, Cells, cut_cells
 from fiveaxis.posture.bound.corners import Lattice
 from fiveaxis.posture.bound.crossing import CHUNK, Crossed, cross
 from fiveaxis.posture.bound.enclosures import enclose
@@ -225,14 +225,12 @@ def _climb(visits: Visits, most: float, progress: Progress) -> tuple[float, int]
     if count == 0:
         return 0.0, 0
     first = Level(FIRST_CELL, max(count // FIRST_VISITS, 1))
-    hull = _hull(visits.every(first.stride))
+    hull = hull_of(visits.every(first.stride))
     with threadpool_limits(limits=1), ThreadPoolExecutor(THREADS) as pool:
 
         def bound(level: Level) -> Crossed:
             chosen = visits.every(level.stride)
-            cells = cut_cells(visits.machine, visits.toolpath.zone, level.cell, FACTOR)
-            lattice = Lattice(cells.sides, (FACTOR, FACTOR), *hull, _linear_steps(visits, level.cell, hull))
-            return cross(chosen, cells, lattice, pool, progress)
+            return cross(chosen, *lay_lattice(visits, level.cell, hull), pool, progress)
 
         climb = _Climb(most, first, {first: bound(first)})
         while (step := climb.step()) is not None:
@@ -306,7 +304,13 @@ def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tupl
     return [(one.low, one.high) for one in every]
 
 
-def _hull(visits: Visits) -> tuple[Array, Array]:
+def lay_lattice(visits: Visits, cell: float, hull: tuple[Array, Array]) -> tuple[Cells, Lattice]:
+    """Cut the rotary angles into cells of a width, rad, and lay the lattice over them and a hull."""
+    cells = cut_cells(visits.machine, visits.toolpath.zone, cell, FACTOR)
+    return cells, Lattice(cells.sides, (FACTOR, FACTOR), *hull, _linear_steps(visits, cell, hull))
+
+
+def hull_of(visits: Visits) -> tuple[Array, Array]:
     """Find between which values the linear axes are in most cells at some visits, (3,) mm each.
 
     Paths are moved onto this hull, which makes none longer, so it may leave something out: cells in which

@@ -21,6 +21,7 @@ class Visits:
     toolpath, tilt : of m locations
     plus, minus : (m − 1, 5), J/rad and J/mm, least price of travel between a visit and the next
     turn : (m − 1,), rad, most that each rotary axis turns between them; infinite where unbounded
+    row : (m,), index of each visit in the given path
     """
 
     machine: Machine
@@ -29,6 +30,7 @@ class Visits:
     plus: Array
     minus: Array
     turn: Array
+    row: IntArray
 
     @classmethod
     def of(
@@ -51,7 +53,7 @@ class Visits:
         plus, minus = (price[:, columns] for price in prices)
         binds = np.any([np.isfinite(bound.reference[:, 0]) for bound in tilt.all], axis=0)
         turn = np.full(len(plus), np.inf) if turns is None else turns
-        whole = cls(machine, toolpath, tilt, plus, minus, turn)
+        whole = cls(machine, toolpath, tilt, plus, minus, turn, np.arange(len(toolpath)))
         return whole.at(np.flatnonzero(binds & ~toolpath.inserted))
 
     def at(self, rows: IntArray) -> Visits:
@@ -62,7 +64,8 @@ class Visits:
             begin = rows[:-1] - rows[0]
             plus, minus = np.minimum.reduceat(plus, begin), np.minimum.reduceat(minus, begin)
             turn = np.add.reduceat(turn, begin)
-        return Visits(self.machine, self.toolpath.at(rows), self.tilt.at(rows), plus, minus, turn)
+        some = self.toolpath.at(rows), self.tilt.at(rows)
+        return Visits(self.machine, *some, plus, minus, turn, self.row[rows])
 
     def every(self, stride: int) -> Visits:
         """Return each `stride`-th visit, and the last."""

@@ -16,6 +16,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import INSIDE, NoBaseline, find_baselines, follow_axes, moved_clear, uphill
+from fiveaxis.posture.bound.relaxed import relaxed_path
 from fiveaxis.posture.masks.enforcement import Enforcement, or_cheaper_baseline
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import ALLOWED, Problem
@@ -31,8 +32,8 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 
 logger = logging.getLogger(__name__)
 
-# Name of the portfolio's own start among several.
-OWN = "searches"
+# Names of the portfolio's own start among several, and of the path that touches the boxes of the lower bound.
+OWN, RELAXED = "searches", "relaxed path"
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +129,11 @@ def _solve(given: GivenProblem, mask: Mask | None) -> Solution:
         if given.start is not None:
             rotary = solve(problem, given.start)
         elif effort.is_many:
-            leaning = leaning_paths(toolpath, machine, bounds, effort)
-            rotary, optima = best_of_starts(run, starts, leaning)
+            more = leaning_paths(toolpath, machine, bounds, effort)
+            progress("tracing the relaxed path of the lower bound", 0, 1)
+            relaxed = relaxed_path(problem, toolpath, bounds)
+            more |= {} if relaxed is None else {RELAXED: relaxed}
+            rotary, optima = best_of_starts(run, starts, more)
         else:
             rotary = run.best_path(starts)
         if cone is not None:
@@ -173,7 +177,7 @@ def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> 
 
 
 def best_of_starts(
-    run: Portfolio, compared: Mapping[str, Baseline], leaning: Mapping[str, Array]
+    run: Portfolio, compared: Mapping[str, Baseline], more: Mapping[str, Array]
 ) -> tuple[Array, Optima]:
     """Find the cheapest admissible path from all starts of the effort.
 
@@ -183,7 +187,7 @@ def best_of_starts(
     ----------
     run : the portfolio; the stages of the other starts are added to its own
     compared : the baselines
-    leaning : further starts by name, (n, 2) rad (`leaning_paths`)
+    more : further starts by name, (n, 2) rad (`leaning_paths`, `relaxed_path`)
 
     Returns
     -------
@@ -203,7 +207,7 @@ def best_of_starts(
         run.stages += [replace(stage, name=f"{name}: {stage.name}") for stage in other.stages]
     columns = problem.machine.rotary_columns
     own = {f"baseline {name}": b.motion.positions[:, columns] for name, b in compared.items()}
-    for name, start in ({**own, **leaning} if effort.from_baselines else leaning).items():
+    for name, start in ({**own, **more} if effort.from_baselines else more).items():
         found[name] = run.refined_from(name, start)
     return _cheapest(problem, found)
 
