@@ -6,9 +6,11 @@ import casadi as ca
 import numpy as np
 import pytest
 from by_degrees import tilt_bounds
+from rings import ring
 
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import load_machine
+from fiveaxis.posture.baselines.catalogue import lead_lean
 from fiveaxis.posture.local.refinement import refine, refine_windows
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.toolpath import Tool, Toolpath
@@ -119,3 +121,14 @@ def test_time_and_bends_have_their_price(timed, start):
         300.0 * parts(priced.rotary)[0] + 50.0 * parts(priced.rotary)[1]
         < 300.0 * parts(free.rotary)[0] + 50.0 * parts(free.rotary)[1]
     )
+
+
+def test_a_start_that_the_small_barrier_does_not_improve_in_time_is_improved_by_the_large_one(hayashi):
+    """On a long path a round from the start's neighbourhood alone may end outside its bounds, and be lost."""
+    path = ring(80)
+    tilt = tilt_bounds(path, (15, 75))
+    problem = Problem.build(path, hayashi, tilt)
+    start = lead_lean(path, hayashi, tilt)
+    found = refine(problem, start, iterations=15, barrier=0.04, near=True, last=1e-5)
+    assert problem.violation(found.rotary) <= ALLOWED
+    assert found.cost < 0.5 * problem.path_cost(start)
