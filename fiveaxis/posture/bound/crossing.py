@@ -34,11 +34,13 @@ class Crossed:
     total : J; infinite if some location has no admissible posture
     work : corners, sources and cells that were looked at
     most : corners of a visit
+    cells : of the rotary angles
     """
 
     total: float
     work: int
     most: int
+    cells: int
 
 
 class Reached(NamedTuple):
@@ -73,9 +75,9 @@ def cross(
         most = max(most, len(cost))
         least = int(cost.min(initial=FAR))
         if least >= FAR:
-            return Crossed(np.inf, work, most)
+            return Crossed(np.inf, work, most, len(cells.axis))
         total += least
-    return Crossed(total * QUANTUM, work, most)
+    return Crossed(total * QUANTUM, work, most, len(cells.axis))
 
 
 def reach_visits(

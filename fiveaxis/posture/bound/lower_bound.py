@@ -41,8 +41,10 @@ LINEAR, FINENESS = 1.6, 0.75
 # Width of a finer level's cells, in times of the level before; its work, and that of half the stride, at
 # least.
 FINER, COSTS = 0.7, {"finer": 2.5, "denser": 2.0}
-# Corners of a visit that fit into memory, and how many times as many a finer level may have.
-MOST_CORNERS, MORE_CORNERS = 2e7, {"finer": 4.0, "denser": 1.0}
+# Corners of a visit, and cells of the rotary angles, that fit into memory; how many times as many a finer
+# level may have.
+MOST_CORNERS, MOST_CELLS = 2e7, 6e5
+MORE_CORNERS, MORE_CELLS = {"finer": 4.0, "denser": 1.0}, {"finer": FINER**-2, "denser": 1.0}
 # Steps of the first level over the range of a linear axis, at most.
 MOST_STEPS = 64
 # Share of cells beyond each end of the linear axes' range that may be left out.
@@ -292,8 +294,10 @@ class _Climb:
         """Check whether a step leads to a level that isn't known, and its work and memory are there."""
         found, spent = self.known[level], sum(each.work for each in self.known.values())
         enough = spent + self.costs[kind] * found.work <= self.most
-        fits = enough and MORE_CORNERS[kind] * found.most <= MOST_CORNERS
-        return fits and level.next(kind) not in self.known
+        fits = (
+            MORE_CORNERS[kind] * found.most <= MOST_CORNERS and MORE_CELLS[kind] * found.cells <= MOST_CELLS
+        )
+        return enough and fits and level.next(kind) not in self.known
 
 
 def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tuple[Array, Array]]:
