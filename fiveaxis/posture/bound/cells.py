@@ -7,12 +7,12 @@ depend on the machine alone, so the enclosures of a cell are computed once for a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array
 from fiveaxis.geometry.intervals import Enclosure, Interval
 from fiveaxis.kinematics.equations import (
     Cosines,
@@ -74,11 +74,6 @@ class Cells:
     shift: Array
     slope_middle: Array
     slope_radius: Array
-
-    def at(self, chosen: IntArray) -> Cells:
-        """Return some of the cells."""
-        names = ("axis", "swing", "matrix", "shift", "slope_middle", "slope_radius")
-        return replace(self, **{name: getattr(self, name)[chosen] for name in names})
 
 
 def cut_cells(machine: Machine, zone: Zone, step: float, multiple: int = 1) -> Cells:
