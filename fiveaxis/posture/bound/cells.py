@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.geometry.intervals import Enclosure, Interval
 from fiveaxis.kinematics.equations import (
     Cosines,
@@ -31,6 +31,8 @@ from fiveaxis.toolpath import Zone
 
 # mm, stands for "no bound" in arithmetic: far beyond any machine.
 HUGE = 1e9
+# Cells that are cut at once, so that they stay in the processor's cache.
+BLOCK = 16_384
 # Share of a cell that rounding may add to an axis's width.
 SLACK = 1e-9
 
@@ -83,8 +85,17 @@ def cut_cells(machine: Machine, zone: Zone, step: float, multiple: int = 1) -> C
     parts; the zone has the height of the pivot.
     """
     sides = _side(machine, 0, step, multiple), _side(machine, 1, step, multiple)
-    grid = np.meshgrid(*(s.low + s.step * (np.arange(s.parts) + 0.5) for s in sides), indexing="ij")
-    angles = [g.ravel() for g in grid]
+    rows = np.array_split(np.arange(sides[0].parts), -(-sides[0].parts * sides[1].parts // BLOCK))
+    blocks = [_cut(machine, zone, sides, block) for block in rows]
+    return Cells(sides, *(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
+
+
+def _cut(machine: Machine, zone: Zone, sides: tuple[Side, Side], rows: IntArray) -> tuple[Array, ...]:
+    """Enclose the machine's equations in the cells of some rows of the first angle; the arrays of `Cells`."""
+    grid = np.meshgrid(rows, np.arange(sides[1].parts), indexing="ij")
+    angles = [
+        np.asarray(s.low + s.step * (g.ravel() + 0.5), dtype=float) for s, g in zip(sides, grid, strict=True)
+    ]
     boxes = [Interval(a - 0.5 * s.step, a + 0.5 * s.step) for a, s in zip(angles, sides, strict=True)]
     ranged = {
         letter: Enclosure.cosine_and_sine(box, i, 2)
@@ -100,14 +111,13 @@ def cut_cells(machine: Machine, zone: Zone, step: float, multiple: int = 1) -> C
         enclosed = _affine(machine, zone, ranged)
         slopes = [[_slopes(v, count) for v in row] for row in enclosed]
     radius, centre = (np.array([[s[k] for s in row] for row in slopes]) for k in (0, 1))
-    return Cells(
-        sides=sides,
-        axis=axis,
-        swing=_swing(machine, axis, sides),
-        matrix=np.ascontiguousarray(values[:, :, :3]),
-        shift=np.ascontiguousarray(values[:, :, 3]),
-        slope_middle=np.ascontiguousarray(centre.transpose(3, 0, 2, 1)),
-        slope_radius=np.ascontiguousarray(radius.transpose(3, 0, 2, 1)),
+    return (
+        axis,
+        _swing(machine, axis, sides),
+        np.ascontiguousarray(values[:, :, :3]),
+        np.ascontiguousarray(values[:, :, 3]),
+        np.ascontiguousarray(centre.transpose(3, 0, 2, 1)),
+        np.ascontiguousarray(radius.transpose(3, 0, 2, 1)),
     )
 
 

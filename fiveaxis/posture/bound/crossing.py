@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -14,15 +15,24 @@ from fiveaxis.geometry import IntArray
 from fiveaxis.posture.bound.cells import Cells
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 from fiveaxis.posture.bound.enclosures import enclose
-from fiveaxis.posture.bound.sweep import QUANTUM, Neighbours, Prices, Sources, find_sources, grouped, reach
+from fiveaxis.posture.bound.sweep import (
+    Neighbours,
+    Prices,
+    Sources,
+    find_sources,
+    grouped,
+    quantum_of,
+    reach,
+)
 from fiveaxis.posture.bound.visits import Visits
 from fiveaxis.progress import Progress
 
 # Parts into which the groups of a visit are divided for threads; locations that are enclosed at once, so that
-# their cells stay in the processor's cache.
-SLICES, CHUNK = 8, 4
-# Work of a cell of the rotary angles, and of a corner, in times of a source that is looked at.
-WORK_OF_CELL, WORK_OF_CORNER = 2, 3
+# their cells stay in the processor's cache, and how many such chunks ahead.
+SLICES, CHUNK, AHEAD = 8, 4, 3
+# Work is counted in times of a source that is looked at, 6 ns where they were measured. As many times take: a
+# cell of the rotary angles in all, at each visit, and where postures are enclosed in it; a corner; a visit.
+CUT, CELL, ENCLOSED, CORNER, VISIT = 900, 1, 13, 8, 130_000
 
 
 @dataclass(frozen=True)
@@ -32,7 +42,7 @@ class Crossed:
     Parameters
     ----------
     total : J; infinite if some location has no admissible posture
-    work : corners, sources and cells that were looked at
+    work : sources, corners and cells that were looked at, as times of a source
     most : corners of a visit
     cells : of the rotary angles
     """
@@ -67,30 +77,32 @@ def cross(
     Costs are whole numbers, and prices are rounded down, so rounding can't raise the result.
     """
     count = len(visits.toolpath)
-    total, work, most = 0, WORK_OF_CELL * len(cells.axis) * count, 0
-    for i, visit in enumerate(reach_visits(visits, cells, lattice, pool)):
+    quantum = quantum_of(lattice, visits.plus, visits.minus)
+    total, most, work = 0, 0, CUT * len(cells.axis) + (VISIT + CELL * len(cells.axis)) * count
+    for i, visit in enumerate(reach_visits(visits, cells, lattice, quantum, pool)):
         progress("bounding the cost from below", i, count)
         cost = visit.corners.cost
-        work += visit.looked + WORK_OF_CORNER * len(cost)
+        work += visit.looked + ENCLOSED * visit.corners.cells + CORNER * len(cost)
         most = max(most, len(cost))
         least = int(cost.min(initial=FAR))
         if least >= FAR:
             return Crossed(np.inf, work, most, len(cells.axis))
         total += least
-    return Crossed(total * QUANTUM, work, most, len(cells.axis))
+    return Crossed(total * quantum, work, most, len(cells.axis))
 
 
 def reach_visits(
-    visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor
+    visits: Visits, cells: Cells, lattice: Lattice, quantum: float, pool: ThreadPoolExecutor
 ) -> Iterator[Reached]:
-    """Find the least costs of the corners of one visit after the other, until none is reached."""
+    """Find the least costs of the corners of one visit after the other, in quanta, until none is reached."""
     before: Corners | None = None
     for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
         if before is None:
             corners.cost[corners.touched] = 0
             yield Reached(corners, None, None, 0)
         else:
-            prices = Prices.of(lattice, visits.plus[i - 1], visits.minus[i - 1], visits.turn[i - 1])
+            step = visits.plus[i - 1], visits.minus[i - 1], float(visits.turn[i - 1])
+            prices = Prices.of(lattice, *step, quantum)
             sources = _sources(before, prices, Neighbours.of(lattice, prices, corners.group), pool)
             jobs = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
             yield Reached(corners, sources, prices, sum(job.result() for job in jobs))
@@ -113,16 +125,16 @@ def _sources(corners: Corners, prices: Prices, neighbours: Neighbours, pool: Thr
 
 
 def _touched(visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor) -> Iterator[Corners]:
-    """Find the corners that each visit touches; those of the next chunk while one is worked on."""
+    """Find the corners that each visit touches; those of the next chunks while one is worked on."""
 
     def find(rows: IntArray) -> list[Corners]:
         some = visits.toolpath.at(rows), visits.tilt.at(rows)
         return [lattice.touch(enclosed) for enclosed in enclose(cells, *some, visits.machine)]
 
     count = len(visits.toolpath)
-    chunks = np.array_split(np.arange(count), -(-count // CHUNK))
-    coming = pool.submit(find, chunks[0])
-    for chunk in chunks[1:]:
-        found, coming = coming.result(), pool.submit(find, chunk)
+    chunks = iter(np.array_split(np.arange(count), -(-count // CHUNK)))
+    coming = deque(pool.submit(find, chunk) for chunk in itertools.islice(chunks, AHEAD))
+    while coming:
+        found = coming.popleft().result()
+        coming.extend(pool.submit(find, chunk) for chunk in itertools.islice(chunks, 1))
         yield from found
-    yield from coming.result()

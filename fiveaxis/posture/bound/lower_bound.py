@@ -3,15 +3,13 @@
 A lattice is laid over all five axes. At some locations of the path, the visits, interval arithmetic encloses
 every admissible posture in boxes of the lattice. Any path touches one of these boxes at every visit, and the
 least cost of doing so is found exactly on corners of boxes (`sweep`), all axes together. Leaving locations
-out only lowers it. More visits and a finer lattice raise the bound, so both grow while a fixed amount of work
-lasts.
+out only lowers it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -22,6 +20,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import feed_times
 from fiveaxis.posture.bound.cells import HUGE, Cells, cut_cells
+from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Level
 from fiveaxis.posture.bound.corners import Lattice
 from fiveaxis.posture.bound.crossing import CHUNK, Crossed, cross
 from fiveaxis.posture.bound.enclosures import enclose
@@ -29,28 +28,15 @@ from fiveaxis.posture.bound.visits import Visits
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# Corners, sources and cells that may be looked at, in all.
-WORK = 1e10
-# The first level: rad, width of its cells, and its number of visits.
-FIRST_CELL, FIRST_VISITS = np.radians(4.0), 60
-# Cells in a step of a rotary angle.
-FACTOR = 4
-# Mean step of the linear axes, in times of a cell's width on the radius of the path; and the power of an
+# Work in all (`crossing`).
+WORK = 1.6e10
+# Mean step of the linear axes, in times of the rotary step on the radius of the path; and the power of an
 # axis' price by which its step is finer.
-LINEAR, FINENESS = 1.6, 0.75
-# Width of a finer level's cells, in times of the level before; its work, and that of half the stride, at
-# least.
-FINER, COSTS = 0.7, {"finer": 2.5, "denser": 2.0}
-# Corners of a visit, and cells of the rotary angles, that fit into memory; how many times as many a finer
-# level may have.
-MOST_CORNERS, MOST_CELLS = 2e7, 6e5
-MORE_CORNERS, MORE_CELLS = {"finer": 4.0, "denser": 1.0}, {"finer": FINER**-2, "denser": 1.0}
+LINEAR, FINENESS = 0.4, 0.75
 # Steps of the first level over the range of a linear axis, at most.
 MOST_STEPS = 64
 # Share of cells beyond each end of the linear axes' range that may be left out.
 LEFT_OUT = 0.02
-# Share by which a level has to raise the bound for another one of its kind.
-WORTHWHILE = 2e-3
 THREADS = 2
 
 
@@ -85,26 +71,6 @@ class LowerBound:
         return {"total": self.total, "of": self.of, "visits": self.visits}
 
 
-@dataclass(frozen=True)
-class Level:
-    """How finely a path is bounded.
-
-    Parameters
-    ----------
-    cell : rad, width of the cells in which postures are enclosed
-    stride : of the visits
-    """
-
-    cell: float
-    stride: int
-
-    def next(self, kind: str) -> Level:
-        """Take smaller cells, with the linear steps (``finer``), or half the stride (``denser``)."""
-        if kind == "finer":
-            return replace(self, cell=FINER * self.cell)
-        return replace(self, stride=max(self.stride // 2, 1))
-
-
 def bound_travel(
     toolpath: Toolpath,
     machine: Machine,
@@ -122,7 +88,7 @@ def bound_travel(
     ----------
     toolpath, machine, tilt : the problem, n locations; inserted ones aren't visited
     turns : (n − 1,), rad, largest turn of each rotary axis in a move; unbounded by default
-    work : corners, sources and cells that may be looked at; more give a higher bound
+    work : corners and cells that may be looked at (`crossing`); more give a higher bound
     progress : called with what is being done, visits done and visits in all
 
     Returns
@@ -216,102 +182,36 @@ def _least_way(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, shift: Ar
     return float((shift * way)[shift != 0.0].sum())
 
 
-def _climb(visits: Visits, most: float, progress: Progress) -> tuple[float, int]:
-    """Raise the bound by finer lattices or more visits, whichever promises more, while the work lasts.
-
-    Returns
-    -------
-    The highest bound, J, and how many locations it visited
-    """
+def _climb(visits: Visits, work: float, progress: Progress) -> tuple[float, int]:
+    """Find the highest bound, J, that an amount of work gives, and how many locations it visited."""
     count = len(visits.toolpath)
     if count == 0:
         return 0.0, 0
-    first = Level(FIRST_CELL, max(count // FIRST_VISITS, 1))
+    first = Level.first(count)
     hull = hull_of(visits.every(first.stride))
     with threadpool_limits(limits=1), ThreadPoolExecutor(THREADS) as pool:
 
         def bound(level: Level) -> Crossed:
-            chosen = visits.every(level.stride)
-            return cross(chosen, *lay_lattice(visits, level.cell, hull), pool, progress)
+            return cross(visits.every(level.stride), *lay_lattice(visits, level, hull), pool, progress)
 
-        climb = _Climb(most, first, {first: bound(first)})
-        while (step := climb.step()) is not None:
-            climb.take(*step, bound)
-    best = max(climb.known, key=lambda level: climb.known[level].total)
-    return climb.known[best].total, len(visits.every(best.stride).toolpath)
-
-
-@dataclass
-class _Climb:
-    """Levels whose bounds are known, and which one is worth the work next.
-
-    Parameters
-    ----------
-    most : work in all
-    here : level from which the next ones are tried
-    known : the bound of each level
-    rates : what the last step of each kind gave, growth of the bound per growth of the work, in logarithms
-    costs : work of the last step of each kind, in times of the level before
-    """
-
-    most: float
-    here: Level
-    known: dict[Level, Crossed]
-    rates: dict[str, float] = field(default_factory=lambda: dict.fromkeys(COSTS, np.inf))
-    costs: dict[str, float] = field(default_factory=COSTS.copy)
-
-    def step(self) -> tuple[Level, str] | None:
-        """Choose the next step: from the present level, else from any one that promises a higher bound."""
-        best = max(found.total for found in self.known.values())
-        if not 0.0 < best < np.inf:
-            return None
-        kinds = [kind for kind in COSTS if self._is_possible(self.here, kind)]
-        kind = max(kinds, key=self.rates.__getitem__, default=None)
-        if kind is not None and self.rates[kind] >= WORTHWHILE:
-            return self.here, kind
-        others = {
-            (level, kind): found.total * self.costs[kind] ** self.rates[kind]
-            for level, found in self.known.items()
-            for kind in COSTS
-            if np.isfinite(self.rates[kind]) and self._is_possible(level, kind)
-        }
-        promising = max(others, key=others.__getitem__, default=None)
-        worth = promising is not None and others[promising] > best * self.costs[promising[1]] ** WORTHWHILE
-        return promising if worth else None
-
-    def take(self, level: Level, kind: str, bound: Callable[[Level], Crossed]) -> None:
-        """Take a step, and go on from its level unless another kind of step gave more."""
-        there = level.next(kind)
-        before, found = self.known[level], bound(there)
-        self.known[there] = found
-        self.costs[kind] = max(found.work / before.work, COSTS[kind])
-        self.rates[kind] = np.log(max(found.total / before.total, 1.0)) / np.log(self.costs[kind])
-        finite = [rate for rate in self.rates.values() if np.isfinite(rate)]
-        if level != self.here or self.rates[kind] >= max(finite):
-            self.here = there
-
-    def _is_possible(self, level: Level, kind: str) -> bool:
-        """Check whether a step leads to a level that isn't known, and its work and memory are there."""
-        found, spent = self.known[level], sum(each.work for each in self.known.values())
-        enough = spent + self.costs[kind] * found.work <= self.most
-        fits = (
-            MORE_CORNERS[kind] * found.most <= MOST_CORNERS and MORE_CELLS[kind] * found.cells <= MOST_CELLS
-        )
-        return enough and fits and level.next(kind) not in self.known
+        best, found = Climb(bound, work).best(first)
+    return found.total, len(visits.every(best.stride).toolpath)
 
 
 def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tuple[Array, Array]]:
     """Enclose the linear axes in every cell that may be admissible at each location, (c, 3) mm each."""
-    cells = cut_cells(machine, toolpath.zone, FIRST_CELL)
+    cells = cut_cells(machine, toolpath.zone, FIRST_STEP / FIRST_CELLS)
     chunks = np.array_split(np.arange(len(toolpath)), -(-len(toolpath) // CHUNK))
     every = (one for rows in chunks for one in enclose(cells, toolpath.at(rows), tilt.at(rows), machine))
     return [(one.low, one.high) for one in every]
 
 
-def lay_lattice(visits: Visits, cell: float, hull: tuple[Array, Array]) -> tuple[Cells, Lattice]:
-    """Cut the rotary angles into cells of a width, rad, and lay the lattice over them and a hull."""
-    cells = cut_cells(visits.machine, visits.toolpath.zone, cell, FACTOR)
-    return cells, Lattice(cells.sides, (FACTOR, FACTOR), *hull, _linear_steps(visits, cell, hull))
+def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tuple[Cells, Lattice]:
+    """Cut the rotary angles into a level's cells, and lay its lattice over them and a hull."""
+    width = level.step / level.cells
+    cells = cut_cells(visits.machine, visits.toolpath.zone, width, level.cells)
+    steps = _linear_steps(visits, level.step, hull)
+    return cells, Lattice(cells.sides, (level.cells, level.cells), *hull, steps)
 
 
 def hull_of(visits: Visits) -> tuple[Array, Array]:
@@ -331,13 +231,13 @@ def hull_of(visits: Visits) -> tuple[Array, Array]:
     return np.where(known, least, 0.0), np.where(known, most, 0.0)
 
 
-def _linear_steps(visits: Visits, cell: float, hull: tuple[Array, Array]) -> Array:
-    """Choose steps of the linear axes, (3,) mm: fine ones where travel is dear.
+def _linear_steps(visits: Visits, step: float, hull: tuple[Array, Array]) -> Array:
+    """Choose steps of the linear axes, (3,) mm, for one of the rotary angles: fine ones where travel is dear.
 
     The bound falls short by about price × step at every reversal of an axis.
     """
     price = (visits.plus + visits.minus)[:, 2:].mean(axis=0) if len(visits.plus) else np.ones(3)
     fineness = np.maximum(price, 1e-3 * price.max() or 1.0) ** FINENESS
     radius = np.linalg.norm(visits.toolpath.pivot, axis=1).max()
-    steps = LINEAR * cell * max(float(radius), 1.0) * np.prod(fineness) ** (1.0 / 3.0) / fineness
-    return np.maximum(steps, (hull[1] - hull[0]) / MOST_STEPS * cell / FIRST_CELL)
+    steps = LINEAR * step * max(float(radius), 1.0) * np.prod(fineness) ** (1.0 / 3.0) / fineness
+    return np.maximum(steps, (hull[1] - hull[0]) / MOST_STEPS * step / FIRST_STEP)

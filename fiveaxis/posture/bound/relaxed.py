@@ -12,16 +12,17 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.posture.bound.climb import Level
 from fiveaxis.posture.bound.corners import FAR, Corners
 from fiveaxis.posture.bound.crossing import reach_visits
 from fiveaxis.posture.bound.lower_bound import THREADS, hull_of, lay_lattice
-from fiveaxis.posture.bound.sweep import Prices, Sources
+from fiveaxis.posture.bound.sweep import Prices, Sources, quantum_of
 from fiveaxis.posture.bound.visits import Visits
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# rad, width of the cells; about how many locations are visited.
-CELL, VISITS = np.radians(2.0), 400
+# rad, steps of the lattice, and cells in a step; about how many locations are visited.
+STEP, CELLS, VISITS = np.radians(8.0), 4, 400
 
 
 def relaxed_path(problem: Problem, toolpath: Toolpath, tilt: TiltBounds) -> Array | None:
@@ -39,11 +40,13 @@ def relaxed_path(problem: Problem, toolpath: Toolpath, tilt: TiltBounds) -> Arra
     prices = np.maximum(problem.plus, 0.0), np.maximum(problem.minus, 0.0)
     turns = np.where(problem.strict, problem.max_turn.max(axis=1), np.inf)
     visits = Visits.of(toolpath, problem.machine, tilt, prices, turns)
-    chosen = visits.every(max(len(visits.row) // VISITS, 1))
+    level = Level(STEP, CELLS, max(len(visits.row) // VISITS, 1))
+    chosen = visits.every(level.stride)
     with threadpool_limits(limits=1), ThreadPoolExecutor(THREADS) as pool:
-        cells, lattice = lay_lattice(visits, CELL, hull_of(chosen))
+        cells, lattice = lay_lattice(visits, level, hull_of(chosen))
         steps: list[tuple[Sources, Prices]] = []
-        for visit in reach_visits(chosen, cells, lattice, pool):
+        quantum = quantum_of(lattice, chosen.plus, chosen.minus)
+        for visit in reach_visits(chosen, cells, lattice, quantum, pool):
             if visit.sources is not None and visit.prices is not None:
                 steps.append((visit.sources, visit.prices))
             last = visit.corners

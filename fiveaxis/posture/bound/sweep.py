@@ -3,7 +3,8 @@
 A path touches a box of the lattice at every visited location. For fixed boxes the least travel through them
 is a linear program whose constraints are differences of two unknowns, each bounded by corners, so an optimum
 lies on corners, and dynamic programming over the touched corners finds the least over all boxes. Costs are
-whole numbers of a quantum, so nothing is rounded here.
+whole numbers of a quantum, so nothing is rounded here, and of 32 bits, of which a processor adds and compares
+many at once.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.bound.cells import SLACK
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 
-# J, of which all costs are whole numbers.
-QUANTUM = 1e-6
+# Quanta, from one end of the lattice to the other; and most by which a cost is above the least one of its
+# visit. Dearer corners, which only bounded turns keep from being reached more cheaply, are taken as so dear,
+# which lowers the bound. Both together stay below `FAR`.
+ACROSS, MOST = 1 << 28, 1 << 29
 # The bound on what sources may cost is found again after so many times as many groups of them.
 REFRESH = 16
 # rad: a bound on a turn that is wider than this counts as none. It would seldom bind, and where turns are
@@ -42,15 +45,21 @@ class Prices(NamedTuple):
     second: IntArray
 
     @classmethod
-    def of(cls, lattice: Lattice, plus: Array, minus: Array, turn: float) -> Prices:
+    def of(cls, lattice: Lattice, plus: Array, minus: Array, turn: float, quantum: float) -> Prices:
         """Round prices of travel, (5,) J/rad and J/mm, down to quanta a step, and a largest turn, rad, up."""
-        up, down = (np.floor(price * lattice.steps / QUANTUM).astype(np.int64) for price in (plus, minus))
+        up, down = (np.floor(price * lattice.steps / quantum).astype(np.int64) for price in (plus, minus))
         most = np.ceil((turn if turn <= WIDE else np.inf) / lattice.steps[:2] - SLACK)
         first, second = (
             _turn_costs(count, int(up[i]), int(down[i]), most[i], side.wraps)
             for i, (count, side) in enumerate(zip(lattice.counts, lattice.sides, strict=True))
         )
         return cls(up, down, first, second)
+
+
+def quantum_of(lattice: Lattice, plus: Array, minus: Array) -> float:
+    """Choose the quantum, J, so that costs fit at all prices of travel, (m, 5) J/rad and J/mm."""
+    dearest = np.maximum(plus, minus).max(axis=0, initial=0.0)
+    return float(lattice.across @ dearest) / ACROSS or 1.0
 
 
 def _turn_costs(count: int, up: int, down: int, most: float, wraps: bool) -> IntArray:
@@ -65,7 +74,7 @@ def _turn_costs(count: int, up: int, down: int, most: float, wraps: bool) -> Int
 
 
 class Sources(NamedTuple):
-    """Corners from which others are reached: those that no neighbour's cost explains.
+    """Corners from which others are reached: those that no neighbour's cost explains; cheapest groups first.
 
     Parameters
     ----------
@@ -74,7 +83,6 @@ class Sources(NamedTuple):
     group : (p, q), group of each corner of the rotary angles, −1 for none
     least : (s,), least cost of a group
     low, high : (s, 3), between which the group's corners lie
-    order : (s,), groups by their least cost
     corner : (n, 3), corners of the linear axes
     cost : (n,)
     """
@@ -85,7 +93,6 @@ class Sources(NamedTuple):
     least: IntArray
     low: IntArray
     high: IntArray
-    order: IntArray
     corner: IntArray
     cost: IntArray
 
@@ -103,7 +110,7 @@ def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: i
     -------
     Number of sources, and groups of them, that were looked at
     """
-    looked, up, down, count = 0, prices.up, prices.down, len(sources.order)
+    looked, up, down, count = 0, prices.up, prices.down, len(sources.least)
     middle = (len(prices.first) // 2, len(prices.second) // 2)
     for g in range(begin, end):
         p, q = corners.at[g]
@@ -119,7 +126,7 @@ def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: i
                     continue
                 s = sources.group[i, j]
             else:
-                s = sources.order[rank]
+                s = rank
                 if offered >= refreshed:
                     refreshed = REFRESH * offered
                     bound = np.int64(_dearest(own, touched, extent, up, down))
@@ -149,8 +156,7 @@ def reach(corners: Corners, sources: Sources, prices: Prices, begin: int, end: i
                 offered += 1
         _spread(own, extent, up, down)
         for n in range(len(own)):
-            if not touched[n]:
-                own[n] = FAR
+            own[n] = own[n] if touched[n] else FAR
     return looked
 
 
@@ -184,10 +190,10 @@ def _offer(
 def _dearest(own: IntArray, touched: BoolArray, extent: IntArray, up: IntArray, down: IntArray) -> int:
     """Spread the costs of a block, and find the dearest touched corner."""
     _spread(own, extent, up, down)
-    dearest = 0
+    dearest = np.int32(0)
     for n in range(len(own)):
-        if touched[n]:
-            dearest = max(dearest, own[n])
+        if touched[n] and own[n] > dearest:
+            dearest = own[n]
     return int(dearest)
 
 
@@ -196,15 +202,40 @@ def _spread(cost: IntArray, count: IntArray, up: IntArray, down: IntArray) -> No
     """Lower the costs of a block to what its corners cost from one another, axis by axis."""
     stride = 1
     for k in range(2, -1, -1):
-        length = count[k]
-        for outer in range(0, len(cost), stride * length):
-            for inner in range(outer, outer + stride):
-                last = inner + stride * (length - 1)
-                for n in range(inner, last, stride):
-                    cost[n + stride] = min(cost[n + stride], cost[n] + up[2 + k])
-                for n in range(last, inner, -stride):
-                    cost[n - stride] = min(cost[n - stride], cost[n] + down[2 + k])
-        stride *= length
+        rise, fall, size = up[2 + k], down[2 + k], stride * count[k]
+        for begin in range(0, len(cost), size):
+            line = cost[begin : begin + size]
+            if stride == 1:
+                _spread_along(line, rise, fall)
+                continue
+            for n in range(stride, size, stride):
+                _lower(line[n : n + stride], line[n - stride : n], rise)
+            for n in range(size - stride, 0, -stride):
+                _lower(line[n - stride : n], line[n : n + stride], fall)
+        stride = size
+
+
+@compiled
+def _spread_along(cost: IntArray, rise: int, fall: int) -> None:
+    """Lower the costs of corners in a line to what they cost from one another."""
+    least = cost[0]
+    for n in range(1, len(cost)):
+        reached, own = np.int32(least + rise), cost[n]
+        least = own if own < reached else reached
+        cost[n] = least
+    for n in range(len(cost) - 2, -1, -1):
+        reached, own = np.int32(least + fall), cost[n]
+        least = own if own < reached else reached
+        cost[n] = least
+
+
+@compiled
+def _lower(cost: IntArray, beside: IntArray, price: int) -> None:
+    """Lower costs to those of the corners beside them, and the price of a step."""
+    for n in range(len(cost)):
+        # Of 32 bits, and without a branch: so the compiler takes several at once.
+        reached, own = np.int32(beside[n] + price), cost[n]
+        cost[n] = own if own < reached else reached
 
 
 class Neighbours(NamedTuple):
@@ -264,7 +295,7 @@ def find_sources(
     """
     most = corners.start[end] - corners.start[begin]
     of = np.empty(most, np.int64)
-    corner, cost = np.empty((most, 3), np.int64), np.empty(most, np.int64)
+    corner, cost = np.empty((most, 3), np.int64), np.empty(most, np.int32)
     beside = np.empty(4, np.int64)
     price = np.array([prices.up[0], prices.down[0], prices.up[1], prices.down[1]])
     kept = 0
@@ -281,23 +312,17 @@ def find_sources(
 
 
 def grouped(corners: Corners, of: IntArray, corner: IntArray, cost: IntArray) -> Sources:
-    """Put the sources of `find_sources` into groups; costs are those above the least, and stay small."""
-    cost = cost - cost.min()
-    groups, start = np.unique(of, return_index=True)
+    """Put the sources of `find_sources` into groups; costs are those above the least."""
+    cost = np.minimum(cost - cost.min(), MOST)
+    groups, start, count = np.unique(of, return_index=True, return_counts=True)
     least = np.minimum.reduceat(cost, start)
-    at, own = corners.at[groups], np.full_like(corners.group, -1)
+    order = np.argsort(least, kind="stable")
+    rows = np.argsort(np.repeat(np.argsort(order), count), kind="stable")
+    corner, cost, start = corner[rows], cost[rows], np.append(0, np.cumsum(count[order]))
+    at, own = corners.at[groups[order]], np.full_like(corners.group, -1)
     own[tuple(at.T)] = np.arange(len(groups))
-    return Sources(
-        at=at,
-        start=np.append(start, len(of)),
-        group=own,
-        least=least,
-        low=np.minimum.reduceat(corner, start),
-        high=np.maximum.reduceat(corner, start),
-        order=np.argsort(least, kind="stable"),
-        corner=corner,
-        cost=cost,
-    )
+    low, high = (end.reduceat(corner, start[:-1]) for end in (np.minimum, np.maximum))
+    return Sources(at, start, own, least[order], low, high, corner, cost)
 
 
 @compiled
