@@ -46,6 +46,9 @@ class Steps(NamedTuple):
     denser: int = 0
 
 
+ONE_FINER = Steps(finer=1.0)
+
+
 @dataclass(frozen=True)
 class Level:
     """How finely a path is bounded.
@@ -96,9 +99,15 @@ class Climb:
 
     def best(self, first: Level) -> tuple[Level, Crossed]:
         """Climb from a first level, and find the highest bound."""
-        self.known[first] = self.bound(first)
-        if 0.0 < self.known[first].total < np.inf:
-            self._try(first)
+        self.known[first], here = self.bound(first), first
+        # Where boxes are wider than the path, nothing has to be travelled from one to another.
+        while self.known[here].total == 0.0 and self._is_possible(
+            here, ONE_FINER, TRIED * self.most - self._spent
+        ):
+            there = here.after(ONE_FINER)
+            self.known[there], here = self.bound(there), there
+        if 0.0 < self.known[here].total < np.inf:
+            self._try(here)
             while self._leap():
                 pass
         best = max(self.known, key=lambda level: self.known[level].total)
