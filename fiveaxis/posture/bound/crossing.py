@@ -59,11 +59,13 @@ class Reached(NamedTuple):
     Parameters
     ----------
     corners : with the least cost of reaching each, where the cheapest corner of the visit before costs 0
+    least : the least of these costs; `FAR` where no corner is reached
     sources, prices : corners of the visit before from which they are reached, and the step; None at the first
     looked : sources, and groups of them, that were looked at
     """
 
     corners: Corners
+    least: int
     sources: Sources | None
     prices: Prices | None
     looked: int
@@ -81,13 +83,12 @@ def cross(
     total, most, work = 0, 0, CUT * len(cells.axis) + (VISIT + CELL * len(cells.axis)) * count
     for i, visit in enumerate(reach_visits(visits, cells, lattice, quantum, pool)):
         progress("bounding the cost from below", i, count)
-        cost = visit.corners.cost
-        work += visit.looked + ENCLOSED * visit.corners.cells + CORNER * len(cost)
-        most = max(most, len(cost))
-        least = int(cost.min(initial=FAR))
-        if least >= FAR:
+        corners = len(visit.corners.cost)
+        work += visit.looked + ENCLOSED * visit.corners.cells + CORNER * corners
+        most = max(most, corners)
+        if visit.least >= FAR:
             return Crossed(np.inf, work, most, len(cells.axis))
-        total += least
+        total += visit.least
     return Crossed(total * quantum, work, most, len(cells.axis))
 
 
@@ -96,17 +97,21 @@ def reach_visits(
 ) -> Iterator[Reached]:
     """Find the least costs of the corners of one visit after the other, in quanta, until none is reached."""
     before: Corners | None = None
+    sources: Sources | None = None
+    prices: Prices | None = None
+    looked = 0
     for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
         if before is None:
             corners.cost[corners.touched] = 0
-            yield Reached(corners, None, None, 0)
         else:
             step = visits.plus[i - 1], visits.minus[i - 1], float(visits.turn[i - 1])
             prices = Prices.of(lattice, *step, quantum)
             sources = _sources(before, prices, Neighbours.of(lattice, prices, corners.group), pool)
             jobs = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
-            yield Reached(corners, sources, prices, sum(job.result() for job in jobs))
-        if corners.cost.min(initial=FAR) >= FAR:
+            looked = sum(job.result() for job in jobs)
+        least = int(corners.cost.min(initial=FAR))
+        yield Reached(corners, least, sources, prices, looked)
+        if least >= FAR:
             return
         before = corners
 

@@ -49,10 +49,10 @@ def relaxed_path(problem: Problem, toolpath: Toolpath, tilt: TiltBounds) -> Arra
         for visit in reach_visits(chosen, cells, lattice, quantum, pool):
             if visit.sources is not None and visit.prices is not None:
                 steps.append((visit.sources, visit.prices))
-            last = visit.corners
-    if last.cost.min(initial=FAR) >= FAR:
+            last = visit
+    if last.least >= FAR:
         return None
-    at = _traced(last, steps)
+    at = _traced(last.corners, steps)
     angles = np.array([side.low for side in cells.sides]) + lattice.steps[:2] * at
     for axis, side in enumerate(cells.sides):
         if side.wraps:

@@ -86,7 +86,8 @@ def table_of(results: list[Result]) -> str:
         own.sort(key=lambda result: (result["method"] != BOUND, result.get("energy") or float("inf")))
         for result in own:
             if result["method"] == BOUND and "travel" in result:
-                result["left"] = left_of(result["travel"], own)
+                clock = f"{result['seconds']:.0f} s on the clock"
+                result["left"] = "; ".join(filter(None, (left_of(result["travel"], own), clock)))
         count = next((result["locations"] for result in own if "locations" in result), 0)
         lines += ["", f"**{case}**, {count} locations", "", *HEADS, *map(row_of, own)]
     return "\n".join(lines) + "\n\n"
