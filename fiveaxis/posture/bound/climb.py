@@ -32,7 +32,7 @@ FADING = {"finer": 0.7, "closer": 0.5, "denser": 0.7}
 AT_ONCE = {"closer": range(-2, 5), "denser": range(5)}
 # Corners of a visit, and cells of the rotary angles, that fit into memory; how many times as many a finer
 # lattice has.
-MOST_CORNERS, MOST_CELLS = 4e7, 8e5
+MOST_CORNERS, MOST_CELLS = 4e7, 5e5
 MORE_CORNERS = 4.0
 # Share by which a level has to promise to raise the bound.
 WORTHWHILE = 2e-3
