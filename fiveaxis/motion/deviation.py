@@ -9,9 +9,9 @@ from fiveaxis.kinematics import positions_about, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.planes import AxisPlanes
 from fiveaxis.motion.timing import STANDSTILL
-from fiveaxis.toolpath import Toolpath, centres_between
+from fiveaxis.toolpath import Band, Toolpath
 
-# mm: largest deviation of the pivot from its chord in a block.
+# mm: largest deviation of the pivot from its path in a block.
 PATH_TOLERANCE = 0.005
 # mm: the same when blocks are inserted and removed; the rest is for the rounding of the written words.
 WRITTEN_TOLERANCE = 0.0045
@@ -27,8 +27,8 @@ WHOLE_TURN = 1e-9
 def joint_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
     """Measure how far the tool's centre leaves its path under joint interpolation.
 
-    Its path between locations is that of `centres_between`: a chord for a ball. A turn on the spot, by which
-    an axis rewinds whole turns, has no path and no deviation.
+    Its path between locations is a `Band`, of a chord alone where the path has no curve. A turn on the spot,
+    by which an axis rewinds whole turns, has no path and no deviation.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ def joint_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks:
         some = _measured(rotary, blocks, share)
         if some.any():
             tip, axis = tool_poses(machine, between(positions, blocks[some], share))
-            wanted = centres_between(toolpath, axes, np.asarray(blocks[some] + share), axis)
-            off[i, some] = np.linalg.norm(tip + zone.height * axis - wanted, axis=1)
+            band = Band.of(toolpath, axes, np.asarray(blocks[some] + share), axis)
+            off[i, some] = band.distances(tip + zone.height * axis)
     spot = turns_on_the_spot(machine, positions[blocks + 1] - positions[blocks])
     return np.where(spot, 0.0, off)
 
@@ -69,8 +69,7 @@ def tcp_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: I
         some = _measured(rotary, blocks, share)
         axis = tool_axes(machine, between(rotary, blocks[some], share))
         centre = between(tip, blocks[some], share) + toolpath.zone.height * axis
-        wanted = centres_between(toolpath, axes, np.asarray(blocks[some] + share), axis)
-        off[i, some] = np.linalg.norm(centre - wanted, axis=1)
+        off[i, some] = Band.of(toolpath, axes, np.asarray(blocks[some] + share), axis).distances(centre)
     return np.where(_whole_turns(rotary[blocks + 1] - rotary[blocks]), 0.0, off)
 
 

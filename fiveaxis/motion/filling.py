@@ -181,7 +181,7 @@ def fill_in(
     """Insert locations until joint interpolation keeps the tool on the path.
 
     All axes run linearly in time between two blocks, so while the rotary axes turn, the tool's centre (a
-    ball's, else the point of the axis at the height of the touching arc) leaves its path (`centres_between`),
+    ball's, else the point of the axis at the height of the touching arc) leaves its path (`Band`),
     and the tool axis the plane of its directions. Inserted locations lie on the path, with angles in
     proportion or, in cuts where the axis would leave its plane by more than `AXIS_TOLERANCE`, such that it
     turns evenly in the plane (`AxisPlanes`). They have no contact, and a normal only for cutters whose pivot

@@ -1,7 +1,8 @@
 """Rotary angles that keep the tool axis in the plane of its directions before and after a cut.
 
 Rotary axes that turn in proportion move the tool axis along a cone. Where it leaves the plane by more than
-`AXIS_TOLERANCE`, blocks inserted into the cut keep it in the plane.
+`AXIS_TOLERANCE`, blocks inserted into the cut keep it in the plane. Along a curve the plane is the chord of a
+cone, and the tool axis may be between both.
 """
 
 from __future__ import annotations
@@ -57,6 +58,7 @@ class AxisPlanes:
     axes : (n, 3), unit vectors, the tool axes there
     normal : (n − 1, 3), unit normal of each move's plane; zero where the directions span no plane
     cutting : (n − 1,), which moves cut
+    allowed : (n − 1,), rad, by how much the axis may leave the plane
     off : (n − 1,), rad, by how much the axis leaves the plane if the rotary axes turn in proportion; 0 in
         moves that don't cut, or turn too little to exceed the tolerance
     kept : (n − 1,), moves in which inserted rows lie in the plane
@@ -67,6 +69,7 @@ class AxisPlanes:
     axes: Array
     normal: Array
     cutting: BoolArray
+    allowed: Array
     off: Array
     kept: BoolArray
 
@@ -101,13 +104,14 @@ class AxisPlanes:
         length = np.abs(np.diff(rotary, axis=0)).sum(axis=1)
         cutting, none = toolpath.cutting[1:], np.zeros(len(normal))
         turning = np.flatnonzero(cutting & (length**2 / 8.0 > AXIS_TOLERANCE))
-        planes = cls(machine, rotary, axes, normal, cutting, none, none > 0.0)
+        allowed = AXIS_TOLERANCE + _bows(toolpath, axes, normal)
+        planes = cls(machine, rotary, axes, normal, cutting, allowed, none, none > 0.0)
         off, kept = planes.off.copy(), planes.kept.copy()
         if len(turning):
             off[turning] = _Trial(planes, toolpath, turning).off
         # Rotary axes that tilt the tool in one direction only have no alternative.
         able = why_not_orienting(machine.chain) is None
-        leaving = np.flatnonzero(able & (off > AXIS_TOLERANCE) & normal.any(axis=1))
+        leaving = np.flatnonzero(able & (off > allowed) & normal.any(axis=1))
         if len(leaving):
             trial = _Trial(planes, toolpath, leaving)
             kept[leaving] = (
@@ -118,7 +122,7 @@ class AxisPlanes:
     @property
     def left(self) -> BoolArray:
         """(n − 1,), cuts in which the tool axis leaves its plane and no inserted rows prevent it."""
-        return (self.off > AXIS_TOLERANCE) & ~self.kept
+        return (self.off > self.allowed) & ~self.kept
 
     def angles(self, move: IntArray, axis: Array) -> Array:
         """Measure the angle between tool axes, (m, 3), and the planes of their moves, (m,) rad.
@@ -144,10 +148,11 @@ class AxisPlanes:
     def demanded(self, row: Array) -> Array:
         """Return the normals of the planes that a filled path keeps in the moves to its rows, (m, 3).
 
-        They are zero for moves that don't cut or leave their plane.
+        They are zero for moves that don't cut, leave their plane, or may leave it.
         """
         move = np.maximum(np.ceil(row).astype(np.int64) - 1, 0)
-        keeps = self.cutting[move] & ~self.left[move] & (row > 0.0)
+        keeps = self.cutting & (self.kept | (self.off <= AXIS_TOLERANCE))
+        keeps = keeps[move] & (row > 0.0)
         return np.asarray(np.where(keeps[:, None], self.normal[move], 0.0))
 
     def fastest(self, row: Array) -> float:
@@ -275,6 +280,33 @@ class _Trial:
     def _by_move(self, values: NDArray[Kind]) -> NDArray[Kind]:
         """Reshape values at all shares, (c · p, …) → (c, p, …)."""
         return values.reshape(*self.shares.shape, *values.shape[1:])
+
+
+def _bows(toolpath: Toolpath, axes: Array, normal: Array) -> Array:
+    """Measure how far the curve of the tool axes leaves the plane in each move, (n − 1,) rad; 0 along chords.
+
+    The curve's second derivative at a location is that of the parabola through it and its neighbours; of the
+    two of a move the smaller one counts if they have one sign.
+
+    Parameters
+    ----------
+    axes : (n, 3), unit vectors
+    normal : (n − 1, 3), of the planes
+    """
+    curved = toolpath.curved[1:]
+    if not curved.any():
+        return np.zeros(len(normal))
+    length = np.where(curved, toolpath.lengths[1:], 1.0)[:, None]
+    slope = np.diff(axes, axis=0) / length
+    inner = np.append(False, curved[1:] & curved[:-1])
+    bend = np.zeros_like(axes)
+    bend[: len(inner)][inner] = (2.0 * np.diff(slope, axis=0) / (length[1:] + length[:-1]))[inner[1:]]
+    begin, end = np.einsum("ni,ni->n", bend[:-1], normal), np.einsum("ni,ni->n", bend[1:], normal)
+    # Where the curve ends it goes on as it did before.
+    known = np.append(inner, False)
+    begin, end = np.where(known[:-1], begin, end), np.where(known[1:], end, begin)
+    least = np.where(begin * end > 0.0, np.minimum(np.abs(begin), np.abs(end)), 0.0)
+    return np.asarray(np.where(curved, least * length[:, 0] ** 2 / 8.0, 0.0))
 
 
 def turned(first: Array, last: Array, share: Array) -> Array:

@@ -15,7 +15,7 @@ from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
 from fiveaxis.motion.timing import standing_speeds
-from fiveaxis.toolpath import Toolpath, centres_between
+from fiveaxis.toolpath import Band, Toolpath
 
 # Largest relative difference of the path speeds of the blocks in one span.
 SPEED_TOLERANCE = 0.01
@@ -70,7 +70,7 @@ def thinned(
 
     From one kept row to the next the control moves all axes linearly in time or, with TCP interpolation, the
     tip straight and the rotary axes in proportion. The tool's centre, and the contact where one is known,
-    stay within the tolerance of their positions in the given motion at the same time. The tool axis stays
+    stay within the tolerance of where they may be at the same time: on the path's curve or chord, or between. The tool axis stays
     within `AXIS_TOLERANCE` of the given one and of its plane. As the given motion is always the reference,
     deviations don't add up. A span that becomes one block keeps its duration; it contains no change of kind,
     feed or speed and no turn on the spot. An axis that stands in one block of a span stands in the whole
@@ -131,10 +131,16 @@ class _Course:
         return tool_poses(self.machine, self.motion.positions)
 
     @cached_property
-    def middles(self) -> Array:
-        """(n, 3), mm: tool's centre halfway on its path to each row; at the first row itself."""
+    def middles(self) -> Band:
+        """Where the tool's centre may be halfway to each row; at the first row itself."""
         row = np.maximum(np.arange(len(self.path)) - 0.5, 0.0)
-        return centres_between(self.path, self.poses[1], row, self.middle_axes)
+        return Band.of(self.path, self.poses[1], row, self.middle_axes)
+
+    @cached_property
+    def chords(self) -> Array:
+        """(n, 3), mm, from each row to the chord between given locations."""
+        curve = self.path.curve
+        return np.zeros((len(self.path), 3)) if curve is None else curve.chord
 
     @cached_property
     def middle_axes(self) -> Array:
@@ -207,14 +213,15 @@ class _Course:
         ends, middle = self._shares(row, first[span], last[span])
         tip, axis = self._poses(ends, first[span], last[span])
         height = self.path.zone.height
-        off = np.linalg.norm(tip + height * axis - self.path.centres(axis, row), axis=1)
+        off = Band(self.path.centres(axis, row), self.chords[row]).distances(tip + height * axis)
         bad = (off > self.tolerance) | self._tilts_off(axis, self.poses[1][row], row)
         level &= ~np.logical_or.reduceat(bad, begins)
         # Most spans that are too long have failed by now, so the middles are compared in the others only.
         left = np.flatnonzero(level[span])
         at, of = row[left], span[left]
         tip, axis = self._poses(middle[left], first[of], last[of])
-        bad[left] |= np.linalg.norm(tip + height * axis - self.middles[at], axis=1) > self.tolerance
+        middle_band = Band(self.middles.curve[at], self.middles.chord[at])
+        bad[left] |= middle_band.distances(tip + height * axis) > self.tolerance
         bad[left] |= self._tilts_off(axis, self.middle_axes[at], at)
         level &= ~np.logical_or.reduceat(bad, begins)
         return level & self._drives_no_more(row, begins, first[span], last[span]) if self.tcp else level

@@ -4,7 +4,7 @@ from fiveaxis.toolpath.bounds import TiltBounds
 from fiveaxis.toolpath.constraints import Constraints, require_range
 from fiveaxis.toolpath.cutter import Cutter, Zone, across
 from fiveaxis.toolpath.dividing import (
-    centres_between,
+    Band,
     divide,
     divided_rows,
     filled,
@@ -15,22 +15,23 @@ from fiveaxis.toolpath.dividing import (
 )
 from fiveaxis.toolpath.lead_lean import feed_directions
 from fiveaxis.toolpath.move_kind import MoveKind, kind_names
-from fiveaxis.toolpath.path import Toolpath
+from fiveaxis.toolpath.path import PathShape, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section, Tool
 from fiveaxis.toolpath.tool_file import parse_tool
 
 __all__ = [
+    "Band",
     "Constraints",
     "Cutter",
     "Holder",
     "MoveKind",
+    "PathShape",
     "Section",
     "TiltBounds",
     "Tool",
     "Toolpath",
     "Zone",
     "across",
-    "centres_between",
     "divide",
     "divided_rows",
     "feed_directions",

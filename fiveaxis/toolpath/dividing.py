@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,9 +35,9 @@ def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
 def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolpath:
     """Sample a path at fractional rows: 3.25 lies between locations 3 and 4.
 
-    The pivot of an inserted location lies on the straight line between its neighbours' pivots (or points
-    `along`); its contact, normal and tool axis are unknown. Kind, feed and source are those of the end of the
-    divided move.
+    The pivot of an inserted location lies on the path's curve (`Toolpath.curve`), or on the straight line
+    between points `along`; its contact, normal and tool axis are unknown. Kind, feed and source are those of
+    the end of the divided move.
 
     Parameters
     ----------
@@ -53,7 +53,9 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
     path = toolpath.at(owner)
     given = (row == owner)[:, None]
     unknown = np.where(given, 0.0, np.nan)
-    between = interpolate(toolpath.pivot if along is None else along, row)
+    curve, between = None, interpolate(toolpath.pivot if along is None else along, row)
+    if along is None and toolpath.curve is not None:
+        between, curve = toolpath.curve.refined(toolpath.pivot, row)
     return replace(
         path,
         pivot=np.where(given, path.pivot, between),
@@ -61,6 +63,7 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
         normal=path.normal + unknown,
         axis=path.axis + unknown,
         rotary=None if path.rotary is None else path.rotary + unknown,
+        inserted_on=curve,
     )
 
 
@@ -68,8 +71,7 @@ def refined(toolpath: Toolpath, row: Array) -> Toolpath:
     """Insert full cutter locations between those of a path.
 
     As `through`, but surface normals and programmed axes turn evenly from one given location to the next, so
-    the tool touches in between with the same zone of its profile. The contact stays unknown, as the curvature
-    of the surface is.
+    the tool touches in between with the same zone of its profile. The contact follows from pivot and normal.
 
     Parameters
     ----------
@@ -84,14 +86,17 @@ def refined(toolpath: Toolpath, row: Array) -> Toolpath:
     cut = path.cutting[:, None]
     normal = np.where(cut, _turned_or_nearest(toolpath.normal, row), path.normal)
     axis = _turned_or_nearest(toolpath.axis, row)
-    return replace(path, normal=normal, axis=axis, numbers=toolpath.numbered[np.ceil(row).astype(np.int64)])
+    touching = np.where(np.isfinite(path.contact), path.contact, path.pivot - path.zone.radius * normal)
+    contact = np.where(np.isfinite(_nearest(toolpath.contact, row)), touching, path.contact)
+    numbers = toolpath.numbered[np.ceil(row).astype(np.int64)]
+    return replace(path, contact=contact, normal=normal, axis=axis, numbers=numbers)
 
 
 def filled(toolpath: Toolpath, row: Array, axes: Array) -> Toolpath:
     """Insert cutter locations that follow from those of a path and their tool axes.
 
-    As `through`, but with surface normals where `centres_between` tells them, and elsewhere with the point of
-    the tool axis at the height of the touching arc in place of the pivot.
+    As `through`, but with surface normals where `Band` tells them, and elsewhere with the point of the tool
+    axis at the height of the touching arc in place of the pivot.
 
     Parameters
     ----------
@@ -99,33 +104,62 @@ def filled(toolpath: Toolpath, row: Array, axes: Array) -> Toolpath:
     row : (m,), within 0 … n − 1, increasing, including each of the n rows
     axes : (n, 3), unit vectors, of the tool at the n locations
     """
+    path = through(toolpath, row)
     if not toolpath.zone.offset:
-        return through(toolpath, row)
-    path = through(toolpath, row, toolpath.centres(axes))
+        return path
     normal = turned(toolpath.normal, row)
     known = np.isfinite(normal).all(axis=1, keepdims=True)
-    return replace(path, pivot=np.where(known, interpolate(toolpath.pivot, row), path.pivot), normal=normal)
+    straight = through(toolpath, row, toolpath.centres(axes)).pivot
+    return replace(path, pivot=np.where(known, path.pivot, straight), normal=normal)
 
 
-def centres_between(toolpath: Toolpath, axes: Array, row: Array, axis: Array) -> Array:
-    """Compute the point of the tool axis at the height of the touching arc between locations, (m, 3) mm.
+@dataclass(frozen=True, eq=False)
+class Band:
+    """Where the tool's centre may be at m places of a path: between the curve and the chord.
 
-    The pivot goes straight from one location to the next while the surface normal turns evenly. Beside a
-    location without a normal the point itself goes straight.
+    The centre is the point of the tool axis at the height of the touching arc. The pivot goes along the curve
+    (or chord) from one location to the next while the surface normal turns evenly. Beside a location without
+    a normal the centre of a cutter whose pivot is off its axis goes straight.
 
     Parameters
     ----------
-    axes : (n, 3), unit vectors, of the tool at the n locations
-    row : (m,), within 0 … n − 1
-    axis : (m, 3), unit vectors, of the tool at `row`
+    curve : (m, 3), mm, on the curve
+    chord : (m, 3), mm, from there to the chord between the given locations; zero where there is no curve
     """
-    pivot, offset = interpolate(toolpath.pivot, row), toolpath.zone.offset
-    if not offset:
-        return pivot
-    normal = turned(toolpath.normal, row)
-    known = np.isfinite(normal).all(axis=1, keepdims=True)
-    straight = interpolate(toolpath.centres(axes), row)
-    return np.where(known, pivot + offset * across(normal, axis), straight)
+
+    curve: Array
+    chord: Array
+
+    @classmethod
+    def of(cls, toolpath: Toolpath, axes: Array, row: Array, axis: Array) -> Band:
+        """Compute the band at fractional rows.
+
+        Parameters
+        ----------
+        axes : (n, 3), unit vectors, of the tool at the n locations
+        row : (m,), within 0 … n − 1
+        axis : (m, 3), unit vectors, of the tool at `row`
+        """
+        if toolpath.curve is None:
+            pivot, chord = interpolate(toolpath.pivot, row), np.zeros((len(row), 3))
+        else:
+            pivot, chord = toolpath.curve.between(toolpath.pivot, row)
+        offset = toolpath.zone.offset
+        if not offset:
+            return cls(pivot, chord)
+        normal = turned(toolpath.normal, row)
+        known = np.isfinite(normal).all(axis=1, keepdims=True)
+        straight = interpolate(toolpath.centres(axes), row)
+        return cls(
+            np.where(known, pivot + offset * across(normal, axis), straight), np.where(known, chord, 0.0)
+        )
+
+    def distances(self, centre: Array) -> Array:
+        """Measure how far points, (m, 3) mm, are from the band; (m,) mm."""
+        aside = centre - self.curve
+        square = np.sum(self.chord**2, axis=1)
+        share = np.sum(aside * self.chord, axis=1) / np.where(square > 0.0, square, 1.0)
+        return np.linalg.norm(aside - np.clip(share, 0.0, 1.0)[:, None] * self.chord, axis=1)
 
 
 def turned(direction: Array, row: Array) -> Array:
@@ -141,10 +175,13 @@ def turned(direction: Array, row: Array) -> Array:
 
 def _turned_or_nearest(direction: Array, row: Array) -> Array:
     """Interpolate directions; beside an unknown one take that of the other end."""
-    found = turned(direction, row)
-    for end in (np.ceil, np.floor):
-        found = np.where(np.isnan(found), direction[end(row).astype(np.int64)], found)
-    return found
+    return np.where(np.isnan(found := turned(direction, row)), _nearest(direction, row), found)
+
+
+def _nearest(columns: Array, row: Array) -> Array:
+    """Take the values at the next rows; beside an unknown one those at the rows before."""
+    after, before = (columns[end(row).astype(np.int64)] for end in (np.ceil, np.floor))
+    return np.where(np.isnan(after), before, after)
 
 
 def divided_rows(parts: IntArray) -> Array:

@@ -141,10 +141,15 @@ def _travel_directions(toolpath: Toolpath, reference: Array) -> Array:
     """Return the direction of travel perpendicular to the reference, (n, 3) unit vectors, else NaN."""
     steps = np.diff(toolpath.pivot, axis=0, prepend=np.nan, append=np.nan)
     into, out = steps[:-1], steps[1:]
+    curved, curve = np.append(toolpath.curved, False), toolpath.curve
+    if curve is not None:
+        into, out = into + curve.bows[:, 1], out + np.append(curve.bows[1:, 0], np.zeros((1, 3)), axis=0)
     before, after = (np.linalg.norm(step, axis=1) for step in (into, out))
     # A step more than twice as long as its neighbour leads to another pass, and a step of length 0 comes from
     # a repeated location: neither has the feed direction.
     jumped, jumps = (before > 2.0 * after) & (after > 0.0), (after > 2.0 * before) & (before > 0.0)
+    # A chord beside a curve that doesn't continue it does so, too.
+    jumped, jumps = jumped | (curved[1:] & ~curved[:-1]), jumps | (curved[:-1] & ~curved[1:])
     into = np.where((jumped | ~(before > 0.0))[:, None], 0.0, into)
     out = np.where((jumps | ~(after > 0.0))[:, None], 0.0, out)
     return _perpendicular_directions(into + out, reference)

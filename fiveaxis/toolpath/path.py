@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,12 +14,15 @@ from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.notebook import HasColumns, ShownAsTable, Table
+from fiveaxis.toolpath.curve import Curve
 from fiveaxis.toolpath.cutter import Zone, across
 from fiveaxis.toolpath.move_kind import MoveKind, kind_names
 from fiveaxis.toolpath.tool import Tool
 
 # A shorter vector isn't accepted as a direction.
 SHORTEST_DIRECTION = 1e-6
+# What lies between two locations: a smooth curve through them where they are its samples, or their chord.
+PathShape = Literal["smooth", "chord"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +52,10 @@ class Toolpath(HasColumns, ShownAsTable):
     rotary : (n, r), rad, chain order: rotary axis values in a program for a specific machine, NaN where it
         has none; None for a source without axes
     normals_from : what the normals are, for reports: ``of the mesh, smoothed …``
+    shape : what lies between two locations: a ``smooth`` curve where they tell one (`curve`), or a ``chord``
+    straight : (n,), moves to locations that are chords in any case; None for none
+    inserted_on : the curve through inserted locations, which is that of the given path; None where all are
+        given
     """
 
     tool: Tool
@@ -66,6 +74,9 @@ class Toolpath(HasColumns, ShownAsTable):
     numbers: IntArray | None = None
     rotary: Array | None = None
     normals_from: str = "of the path as given"
+    shape: PathShape = "chord"
+    straight: BoolArray | None = None
+    inserted_on: Curve | None = None
 
     def __post_init__(self) -> None:
         n = len(self.pivot)
@@ -105,7 +116,7 @@ class Toolpath(HasColumns, ShownAsTable):
         source: ArrayLike | None = None,
         name: str = "toolpath",
     ) -> Toolpath:
-        """Create a path of cuts from contact points and surface normals.
+        """Create a path of cuts from contact points and surface normals, samples of a smooth surface.
 
         Parameters
         ----------
@@ -134,6 +145,7 @@ class Toolpath(HasColumns, ShownAsTable):
             source=lines,
             source_is_line=source is not None,
             name=name,
+            shape="smooth",
         )
 
     @classmethod
@@ -254,6 +266,27 @@ class Toolpath(HasColumns, ShownAsTable):
         location = int(row if self.numbers is None else self.numbers[row])
         return Place(location=location, line=line, file=self.name)
 
+    @cached_property
+    def curve(self) -> Curve | None:
+        """How the pivot goes from one location to the next; None along chords.
+
+        Moves that cut are curved where their chords meet at small angles that change little, and the normals
+        turn with them; not at corners, beside repeated points, or where a long move follows short ones.
+        """
+        if self.inserted_on is not None or self.shape == "chord":
+            return self.inserted_on
+        cuts = self.cutting if self.straight is None else np.asarray(self.cutting & ~self.straight)
+        if self.zone.offset:
+            # Without a normal the pivot of such a cutter isn't known.
+            known = np.asarray(np.isfinite(self.normal).all(axis=1))
+            cuts = cuts & known & np.append(False, known[:-1])
+        return Curve.through(self.pivot, self.normal, cuts)
+
+    @property
+    def curved(self) -> BoolArray:
+        """(n,), whether the move that ends at the location follows a curve."""
+        return np.zeros(len(self), dtype=bool) if self.curve is None else self.curve.bent
+
     @property
     def zone(self) -> Zone:
         """The part of the cutter's profile that touches."""
@@ -291,7 +324,9 @@ class Toolpath(HasColumns, ShownAsTable):
 
     @property
     def lengths(self) -> Array:
-        """(n,), mm: distance of the pivot from the previous location, 0 for the first."""
+        """(n,), mm: length of the pivot's path from the previous location, 0 for the first."""
+        if self.curve is not None:
+            return self.curve.lengths(self.pivot)
         steps = np.linalg.norm(np.diff(self.pivot, axis=0), axis=1)
         return np.concatenate([[0.0], steps])
 
@@ -346,8 +381,14 @@ class Toolpath(HasColumns, ShownAsTable):
     def at(self, rows: IntArray) -> Toolpath:
         """Return the path through some of its locations, given by their indices."""
         columns = ("pivot", "contact", "normal", "axis", "feed", "kind", "source")
-        known = tuple(name for name in ("rotary", "numbers") if getattr(self, name) is not None)
-        return replace(self, **{name: getattr(self, name)[rows] for name in (*columns, *known)})
+        known = tuple(name for name in ("rotary", "numbers", "straight") if getattr(self, name) is not None)
+        curve = None if self.inserted_on is None else self.inserted_on.at(rows)
+        some = {name: getattr(self, name)[rows] for name in (*columns, *known)}
+        return replace(self, **some, inserted_on=curve)
+
+    def shaped(self, shape: PathShape) -> Toolpath:
+        """Return the path with smooth curves between its locations where they tell them, or with chords."""
+        return replace(self, shape=shape, straight=None, inserted_on=None)
 
     def with_links(self, links: BoolArray) -> Toolpath:
         """Return the path with the marked rows, (n,), as links: they keep the pivot and lose the contact."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, turned
+from fiveaxis.verification.course import Course
 from fiveaxis.verification.model import tool_poses
 
 # mm: allowed depth of the cutter in the part.
@@ -216,6 +218,11 @@ class CheckContext:
     def centre(self) -> Array:
         """The tool's centre (`Toolpath.centres`) by the axis values, (n, 3) mm, workpiece frame."""
         return self.tip + self.toolpath.zone.height * self.axis
+
+    @cached_property
+    def course(self) -> Course:
+        """Where the path lets the pivot be between its given locations."""
+        return Course.of(self.toolpath)
 
     @property
     def steps(self) -> Array:

@@ -75,6 +75,8 @@ def check_contact(context: CheckContext) -> Result:
 
     The reached centre is ``tip + b·o``, the reached contact ``centre − a·e − r·n``, with the dimensions of
     the zone that touches (a ball's centre and radius). Where the contact is unknown only the centre counts.
+    At an inserted location on a curve the pivot may be anywhere between curve and chord, as the given
+    locations have them.
     """
     path, zone = context.toolpath, context.toolpath.zone
     at_centre = np.linalg.norm(context.centre - path.centres(context.axis), axis=1)
@@ -82,6 +84,9 @@ def check_contact(context: CheckContext) -> Result:
     touched = pivot - zone.radius * path.normal
     at_contact = np.linalg.norm(touched - path.contact, axis=1)
     error = np.fmax(at_centre, at_contact)
+    rows = np.flatnonzero(path.inserted & context.course.curved)
+    along = np.abs(context.course.along(rows, pivot[rows] - path.pivot[rows]))
+    error[rows] = np.fmax(context.course.distances(rows, pivot[rows]), along)
     rows = np.flatnonzero(error > context.tolerances.contact)
 
     def message(i: int) -> str:

@@ -8,6 +8,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath import MoveKind, Toolpath
 from fiveaxis.verification.check_context import CheckContext
+from fiveaxis.verification.course import Course
 from fiveaxis.verification.following import pivot_shares
 from fiveaxis.verification.report import Result, left_out
 
@@ -108,7 +109,9 @@ def _passed_numbers(
     before = np.clip(np.searchsorted(place, ends, side="right") - 1, 0, len(row) - 2)
     inner = (place[before] < ends) & (ends < place[before + 1]) & (row[before + 1] == row[before] + 1)
     some = np.flatnonzero(inner)
-    gap, share = pivot_shares(path, row[before[some]], context.centre[some], context.axis[some])
+    gap, share = pivot_shares(
+        path, Course.of(path), row[before[some]], context.centre[some], context.axis[some]
+    )
     number[some] = np.where(np.isfinite(gap), before[some] + share, number[some])
     return number
 

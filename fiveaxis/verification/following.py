@@ -17,6 +17,7 @@ from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows, interpolate, turned
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
+from fiveaxis.verification.course import Course
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import segment_distances
 from fiveaxis.verification.report import MOST_LISTED, Result
@@ -220,7 +221,7 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
     off : (m,), mm, of the track's points from the chord between the locations before and after; NaN before
         the first location, and in the lead-out from the last one
     """
-    count = len(path)
+    count, course = len(path), Course.of(path)
     rows, gaps = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
     places, axes = np.full(count, np.nan), np.full((count, 3), np.nan)
     off = np.full(len(track.row), np.nan)
@@ -251,12 +252,12 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
         # The point may be on the next chord already: the location is somewhere before it.
         stop = min(i + 1, count - 1)
         before, begin = (last, at + 1) if last >= 0 else (i, point)
-        off[begin : point + 1] = _off(track, path, axes, before, stop, begin, point + 1)
+        off[begin : point + 1] = _off(track, path, course, axes, before, stop, begin, point + 1)
         rows[i], gaps[i] = track.row[_nearer_end(track, path, i, point, at)], gap
         at, last, allowed = point, i, 0.0
     if last >= 0:
         stop = min(last + 1, count - 1)
-        off[at + 1 :] = _off(track, path, axes, last, stop, at + 1, len(track.row))
+        off[at + 1 :] = _off(track, path, course, axes, last, stop, at + 1, len(track.row))
     if last == count - 1:
         off[_leaves(track, places[last])] = np.nan
     return Match(path, rows, gaps, places), off
@@ -324,14 +325,17 @@ def _centre(path: Toolpath, i: int, axis: Array) -> Array:
     return np.asarray(pivot + zone.offset * across(normal, axis))
 
 
-def _off(track: Track, path: Toolpath, axes: Array, i: int, k: int, begin: int, end: int) -> Array:
+def _off(
+    track: Track, path: Toolpath, course: Course, axes: Array, i: int, k: int, begin: int, end: int
+) -> Array:
     """Measure the distance of points of the track from the path through locations i to k, (m,) mm.
 
     Between two locations the tool's centre goes straight, or the pivot does while the tool turns and the
-    surface normal with it. At a location the centre follows from the program's tool axis there, `axes`,
-    (n, 3); at one not reached yet, from the axis at each point. In the air there is more than one course: a
-    point of a rapid move beside one of the path's has no distance (NaN), nor has one of a cutter whose pivot
-    is off its axis beside a link, where no normal tells where its pivot is.
+    surface normal with it; where locations tell a curve, it goes between that and the chord (`course`).
+    At a location the centre follows from the program's tool axis there, `axes`, (n, 3); at one not reached
+    yet, from the axis at each point. In the air there is more than one course: a point of a rapid move beside
+    one of the path's has no distance (NaN), nor has one of a cutter whose pivot is off its axis beside a
+    link, where no normal tells where its pivot is.
     """
     points = slice(begin, end)
     axis, centre = track.axis[points], track.centre[points]
@@ -342,12 +346,15 @@ def _off(track: Track, path: Toolpath, axes: Array, i: int, k: int, begin: int, 
         for j in range(i, k + 1)
     ]
     gaps = [segment_distances(centre, a, b) for a, b in pairwise(ends)]
+    if not path.zone.offset:
+        bent = [j for j in range(i, k) if course.curved[j + 1]]
+        gaps += [course.distances(j + 1, centre) for j in bent]
     near = np.linalg.norm(centre - ends[0], axis=1)
     least = np.min([near, *gaps], axis=0)
     far = np.flatnonzero(least > PATH_TOLERANCE) if path.zone.offset else ()
     if len(far):
         for j in range(i, k):
-            by_pivot, _ = pivot_shares(path, np.full(len(far), j), centre[far], axis[far])
+            by_pivot, _ = pivot_shares(path, course, np.full(len(far), j), centre[far], axis[far])
             least[far] = np.fmin(least[far], by_pivot)
     air = path.kind[i : k + 1]
     if path.zone.offset and (air == MoveKind.LINK).any():
@@ -358,11 +365,13 @@ def _off(track: Track, path: Toolpath, axes: Array, i: int, k: int, begin: int, 
     return np.asarray(np.maximum(least - PATH_TOLERANCE, 0.0))
 
 
-def pivot_shares(path: Toolpath, i: IntArray, centre: Array, axis: Array) -> tuple[Array, Array]:
-    """Find where on the chords from locations i the pivot is, for centres and tool axes.
+def pivot_shares(
+    path: Toolpath, course: Course, i: IntArray, centre: Array, axis: Array
+) -> tuple[Array, Array]:
+    """Find where in the moves from locations i the pivot is, for centres and tool axes.
 
-    Where on the chord it is follows from the normal, which turns uniformly: the nearest of some places, then
-    of some around it.
+    Where along the chord it is follows from the normal, which turns uniformly: the nearest of some places,
+    then of some around it.
 
     Parameters
     ----------
@@ -371,7 +380,7 @@ def pivot_shares(path: Toolpath, i: IntArray, centre: Array, axis: Array) -> tup
 
     Returns
     -------
-    gap : (m,), mm, distance of the pivot from its chord; NaN beside a location without a normal
+    gap : (m,), mm, distance of the pivot from its path; NaN beside a location without a normal
     share : (m,), of the chord, where it is
     """
     begin, width = np.zeros(len(centre)), 1.0
@@ -381,7 +390,9 @@ def pivot_shares(path: Toolpath, i: IntArray, centre: Array, axis: Array) -> tup
         share = np.clip(begin[:, None] + width * np.linspace(0.0, 1.0, PLACES), 0.0, 1.0)
         normal = turned(path.normal, (i[:, None] + share).ravel()).reshape(*share.shape, 3)
         pivot = centre[:, None] - path.zone.offset * across(normal, axis[:, None])
-        gaps = np.linalg.norm(pivot - start - share[..., None] * step, axis=2)
+        move = np.repeat(i[:, None] + 1, PLACES, axis=1)
+        along = course.along(move, pivot - start - share[..., None] * step)
+        gaps = np.hypot(course.distances(move, pivot), along)
         gaps = np.where(np.isfinite(normal).all(axis=2), gaps, np.nan)
         best = np.argmin(gaps, axis=1)
         gap, found = (a[np.arange(len(a)), best] for a in (gaps, share))

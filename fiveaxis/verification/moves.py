@@ -18,7 +18,7 @@ from fiveaxis.verification.report import Result, left_out
 # Rows, (m,), and a share of the moves that end there → axes, (m, k) mm and rad.
 Within = Callable[[IntArray, float], Array]
 KINDS = {"rotary": True, "linear": False}
-# Shares of a block at which the deviation of the tool's centre from its chord is measured.
+# Shares of a block at which the deviation of the tool's centre from its path is measured.
 SAMPLES = (0.25, 0.5, 0.75)
 # Moves that are measured at a time.
 PART = 50_000
@@ -115,7 +115,7 @@ def speed_changes(context: CheckContext) -> Array:
 
 
 def check_deviation(context: CheckContext, severity: Severity | None, within: Within | None = None) -> Result:
-    """Check how far the tool's centre leaves its chord between two rows.
+    """Check how far the tool's centre leaves its path between two rows.
 
     A control with TCP keeps the centre on the chord; one without cuts too deep or leaves material by this.
 
@@ -125,7 +125,7 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
     severity : of leaving it; None if blocks are inserted between the rows, so that only the figure counts
     within : computes the axes within moves as a program's text moves them; by default all are linear in time
     """
-    deviation = chord_deviations(context, within)
+    deviation = path_deviations(context, within)
     figures = {"tip_deviation_mm": largest(deviation)}
     if severity is None:
         return left_out("tip-deviation", figures)
@@ -135,7 +135,7 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
 
     def message(i: int) -> str:
         return (
-            f"{how}the tool's centre leaves its chord by {deviation[rows[i]]:.3g} mm (at most {limit:g} mm); "
+            f"{how}the tool's centre leaves its path by {deviation[rows[i]]:.3g} mm (at most {limit:g} mm); "
             "use a control with TCP or put locations closer together"
         )
 
@@ -153,7 +153,7 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
     )
 
 
-def chord_deviations(context: CheckContext, within: Within | None = None) -> Array:
+def path_deviations(context: CheckContext, within: Within | None = None) -> Array:
     """Measure the largest distance between the tool's centre and its path in each cutting block.
 
     Parameters
@@ -181,9 +181,10 @@ def chord_deviations(context: CheckContext, within: Within | None = None) -> Arr
 
 
 def _distances(context: CheckContext, ends: IntArray, share: float, centre: Array, axis: Array) -> Array:
-    """Measure how far from its chord the pivot is at a share of the moves that end at rows; (m,) mm.
+    """Measure how far from its path the pivot is at a share of the moves that end at rows; (m,) mm.
 
-    Between two rows the surface normal turns evenly; beside a row without one it is the tool's centre that
+    Between two rows it may be on the chord or, where the given locations tell a curve, from there to the
+    curve (`Course`). The surface normal turns evenly; beside a row without one it is the tool's centre that
     has a chord.
 
     Parameters
@@ -192,13 +193,15 @@ def _distances(context: CheckContext, ends: IntArray, share: float, centre: Arra
     centre, axis : (m, 3), mm and unit vectors, of the tool there
     """
     path, offset = context.toolpath, context.toolpath.zone.offset
-    begin, end = path.pivot[ends - 1], path.pivot[ends]
-    if not offset:
-        return segment_distances(centre, begin, end)
-    normal = turned(path.normal, np.asarray(ends - 1.0 + share))
-    by_pivot = segment_distances(centre - offset * across(normal, axis), begin, end)
-    wanted = [path.centres(context.axis[rows], rows) for rows in (ends - 1, ends)]
-    return np.where(np.isfinite(normal).all(axis=1), by_pivot, segment_distances(centre, *wanted))
+    normal = turned(path.normal, np.asarray(ends - 1.0 + share)) if offset else np.zeros_like(centre)
+    pivot = centre - offset * across(normal, axis)
+    off = segment_distances(pivot, path.pivot[ends - 1], path.pivot[ends])
+    if offset:
+        wanted = [path.centres(context.axis[rows], rows) for rows in (ends - 1, ends)]
+        off = np.where(np.isfinite(normal).all(axis=1), off, segment_distances(centre, *wanted))
+    bent = np.flatnonzero(context.course.curved[ends])
+    off[bent] = context.course.distances(ends[bent], pivot[bent])
+    return off
 
 
 def segment_distances(points: Array, start: Array, end: Array) -> Array:

@@ -217,7 +217,7 @@ def nearest_angles(context: CheckContext) -> Array:
 
 
 def check_planes(fill: Fill, rotary: Array) -> Result:
-    """Check that the tool axis stays in the plane of its end directions in each cut.
+    """Check that the tool axis stays in the plane of its end directions in each cut, or on a curve near it.
 
     Parameters
     ----------

@@ -157,6 +157,7 @@ def reopen(layout: Layout, openings: Sequence[Opening]) -> Reopened:
         axis=moved.axis + air,
         rotary=None if moved.rotary is None else moved.rotary + air,
         feed=path.feed[moves],
+        straight=None if path.straight is None else path.straight[moves],
         kind=kind,
         source=source,
     )
