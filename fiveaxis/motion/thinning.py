@@ -70,11 +70,11 @@ def thinned(
 
     From one kept row to the next the control moves all axes linearly in time or, with TCP interpolation, the
     tip straight and the rotary axes in proportion. The tool's centre, and the contact where one is known,
-    stay within the tolerance of where they may be at the same time: on the path's curve or chord, or between. The tool axis stays
-    within `AXIS_TOLERANCE` of the given one and of its plane. As the given motion is always the reference,
-    deviations don't add up. A span that becomes one block keeps its duration; it contains no change of kind,
-    feed or speed and no turn on the spot. An axis that stands in one block of a span stands in the whole
-    span, since many drives draw their full power however slowly they move.
+    stay within the tolerance of where they may be at the same time: on the path's curve or chord, or between.
+    The tool axis stays within `AXIS_TOLERANCE` of the given one and of its plane. As the given motion is
+    always the reference, deviations don't add up. A span that becomes one block keeps its duration; it
+    contains no change of kind, feed or speed and no turn on the spot. An axis that stands in one block of a
+    span stands in the whole span, since many drives draw their full power however slowly they move.
 
     Each span is as long as possible from its start, and no two neighbouring spans could be one.
 

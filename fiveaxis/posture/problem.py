@@ -71,6 +71,8 @@ class Problem:
     time_price : J/s, P, of a step's time beyond the least
     bend_price : (n − 1,), J/rad², μ
     jerk_price : J per rad/s², of a change of a rotary axis's acceleration from one pair of cuts to the next
+    change_price : (k,), J per mm/s and per rad/s, of every change of an axis's speed from one step to the
+        next; None for none
     ramps : (2, n − 1, k), pace in s/mm and s/rad, and grace in s: a step waits for ``pace |Δq| − grace`` of
         each axis; None for ``|Δq| / v − L/F``
     """
@@ -91,6 +93,7 @@ class Problem:
     time_price: float
     bend_price: Array
     jerk_price: float = 0.0
+    change_price: Array | None = None
     ramps: Array | None = None
 
     @classmethod

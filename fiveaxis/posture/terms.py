@@ -312,6 +312,16 @@ def acceleration_excess(problem: Problem) -> Term | None:
     )
 
 
+def speed_changes(problem: Problem) -> Term | None:
+    """Price every change of an axis's speed from one step to the next, mm/s and rad/s."""
+    times, price = problem.least_time, problem.change_price
+    first = np.flatnonzero((times[:-1] > 0.0) & (times[1:] > 0.0))
+    if price is None or not len(first):
+        return None
+    paces = 1.0 / np.stack([times[first], times[first + 1]], axis=1)
+    return _term("changes", problem, _speed_changes, 3, rows=first, data=paces, plus=price, minus=price)
+
+
 def jerks(problem: Problem) -> Term | None:
     """Price changes of the rotary axes' acceleration from cut to cut, rad/s²."""
     times = problem.least_time
@@ -335,6 +345,7 @@ TERMS: tuple[Callable[[Problem], Term | None], ...] = (
     waits,
     durations,
     acceleration_excess,
+    speed_changes,
     jerks,
 )
 
