@@ -173,14 +173,13 @@ def _steadiness(document: Mapping[str, Any]) -> Iterator[Detail]:
     yield Detail(
         "Assumed",
         "the axes start, stop and reverse without losing time, as the machine file states no "
-        f"max_acceleration of {', '.join(unknown)}: time and energy are lower bounds. To have this charged, "
-        f"state it there, in [axes.{unknown[0]}]{' and so on' if unknown[1:] else ''}.",
+        f"max_acceleration of {', '.join(unknown)}: time and energy are lower bounds. State it "
+        f"([axes.{unknown[0]}]{' and so on' if unknown[1:] else ''}), and starts and reversals are charged.",
     )
     changes = [f"{c} {speed_change(change)}" for c, change in energy["speed_changes"].items()]
     if changes:
-        yield Detail(
-            "Speed", f"the largest changes from one cutting block to the next are {', '.join(changes)}."
-        )
+        text = f"the largest changes from one cutting block of the program to the next: {', '.join(changes)}."
+        yield Detail("Speed", text)
 
 
 def _share(share: float | None) -> str:
