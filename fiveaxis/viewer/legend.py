@@ -115,8 +115,8 @@ def _events(sides: Sequence[Side]) -> str:
     """Explain the marks below the curves of the time line."""
     beside = "; of a baseline beside the result in the grey half of each row" if len(sides) > 1 else ""
     return (
-        '<p class="small">time line, below the curves, by axis: <b class="start">▮</b> start, '
-        f'<b class="reversal">▮</b> reversal{beside}</p>'
+        '<p class="small">time line, below the curves, by axis: <span class="start">▮</span> start, '
+        f'<span class="reversal">▮</span> reversal{beside}</p>'
     )
 
 
