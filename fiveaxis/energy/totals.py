@@ -79,7 +79,7 @@ class Energy(ShownAsTable):
             (c, f"{joules:.1f}", f"{self.travel_by_axis[c]:.1f}", str(starts[c]), str(reversals[c]))
             for c, joules in self.by_axis.items()
         ]
-        events = (str(sum(counts.values())) for counts in (starts, reversals))
+        events = str(sum(starts.values())), str(sum(reversals.values()))
         rows.append(("feed drives", f"{self.total:.1f}", f"{self.travel:.1f}", *events))
         rows.append(("base power", "unknown" if self.base is None else f"{self.base:.1f}", "", "", ""))
         return ("drive", "energy, J", "travel metric, J", "starts", "reversals"), rows

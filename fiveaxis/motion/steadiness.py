@@ -96,10 +96,10 @@ def measure_steadiness(machine: Machine, blocks: Motion, rounding: float = 0.0) 
     rounding : mm, travel of a linear axis up to which it counts as standing
     """
     lasting = 1 + np.flatnonzero(blocks.time[1:] > 0.0)
-    speed, least = blocks.moves[lasting] / blocks.time[lasting, None], standing_speeds(machine)
+    moves, least = blocks.moves[lasting], standing_speeds(machine)
+    speed = moves / blocks.time[lasting, None]
     moving = np.abs(speed) >= least
-    linear = machine.linear_columns
-    moving[:, linear] &= np.abs(blocks.moves[np.ix_(lasting, linear)]) > rounding
+    moving &= (np.abs(moves) > rounding) | [axis.is_rotary for axis in machine.axes]
     way = np.where(moving, np.sign(speed), 0.0)
     before = np.vstack([np.zeros_like(way[:1]), way[:-1]])
     row, column = np.nonzero((way != 0.0) & (way != before))

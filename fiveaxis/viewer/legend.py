@@ -95,8 +95,8 @@ def make_controls(machine: Machine) -> str:
     return (
         f'<section id="controls" aria-label="time"><div id="axes" aria-hidden="true">{letters}</div>'
         f'<div id="timeline" style="height: {CURVES + AXIS_ROW * len(machine.axes)}px">'
-        '<canvas id="curves" role="img" aria-label="power, feed and findings over time, below them starts and '
-        'reversals of each axis"></canvas><div id="cursor"></div></div>'
+        '<canvas id="curves" role="img" aria-label="power, feed and findings over time, below them starts '
+        'and reversals of each axis"></canvas><div id="cursor"></div></div>'
         '<div id="buttons"><button id="play" type="button">pause</button>'
         '<input id="time" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
         '<select id="speed" aria-label="speed, of the program’s" title="of the program’s speed">'

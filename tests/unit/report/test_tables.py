@@ -76,8 +76,8 @@ def test_starts_and_reversals_are_listed_by_axis_before_and_after(solution, verd
     names = [f"{what}, {name}" for what in ("starts", "reversals") for name in ("normal", "optimised")]
     assert head == ["axis", *names, "change of speed, optimised"]
     before, after = (energy.steadiness for energy in (solution.baselines["normal"], solution.energy))
+    found = (before.starts, after.starts, before.reversals, after.reversals)
     for axis, *counts, change in rows[:-1]:
-        found = [s for s in (before.starts, after.starts, before.reversals, after.reversals)]
         assert counts == [str(each[axis]) for each in found]
         assert change.startswith(f"{after.changes[axis].size:.3g}" if axis in "XYZ" else "")
         assert change.endswith(f" (block {after.changes[axis].block})")

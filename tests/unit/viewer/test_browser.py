@@ -234,9 +234,10 @@ def test_a_baseline_stands_beside_the_result_at_the_same_location(opened, shown,
 def drawn(browser: Browser, half: int) -> dict[str, set[tuple[int, int]]]:
     """Marks of starts and reversals, (axis, pixel across), in a half of the rows below the curves."""
     code = (
-        "(c => { const r = window.devicePixelRatio, p = c.getContext('2d'), found = {start: [], reversal: []};"
+        "(c => { const ratio = window.devicePixelRatio, found = {start: [], reversal: []};"
         " for (let a = 0; a < 5; a++) {"
-        f" const row = p.getImageData(0, c.height - 12 * r * (5 - a) + (1 + 6 * {half}) * r, c.width, 1).data;"
+        f" const y = c.height + (12 * (a - 5) + 1 + 6 * {half}) * ratio;"
+        " const row = c.getContext('2d').getImageData(0, y, c.width, 1).data;"
         " for (let x = 0; x < c.width; x++) {"
         "  const at = [...row.subarray(4 * x, 4 * x + 3)].join();"
         "  if (at === '79,209,181') found.start.push([a, x]);"
