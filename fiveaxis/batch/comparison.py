@@ -23,7 +23,10 @@ PAGE = "comparison.html"
 RESULTS = "results.html"
 
 # Columns of a variant's figures, as in the table of the batch.
-_NAMES = ("status", "energy_J", "travel_metric_J", "base_J", "time_s", "baseline", "baseline_J", "saved")
+_NAMES = (
+    *("status", "energy_J", "travel_metric_J", "base_J", "time_s", "starts", "reversals"),
+    *("baseline", "baseline_J", "saved", "baseline_starts", "baseline_reversals"),
+)
 FIGURES = {name: COLUMNS[name] for name in _NAMES}
 AGAINST_FIRST = "against_first"
 

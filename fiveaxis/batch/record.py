@@ -67,7 +67,9 @@ class Row:
     locations : number of cutter locations
     energy, travel, base, time : J, J, J and s: energy of the feed drives in the whole program, their travel
         metric, both without base load; base power × time, None where it isn't known
+    starts, reversals : of the axes in the program's blocks
     baseline, baseline_energy, saved : what it is compared with, its energy in J, and the share saved
+    baseline_starts, baseline_reversals : of the axes in the blocks of what it is compared with
     errors, warnings, counts : number of findings by severity and by code
     summary : findings by cause, as plain data
     findings : of an infeasible job, the first `LISTED`
@@ -87,9 +89,13 @@ class Row:
     travel: float | None = None
     base: float | None = None
     time: float | None = None
+    starts: int | None = None
+    reversals: int | None = None
     baseline: str = ""
     baseline_energy: float | None = None
     saved: float | None = None
+    baseline_starts: int | None = None
+    baseline_reversals: int | None = None
     errors: int = 0
     warnings: int = 0
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -146,7 +152,7 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
     document = outcome.document
     energy, verdict = document["energy"], document["verification"]
     baseline, _ = best_baseline(document) or ("", "")
-    compared = document["baselines"].get(baseline, {}).get("total")
+    compared = document["baselines"].get(baseline, {})
     return replace(
         blank,
         status=Status.FINE if outcome.gate.is_open else Status.ERRORS,
@@ -156,8 +162,12 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
         travel=energy["travel"],
         base=energy["base"],
         time=energy["time"],
+        starts=energy["starts"],
+        reversals=energy["reversals"],
         baseline=baseline,
-        baseline_energy=compared,
+        baseline_energy=compared.get("total"),
+        baseline_starts=compared.get("starts"),
+        baseline_reversals=compared.get("reversals"),
         saved=document["savings"].get(baseline, {}).get("total"),
         **_count_severities(document["summary"]),
         counts=dict(verdict["counts"]),

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 # Rows of a live table: one longer than the screen can't be redrawn.
 SHOWN = 24
+# Heads of a job's figures.
+FIGURES = ("J", "saved", "s", "starts", "reversals")
 
 
 def batch(
@@ -170,7 +172,7 @@ def _coloured(row: Row) -> str:
 
 def _print_batch(done: Batch) -> None:
     # Names of a sweep differ at their ends, so they aren't cut; errors are too long for a column.
-    table = Table(Column("job", overflow="fold"), "state", "J", "saved", "s", box=None)
+    table = Table(Column("job", overflow="fold"), "state", *FIGURES, box=None)
     for row in done.rows:
         table.add_row(escape(row.name), _coloured(row), *_figures(row))
     out.print("energy of the feed drives (no base load), and the share saved against the baseline")
@@ -193,7 +195,7 @@ def _print_comparison(comparison: Comparison) -> None:
     from fiveaxis.batch.comparison import format_value
 
     keys = (escape(key) for key in comparison.keys)
-    table = Table(*keys, "state", "J", "saved", "s", "against the first", box=None)
+    table = Table(*keys, "state", *FIGURES, "against the first", box=None)
     for row in comparison.rows:
         share = comparison.against_first(row)
         against = "" if share is None or row is comparison.rows[0] else f"{100.0 * share:+.1f} %"
@@ -203,7 +205,9 @@ def _print_comparison(comparison: Comparison) -> None:
     out.print(table)
 
 
-def _figures(row: Row) -> tuple[str, str, str]:
+def _figures(row: Row) -> tuple[str, ...]:
+    """Return the cells below `FIGURES`."""
     energy = "" if row.energy is None else f"{row.energy:.0f}"
     saved = "" if row.saved is None else f"{100.0 * row.saved:.1f} % of {row.baseline}"
-    return energy, saved, "" if row.time is None else f"{row.time:.1f}"
+    counts = ("" if count is None else str(count) for count in (row.starts, row.reversals))
+    return energy, saved, "" if row.time is None else f"{row.time:.1f}", *counts

@@ -152,7 +152,8 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
     """Print one line per program, with its difference to the first."""
     letters = found[0].machine.letters
     axes = (f"{c} J" for c in letters)
-    shown = Table("program", "s", *axes, "drives J", "base J", "with base J", "against the first", box=None)
+    totals = ("drives J", "base J", "with base J", "starts", "reversals", "against the first")
+    shown = Table("program", "s", *axes, *totals, box=None)
     first = found[0].energy.total
     for program in found:
         spent = program.energy
@@ -166,6 +167,7 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
             f"{spent.total:.2f}",
             base,
             total,
+            *(str(sum(n.values())) for n in (spent.steadiness.starts, spent.steadiness.reversals)),
             share,
         )
     out.print(shown)

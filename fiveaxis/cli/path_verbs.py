@@ -269,7 +269,7 @@ def _print_outcome(outcome: Outcome) -> None:
             soft_wrap=True,
         )
     time = program.run_time
-    why = f"as programmed, since {time.missing}" if time.missing else "with the machine's accelerations"
+    why = "as programmed" if time.missing else "with the machine's accelerations"
     why += f"; {time.assumed}" if time.assumed else ""
     out.print(f"program time: {time.total:.1f} s, {why}", soft_wrap=True, markup=False)
     if "setup_search" in outcome.document:

@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.energy.drives import axis_powers, is_proportional, travel_costs
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
-from fiveaxis.motion import Motion, TimeLaw
+from fiveaxis.motion import Motion, Steadiness, TimeLaw, measure_steadiness
 from fiveaxis.notebook import ShownAsTable, Table
 from fiveaxis.toolpath import MoveKind, part_places
 
@@ -54,6 +54,7 @@ class Energy(ShownAsTable):
     base : base power × time, J; None where the machine's base power is unknown
     time : duration of the motion, s
     feed_time : s, at the programmed feed and the axes' highest speeds
+    steadiness : starts, reversals and changes of speed of the axes
     timing : what the durations are: ``programmed``, or with ``accelerations``
     by_kind : cost of the motion's ``cut``, ``link`` and ``rapid`` moves
     """
@@ -64,6 +65,7 @@ class Energy(ShownAsTable):
     base: float | None
     time: float
     feed_time: float
+    steadiness: Steadiness = field(compare=False)
     timing: Timing = "programmed"
     by_kind: dict[str, KindEnergy] = field(default_factory=dict)
 
@@ -72,10 +74,15 @@ class Energy(ShownAsTable):
         return f"<Energy {self.total:.0f} J in {self.time:.1f} s: {axes}>"
 
     def _table(self) -> Table:
-        rows = [(c, f"{joules:.1f}", f"{self.travel_by_axis[c]:.1f}") for c, joules in self.by_axis.items()]
-        rows.append(("feed drives", f"{self.total:.1f}", f"{self.travel:.1f}"))
-        rows.append(("base power", "unknown" if self.base is None else f"{self.base:.1f}", ""))
-        return ("drive", "energy, J", "travel metric, J"), rows
+        starts, reversals = self.steadiness.starts, self.steadiness.reversals
+        rows = [
+            (c, f"{joules:.1f}", f"{self.travel_by_axis[c]:.1f}", str(starts[c]), str(reversals[c]))
+            for c, joules in self.by_axis.items()
+        ]
+        events = str(sum(starts.values())), str(sum(reversals.values()))
+        rows.append(("feed drives", f"{self.total:.1f}", f"{self.travel:.1f}", *events))
+        rows.append(("base power", "unknown" if self.base is None else f"{self.base:.1f}", "", "", ""))
+        return ("drive", "energy, J", "travel metric, J", "starts", "reversals"), rows
 
     @property
     def total(self) -> float:
@@ -116,6 +123,7 @@ class Energy(ShownAsTable):
             "travel": self.travel,
             "travel_by_axis": dict(self.travel_by_axis),
             "travel_error": self.travel_error,
+            **self.steadiness.as_dict(),
             "by_kind": {name: asdict(share) for name, share in self.by_kind.items()},
         }
 
@@ -135,14 +143,17 @@ def energy_draws(machine: Machine) -> Array | None:
     return np.exp(ends[:, 0] + share * (ends[:, 1] - ends[:, 0]))
 
 
-def motion_energy(machine: Machine, motion: Motion, integral: Array | None = None) -> Energy:
-    """Add up the cost of a motion and its travel metric (Hayashi et al. 2018, Eq. 1).
+def motion_energy(
+    machine: Machine, motion: Motion, integral: Array | None = None, rounding: float = 0.0
+) -> Energy:
+    """Add up the cost of a motion and its travel metric (Hayashi et al. 2018, Eq. 1); count its starts.
 
     Parameters
     ----------
     machine : every axis with a drive
     motion : axis values and times
     integral : (n, k), J, ∫P dt by move and axis from a time law (`law_energies`); from mean speeds by default
+    rounding : mm, travel of a linear axis up to which it counts as standing
 
     Raises
     ------
@@ -151,7 +162,7 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
     """
     charged, least = move_energies(machine, motion), None
     if integral is None:
-        integral = move_powers(machine, motion) * motion.time[:, None]
+        integral = move_powers(machine, motion, rounding) * motion.time[:, None]
         least = float((integral * _shares_of_slow(machine, motion)).sum())
     travel, spent = charged.sum(axis=0), integral.sum(axis=0)
     time = float(motion.time.sum())
@@ -162,6 +173,7 @@ def motion_energy(machine: Machine, motion: Motion, integral: Array | None = Non
         base=None if machine.base_power is None else machine.base_power * time,
         time=time,
         feed_time=time,
+        steadiness=measure_steadiness(machine, motion, rounding),
         by_kind=_by_kind(motion, charged, integral),
     )
 

@@ -99,6 +99,11 @@ class MadeProgram:
         """What was assumed while writing, if no report lists it, and accepted codes that didn't occur."""
         return (*(() if self.gate.verified else self.text.findings), *self.gate.unused)
 
+    def line_of(self, block: int) -> int | None:
+        """Return the line of the text, from 1, that moves to a row of `ProgramMotion.blocks`, if one does."""
+        row = self.motion.first + block
+        return self.text.rows.index(row) + 1 if row in self.text.rows else None
+
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
         blocks = self.motion.blocks

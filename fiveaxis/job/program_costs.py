@@ -196,7 +196,7 @@ def program_energy(
         motion, by_block = replace(motion, time=law.motion.time), law_energies(machine, law)
     timed = law is not None if taken is None else taken.basis == "accelerations"
     timing: Timing = "accelerations" if timed else "programmed"
-    energy = replace(motion_energy(machine, motion, by_block), feed_time=feed_time, timing=timing)
+    energy = replace(motion_energy(machine, motion, by_block, rounding), feed_time=feed_time, timing=timing)
     findings = (*motion.findings, *_speeding(machine, motion), *_creeping(machine, motion))
     findings += tuple(_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))

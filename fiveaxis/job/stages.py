@@ -91,6 +91,8 @@ class Outcome:
             program=self.program.as_dict(),
             budget=self.budget.as_dict(),
         )
+        for change in document["energy"]["speed_changes"].values():
+            change["line"] = self.program.line_of(change["block"]) if gate.is_open else None
         document["kept_back"] = gate.kept
         if self.part_size is not None:
             document["part_size_mm"] = [round(float(extent), 6) for extent in self.part_size]

@@ -7,6 +7,7 @@ from fiveaxis.motion.motion import Motion, follow, located, motion_digest
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation, Phase, ProgramMotion
 from fiveaxis.motion.rates import PeakRate, peak_rates
+from fiveaxis.motion.steadiness import SpeedChange, Steadiness, measure_steadiness
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
 from fiveaxis.motion.timing import (
@@ -35,6 +36,8 @@ __all__ = [
     "Phase",
     "ProgramMotion",
     "Samples",
+    "SpeedChange",
+    "Steadiness",
     "Thinned",
     "TimeLaw",
     "axis_deviation",
@@ -46,6 +49,7 @@ __all__ = [
     "joint_deviation",
     "least_times",
     "located",
+    "measure_steadiness",
     "motion_digest",
     "peak_rates",
     "rapid_findings",

@@ -234,10 +234,12 @@ class Solution(ShownAsTable):
                 f"{energy.total:.1f}",
                 f"{energy.time:.1f}",
                 f"{savings[name]:.1%}" if name in savings else "",
+                str(sum(energy.steadiness.starts.values())),
+                str(sum(energy.steadiness.reversals.values())),
             )
             for name, energy in {"optimised": self.energy, **self.baselines}.items()
         ]
-        return ("program", "feed drives, J", "time, s", "saved"), rows
+        return ("program", "feed drives, J", "time, s", "saved", "starts", "reversals"), rows
 
     def savings(self) -> dict[str, float]:
         """Compute the saved share of the feed drives' energy against each baseline, at most 1."""

@@ -29,6 +29,8 @@ UNITS = {
     "time": "s",
     "savings_range": "shares, least and most on machines drawn from the bands of estimated powers",
     "savings": "share of the baseline, 1 is everything; negative is a loss",
+    "speed_changes": "mm/s or deg/s; `block` counts the program's moves from its first location, and `line` "
+    "is that of its text",
     "tilt": "deg",
     "residuals.tilt": "rad",
     "residuals.limit": "mm for linear axes, rad for rotary axes",
@@ -160,6 +162,7 @@ def _machine(machine: Machine) -> dict[str, Any]:
         "base_power": machine.base_power,
         "setup": {"offset": list(machine.setup.offset), "rotation_deg": list(machine.setup.rotation_deg)},
         "tool_length": machine.tool_length,
+        "acceleration_unknown": [a.letter for a in machine.axes if a.max_acceleration is None],
         "figures": [p.as_dict() for p in machine.provenance],
     }
 

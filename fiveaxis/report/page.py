@@ -79,7 +79,7 @@ def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits
         setup=setup_section(document.get("setup_search")) + front_section(document.get("front")),
         energy=_energy(solution, document, baseline),
         budget=_budget(document),
-        motion=_motion(solution, baseline),
+        motion=_motion(solution, document, baseline),
         posture=_posture(solution, baseline, admits),
         findings=_findings(document),
         checked=_checked(document),
@@ -192,7 +192,12 @@ def _budget(document: Mapping[str, Any]) -> str:
     return f"<section>\n{heading}\n{scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>\n</section>"
 
 
-def _motion(solution: Solution, baseline: str | None) -> str:
+def _motion(solution: Solution, document: Mapping[str, Any], baseline: str | None) -> str:
+    events = (
+        "A start: the axis moves in a block, and stood in the one before. A reversal: it moves against its "
+        "direction in the block before. Change of speed: the largest from one cutting block to the next, by "
+        "the blocks’ mean speeds. Approach and retract aren’t counted."
+    )
     caption = (
         "Axis values along the path, tool relative to workpiece; rotary axes accumulate their turns. Last "
         f"band: angle between tool axis and {solution.tilt.name}, its bounds dotted. Long paths are thinned; "
@@ -207,7 +212,9 @@ def _motion(solution: Solution, baseline: str | None) -> str:
         "acceleration. The area under the last band is the power integral."
     )
     return (
-        _figure(axis_lines(solution, baseline), escape(caption))
+        scroll(tables.steadiness_table(document, baseline))
+        + f'<p class="small">{escape(events)}</p>\n'
+        + _figure(axis_lines(solution, baseline), escape(caption))
         + _figure(speed_lines(solution, baseline), escape(speeds))
         + _figure(power_lines(solution, baseline), escape(powers))
     )

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from fiveaxis.findings import Severity
-from fiveaxis.report.tables import number, plain, saving
+from fiveaxis.report.tables import number, plain, saving, speed_change
 
 # Measure -> the boundary of its energy.
 BOUNDARIES = {
@@ -136,7 +136,9 @@ def _judged(document: Mapping[str, Any]) -> Iterator[Detail]:
 def _saved(document: Mapping[str, Any], verdict: str) -> Answer:
     question, best = "What does it save?", best_baseline(document)
     if best is None:
-        return Answer(question, "Unknown: there is no baseline to compare with.", ())
+        return Answer(
+            question, "Unknown: there is no baseline to compare with.", tuple(_steadiness(document))
+        )
     name, measure = best
     energy, baseline = document["energy"], document["baselines"][name]
     share = document["savings"][name][measure]
@@ -154,7 +156,30 @@ def _saved(document: Mapping[str, Any], verdict: str) -> Answer:
         details.append(Detail("Range", text_of))
     own, other = (number(e["time"], 1) for e in (energy, baseline))
     details.append(Detail("Time", f"{own} s, with that baseline {other} s."))
-    return Answer(question, text, tuple(details))
+    return Answer(question, text, (*details, *_steadiness(document)))
+
+
+def _steadiness(document: Mapping[str, Any]) -> Iterator[Detail]:
+    """Count starts and reversals; where they cost no time, say so, and how smooth the program is."""
+    energy, unknown = document["energy"], document["machine"]["acceleration_unknown"]
+    others = "".join(
+        f"; {name}: {number(e['starts'])}, {number(e['reversals'])}"
+        for name, e in document["baselines"].items()
+    )
+    counts = f"starts {number(energy['starts'])}, reversals {number(energy['reversals'])}"
+    yield Detail("Steadiness", f"{counts}{others}.")
+    if energy["timing"] == "accelerations" or not unknown:
+        return
+    yield Detail(
+        "Assumed",
+        "the axes start, stop and reverse without losing time, as the machine file states no "
+        f"max_acceleration of {', '.join(unknown)}: time and energy are lower bounds. State it "
+        f"([axes.{unknown[0]}]{' and so on' if unknown[1:] else ''}), and starts and reversals are charged.",
+    )
+    changes = [f"{c} {speed_change(change)}" for c, change in energy["speed_changes"].items()]
+    if changes:
+        text = f"the largest changes from one cutting block of the program to the next: {', '.join(changes)}."
+        yield Detail("Speed", text)
 
 
 def _share(share: float | None) -> str:

@@ -116,6 +116,8 @@ def baseline_table(document: Mapping[str, Any]) -> str:
         "#time (s)",
         "#saved, time",
         "#time at the feed (s)",
+        "#starts",
+        "#reversals",
     )
     nothing = dict.fromkeys(("total", "travel", "with_base", "time"), NOTHING)
     rows = [_energy_row("optimised", document["energy"], nothing)]
@@ -163,6 +165,33 @@ def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:
         (a, number(before[a]), number(after[a]), number(after[a] - before[a], signed=True)) for a in after
     ]
     return table(("axis", f"#{baseline} (J)", "#optimised (J)", "#change (J)"), compared, AXES)
+
+
+def steadiness_table(document: Mapping[str, Any], baseline: str | None) -> str:
+    """List starts, reversals and the largest change of speed of each axis, before and after."""
+    programs = {} if baseline is None else {baseline: document["baselines"][baseline]}
+    programs["optimised"] = document["energy"]
+    counted, changes = ("starts", "reversals"), document["energy"]["speed_changes"]
+    heads = [f"#{what}, {name}" for what in counted for name in programs]
+    rows = [
+        (
+            axis,
+            *(number(energy[f"{what}_by_axis"][axis]) for what in counted for energy in programs.values()),
+            speed_change(changes[axis]) if axis in changes else NOTHING,
+        )
+        for axis in document["energy"]["by_axis"]
+    ]
+    rows.append(("all", *(number(e[what]) for what in counted for e in programs.values()), ""))
+    caption = "Starts, reversals and largest change of speed of each axis"
+    return table(("axis", *heads, "#change of speed, optimised"), rows, caption)
+
+
+def speed_change(change: Mapping[str, Any]) -> str:
+    """Format a change of an axis's speed with its place: the program's line, or the number of its block."""
+    line = change.get("line")
+    place = f"block {number(change['block'])}" if line is None else f"line {number(line)}"
+    size = plain(float(f"{change['change']:.3g}"))
+    return f"{size} {change['unit']} ({place})"
 
 
 def causes_table(summary: Sequence[Mapping[str, Any]]) -> str:
@@ -273,6 +302,8 @@ def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str])
         number(energy["time"], 1),
         shares["time"],
         number(energy["feed_time"], 1),
+        number(energy["starts"]),
+        number(energy["reversals"]),
     ]
 
 

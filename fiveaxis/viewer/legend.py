@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Speeds of the show, as multiples of the program's.
 SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+# Pixels of the time line: its curves, and each axis's row below them (`timeline.js`).
+CURVES, AXIS_ROW = 64, 12
 KEYS = (
     ("Space", "play or pause"),
     ("← →", "block by block"),
@@ -46,6 +48,7 @@ def make_legend(
         f"<h1>{title_of(solution)}</h1>",
         f"<p>{solution.toolpath.count_given} locations, {html.escape(solution.machine.name)}</p>",
         f"<p>{'<br>'.join(_figures(side) for side in sides)}<br>energy of the feed drives, time</p>",
+        _events(sides),
         _frames(),
         _beside(sides),
         f"<p>{''.join(_boxes(scene))}</p>",
@@ -85,12 +88,15 @@ def make_readings(machine: Machine) -> str:
     )
 
 
-def make_controls() -> str:
+def make_controls(machine: Machine) -> str:
     """Return the bar below the scene as HTML: time line, play and pause, time, speed."""
     speeds = "".join(f'<option value="{speed}">{speed:g}×</option>' for speed in SPEEDS)
+    letters = "".join(f"<span>{axis.letter}</span>" for axis in machine.axes)
     return (
-        '<section id="controls" aria-label="time"><div id="timeline"><canvas id="curves" role="img" '
-        'aria-label="power, feed and findings over time"></canvas><div id="cursor"></div></div>'
+        f'<section id="controls" aria-label="time"><div id="axes" aria-hidden="true">{letters}</div>'
+        f'<div id="timeline" style="height: {CURVES + AXIS_ROW * len(machine.axes)}px">'
+        '<canvas id="curves" role="img" aria-label="power, feed and findings over time, below them starts '
+        'and reversals of each axis"></canvas><div id="cursor"></div></div>'
         '<div id="buttons"><button id="play" type="button">pause</button>'
         '<input id="time" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
         '<select id="speed" aria-label="speed, of the program’s" title="of the program’s speed">'
@@ -99,8 +105,19 @@ def make_controls() -> str:
 
 
 def _figures(side: Side) -> str:
-    """Return energy and time of a side."""
-    return f"{html.escape(side.name)} {side.energy:,.0f} J, {side.time:,.1f} s"
+    """Return energy, time, starts and reversals of a side."""
+    starts, reversals = (sum(n.values()) for n in (side.steadiness.starts, side.steadiness.reversals))
+    counts = f"starts {starts:,}, reversals {reversals:,}"
+    return f"{html.escape(side.name)} {side.energy:,.0f} J, {side.time:,.1f} s; {counts}"
+
+
+def _events(sides: Sequence[Side]) -> str:
+    """Explain the marks below the curves of the time line."""
+    beside = "; of a baseline beside the result in the grey half of each row" if len(sides) > 1 else ""
+    return (
+        '<p class="small">time line, below the curves, by axis: <span class="start">▮</span> start, '
+        f'<span class="reversal">▮</span> reversal{beside}</p>'
+    )
 
 
 def _frames() -> str:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from fiveaxis.energy import move_powers
+from fiveaxis.energy import Energy, move_powers
 from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill, Motion, ProgramMotion
+from fiveaxis.motion import Fill, Motion, ProgramMotion, Steadiness, measure_steadiness
 from fiveaxis.nc import Program
 from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate
 
@@ -56,6 +56,7 @@ class Side:
     toolpath, tilt : n locations and the bounds on the tool axis there
     place : (m,), row of the path at each row of the motion: 3.25 is a quarter of the move from 3 to 4
     energy, time : J, s; of the program without approach and retract
+    steadiness : of the same blocks, with times from the first row
     line : (m,), of the program's text, where the move ends; `NO_LINE` for none
     """
 
@@ -66,6 +67,7 @@ class Side:
     place: Array
     energy: float
     time: float
+    steadiness: Steadiness
     line: IntArray
 
     @property
@@ -96,25 +98,24 @@ class Side:
 def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tuple[Side, ...]:
     """Return the result, as its program moves if one is given, and its baselines; the dearest ones last."""
     path, tilt = solution.toolpath, solution.tilt
-    energy = solution.energy
     result = _program_side(solution, program)
     if result is None:
-        result = _side("result", solution.timed(), path, tilt, energy.total, energy.time)
+        result = _side("result", solution.timed(), path, tilt, solution.energy)
     sides = [_thinned(result, MOST_ROWS)]
     for name, baseline in sorted(solution.compared.items(), key=lambda item: item[1].energy.total):
-        own, energy, bounds = baseline.toolpath, baseline.energy, tilt
+        own, bounds = baseline.toolpath, tilt
         if own is not None:
             # The bounds belong to the locations of the result's path.
             reference = own.normal if tilt.name == "normal" else np.full_like(own.normal, np.nan)
             bounds = replace(tilt, reference=reference, beside=())
-        side = _side(name, solution.timed(name), own or path, bounds, energy.total, energy.time)
+        side = _side(name, solution.timed(name), own or path, bounds, baseline.energy)
         sides.append(_thinned(side, MOST_BASELINE_ROWS))
     return tuple(sides)
 
 
-def _side(name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: float, time: float) -> Side:
-    rows = np.arange(len(motion), dtype=float)
-    return Side(name, motion, path, tilt, rows, energy, time, np.full(len(motion), NO_LINE))
+def _side(name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: Energy) -> Side:
+    rows, line = np.arange(len(motion), dtype=float), np.full(len(motion), NO_LINE)
+    return Side(name, motion, path, tilt, rows, energy.total, energy.time, energy.steadiness, line)
 
 
 def _program_side(solution: Solution, program: ShownProgram | None) -> Side | None:
@@ -130,11 +131,14 @@ def _program_side(solution: Solution, program: ShownProgram | None) -> Side | No
     # The first line at a row is the block that moves there.
     numbers = np.flatnonzero(rows >= 0)[::-1]
     line[rows[numbers]] = numbers + 1
-    energy = solution.energy
     place = fill.row[fill.kept[inner]]
     motion = solution.clock.timed(moves.motion, solution.machine)
-    found = _side("result", motion, solution.toolpath, solution.tilt, energy.total, energy.time)
-    return replace(found, place=place, line=line)
+    found = _side("result", motion, solution.toolpath, solution.tilt, solution.energy)
+    steadiness = measure_steadiness(solution.machine, replace(moves, motion=motion).blocks)
+    begin = motion.time[: moves.first + 1].sum()
+    return replace(
+        found, place=place, line=line, steadiness=replace(steadiness, time=begin + steadiness.time)
+    )
 
 
 def _thinned(side: Side, most: int) -> Side:

@@ -99,7 +99,7 @@ def render_page(
             '<main id="meshcat-pane" aria-label="machine, workpiece and tool"></main>',
             make_legend(solution, scene, sides, findings, head["top"]),
             make_readings(solution.machine),
-            make_controls(),
+            make_controls(solution.machine),
             '<div id="fault" role="alert" hidden></div>',
             f'<script type="text/plain" id="licences">\n{licence}\n</script>',
             f'<script type="text/plain" id="scene">\n{pack_payload(recorder.commands, sections, head)}',

@@ -138,6 +138,8 @@ def _add_side(sections: Sections, name: str, side: Side, reading: Readings) -> N
     sections.add(f"{name}/lean", reading.lean, "f4")
     sections.add(f"{name}/line", side.line, "i4")
     sections.add(f"{name}/cutting", side.motion.cutting, "i4")
+    events = side.steadiness
+    sections.add(f"{name}/events", np.column_stack([events.time, events.column, events.reverses]), "f4")
     for what, values in (("powers", reading.powers), ("asked", reading.asked), ("got", reading.got)):
         sections.add_steps(f"{name}/{what}", np.nan_to_num(values))
 

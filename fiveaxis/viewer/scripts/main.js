@@ -44,6 +44,10 @@ class Show {
     this.apart = beside ? RIGHT.map(way => way * aside) : null;
     this.twin.group.visible = beside !== null;
     if (beside) this.twin.follow(beside, this.head);
+    if (beside !== this.timeline.beside) {
+      this.timeline.beside = beside;
+      this.timeline.draw();
+    }
     for (const box of pickAll("[data-node]"))
       for (const stage of [this.stage, this.twin]) {
         const node = child(stage.group, box.dataset.node);

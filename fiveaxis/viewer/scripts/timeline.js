@@ -1,11 +1,15 @@
 "use strict";
-// Power, feed and findings over time. The curves are drawn once a size, the cursor moves above them.
+// Power, feed and findings over time, and below them a row for each axis with its starts and reversals. They are
+// drawn once a size and baseline, the cursor moves above them.
 const POWER_COLOUR = "#e8c468", GOT_COLOUR = "#6cb8ff", ASKED_COLOUR = "#8a919c";
 const FINDING_COLOURS = {error: "#ff4d5e", warning: "#ffb224", note: "#6cb8ff"};
+// A start, a reversal.
+const EVENT_COLOURS = ["#4fd1b5", "#ff7ad9"], BASELINE_COLOUR = "#2c3038";
+const ROW = 12;  // pixels, of an axis
 
 class Timeline {
   constructor(side, marks, seek) {
-    Object.assign(this, {side, marks, frame: pick("#timeline"), canvas: pick("#curves"), cursor: pick("#cursor")});
+    Object.assign(this, {side, marks, beside: null, frame: pick("#timeline"), canvas: pick("#curves"), cursor: pick("#cursor")});
     const goTo = event => {
       const box = this.frame.getBoundingClientRect();
       seek(this.side.duration * Math.min(Math.max((event.clientX - box.left) / box.width, 0), 1));
@@ -29,7 +33,8 @@ class Timeline {
   draw() {
     const ratio = window.devicePixelRatio || 1, box = this.frame.getBoundingClientRect();
     const width = this.canvas.width = Math.max(1, Math.round(box.width * ratio));
-    const height = this.canvas.height = Math.max(1, Math.round(box.height * ratio));
+    const whole = this.canvas.height = Math.max(1, Math.round(box.height * ratio));
+    const height = whole - ROW * ratio * this.side.axes;
     const pen = this.canvas.getContext("2d");
     const curve = (values, colour, filled, top) => {
       const peaks = this.peaks(values, width);
@@ -49,6 +54,34 @@ class Timeline {
     for (const {row, severity} of this.marks) {
       pen.fillStyle = FINDING_COLOURS[severity];
       pen.fillRect(this.side.clock[row] / this.side.duration * width - ratio, 0, 2 * ratio, height / 4);
+    }
+    this.events(pen, this.side, time => time, height, this.beside ? ROW / 2 : ROW - 1);
+    if (!this.beside) return;
+    const below = height + ROW / 2 * ratio;
+    pen.fillStyle = BASELINE_COLOUR;
+    for (let axis = 0; axis < this.side.axes; axis++) pen.fillRect(0, below + ROW * ratio * axis, width, (ROW / 2 - 1) * ratio);
+    this.events(pen, this.beside, time => this.atSamePlace(time), below, ROW / 2 - 1);
+  }
+
+  // When the result is at the place of the path where the baseline is at a time.
+  atSamePlace(time) {
+    const place = this.beside.at("place", this.beside.rowAt(time));
+    return this.side.at("clock", this.side.rowAt(place, this.side.place));
+  }
+
+  // One mark a pixel for each axis, a reversal above a start.
+  events(pen, side, timeOf, top, high) {
+    const ratio = window.devicePixelRatio || 1, last = this.canvas.width - 1;
+    for (const kind of [0, 1]) {
+      pen.fillStyle = EVENT_COLOURS[kind];
+      const drawn = new Set();
+      for (let at = 0; at < side.events.length; at += 3) {
+        const [time, axis, reverses] = side.events.subarray(at, at + 3);
+        const x = Math.min(Math.round(timeOf(time) / this.side.duration * last / ratio), Math.floor(last / ratio));
+        if (reverses !== kind || drawn.has(axis + side.axes * x)) continue;
+        drawn.add(axis + side.axes * x);
+        pen.fillRect(x * ratio, top + ROW * ratio * axis, ratio, high * ratio);
+      }
     }
   }
 

@@ -100,12 +100,13 @@ class Pretended:
             raise self.faults[job.input.name]
         joules = 1000.0 + sum(job.setup.offset)
         spent = {"total": joules, "travel": 2.0 * joules, "base": None, "with_base": None, "time": 9.5}
+        spent |= {"starts": 51, "reversals": 62}
         sound = job.input.name not in self.unsound
         (limit,) = group_findings([Finding(Severity.ERROR, "axis-limit", "A is too far", Place(1))])
         document = {
             "locations": 2,
             "energy": spent,
-            "baselines": {"normal": {"total": 2000.0}},
+            "baselines": {"normal": {"total": 2000.0, "starts": 15, "reversals": 291}},
             "savings_range": {},
             "savings": {"normal": {"total": 1.0 - joules / 2000.0}},
             "summary": [] if sound else [limit.as_dict()],

@@ -169,12 +169,12 @@ def test_a_sweep_ends_in_a_page_a_table_and_a_figure_of_its_variants(write_job, 
     done = run_batch([file], tmp_path / "out", workers=2)
     own = tmp_path / "out" / "cup"
     assert (own / "comparison.csv").read_text().splitlines() == [
-        "job,setup.offset,status,energy_J,travel_metric_J,base_J,time_s,baseline,baseline_J,saved,"
-        "against_first",
-        '"cup/setup.offset=0,0,0","[0, 0, 0]",fine,1000.0,2000.0,,9.5,normal,2000.0,0.5,0.0',
-        '"cup/setup.offset=0,0,100","[0, 0, 100]",fine,1100.0,2200.0,,9.5,normal,2000.0,'
-        "0.44999999999999996,0.10000000000000009",
-        '"cup/setup.offset=0,0,-50","[0, 0, -50]",fine,950.0,1900.0,,9.5,normal,2000.0,0.525,'
+        "job,setup.offset,status,energy_J,travel_metric_J,base_J,time_s,starts,reversals,baseline,baseline_J,"
+        "saved,baseline_starts,baseline_reversals,against_first",
+        '"cup/setup.offset=0,0,0","[0, 0, 0]",fine,1000.0,2000.0,,9.5,51,62,normal,2000.0,0.5,15,291,0.0',
+        '"cup/setup.offset=0,0,100","[0, 0, 100]",fine,1100.0,2200.0,,9.5,51,62,normal,2000.0,'
+        "0.44999999999999996,15,291,0.10000000000000009",
+        '"cup/setup.offset=0,0,-50","[0, 0, -50]",fine,950.0,1900.0,,9.5,51,62,normal,2000.0,0.525,15,291,'
         "-0.050000000000000044",
     ]
     figure = (own / "comparison.svg").read_text()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -85,6 +86,19 @@ def test_a_failing_job_costs_the_others_nothing(lot):
     assert left == {name for name, end in ENDS.items() if end in ("fine", "errors")}
     rows = list(csv.DictReader((lot.out / "results.csv").read_text().splitlines()))
     assert {row["job"]: row["status"] for row in rows} == ENDS
+
+
+def test_the_tables_have_the_starts_and_reversals_of_each_job(lot):
+    table = list(csv.DictReader((lot.out / "results.csv").read_text().splitlines()))
+    (fine,) = [row for row in table if row["job"] == "fine"]
+    names = ("starts", "reversals", "baseline_starts", "baseline_reversals")
+    assert [fine[name] for name in names] == ["51", "62", "15", "291"]
+    page = (lot.out / "results.html").read_text("utf-8")
+    for name in ("starts", "reversals", "starts, baseline", "reversals, baseline"):
+        assert f'<button type="button">{name}</button>' in page
+    words = run([lot.files["fine"]], lot.out).stdout
+    assert re.search(r"^ *job +state +J +saved +s +starts +reversals *$", words, re.M)
+    assert re.search(r"^ *fine +fine .* 51 +62 *$", words, re.M)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.errors import SettingError
 from fiveaxis.job import MadeProgram, ProgramOptions, make_program
 from fiveaxis.machine import load_machine
-from fiveaxis.motion import Interpolation, Motion
+from fiveaxis.motion import Interpolation, Motion, measure_steadiness
 from fiveaxis.nc import DIALECTS, Clock
 from fiveaxis.posture import Solution
 from fiveaxis.posture.solution import blocks_energy
@@ -70,6 +70,17 @@ def test_a_reader_of_the_program_gets_the_same_energy_and_time(made, tmp_path):
     # Words have six decimals, and whole cycles turn on them.
     assert sum(row["time"] for row in blocks) == pytest.approx(solution.energy.time, abs=1e-3 * count)
     assert sum(row["energy"] for row in blocks) == pytest.approx(solution.energy.total, rel=2e-3)
+
+
+def test_the_starts_and_reversals_are_those_of_the_programs_blocks_also_of_baselines(made):
+    solution, program = made
+    blocks = solution.clock.timed(program.motion.blocks, TRUNNION)
+    counted = measure_steadiness(TRUNNION, blocks).as_dict()
+    assert solution.energy.steadiness.as_dict() == counted
+    for name, baseline in solution.compared.items():
+        blocks = solution.filling.blocks(baseline.toolpath or solution.toolpath, TRUNNION, baseline.motion)
+        counted = measure_steadiness(TRUNNION, solution.clock.timed(blocks, TRUNNION)).as_dict()
+        assert baseline.energy.steadiness.as_dict() == counted, name
 
 
 def test_another_control_takes_another_time(made, tmp_path):

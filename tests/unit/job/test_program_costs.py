@@ -58,6 +58,21 @@ def test_the_printed_program_takes_the_printed_energy_and_time(zigzag, takisawa)
     assert rows["N01 G01 Z-0.5 F300"]["Z"] == pytest.approx(11.21, rel=0.05)
 
 
+def test_a_zigzag_starts_its_axes_in_turn_and_reverses_none(zigzag, takisawa):
+    found = fx.program_energy(zigzag, takisawa).energy.steadiness
+    # Eight steps of Y between nine passes of X; Z goes down once, and up in two blocks.
+    assert found.starts == {"X": 9, "Y": 8, "Z": 2}
+    assert found.reversals == {"X": 0, "Y": 0, "Z": 0}
+
+
+def test_the_last_digit_of_a_word_is_no_start(tmp_path, takisawa):
+    file = tmp_path / "digit.nc"
+    file.write_text("G21 G90 G94\nG0 X0 Y0 Z0\nG1 X10 F600\nX20 Y0.001\nX10 Y0.002\nX0 Y0.003\n")
+    found = fx.program_energy(file, takisawa).energy.steadiness
+    assert (found.starts["X"], found.reversals["X"]) == (1, 1)
+    assert (found.starts["Y"], found.reversals["Y"]) == (0, 0)
+
+
 def test_an_axis_that_creeps_while_it_counts_as_standing_is_reported(tmp_path):
     file, machine = tmp_path / "slow.nc", load_machine("hayashi-640123")
     for height, told in ((0.5, True), (0.7, False)):
@@ -150,6 +165,9 @@ def test_the_verb_writes_table_figure_and_json(zigzag, tmp_path):
     assert ElementTree.parse(figure).getroot().tag == "{http://www.w3.org/2000/svg}svg"
     words = run("energy", zigzag, zigzag, "-m", "takisawa-mac-v3").stdout
     assert "+0.0 %" in words
+    assert "starts  reversals" in words
+    assert document["energy"]["starts_by_axis"] == {"X": 9, "Y": 8, "Z": 2}
+    assert (document["energy"]["starts"], document["energy"]["reversals"]) == (19, 0)
 
 
 def test_the_verb_shows_the_first_thousand_blocks_and_says_so(tmp_path):

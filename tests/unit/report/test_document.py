@@ -47,7 +47,8 @@ def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict:
     assert list(document) == KEYS
     measures = ["total", "by_axis", "least", "base", "with_base", "time", "feed_time", "timing"]
     travel = ("travel", "travel_by_axis", "travel_error")
-    assert list(document["energy"]) == [*measures, *travel, "by_kind"]
+    steadiness = ("starts", "starts_by_axis", "reversals", "reversals_by_axis", "speed_changes")
+    assert list(document["energy"]) == [*measures, *travel, *steadiness, "by_kind"]
     assert list(document["energy"]["by_axis"]) == list("XYZAC")
 
 

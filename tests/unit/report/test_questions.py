@@ -165,3 +165,66 @@ def test_the_answers_are_plain_data_too(solution: Solution, verdict: dict[str, A
         "about": "Not checked",
         "text": "gouges: no mesh of the part was given",
     }
+
+
+def steady(solution: Solution, **counts: tuple[int, int]) -> dict[str, Any]:
+    """Figures of energy with given starts and reversals, by the name of the program."""
+    energies = {"optimised": solution.energy, **solution.baselines}
+    return {
+        name: energies[name].as_dict() | {"starts": starts, "reversals": reversals}
+        for name, (starts, reversals) in counts.items()
+    }
+
+
+def test_starts_and_reversals_stand_beside_those_of_every_baseline(
+    solution: Solution, verdict: dict[str, Any]
+) -> None:
+    document = report_document(solution, verdict, inputs=[])
+    counted = steady(solution, optimised=(51, 62), normal=(15, 1291))
+    document |= {"energy": counted["optimised"], "baselines": {"normal": counted["normal"]}}
+    line = f"Steadiness: starts 51, reversals 62; normal: 15, 1{THIN}291."
+    assert line in answers(document).saved.lines
+    alone = report_document(replace(solution, compared={}), verdict, inputs=[])
+    counts = solution.energy.steadiness
+    words = f"starts {sum(counts.starts.values())}, reversals {sum(counts.reversals.values())}."
+    assert answers(alone).saved.lines[1] == f"Steadiness: {words}"
+
+
+def test_without_accelerations_it_says_what_is_assumed_and_how_smooth_the_program_is(
+    solution: Solution, verdict: dict[str, Any]
+) -> None:
+    document = report_document(solution, verdict, inputs=[])
+    change = {"change": 23.62, "unit": "mm/s", "block": 7}
+    document["energy"]["speed_changes"] = {"X": change, "C": change | {"unit": "deg/s", "line": 19}}
+    lines = answers(document).saved.lines
+    (assumed,) = [line for line in lines if line.startswith("Assumed: ")]
+    assert assumed == (
+        "Assumed: the axes start, stop and reverse without losing time, as the machine file states no "
+        "max_acceleration of X, Y, Z, A, C: time and energy are lower bounds. State it ([axes.X] and so on), "
+        "and starts and reversals are charged."
+    )
+    assert lines[-1] == (
+        "Speed: the largest changes from one cutting block of the program to the next: X 23.6 mm/s "
+        "(block 7), C 23.6 deg/s (line 19)."
+    )
+
+
+def test_where_accelerations_are_charged_nothing_is_assumed(
+    solution: Solution, verdict: dict[str, Any]
+) -> None:
+    charged = replace(solution, energy=replace(solution.energy, timing="accelerations"))
+    axes = tuple(replace(axis, max_acceleration=1.0) for axis in solution.machine.axes)
+    stated = replace(solution, machine=replace(solution.machine, axes=axes))
+    for one in (charged, stated):
+        words = [detail.about for detail in answers(report_document(one, verdict, inputs=[])).saved.details]
+        assert words == ["Time", "Steadiness"]
+
+
+def test_one_axis_without_acceleration_is_named_alone(solution: Solution, verdict: dict[str, Any]) -> None:
+    axes = [replace(axis, max_acceleration=1.0) for axis in solution.machine.axes]
+    axes[3] = solution.machine.axes[3]
+    partly = replace(solution, machine=replace(solution.machine, axes=tuple(axes)))
+    document = report_document(partly, verdict, inputs=[])
+    assert document["machine"]["acceleration_unknown"] == ["A"]
+    assert "no max_acceleration of A: " in str(answers(document).saved.lines)
+    assert "State it ([axes.A]), and" in str(answers(document).saved.lines)

@@ -3,7 +3,14 @@
 import re
 
 from fiveaxis.findings import Finding, Place, Severity, group_findings
-from fiveaxis.report.tables import WORDS, causes_table, measured_table
+from fiveaxis.report import report_document
+from fiveaxis.report.tables import (
+    WORDS,
+    baseline_table,
+    causes_table,
+    measured_table,
+    steadiness_table,
+)
 from fiveaxis.verification import verify
 
 THIN = "\u2009"
@@ -61,3 +68,35 @@ def test_a_number_as_small_as_rounding_is_none():
 def test_every_figure_of_a_verification_has_words(solution):
     figures = verify(solution.motion, solution.machine, solution.toolpath).figures
     assert set(figures) <= set(WORDS)
+
+
+def test_starts_and_reversals_are_listed_by_axis_before_and_after(solution, verdict):
+    document = report_document(solution, verdict, inputs=[])
+    head, *rows = cells(steadiness_table(document, "normal"))
+    names = [f"{what}, {name}" for what in ("starts", "reversals") for name in ("normal", "optimised")]
+    assert head == ["axis", *names, "change of speed, optimised"]
+    before, after = (energy.steadiness for energy in (solution.baselines["normal"], solution.energy))
+    found = (before.starts, after.starts, before.reversals, after.reversals)
+    for axis, *counts, change in rows[:-1]:
+        assert counts == [str(each[axis]) for each in found]
+        assert change.startswith(f"{after.changes[axis].size:.3g}" if axis in "XYZ" else "")
+        assert change.endswith(f" (block {after.changes[axis].block})")
+    assert [int(count) for count in rows[-1][1:-1]] == [sum(each.values()) for each in found]
+    assert cells(steadiness_table(document, None))[0][1:3] == ["starts, optimised", "reversals, optimised"]
+
+
+def test_an_axis_without_a_change_of_speed_has_none_in_the_table(solution, verdict):
+    document = report_document(solution, verdict, inputs=[])
+    document["energy"]["speed_changes"] = {"C": {"change": 0.5, "unit": "deg/s", "block": 2, "line": 1234}}
+    changes = [row[-1] for row in cells(steadiness_table(document, None))[1:]]
+    assert changes == ["–", "–", "–", "–", f"0.5 deg/s (line 1{THIN}234)", ""]
+
+
+def test_every_program_has_its_starts_and_reversals_beside_its_energy(solution, verdict):
+    document = report_document(solution, verdict, inputs=[])
+    head, *rows = cells(baseline_table(document))
+    assert head[-2:] == ["starts", "reversals"]
+    for (name, *_, starts, reversals), energy in zip(
+        rows, (document["energy"], document["baselines"]["normal"]), strict=True
+    ):
+        assert (starts, reversals) == (str(energy["starts"]), str(energy["reversals"])), name

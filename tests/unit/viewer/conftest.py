@@ -29,16 +29,18 @@ def ring_path() -> Toolpath:
     return replace(path, kind=kind)
 
 
-def tilted(path: Toolpath, degrees: float) -> np.ndarray:
-    angle = np.radians(degrees)
+def tilted(path: Toolpath, degrees: np.ndarray) -> np.ndarray:
+    angle = np.radians(degrees)[:, None]
     return np.cos(angle) * path.normal + np.sin(angle) * np.array([0.0, 0.0, 1.0])
 
 
 @pytest.fixture(scope="session")
 def solution(hayashi) -> Solution:
+    """A result that swings, and rests for a while, beside a baseline that swings more often."""
     path = ring_path()
-    found = {}
-    for name, degrees in (("result", 20.0), ("normal", 60.0)):
+    found, turn = {}, np.linspace(0.0, 2.0 * np.pi, N)
+    swings = {"result": 20.0 + 3.0 * np.sin(3.0 * turn).clip(0.0), "normal": 60.0 + 2.0 * np.sin(5.0 * turn)}
+    for name, degrees in swings.items():
         rotary = np.unwrap(rotary_angles(hayashi, tilted(path, degrees))[1], axis=0)
         motion = follow(path, hayashi, rotary)
         found[name] = Baseline(motion, motion_energy(hayashi, motion))

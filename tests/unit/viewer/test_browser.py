@@ -231,6 +231,54 @@ def test_a_baseline_stands_beside_the_result_at_the_same_location(opened, shown,
     assert not seen(opened, "tool", "show.twin")
 
 
+def drawn(browser: Browser, half: int) -> dict[str, set[tuple[int, int]]]:
+    """Marks of starts and reversals, (axis, pixel across), in a half of the rows below the curves."""
+    code = (
+        "(c => { const ratio = window.devicePixelRatio, found = {start: [], reversal: []};"
+        " for (let a = 0; a < 5; a++) {"
+        f" const y = c.height + (12 * (a - 5) + 1 + 6 * {half}) * ratio;"
+        " const row = c.getContext('2d').getImageData(0, y, c.width, 1).data;"
+        " for (let x = 0; x < c.width; x++) {"
+        "  const at = [...row.subarray(4 * x, 4 * x + 3)].join();"
+        "  if (at === '79,209,181') found.start.push([a, x]);"
+        "  if (at === '255,122,217') found.reversal.push([a, x]); } }"
+        " return found; })(pick('#curves'))"
+    )
+    return {kind: {tuple(mark) for mark in marks} for kind, marks in browser.run(code).items()}
+
+
+def test_the_time_line_marks_where_each_axis_starts_and_reverses(opened, shown):
+    width, duration = opened.run("pick('#curves').width"), shown.motion.time.sum()
+    found, counted = drawn(opened, 0), shown.energy.steadiness
+    at = np.round(counted.time / duration * (width - 1)).astype(int)
+    wanted = {
+        name: {(int(c), int(x)) for c, x in zip(counted.column[some], at[some], strict=True)}
+        for name, some in (("start", ~counted.reverses), ("reversal", counted.reverses))
+    }
+    assert wanted["reversal"]
+    assert found["reversal"] == wanted["reversal"]
+    # A reversal hides a start at the same pixel.
+    assert found["start"] == wanted["start"] - wanted["reversal"]
+    assert drawn(opened, 1) == found
+
+
+def test_a_baseline_beside_the_result_has_its_marks_below_the_results(opened, shown):
+    alone = drawn(opened, 0)
+    opened.run("(s => { s.value = '1'; s.dispatchEvent(new Event('change')); })(pick('#beside'))")
+    assert drawn(opened, 0) == alone
+    below, counted = drawn(opened, 1), shown.baselines["normal"].steadiness
+    axes = {axis for marks in below.values() for axis, _ in marks}
+    assert axes == set(counted.column.tolist())
+    # At the place of the path where the result is then.
+    place = np.interp(counted.time, np.cumsum(shown.compared["normal"].motion.time), np.arange(240))
+    time = np.interp(place, np.arange(240), np.cumsum(shown.motion.time))
+    at = time / shown.motion.time.sum() * (opened.run("pick('#curves').width") - 1)
+    for axis, x in set().union(*below.values()):
+        assert np.abs(at[counted.column == axis] - x).min() <= 1.0
+    opened.run("(s => { s.value = ''; s.dispatchEvent(new Event('change')); })(pick('#beside'))")
+    assert drawn(opened, 1) == alone
+
+
 def test_a_finding_takes_the_show_to_its_location(opened):
     opened.run("pick('button.error').click()")
     assert opened.run("show.stage.row") == pytest.approx(60.0, abs=1e-6)

@@ -10,6 +10,7 @@ from fiveaxis.geometry import angle_between
 from fiveaxis.job import ProgramOptions, make_of_motion
 from fiveaxis.job.program_check import Against
 from fiveaxis.kinematics import tool_poses
+from fiveaxis.motion import measure_steadiness
 from fiveaxis.toolpath import Constraints
 from fiveaxis.viewer.moves import NO_LINE, choose_sides, read_off
 
@@ -42,6 +43,18 @@ def test_the_programs_moves_are_shown_with_their_blocks_and_places(solution, pro
     for row in (moves.first, moves.first + 5, moves.last):
         text = program.text.lines[result.line[row] - 1]
         assert program.text.rows[result.line[row] - 1] == row, text
+
+
+def test_starts_and_reversals_are_shown_where_the_programs_blocks_begin(solution, program):
+    result, normal = choose_sides(solution, program)
+    moves = program.motion
+    blocks = solution.clock.timed(moves.motion, solution.machine)
+    counted = measure_steadiness(solution.machine, replace(moves, motion=blocks).blocks)
+    assert (result.steadiness.starts, result.steadiness.reversals) == (counted.starts, counted.reversals)
+    # Each at the end of the move before its block.
+    np.testing.assert_allclose(result.steadiness.time, result.clock[moves.first + counted.block - 1])
+    assert result.steadiness.reverses.any()
+    assert normal.steadiness is solution.baselines["normal"].steadiness
 
 
 def test_feed_lean_and_power_are_those_of_the_motion(solution):
@@ -78,3 +91,4 @@ def test_a_very_long_motion_keeps_its_time_and_its_ends(solution, monkeypatch):
     assert len(side.motion) <= 50
     assert side.motion.time.sum() == pytest.approx(solution.motion.time.sum())
     np.testing.assert_array_equal(side.motion.positions[[0, -1]], solution.motion.positions[[0, -1]])
+    assert side.steadiness is solution.energy.steadiness

@@ -111,6 +111,17 @@ def test_the_legend_says_what_both_postures_cost(page, solution):
     assert f"{solution.energy.total:,.0f} J" in legend[0]
     assert f"normal {solution.compared['normal'].energy.total:,.0f} J" in legend[0]
     assert " W and more" in legend[0]
+    for energy in (solution.energy, solution.baselines["normal"]):
+        starts, reversals = (sum(n.values()) for n in (energy.steadiness.starts, energy.steadiness.reversals))
+        assert f"{energy.time:,.1f} s; starts {starts}, reversals {reversals}" in legend[0]
+    assert "</span> start, " in legend[0]
+
+
+def test_the_time_line_has_a_row_for_each_axis(page):
+    letters = re.search(r'<div id="axes" aria-hidden="true">(.*?)</div>', page)
+    assert letters is not None
+    assert re.findall("<span>(.)</span>", letters[1]) == list("XYZAC")
+    assert 'id="timeline" style="height: 124px"' in page
 
 
 def test_without_part_and_baseline_there_are_no_boxes_for_them(solution):

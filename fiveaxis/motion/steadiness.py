@@ -1,0 +1,127 @@
+"""How steadily axes run: their starts, their reversals, and their largest changes of speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.machine import Machine
+from fiveaxis.motion.motion import Motion
+from fiveaxis.motion.timing import standing_speeds
+
+
+@dataclass(frozen=True)
+class SpeedChange:
+    """A change of an axis's speed from one cutting block to the next.
+
+    Parameters
+    ----------
+    size : mm/s or rad/s, of the blocks' mean speeds
+    block : row of the block before which the speed changes
+    """
+
+    size: float
+    block: int
+
+
+@dataclass(frozen=True, eq=False)
+class Steadiness:
+    """Starts, reversals and changes of speed of the axes in a program's blocks.
+
+    An axis *moves* in a block if its mean speed reaches `standing_speeds`, as for the energy; else it stands.
+    A *start* is a block in which an axis moves after one in which it stood, or its first one. A *reversal* is
+    a block in which it moves against its direction in the block before: a start is none, so each counts once.
+    Rapid moves count like others. A block without duration costs nothing, and its neighbours follow each
+    other.
+
+    Parameters
+    ----------
+    letters : axis letters, one per column
+    block, column : (e,), row and axis of each start and reversal, row by row
+    reverses : (e,), whether it is a reversal
+    time : (e,), s, from the first row to the beginning of its block
+    changes : largest change of speed by axis letter; an axis whose speed never changes, by as much as
+        `standing_speeds`, has none
+    """
+
+    letters: str
+    block: IntArray
+    column: IntArray
+    reverses: BoolArray
+    time: Array
+    changes: dict[str, SpeedChange]
+
+    @property
+    def starts(self) -> dict[str, int]:
+        """Number of starts by axis letter."""
+        return self._count(~self.reverses)
+
+    @property
+    def reversals(self) -> dict[str, int]:
+        """Number of reversals by axis letter."""
+        return self._count(self.reverses)
+
+    def _count(self, some: BoolArray) -> dict[str, int]:
+        counts = np.bincount(self.column[some], minlength=len(self.letters))
+        return dict(zip(self.letters, counts.tolist(), strict=True))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain data for JSON; rotary axes in degrees."""
+        starts, reversals = self.starts, self.reversals
+        return {
+            "starts": sum(starts.values()),
+            "starts_by_axis": starts,
+            "reversals": sum(reversals.values()),
+            "reversals_by_axis": reversals,
+            "speed_changes": {
+                c: {
+                    "change": float(np.degrees(change.size)) if c in "ABC" else change.size,
+                    "unit": "deg/s" if c in "ABC" else "mm/s",
+                    "block": change.block,
+                }
+                for c, change in self.changes.items()
+            },
+        }
+
+
+def measure_steadiness(machine: Machine, blocks: Motion, rounding: float = 0.0) -> Steadiness:
+    """Find the starts, the reversals and the largest changes of speed in a program's blocks.
+
+    Parameters
+    ----------
+    blocks : one a row; no move ends at the first
+    rounding : mm, travel of a linear axis up to which it counts as standing
+    """
+    lasting = 1 + np.flatnonzero(blocks.time[1:] > 0.0)
+    moves, least = blocks.moves[lasting], standing_speeds(machine)
+    speed = moves / blocks.time[lasting, None]
+    moving = np.abs(speed) >= least
+    moving &= (np.abs(moves) > rounding) | [axis.is_rotary for axis in machine.axes]
+    way = np.where(moving, np.sign(speed), 0.0)
+    before = np.vstack([np.zeros_like(way[:1]), way[:-1]])
+    row, column = np.nonzero((way != 0.0) & (way != before))
+    return Steadiness(
+        letters=blocks.letters,
+        block=lasting[row],
+        column=column,
+        reverses=before[row, column] != 0.0,
+        time=(np.cumsum(blocks.time) - blocks.time)[lasting[row]],
+        changes=_largest_changes(blocks, lasting, speed, least),
+    )
+
+
+def _largest_changes(blocks: Motion, lasting: IntArray, speed: Array, least: Array) -> dict[str, SpeedChange]:
+    """Find the largest change of each axis's speed, (b, k) in lasting blocks, (b,), between two cuts."""
+    cuts = blocks.cutting[lasting]
+    change = np.abs(np.diff(speed, axis=0)) * (cuts[1:] & cuts[:-1])[:, None]
+    if not len(change):
+        return {}
+    rows, sizes = np.argmax(change, axis=0), change.max(axis=0)
+    return {
+        c: SpeedChange(float(size), int(lasting[row + 1]))
+        for c, row, size, smallest in zip(blocks.letters, rows, sizes, least, strict=True)
+        if size >= smallest
+    }
