@@ -12,7 +12,7 @@ from fiveaxis.collision.obstacles import Obstacle
 from fiveaxis.collision.scene import links_of
 from fiveaxis.collision.solids import Solid, tool_solids
 from fiveaxis.collision.surroundings import Clearances, Surroundings
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, inverse_transform, product
 from fiveaxis.machine import Box, Cylinder, Machine, MeshShape
 from fiveaxis.mesh import load_mesh
 from fiveaxis.toolpath import Tool, Toolpath
@@ -85,7 +85,7 @@ def head_solids(machine: Machine) -> Iterator[Solid]:
     for body in machine.bodies:
         if body.link != links_of(machine.code)[-1] or not isinstance(body.shape, Cylinder):
             continue
-        frame = np.linalg.inv(machine.chain.tool_home) @ machine.machine_frame @ body.shape.frame
+        frame = product(inverse_transform(machine.chain.tool_home), machine.machine_frame, body.shape.frame)
         on_axis = np.hypot(frame[0, 3], frame[1, 3]) < OFF_AXIS and abs(frame[2, 2]) > 1.0 - OFF_DIRECTION
         if on_axis:
             low, high = frame[2, 3] + np.array([-0.5, 0.5]) * body.shape.height
@@ -126,7 +126,10 @@ def _table_bodies(machine: Machine) -> Iterator[tuple[str, Array]]:
     for number, body in enumerate(machine.bodies):
         if body.link == links_of(machine.code)[0]:
             frame = machine.machine_frame
-            yield f"{body.link} body {number}", shape_triangles(body.shape) @ frame[:3, :3].T + frame[:3, 3]
+            yield (
+                f"{body.link} body {number}",
+                product(shape_triangles(body.shape), frame[:3, :3].T) + frame[:3, 3],
+            )
 
 
 def shape_triangles(shape: Box | Cylinder | MeshShape) -> Array:
@@ -147,4 +150,4 @@ def shape_triangles(shape: Box | Cylinder | MeshShape) -> Array:
         outside = shape.radius / np.cos(np.pi / SIDES)
         triangles = trimesh.creation.cylinder(outside, shape.height, sections=SIDES).triangles
     frame = shape.frame
-    return np.asarray(triangles @ frame[:3, :3].T + frame[:3, 3])
+    return np.asarray(product(triangles, frame[:3, :3].T) + frame[:3, 3])

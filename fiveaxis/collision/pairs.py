@@ -9,7 +9,7 @@ from fiveaxis.collision.pieces import PairQuery, Piece
 from fiveaxis.collision.rapids import LONGEST_RETRACT
 from fiveaxis.collision.scene import BODY, PART, STOCK, TOOL_KINDS, Scene, SceneBody
 from fiveaxis.collision.surroundings import Clearances
-from fiveaxis.geometry import inverse_transform
+from fiveaxis.geometry import inverse_transform, product
 from fiveaxis.toolpath.tool import CUTTER
 
 MACHINE = "machine"
@@ -96,7 +96,7 @@ def choose_pairs(scene: Scene, clearances: Clearances) -> Choice:
 def touch_at_home(first: SceneBody, second: SceneBody, margin: float) -> bool:
     """Check whether two bodies are nearer than a margin, mm, with every axis at 0."""
     return any(
-        PairQuery(a, b).nearer(inverse_transform(b.frame) @ a.frame, margin)
+        PairQuery(a, b).nearer(product(inverse_transform(b.frame), a.frame), margin)
         for a in first.pieces
         for b in second.pieces
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.errors import MissingDependency
-from fiveaxis.geometry import Array, IntArray, translation
+from fiveaxis.geometry import Array, IntArray, product, translation
 
 # Sides of the polygon around a circle, 0.054 % wider at its corners, for shapes that coal hasn't got.
 SECTORS = 96
@@ -48,7 +48,7 @@ class Piece:
     @property
     def size(self) -> float:
         """Diagonal of the bounding box, mm."""
-        return float(np.linalg.norm(self.high - self.low))
+        return float(np.linalg.norm(self.high - self.low, axis=-1))
 
     @property
     def is_mesh(self) -> bool:
@@ -128,7 +128,7 @@ def _revolved(run: Array, frame: Array) -> Piece:
     low, high = float(height.min()), float(height.max())
     if np.ptp(radius) < 1e-12:
         middle = translation((0.0, 0.0, (low + high) / 2.0))
-        return cylinder_piece(float(radius[0]), high - low, frame @ middle)
+        return cylinder_piece(float(radius[0]), high - low, product(frame, middle))
     turn = np.linspace(0.0, 2.0 * np.pi, SECTORS, endpoint=False)
     ring = np.column_stack([np.cos(turn), np.sin(turn)]) / np.cos(np.pi / SECTORS)
     points = np.concatenate(

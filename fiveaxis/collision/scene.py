@@ -16,7 +16,7 @@ from fiveaxis.collision.pieces import (
     revolved_pieces,
 )
 from fiveaxis.collision.surroundings import Surroundings
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
 from fiveaxis.mesh import kept_by_mesh, read_solid
 from fiveaxis.toolpath import Tool
@@ -175,7 +175,7 @@ def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
 
 def _of_shape(shape: Box | Cylinder | MeshShape, base: Array) -> Piece:
     """Build the piece of a shape that is placed in a frame, (4, 4) mm, of the workpiece frame."""
-    frame = base @ shape.frame
+    frame = product(base, shape.frame)
     if isinstance(shape, Box):
         return box_piece(np.array(shape.size), frame)
     if isinstance(shape, Cylinder):

@@ -18,7 +18,7 @@ from fiveaxis.collision.pairs import Pair
 from fiveaxis.collision.pieces import PairQuery, Piece
 from fiveaxis.collision.rapids import Stay, stays
 from fiveaxis.collision.travel import Stretch, Travel
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, product
 from fiveaxis.mesh.distance import encloses
 
 logger = logging.getLogger(__name__)
@@ -331,8 +331,8 @@ def _enclosed(travel: Travel, hits: Hits, counted: BoolArray) -> Hits:
 def _one_in_other(travel: Travel, pose: Array) -> bool:
     """Check whether a point of one piece lies inside the mesh of the other."""
     mover, other = travel.mover, travel.other
-    there = pose[:3, :3] @ mover.inner + pose[:3, 3]
-    back = pose[:3, :3].T @ (other.inner - pose[:3, 3])
+    there = product(pose[:3, :3], mover.inner) + pose[:3, 3]
+    back = product(pose[:3, :3].T, other.inner - pose[:3, 3])
     return _contains(other, there) or _contains(mover, back)
 
 

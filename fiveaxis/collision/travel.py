@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.collision.pieces import Piece
 from fiveaxis.collision.scene import links_of
-from fiveaxis.geometry import Array, IntArray, inverse_transform
+from fiveaxis.geometry import Array, IntArray, inverse_transform, product
 from fiveaxis.machine import Machine
 
 # Axis values, (n, k) mm and rad → link → its displacement from home, (n, 4, 4) mm, workpiece frame.
@@ -96,7 +96,7 @@ class Travel:
 
     def _relative(self, links: Mapping[str, Array]) -> Array:
         mover, other = (links[link] for link in self._links)
-        return self._base @ _inverses(other) @ mover @ self.mover.frame
+        return product(self._base, inverse_transform(other), mover, self.mover.frame)
 
     @cached_property
     def bends(self) -> Array:
@@ -114,7 +114,7 @@ class Travel:
         # Numbers of the joints between the two links, the one that carries the mover first.
         joints = range(begin, end, -1) if begin > end else range(begin + 1, end + 1)
         steps = np.abs(np.diff(self.stretch.positions, axis=0))
-        centre = self.mover.frame @ np.append((self.mover.low + self.mover.high) / 2.0, 1.0)
+        centre = product(self.mover.frame, np.append((self.mover.low + self.mover.high) / 2.0, 1.0))
         bend, moved = np.zeros(len(steps)), np.zeros(len(steps))
         for number in joints:
             joint = machine.chain.joints[number - 1]
@@ -122,18 +122,9 @@ class Travel:
             if not joint.is_rotary:
                 moved = moved + step
                 continue
-            seen = (_inverses(links[names[number]]) @ links[self._links[0]] @ centre)[:-1, :3]
+            seen = product(inverse_transform(links[names[number]]), links[self._links[0]], centre)[:-1, :3]
             arm = np.cross(seen - np.array(joint.line.point), np.array(joint.line.direction))
             distance = np.linalg.norm(arm, axis=1) + self.mover.size / 2.0 + moved
             bend = bend + step * (step * distance + 2.0 * moved)
             moved = moved + step * distance
         return bend
-
-
-def _inverses(poses: Array) -> Array:
-    """Invert rigid transforms, (n, 4, 4) mm."""
-    inverse = np.zeros_like(poses)
-    inverse[:, :3, :3] = np.swapaxes(poses[:, :3, :3], 1, 2)
-    inverse[:, :3, 3] = -np.einsum("nij,nj->ni", inverse[:, :3, :3], poses[:, :3, 3])
-    inverse[:, 3, 3] = 1.0
-    return inverse

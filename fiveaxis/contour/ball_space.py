@@ -92,4 +92,4 @@ class BallSpace:
 
     def clear(self, *centres: Array) -> bool:
         """Check whether the ball can follow a polyline of centres, (3,) mm each."""
-        return all(self.reach(a, b) >= float(np.linalg.norm(b - a)) - 1e-12 for a, b in pairwise(centres))
+        return all(self.reach(a, b) >= np.linalg.norm(b - a, axis=-1) - 1e-12 for a, b in pairwise(centres))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,7 +82,7 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
 
 def lean_limit(radius: float) -> float:
     """Return by what angle, rad, a ball's normal may be off a facet's: it then sinks by `LEAN_DEPTH`."""
-    return float(np.arccos(max(0.0, 1.0 - LEAN_DEPTH / radius)))
+    return math.acos(max(0.0, 1.0 - LEAN_DEPTH / radius))
 
 
 def lean_normals(facets: Array, smooth: Array, limit: float | Array) -> Array:
@@ -143,7 +144,7 @@ class _Curve:
         k = np.arange(len(lengths))
         # Odd intervals join the end of a segment to the start of the next: same point, another normal.
         jump = (k % 2 == 1) & sharp[k // 2]
-        largest_turn = 2.0 * np.arccos(max(0.0, 1.0 - CHORD_DEPTH / radius))
+        largest_turn = 2.0 * math.acos(max(0.0, 1.0 - CHORD_DEPTH / radius))
         # Steps in each interval, so that neither length nor turn exceeds its limit.
         needs = np.maximum(lengths / spacing, _convex_turn(points, normals) / largest_turn)
         return cls(points, normals, smooth, np.concatenate([[0.0], np.cumsum(needs)]), jump)

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fiveaxis.contour.walls import FLATTEST_WALL
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, arcsin
 from fiveaxis.mesh import Surface
 
 # mm: a level this near to vertices would run along the edges between them.
@@ -108,7 +108,7 @@ def scallop_step(radius: float, scallop: float, curvature: ArrayLike = 0.0) -> A
     # At smaller curvatures the arc equals its chord, and the quotient would be rounding errors.
     flat = np.abs(k) * radius < 1e-6
     safe = np.where(flat, 1.0, k)
-    return np.where(flat, 2.0 * chord, 4.0 / safe * np.arcsin(np.clip(safe * chord / 2.0, -1.0, 1.0)))
+    return np.where(flat, 2.0 * chord, 4.0 / safe * arcsin(np.clip(safe * chord / 2.0, -1.0, 1.0)))
 
 
 def _steps_per_height(
@@ -160,7 +160,7 @@ def _range_largest(first: IntArray, last: IntArray, value: Array, count: int) ->
     Two ranges whose length is the power of two below its own cover each range. The values of each power are
     then passed down to the next lower one.
     """
-    power = np.floor(np.log2(last - first + 1)).astype(np.int64)
+    power = np.frexp(last - first + 1)[1] - 1
     table = np.zeros((int(power.max(initial=0)) + 1, count))
     np.maximum.at(table, (power, first), value)
     np.maximum.at(table, (power, last - 2**power + 1), value)

@@ -67,7 +67,7 @@ class Queue:
     def _distance(self, candidate: Pass, here: Array) -> float:
         away = nearest_start(candidate, here)[1]
         if self.reversible and not candidate.contacts.closed:
-            return min(away, float(np.linalg.norm(candidate.centres[-1] - here)))
+            return min(away, float(np.linalg.norm(candidate.centres[-1] - here, axis=-1)))
         return away
 
 

@@ -12,7 +12,7 @@ from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.left_out import GOUGING, SHORT, LeftOut
 from fiveaxis.contour.walls import FLATTEST_WALL, Walls
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
 from fiveaxis.mesh.surface import SHARP_EDGE
 
 FEWEST_CONTACTS = 3
@@ -163,7 +163,7 @@ def neighbours(upper: Sequence[Pass], lower: Sequence[Pass], plane: Array) -> se
     """
     if not upper or not lower:
         return set()
-    gap = float((upper[0].contacts.points[0] - lower[0].contacts.points[0]) @ plane)
+    gap = float(product(upper[0].contacts.points[0] - lower[0].contacts.points[0], plane))
     reach = FARTHEST * abs(gap)
     down = _nearest(lower, upper, reach)
     return {(b, a) for a, b in down} | _nearest(upper, lower, reach)

@@ -12,7 +12,7 @@ from fiveaxis.contour.ball_space import CHORD_GOUGE
 from fiveaxis.contour.options import PlanOptions, Strategy
 from fiveaxis.contour.walls import Walls
 from fiveaxis.errors import ToolError
-from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
+from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, product
 from fiveaxis.mesh import TriangleTree, Unit, facet_normals, mesh_size, take_mesh, tree_of
 from fiveaxis.toolpath import Toolpath
 
@@ -98,7 +98,7 @@ def path_quality(
     total = float(weight.sum())
     return PlanReport(
         scallop_largest=float(heights.max(initial=0.0)),
-        scallop_mean=float(heights @ weight / total) if total > 0.0 else 0.0,
+        scallop_mean=float(product(heights, weight) / total) if total > 0.0 else 0.0,
         chord_largest=_chord_error(cuts, tree),
         ridges=len(heights),
         edges=2 * int(cuts.moving.sum()) - len(heights),

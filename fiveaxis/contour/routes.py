@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 
 # Lifts off the surface along its normal, as shares of the largest one, best first.
 LIFTS = (1.0, 0.5, 0.2, 0.05, 0.01)
@@ -76,7 +77,7 @@ class Linker:
     @property
     def span(self) -> float:
         """Length of a horizontal move, mm, that ends beside the part wherever it begins."""
-        across = np.linalg.norm(self.bounds[1, :2] - self.bounds[0, :2])
+        across = np.linalg.norm(self.bounds[1, :2] - self.bounds[0, :2], axis=-1)
         return float(across + 2.0 * self.space.radius + self.clearance)
 
     def escape(self, centre: Array, normal: Array) -> Array | None:
@@ -111,7 +112,7 @@ class Linker:
         None if no arc and route are clear, or the pass has no direction there
         """
         centre, normal = contact
-        if np.linalg.norm(np.cross(outward, normal)) < SHORTEST:
+        if np.linalg.norm(np.cross(outward, normal), axis=-1) < SHORTEST:
             return None
         for share in LEADS:
             arc = quarter_arc(centre, normal, outward, share * radius)
@@ -129,7 +130,7 @@ class Linker:
         (2, 3), mm, centres above the first and the second contact; None if too far apart or not clear
         """
         (start, start_normal), (end, end_normal) = leaving, arriving
-        if np.linalg.norm(end - start) > self.farthest:
+        if np.linalg.norm(end - start, axis=-1) > self.farthest:
             return None
         ends = start, start_normal, end, end_normal
         return self._once(ends, lambda: self._shortcut(*ends))
@@ -188,9 +189,9 @@ def quarter_arc(centre: Array, normal: Array, outward: Array, radius: float) -> 
     -------
     (k, 3), mm, without the start; ``centre + r sin φ · t + r (1 − cos φ) · n`` up to φ = 90 degrees
     """
-    tangent = outward - (outward @ normal) * normal
-    tangent = tangent / np.linalg.norm(tangent)
-    largest = 2.0 * np.arccos(max(0.0, 1.0 - ARC_DEPTH / radius))
+    tangent = outward - product(outward, normal) * normal
+    tangent = tangent / np.linalg.norm(tangent, axis=-1)
+    largest = 2.0 * math.acos(max(0.0, 1.0 - ARC_DEPTH / radius))
     parts = max(3, int(np.ceil(np.pi / 2.0 / largest)))
     angle = np.linspace(0.0, np.pi / 2.0, parts + 1)[1:, None]
     return centre + radius * (np.sin(angle) * tangent + (1.0 - np.cos(angle)) * normal)
@@ -198,7 +199,7 @@ def quarter_arc(centre: Array, normal: Array, outward: Array, radius: float) -> 
 
 def _compass(normal: Array) -> Array:
     """Return horizontal unit vectors all around, (k, 3), those nearest to the normal first."""
-    heading = np.arctan2(normal[1], normal[0])
+    heading = math.atan2(normal[1], normal[0])
     offsets = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
     nearest_first = np.argsort(np.abs((offsets + np.pi) % (2.0 * np.pi) - np.pi), kind="stable")
     angles = heading + offsets[nearest_first]

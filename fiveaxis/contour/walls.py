@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array, BoolArray, product
 
 # Least angle between a wall's normal and that of the section planes; on flatter faces the passes would be too
 # far apart. Faces within the same angle of straight down lie on the table.
@@ -30,7 +30,7 @@ class Walls:
 
     def keep(self, normals: Array) -> BoolArray:
         """Check which normals, (n, 3) unit vectors in the workpiece frame, belong to walls, (n,)."""
-        across = normals @ self.plane
+        across = product(normals, self.plane)
         flattest = np.cos(FLATTEST_WALL)
         wall: BoolArray = (np.abs(across) <= flattest) & (normals[:, 2] >= -flattest)
         return wall & (normals[:, 2] <= -np.sin(LEAST_OVERHANG)) if self.overhang else wall

@@ -13,6 +13,7 @@ from fiveaxis.energy.path_feed import path_lengths
 from fiveaxis.energy.totals import motion_energy
 from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.former import warn_former
+from fiveaxis.geometry import product
 from fiveaxis.machine import FrictionDrive, Machine, Provenance, WeightDrive
 from fiveaxis.motion import STANDSTILL, Motion
 
@@ -210,7 +211,7 @@ def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[
         for feed in (high / 2.0, high)
     ]
     power = ends[1] + (ends[1] - ends[0]) * (feeds - high) / (high / 2.0)
-    return float(power @ times), float(power**2 @ times)
+    return float(product(power, times)), float(product(power**2, times))
 
 
 def _spindle_shares(

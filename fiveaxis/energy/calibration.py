@@ -27,6 +27,7 @@ from fiveaxis.energy.log_fits import (
 )
 from fiveaxis.energy.motion_log import AxisLog, join_logs, read_axis_log, require_motion
 from fiveaxis.errors import InputError, SettingError
+from fiveaxis.geometry import product
 
 # Share of the highest speed that the noise of a scale, or of a differentiated position, shows at rest.
 STILL_SHARE = 0.005
@@ -257,12 +258,12 @@ def _energy(run: AxisLog, fit: LogFit, facts: AxisFacts, *, held_out: bool) -> R
         held_out=held_out,
         rows=int(steady.sum()),
         time=float(time[steady].sum()),
-        measured=float(record.power[steady] @ time[steady]),
-        fitted=float(power[steady] @ time[steady]),
+        measured=float(product(record.power[steady], time[steady])),
+        fitted=float(product(power[steady], time[steady])),
         r_squared=r_squared(record.power[steady], power[steady]),
         whole_time=float(time.sum()),
-        whole_measured=float(record.power @ time),
-        whole_fitted=float(power @ time),
+        whole_measured=float(product(record.power, time)),
+        whole_fitted=float(product(power, time)),
         dropped=run.dropped,
         gaps=run.gaps,
     )

@@ -24,6 +24,7 @@ Tools Manufact. 36(9), 1059-1072. Altintas (2012), "Manufacturing Automation", 2
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +33,7 @@ from fiveaxis.energy.bounds import require_finite, require_not_negative, require
 from fiveaxis.energy.engagement import Cut, engaged, removal_rate, swept_surface
 from fiveaxis.energy.milling import WATT
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 
 
 @dataclass(frozen=True)
@@ -121,10 +122,10 @@ def cutting_record(
     slope, height, radius, chip_width = _profile(cut, discs)
     angle = np.linspace(0.0, 2.0 * np.pi, samples + 1)
     pitch = 2.0 * np.pi / cut.mill.teeth * np.arange(cut.mill.teeth)
-    lag = height * np.tan(cut.mill.helix) / cut.mill.radius
+    lag = height * math.tan(cut.mill.helix) / cut.mill.radius
     phi = angle[:, None, None] - pitch[:, None] - lag
     motion, normal, upward = _edge_directions(phi, slope)
-    to_feed = normal @ cut.tool_axes
+    to_feed = product(normal, cut.tool_axes)
     chip = cut.feed_per_tooth * to_feed[..., 0]
     width = np.where(engaged(cut, to_feed), chip_width, 0.0)
     k = coefficients
@@ -170,7 +171,7 @@ def _profile(cut: Cut, discs: int) -> tuple[Array, Array, Array, Array]:
         full = np.ones(discs)
         return np.pi / 2.0 * full, cut.depth * middle, cut.mill.radius * full, cut.depth / discs * full
     # Equal arcs of κ: with equal heights a single disc would cover the flat tip. Only the cap can cut.
-    tilt = float(np.arccos(np.clip(cut.tool_axes[2, 2], -1.0, 1.0)))
+    tilt = math.acos(min(max(cut.tool_axes[2, 2], -1.0), 1.0))
     low, high = max(0.0, tilt - cut.cap_angle), min(np.pi / 2.0, tilt + cut.cap_angle)
     slope = low + (high - low) * middle
     radius = cut.mill.radius

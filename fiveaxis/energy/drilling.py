@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
 from fiveaxis.energy.milling import WATT
 from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def drilling_load(
     k = coefficients
     tangential = drill.lips * (k.tangential * chip + k.tangential_edge) * length
     thrust = float(np.sum(drill.lips * (k.thrust * chip + k.thrust_edge) * length))
-    torque = float(radius @ tangential)
+    torque = float(product(radius, tangential))
     return DrillingLoad(thrust, torque, torque * spindle / WATT, thrust * feed / WATT)
 
 

@@ -8,7 +8,7 @@ from functools import singledispatch
 import numpy as np
 
 from fiveaxis.errors import MachineError
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array, BoolArray, inverse_transform, product
 from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import (
     BED,
@@ -258,30 +258,32 @@ def gravity_forces(machine: Machine, positions: Array) -> Array:
     values = np.asarray(positions, dtype=float)
     poses = link_poses(machine, values)
     # Poses of the links in the bed's frame, in which gravity is constant.
-    from_bed = np.linalg.inv(poses[BED])
+    from_bed = inverse_transform(poses[BED])
     links = (*machine.code.table, BED, *machine.code.head)
     to_machine = machine.machine_frame  # the machine frame at home, in the workpiece frame
-    up = to_machine[:3, :3] @ np.array(machine.vertical)
-    load = to_machine @ np.array([*machine.load.centre, 1.0])
+    up = product(to_machine[:3, :3], np.array(machine.vertical))
+    load = product(to_machine, np.array([*machine.load.centre, 1.0]))
     forces = np.zeros_like(values)
     for index, joint in enumerate(machine.chain.joints):
         column = machine.column(joint.letter)
         axis = machine.axes[column]
         on_table = joint.letter in machine.code.table
         # The joint's line moves with the link before it, its mass with the link that it carries.
-        line_pose = from_bed @ poses[links[index]]
-        link_pose = from_bed @ poses[joint.letter]
-        direction = line_pose[:, :3, :3] @ np.array(joint.line.direction)
+        line_pose = product(from_bed, poses[links[index]])
+        link_pose = product(from_bed, poses[joint.letter])
+        direction = product(line_pose[:, :3, :3], np.array(joint.line.direction))
         own = axis.moved_mass or 0.0
         if not joint.is_rotary:
-            forces[:, column] = (own + (machine.load.mass if on_table else 0.0)) * (direction @ up)
+            forces[:, column] = (own + (machine.load.mass if on_table else 0.0)) * product(direction, up)
         else:
-            point = line_pose @ np.array([*joint.line.point, 1.0])
+            point = product(line_pose, np.array([*joint.line.point, 1.0]))
             if axis.mass_centre is not None:
-                centre = to_machine @ np.array([*axis.mass_centre, 1.0])
-                forces[:, column] += own * (_velocity(direction, point, link_pose @ centre) @ up)
+                centre = product(to_machine, np.array([*axis.mass_centre, 1.0]))
+                velocity = _velocity(direction, point, product(link_pose, centre))
+                forces[:, column] += own * product(velocity, up)
             if on_table:
-                forces[:, column] += machine.load.mass * (_velocity(direction, point, from_bed @ load) @ up)
+                velocity = _velocity(direction, point, product(from_bed, load))
+                forces[:, column] += machine.load.mass * product(velocity, up)
         forces[:, column] *= (-1.0 if on_table else 1.0) * STANDARD_GRAVITY / 1000.0
     return forces
 

@@ -12,6 +12,7 @@ are engaged where they face the feed and lie at most ``width - c`` towards the f
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -20,7 +21,7 @@ import numpy as np
 
 from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
 from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.geometry import Array, BoolArray, normalise
+from fiveaxis.geometry import Array, BoolArray, arcsin, normalise, product
 
 # Grid lines in each direction on the engaged surface, to find its highest point and to integrate its area.
 SURFACE_LINES = 97
@@ -155,7 +156,7 @@ class Cut:
     @property
     def cap_angle(self) -> float:
         """Half the opening angle of the ball's cap below the depth, rad."""
-        return float(np.arccos(np.clip(1.0 - self.depth / self.mill.radius, -1.0, 1.0)))
+        return math.acos(min(max(1.0 - self.depth / self.mill.radius, -1.0), 1.0))
 
     def _refuse_shank(self) -> None:
         polar = np.linspace(0.0, self.cap_angle, SURFACE_LINES)[:, None]
@@ -170,9 +171,9 @@ class Cut:
             ],
             axis=-1,
         )
-        highest = float((normals @ self.tool_axes[2]).max())
+        highest = float(product(normals, self.tool_axes[2]).max())
         if highest > TOUCHING and self.depth > 0.0 and self.width > 0.0:
-            above = np.degrees(np.arcsin(highest))
+            above = math.degrees(math.asin(highest))
             raise ToolError(
                 f"the cut reaches {above:.3g} deg above the ball's equator, where its shank begins, at depth "
                 f"{self.depth:g} mm, lead {np.degrees(self.lead):g} and lean {np.degrees(self.lean):g} deg; "
@@ -221,7 +222,7 @@ def removal_rate(cut: Cut) -> float:
     radius = cut.mill.radius
     meeting = radius - np.sqrt(radius**2 - (cut.width / 2.0) ** 2)
     low = min(cut.depth, meeting)
-    segment = radius**2 * np.arccos(1.0 - low / radius) - (radius - low) * np.sqrt(low * (2.0 * radius - low))
+    segment = radius**2 * math.acos(1.0 - low / radius) - (radius - low) * np.sqrt(low * (2.0 * radius - low))
     return float(segment + cut.width * (cut.depth - low)) * cut.feed
 
 
@@ -244,7 +245,7 @@ def swept_surface(cut: Cut) -> float:
     if cut.mill.shape == "flat":
         return float(_last_azimuth(cut, np.array(radius)) + np.pi / 2.0) * radius * cut.depth
     # The groove begins where the chord equals the width: a kink between two smooth pieces.
-    kink = min(cut.cap_angle, float(np.arcsin(cut.width / cut.mill.diameter)))
+    kink = min(cut.cap_angle, math.asin(cut.width / cut.mill.diameter))
     return sum(_zone(cut, low, high) for low, high in ((0.0, kink), (kink, cut.cap_angle)))
 
 
@@ -267,4 +268,4 @@ def _gauss() -> tuple[Array, Array]:
 def _last_azimuth(cut: Cut, chord: Array) -> Array:
     """Compute the angle from the feed towards the free side where engagement ends, rad; it starts at -π/2."""
     beyond = np.divide(cut.width, chord, out=np.full_like(chord, np.inf), where=chord > 0.0)
-    return np.arcsin(np.minimum(beyond - 1.0, 1.0))
+    return arcsin(np.minimum(beyond - 1.0, 1.0))

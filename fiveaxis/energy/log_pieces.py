@@ -12,7 +12,7 @@ import numpy as np
 
 from fiveaxis.energy.log_units import quantities
 from fiveaxis.errors import InputError
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, product
 
 GAP = 10.0  # multiple of the median step above which rows are missing
 FASTER = 1.5  # multiple of the log's highest speed; where a position changes faster, rows are missing too
@@ -114,7 +114,7 @@ def split_at_jumps(
             f"{_likely_unit(ratio, unit, rotary=rotary)}",
             file=file,
         )
-    if float(travel[whole] @ mean[whole]) < 0.0:
+    if float(product(travel[whole], mean[whole])) < 0.0:
         raise InputError("position falls while velocity is positive; reverse the sign of one", file=file)
     return pieces.split(jumps, "jumps of position that the velocity doesn't explain")
 

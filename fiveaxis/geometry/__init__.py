@@ -1,5 +1,6 @@
 """Vectors, rotations and rigid transforms."""
 
+from fiveaxis.geometry.arithmetic import arccos, arcsin, arctan2, product
 from fiveaxis.geometry.rotations import (
     frame_along,
     inverse_transform,
@@ -14,11 +15,15 @@ __all__ = [
     "BoolArray",
     "IntArray",
     "angle_between",
+    "arccos",
+    "arcsin",
+    "arctan2",
     "frame_along",
     "inverse_transform",
     "line_rotation",
     "normalise",
     "perpendicular",
+    "product",
     "rotation_matrix",
     "translation",
 ]

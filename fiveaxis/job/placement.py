@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular
+from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular, product
 from fiveaxis.job.box_search import search_box
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import load_job_machine, load_job_passes
@@ -165,7 +165,7 @@ class Reach:
         beside = np.cross(reference, across)
         columns = machine.linear_columns
         found, allowed, slopes = [], [], []
-        for lean, turn in product(leans, turns):
+        for lean, turn in itertools.product(leans, turns):
             axis = np.cos(lean) * reference + np.sin(lean) * (np.cos(turn) * across + np.sin(turn) * beside)
             rotary = into_limits(machine, hold_singular(rotary_angles(machine, axis), axis, machine))
             tips = zoned.at(rows).tips(axis)[None]
@@ -192,7 +192,7 @@ class Reach:
 
     def excess(self, offset: Triple, margin: Array | float = 0.0) -> Array:
         """Compute how far the best posture is beyond the linear limits, (n,) mm; negative inside."""
-        positions = self.positions + self.slopes @ np.array(offset)
+        positions = self.positions + product(self.slopes, np.array(offset))
         past = np.max(np.maximum(positions - self.high, self.low - positions) + margin, axis=2)
         return np.asarray(np.where(self.allowed, past, np.inf).min(axis=1))
 
@@ -213,7 +213,7 @@ class Reach:
             # A posture that no place allows counts as a metre, and so does a mm into the table.
             past = np.clip(self.excess(as_triple(offset), margin), 0.0, 1000.0)
             sunk = 1000.0 * len(self) * max(start[2] - offset[2], 0.0)
-            found = float(past.sum() + sunk + ASIDE * np.linalg.norm(offset - start))
+            found = float(past.sum() + sunk + ASIDE * np.linalg.norm(offset - start, axis=-1))
             if found < least:
                 best, least = offset, found
             return found

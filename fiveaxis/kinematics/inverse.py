@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fiveaxis.errors import DegenerateChain, ToolpathError
-from fiveaxis.geometry import Array, BoolArray, angle_between, perpendicular
+from fiveaxis.geometry import Array, BoolArray, angle_between, arctan2, perpendicular, product
 from fiveaxis.kinematics.poses import linear_positions, require_positioning, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.machine.freedom import PARALLEL, directions, spare_axes, why_not_orienting
@@ -163,16 +163,20 @@ def _one_angle(machine: Machine, wanted: Array, held: float) -> Array:
     """Solve ``R(k, ρ) o0 = o``, (n,) rad."""
     (k,) = directions(machine.chain, rotary=True)
     home = machine.chain.tool_home[:3, 2]
-    if np.linalg.norm(np.cross(k, home)) < PARALLEL:
+    if np.linalg.norm(np.cross(k, home), axis=-1) < PARALLEL:
         return np.full(len(wanted), held)
-    start, end = home - (home @ k) * k, wanted - np.outer(wanted @ k, k)
-    return np.arctan2(np.cross(start, end) @ k, end @ start)
+    start, end = home - product(home, k) * k, wanted - np.outer(product(wanted, k), k)
+    return arctan2(product(np.cross(start, end), k), product(end, start))
 
 
 def second_coefficients(k1: Array, k2: Array, home: Array) -> tuple[float, float, float]:
     """Compute a, b, c of ``k1·o = a cos ρ2 + b sin ρ2 + c``."""
-    oblique, offset = float(k1 @ k2), float(k2 @ home)
-    return float(k1 @ home) - oblique * offset, float(k1 @ np.cross(k2, home)), oblique * offset
+    oblique, offset = float(product(k1, k2)), float(product(k2, home))
+    return (
+        float(product(k1, home)) - oblique * offset,
+        float(product(k1, np.cross(k2, home))),
+        oblique * offset,
+    )
 
 
 def _two_angles(machine: Machine, wanted: Array, held: float) -> Array:
@@ -185,13 +189,15 @@ def _two_angles(machine: Machine, wanted: Array, held: float) -> Array:
     home = machine.chain.tool_home[:3, 2]
     e1 = perpendicular(k1)
     e2 = np.cross(k1, e1)
-    end_x, end_y, along = wanted @ e1, wanted @ e2, wanted @ k1
+    end_x, end_y, along = product(wanted, e1), product(wanted, e2), product(wanted, k1)
     across = end_x**2 + end_y**2
     second = _second_angles(k1, k2, home, along, across)
     cosine, sine = np.cos(second), np.sin(second)
-    fixed, quarter = k2 * (k2 @ home), np.cross(k2, home)
-    start_x, start_y = (fixed @ e + cosine * ((home - fixed) @ e) + sine * (quarter @ e) for e in (e1, e2))
-    first = _principal(np.arctan2(end_y, end_x) - np.arctan2(start_y, start_x))
+    fixed, quarter = k2 * product(k2, home), np.cross(k2, home)
+    start_x, start_y = (
+        product(fixed, e) + cosine * product(home - fixed, e) + sine * product(quarter, e) for e in (e1, e2)
+    )
+    first = _principal(arctan2(end_y, end_x) - arctan2(start_y, start_x))
     first = np.where((across < SINGULAR**2) & ~np.isnan(second), held, first)
     return np.stack([first, second], axis=-1)
 
@@ -204,11 +210,11 @@ def _second_angles(k1: Array, k2: Array, home: Array, along: Array, across: Arra
     squared component ``across`` k1 for ``1 − (k1·o)²`` it keeps its digits near the singular direction,
     where an arc cosine would turn rounding into 1e-8 rad.
     """
-    oblique, offset = k1 @ k2, k2 @ home
+    oblique, offset = product(k1, k2), product(k2, home)
     a, b, c = second_coefficients(k1, k2, home)
     gram = across - oblique**2 - offset**2 + 2.0 * oblique * offset * along
     sine = np.sqrt(np.where(gram < -GRAM_SLACK, np.nan, np.maximum(gram, 0.0)))
-    spread = np.arctan2(sine, along - c)
+    spread = arctan2(sine, along - c)
     middle = math.atan2(b, a)
     return _principal(np.stack([middle + spread, middle - spread]))
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array, rotation_matrix
+from fiveaxis.geometry import Array, product, rotation_matrix
 from fiveaxis.kinematics.poses import tool_poses
 from fiveaxis.machine import BED, Joint, Machine
 
@@ -33,7 +33,7 @@ def link_poses(machine: Machine, positions: Array) -> dict[str, Array]:
     links = (*machine.code.table, BED, *machine.code.head)
     poses = {links[0]: pose}
     for link, joint in zip(links[1:], machine.chain.joints, strict=True):
-        pose = pose @ _motions(joint, values[:, machine.column(joint.letter)])
+        pose = product(pose, _motions(joint, values[:, machine.column(joint.letter)]))
         poses[link] = pose
     return poses
 
@@ -50,7 +50,7 @@ def _motions(joint: Joint, values: Array) -> Array:
     cross = rotation_matrix(direction, np.pi / 2.0) - along
     cosine, sine = np.cos(values)[:, None, None], np.sin(values)[:, None, None]
     motions[:, :3, :3] = along + cosine * (np.eye(3) - along) + sine * cross
-    motions[:, :3, 3] = point - motions[:, :3, :3] @ point
+    motions[:, :3, 3] = point - product(motions[:, :3, :3], point)
     return motions
 
 
@@ -84,9 +84,9 @@ def jacobian(machine: Machine, positions: Array) -> Jacobian:
     # The link before a joint carries the joint's line.
     for pose, joint in zip(link_poses(machine, values).values(), machine.chain.joints, strict=False):
         column = machine.column(joint.letter)
-        direction = pose[:, :3, :3] @ np.array(joint.line.direction)
+        direction = product(pose[:, :3, :3], np.array(joint.line.direction))
         if joint.is_rotary:
-            point = pose[:, :3, :3] @ np.array(joint.line.point) + pose[:, :3, 3]
+            point = product(pose[:, :3, :3], np.array(joint.line.point)) + pose[:, :3, 3]
             by_tip[:, :, column] = np.cross(direction, tip - point)
             by_axis[:, :, column] = np.cross(direction, axis)
         else:

@@ -110,7 +110,7 @@ def lean_range(machine: Machine) -> Leaning:
     middle, height = math.atan2(b, a), math.hypot(a, b)
 
     def lean(spread: float) -> float:
-        return float(np.arccos(np.clip(height * math.cos(spread) + c, -1.0, 1.0)))
+        return math.acos(min(max(height * math.cos(spread) + c, -1.0), 1.0))
 
     letter = machine.rotaries[1]
     limits = machine.axis(letter).limits

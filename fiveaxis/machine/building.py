@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.errors import CodeError, FigureError, MachineError
 from fiveaxis.files import require_file
-from fiveaxis.geometry import frame_along, normalise
+from fiveaxis.geometry import frame_along, normalise, product
 from fiveaxis.machine.axes import Axis, Limits, LocationError
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import UNIT_DIRECTION, Chain, Line, Triple, as_triple
@@ -111,7 +111,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
 
 def most_astray(chain: Chain, letters: Sequence[str]) -> str:
     """Find the axis that deviates most from its letter's direction (ISO 841): most likely the wrong one."""
-    along = {j.letter: float(np.dot(j.line.direction, UNIT_DIRECTION[j.letter])) for j in chain.joints}
+    along = {j.letter: float(product(j.line.direction, UNIT_DIRECTION[j.letter])) for j in chain.joints}
     return min(letters, key=lambda letter: along[letter])
 
 

@@ -14,6 +14,7 @@ from fiveaxis.geometry import (
     inverse_transform,
     line_rotation,
     normalise,
+    product,
     rotation_matrix,
     translation,
 )
@@ -61,16 +62,17 @@ class Line:
             raise MachineError(
                 f"an axis line has a number that isn't finite: {self.direction} through {self.point}"
             )
-        if not np.linalg.norm(direction) > 0.0:
+        if not np.linalg.norm(direction, axis=-1) > 0.0:
             raise MachineError("an axis has a direction of length 0; write three numbers, not all zero")
         object.__setattr__(self, "direction", as_triple(normalise(direction)))
         object.__setattr__(self, "point", as_triple(np.asarray(self.point, dtype=float)))
 
     def moved(self, transform: Array) -> Line:
         """Move the line by a rigid transform, (4, 4) mm."""
-        direction = transform[:3, :3] @ np.array(self.direction)
+        direction = product(transform[:3, :3], np.array(self.direction))
         return Line(
-            as_triple(direction), as_triple(transform[:3, :3] @ np.array(self.point) + transform[:3, 3])
+            as_triple(direction),
+            as_triple(product(transform[:3, :3], np.array(self.point)) + transform[:3, 3]),
         )
 
     def displaced(self, error: LocationError, sign: float = 1.0) -> Line:
@@ -84,16 +86,18 @@ class Line:
             The tilt turns about the axis itself.
         """
         tilt = np.asarray(error.tilt, dtype=float)
-        angle = float(np.linalg.norm(tilt))
+        angle = float(np.linalg.norm(tilt, axis=-1))
         point = as_triple(np.array(self.point) + sign * np.array(error.offset))
         if angle == 0.0:
             return Line(self.direction, point)
-        if abs(tilt @ np.array(self.direction)) > ABOUT_ITSELF * angle:
+        if abs(product(tilt, np.array(self.direction))) > ABOUT_ITSELF * angle:
             raise MachineError(
                 "the tilt of the location error turns about the axis itself, which moves only its zero "
                 "position; write 0 for that component"
             )
-        return Line(as_triple(rotation_matrix(tilt / angle, sign * angle) @ np.array(self.direction)), point)
+        return Line(
+            as_triple(product(rotation_matrix(tilt / angle, sign * angle), np.array(self.direction))), point
+        )
 
 
 @dataclass(frozen=True)
@@ -180,7 +184,7 @@ class Chain:
         """
         back = inverse_transform(frame)
         joints = tuple(replace(j, line=j.line.moved(back)) for j in self.joints)
-        return Chain(joints, back @ self.tool_home)
+        return Chain(joints, product(back, self.tool_home))
 
     def holding(self, letter: str, value: float) -> Chain:
         """Return the chain of the other axes, with one axis held at a value in mm or rad.
@@ -190,8 +194,8 @@ class Chain:
         index = next(i for i, j in enumerate(self.joints) if j.letter == letter)
         held = self.joints[index].motion(value)
         behind = tuple(replace(j, line=j.line.moved(held)) for j in self.joints[index + 1 :])
-        return Chain(self.joints[:index] + behind, held @ self.tool_home)
+        return Chain(self.joints[:index] + behind, product(held, self.tool_home))
 
     def with_tool_length(self, length: float) -> Chain:
         """Return the chain with the tip a length, mm, further out along the tool axis."""
-        return replace(self, tool_home=self.tool_home @ translation((0.0, 0.0, -length)))
+        return replace(self, tool_home=product(self.tool_home, translation((0.0, 0.0, -length))))

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from fiveaxis.errors import FigureError, MachineError
 from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import product
 from fiveaxis.machine.axes import Axis
 from fiveaxis.machine.building import build_machine, most_astray
 from fiveaxis.machine.chain import UNIT_DIRECTION
@@ -174,7 +175,7 @@ def _check_directions(machine: Machine) -> Iterator[Located]:
     """Compare the axes' directions with their letters and with one another (ISO 841)."""
     lines = {j.letter: np.array(j.line.direction) for j in machine.chain.joints}
     for letter, direction in lines.items():
-        if direction @ np.array(UNIT_DIRECTION[letter]) < -FLAT:
+        if product(direction, np.array(UNIT_DIRECTION[letter])) < -FLAT:
             yield _warning(
                 "against-letter",
                 ("axes", letter, "line", "direction"),
@@ -183,7 +184,7 @@ def _check_directions(machine: Machine) -> Iterator[Located]:
             )
     linear = [c for c in "XYZ" if c in lines]
     for one, other in itertools.combinations(linear, 2):
-        off = math.degrees(math.asin(float(np.clip(lines[one] @ lines[other], -1.0, 1.0))))
+        off = math.degrees(math.asin(float(np.clip(product(lines[one], lines[other]), -1.0, 1.0))))
         if abs(off) > SQUARE:
             yield _warning(
                 "non-orthogonal",
@@ -192,7 +193,7 @@ def _check_directions(machine: Machine) -> Iterator[Located]:
                 "squareness error belongs in location_error",
                 abs(off),
             )
-    if len(linear) == 3 and np.linalg.det(np.array([lines[c] for c in linear])) < 0.0:
+    if len(linear) == 3 and product(np.cross(lines["X"], lines["Y"]), lines["Z"]) < 0.0:
         yield _warning(
             "left-handed",
             ("axes", "Z", "line"),
@@ -243,8 +244,8 @@ def _check_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
     if axis.motor_power is not None:
         yield from _plausible("motor_power", axis.motor_power, (*where, "motor"), f"motor of {axis.letter}")
     if axis.location_error is not None:
-        offset = float(np.linalg.norm(axis.location_error.offset))
-        tilt = float(np.degrees(np.linalg.norm(axis.location_error.tilt)))
+        offset = float(np.linalg.norm(axis.location_error.offset, axis=-1))
+        tilt = float(np.degrees(np.linalg.norm(axis.location_error.tilt, axis=-1)))
         error, name = (*where, "location_error"), f"location error of {axis.letter}"
         yield from _plausible("error_offset", offset, error, f"offset in the {name}")
         yield from _plausible("error_tilt", tilt, error, f"tilt in the {name}")

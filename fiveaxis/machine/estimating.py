@@ -13,8 +13,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from fiveaxis.machine.axes import Axis
 from fiveaxis.machine.drives import FrictionDrive
 from fiveaxis.machine.model import Machine
@@ -94,7 +92,7 @@ class _Estimate:
         size = machine.size
         kind = size.kind or ("portal" if machine.kind == "head-head" else "machining-centre")
         if spans and size.kind is None:
-            travel = math.exp(float(np.mean(np.log(spans))))
+            travel = math.prod(spans) ** (1.0 / len(spans))
             basis = f"travels of {travel:.0f} mm"
         else:
             travel, basis = TRAVELS[kind], f"the size of a {kind.replace('-', ' ')}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 from fiveaxis.machine.chain import Chain
 
 FLAT = 1e-9  # volume spanned by three unit directions below which they count as lying in one plane
@@ -24,7 +24,8 @@ def why_not_positioning(chain: Chain) -> str | None:
             f"it has {len(linears)} linear axes, and a tool tip needs X, Y and Z: write all of 1, 2, 3 into "
             "the code, for example 640123"
         )
-    if abs(np.linalg.det(directions(chain, rotary=False))) < FLAT:
+    first, second, third = directions(chain, rotary=False)
+    if abs(product(np.cross(first, second), third)) < FLAT:
         return f"the directions of {', '.join(linears)} lie in one plane; they have to span space"
     return None
 
@@ -44,11 +45,11 @@ def why_not_orienting(chain: Chain) -> str | None:
         hint = f"; clamp one: machine.holding({spare[0]!r}, 0.0)" if spare else ""
         return f"it has {len(rotaries)} rotary axes, and choosing a posture needs two{hint}"
     first, second = directions(chain, rotary=True)
-    if np.linalg.norm(np.cross(second, chain.tool_home[:3, 2])) < PARALLEL:
+    if np.linalg.norm(np.cross(second, chain.tool_home[:3, 2]), axis=-1) < PARALLEL:
         return (
             f"{rotaries[1]}, the rotary axis next to the tool, only spins the tool about itself and gives no "
             "second orientation freedom; make another one the last rotary axis, as in 640123"
         )
-    if np.linalg.norm(np.cross(first, second)) < PARALLEL:
+    if np.linalg.norm(np.cross(first, second), axis=-1) < PARALLEL:
         return f"{rotaries[0]} and {rotaries[1]} are parallel, so they lean the tool in one direction only"
     return None

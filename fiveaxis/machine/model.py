@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from fiveaxis.errors import CodeError, MachineError
-from fiveaxis.geometry import Array, inverse_transform
+from fiveaxis.geometry import Array, inverse_transform, product
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import Chain, Triple
@@ -106,7 +106,7 @@ class Machine(ShownAsTable):
         Only then may a control compensate the tool length by itself.
         """
         along = [j.line.direction for j in self.chain.joints if j.letter == "Z"]
-        upright = bool(along) and float(np.dot(along[0], self.chain.tool_home[:3, 2])) > 1.0 - 1e-12
+        upright = bool(along) and float(product(along[0], self.chain.tool_home[:3, 2])) > 1.0 - 1e-12
         return upright and not any(letter in "ABC" for letter in self.code.head)
 
     @cached_property
@@ -185,7 +185,9 @@ class Machine(ShownAsTable):
         """
         setup = Setup.at(offset, rotation_deg)
         # The chain is in the present workpiece frame; the new frame is W₀⁻¹ W in it.
-        return replace(self, setup=setup, chain=self.chain.seen_from(self.machine_frame @ setup.frame))
+        return replace(
+            self, setup=setup, chain=self.chain.seen_from(product(self.machine_frame, setup.frame))
+        )
 
     def with_tool_length(self, length: float) -> Machine:
         """Return this machine with a tool of another length, mm from the spindle's gauge point to the tip.
@@ -291,9 +293,9 @@ class Machine(ShownAsTable):
     @cached_property
     def steepness(self) -> dict[str, float]:
         """Upward component of each linear axis's direction."""
-        up = self.machine_frame[:3, :3] @ np.array(self.vertical)
+        up = product(self.machine_frame[:3, :3], np.array(self.vertical))
         joints = [joint for joint in self.chain.joints if not joint.is_rotary]
-        return {joint.letter: float(np.dot(joint.line.direction, up)) for joint in joints}
+        return {joint.letter: float(product(joint.line.direction, up)) for joint in joints}
 
     @property
     def bands(self) -> dict[str, tuple[float, float]]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fiveaxis.errors import MachineError
-from fiveaxis.geometry import Array, rotation_matrix
+from fiveaxis.geometry import Array, product, rotation_matrix
 from fiveaxis.machine.chain import UNIT_DIRECTION, Triple, as_triple
 
 
@@ -55,7 +55,7 @@ class Setup:
         """(4, 4), mm, the workpiece frame in the machine frame."""
         frame = np.eye(4)
         for letter, angle in zip("XYZ", np.radians(self.rotation_deg), strict=True):
-            frame[:3, :3] = rotation_matrix(UNIT_DIRECTION[letter], float(angle)) @ frame[:3, :3]
+            frame[:3, :3] = product(rotation_matrix(UNIT_DIRECTION[letter], float(angle)), frame[:3, :3])
         frame[:3, 3] = self.offset
         return frame
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.errors import FigureError, MachineError
-from fiveaxis.geometry import Array, inverse_transform
+from fiveaxis.geometry import Array, inverse_transform, product
 from fiveaxis.machine.building import build_machine
 from fiveaxis.machine.chain import UNIT_DIRECTION
 from fiveaxis.machine.code import AXIS_ORDER, DIGITS
@@ -125,13 +125,13 @@ def _tables(links: Sequence[Link], source: Source) -> Table:
     axes: Table = {}
     for i, link in enumerate(joints):
         if link.axis is not None:
-            frame = to_workpiece @ _frame(known, link.name, source)
+            frame = product(to_workpiece, _frame(known, link.name, source))
             sign = -1.0 if source.table_motion and i < len(branch) else 1.0
-            letter, table = _axis(link, sign * frame[:3, :3] @ link.axis, frame, source)
+            letter, table = _axis(link, product(sign * frame[:3, :3], link.axis), frame, source)
             if letter in axes:
                 raise _fault(source, f"{link.name!r} is a second axis {letter}", link)
             axes[letter] = {"carries": "workpiece" if i < names.index(bed) else "tool"} | table
-    home, standing = (to_workpiece @ _frame(known, name, source) for name in (source.tool, bed))
+    home, standing = (product(to_workpiece, _frame(known, name, source)) for name in (source.tool, bed))
     document = _document(axes, home, standing, source)
     if bed not in source.beds:
         note = f"no link is named as the bed: {bed!r} is taken, where the branches meet"
@@ -172,14 +172,14 @@ def _frame(known: Mapping[str, Link], name: str, source: Source) -> Array:
     """Compute a link's frame in the root's, (4, 4) mm, with every axis at 0."""
     frame = np.eye(4)
     for link in _line_of(known, name, source):
-        frame = link.placed @ frame
+        frame = product(link.placed, frame)
     return frame
 
 
 def _axis(link: Link, direction: Array, frame: Array, source: Source) -> tuple[str, Table]:
     """Make the table of an axis; one that points against its letter's direction is `reversed`."""
     letter = link.letter or _nearest(link, direction)
-    along = float(direction @ UNIT_DIRECTION[letter])
+    along = float(product(direction, UNIT_DIRECTION[letter]))
     if (letter in "ABC") is not link.rotary or abs(along) < RELATED:
         motion = "turns" if link.rotary else "moves"
         raise _fault(
@@ -209,7 +209,7 @@ def _axis(link: Link, direction: Array, frame: Array, source: Source) -> tuple[s
 
 def _nearest(link: Link, direction: Array) -> str:
     letters = "ABC" if link.rotary else "XYZ"
-    return max(letters, key=lambda letter: abs(float(direction @ UNIT_DIRECTION[letter])))
+    return max(letters, key=lambda letter: abs(float(product(direction, UNIT_DIRECTION[letter]))))
 
 
 def _negative(value: float | None) -> float | None:

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fiveaxis.errors import MachineError
-from fiveaxis.geometry import Array, inverse_transform, translation
+from fiveaxis.geometry import Array, inverse_transform, product, translation
 from fiveaxis.machine.axes import Axis
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, Shape
 from fiveaxis.machine.chain import Chain, Joint
@@ -75,7 +75,7 @@ def write_urdf(
     tree = _tree(chain.joints, links, len(code.table) if root == BED else 0)
     origins = _origins(links, tree, root)
     at_first, at_last = (translation(-origins[link]) for link in (links[0], links[-1]))
-    placed = at_first @ setup
+    placed = product(at_first, setup)
     by_letter = {axis.letter: axis for axis in axes}
     robot = ElementTree.Element("robot", name=name)
     ElementTree.SubElement(robot, "link", name=WORKPIECE)
@@ -86,7 +86,7 @@ def write_urdf(
     else:
         robot.append(_joint("setup", "fixed", WORKPIECE, links[0], inverse_transform(placed)))
     robot.extend(_moving(branching, by_letter[branching.joint.letter], origins) for branching in tree)
-    robot.append(_joint("tool_home", "fixed", links[-1], TOOL, at_last @ chain.tool_home))
+    robot.append(_joint("tool_home", "fixed", links[-1], TOOL, product(at_last, chain.tool_home)))
     ElementTree.indent(robot)
     # Readers based on lxml refuse text whose declaration names an encoding.
     return f'<?xml version="1.0"?>\n{ElementTree.tostring(robot, encoding="unicode")}\n'
@@ -142,7 +142,7 @@ def _link(link: str, origin: Array, bodies: Sequence[Body]) -> ElementTree.Eleme
 
 def _body(kind: str, body: Body, origin: Array) -> ElementTree.Element:
     element = ElementTree.Element(kind)
-    element.append(_origin(translation(-origin) @ body.shape.frame))
+    element.append(_origin(product(translation(-origin), body.shape.frame)))
     ElementTree.SubElement(element, "geometry").append(_geometry(body.shape))
     return element
 

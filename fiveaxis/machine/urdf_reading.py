@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fiveaxis.errors import MachineError
-from fiveaxis.geometry import Array, rotation_matrix
+from fiveaxis.geometry import Array, product, rotation_matrix
 from fiveaxis.machine.code import LETTERS
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tree import Link, Source, build_from_tree
@@ -72,7 +72,7 @@ def _joint(element: ElementTree.Element, path: Path) -> Link:
     rotary, unit = MOVING[kind], 1.0 if MOVING[kind] else METRE
     along = element.find("axis")
     axis = np.array((1.0, 0.0, 0.0)) if along is None else _triple(along, "xyz", element, path)
-    if not np.linalg.norm(axis) > 0.0:
+    if not np.linalg.norm(axis, axis=-1) > 0.0:
         raise MachineError(f"the axis of {_name(element)} has length 0", file=path)
     limit = element.find("limit")
     figures = {} if limit is None else {key: _number(limit, key, element, path) * unit for key in LIMIT}
@@ -85,7 +85,7 @@ def _joint(element: ElementTree.Element, path: Path) -> Link:
     stated = kind != "continuous" and low < high
     return replace(
         link,
-        axis=axis / np.linalg.norm(axis),
+        axis=axis / np.linalg.norm(axis, axis=-1),
         rotary=rotary,
         label=f"joint {name}",
         letter=name if name in LETTERS.values() else None,
@@ -102,7 +102,7 @@ def _placed(origin: ElementTree.Element | None, joint: ElementTree.Element, path
         roll, pitch, yaw = (float(v) for v in _triple(origin, "rpy", joint, path))
         turns = (((0.0, 0.0, 1.0), yaw), ((0.0, 1.0, 0.0), pitch), ((1.0, 0.0, 0.0), roll))
         for direction, angle in turns:
-            frame[:3, :3] = frame[:3, :3] @ rotation_matrix(direction, angle)
+            frame[:3, :3] = product(frame[:3, :3], rotation_matrix(direction, angle))
         frame[:3, 3] = METRE * _triple(origin, "xyz", joint, path)
     return frame
 

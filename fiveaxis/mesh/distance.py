@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, IntArray, arctan2
 from fiveaxis.mesh.kept import kept_by_mesh
 from fiveaxis.mesh.surface import facet_normals
 
@@ -133,5 +133,5 @@ def encloses(triangles: Array, point: Array) -> bool:
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
     volume = np.sum(a * np.cross(b, c), axis=1)
     products = (np.sum(x * y, axis=1) * z for x, y, z in ((a, b, lc), (b, c, la), (c, a, lb)))
-    angle = 2.0 * np.arctan2(volume, la * lb * lc + sum(products))
+    angle = 2.0 * arctan2(volume, la * lb * lc + sum(products))
     return bool(abs(angle.sum()) > 2.0 * np.pi)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, IntArray, product
 from fiveaxis.mesh.surface import Surface
 
 
@@ -31,7 +31,7 @@ class Loop:
 
     def turned(self, frame: Array) -> Loop:
         """Express a curve in another frame, whose axes are the rows of a (3, 3)."""
-        return replace(self, points=self.points @ frame.T, normals=self.normals @ frame.T)
+        return replace(self, points=product(self.points, frame.T), normals=product(self.normals, frame.T))
 
 
 def section_loops(surface: Surface, level: float) -> list[Loop]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
 
 if TYPE_CHECKING:
     import trimesh
@@ -53,10 +53,10 @@ class Surface:
     def turned(self, frame: Array) -> Surface:
         """Express the surface in another frame, whose axes are the rows of a (3, 3)."""
         return Surface(
-            self.vertices @ frame.T,
+            product(self.vertices, frame.T),
             self.faces,
-            self.facet_normals @ frame.T,
-            self.corner_normals @ frame.T,
+            product(self.facet_normals, frame.T),
+            product(self.corner_normals, frame.T),
             self.crease,
         )
 

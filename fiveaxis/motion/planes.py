@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, arcsin, arctan2, product
 from fiveaxis.kinematics import (
     linear_positions,
     rotary_angles,
@@ -129,7 +129,7 @@ class AxisPlanes:
 
         If both directions of a move are equal, the angle is measured from that direction.
         """
-        out = np.arcsin(np.minimum(np.abs(np.einsum("ni,ni->n", axis, self.normal[move])), 1.0))
+        out = arcsin(np.minimum(np.abs(np.einsum("ni,ni->n", axis, self.normal[move])), 1.0))
         none = np.flatnonzero(~self.normal[move].any(axis=1))
         if len(none):
             ends = (angle_between(axis[none], self.axes[move[none] + end]) for end in (0, 1))
@@ -218,9 +218,9 @@ class _Trial:
         pole, angle = singular_direction(self.planes.machine), angle_between(first, last)
         # On ``a cos ψ + e sin ψ`` for ψ from 0 to the angle, or at the nearer end.
         ahead = np.cross(self.planes.normal[self.moves], first)
-        peak = np.arctan2(ahead @ pole, first @ pole) % math.pi
+        peak = arctan2(product(ahead, pole), product(first, pole)) % math.pi
         share = np.divide(peak, angle, out=np.full_like(peak, 2.0), where=angle > NO_PLANE)
-        return np.where(share <= 1.0, share, np.abs(last @ pole) > np.abs(first @ pole))
+        return np.where(share <= 1.0, share, np.abs(product(last, pole)) > np.abs(product(first, pole)))
 
     @cached_property
     def linear(self) -> Array:

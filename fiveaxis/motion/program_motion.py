@@ -101,7 +101,7 @@ class ProgramMotion(HasColumns):
         """
         lead_in = axis_lead(blocks, machine) if lead_in is None else lead_in
         lead_out = axis_lead(blocks, machine, row=LAST) if lead_out is None else lead_out
-        leads_in, leads_out = (bool(np.linalg.norm(lead) > STANDSTILL) for lead in (lead_in, lead_out))
+        leads_in, leads_out = (np.linalg.norm([lead_in, lead_out], axis=1) > STANDSTILL).tolist()
         raised, start, _ = lead_positions(blocks, machine, lead_in)
         end = blocks.positions[-1] + lead_out
         before = [raised] if interpolation is Interpolation.JOINT else []

@@ -165,5 +165,5 @@ def _moving_rows(scaled: Array) -> IntArray:
     for row in np.flatnonzero(~kept).tolist():
         # Measured from the last kept row, as many tiny steps add up to a move.
         last = row - 1 if kept[row - 1] else last
-        kept[row] = np.linalg.norm(scaled[row] - scaled[last]) > STANDSTILL
+        kept[row] = np.linalg.norm(scaled[row] - scaled[last], axis=-1) > STANDSTILL
     return np.flatnonzero(kept)

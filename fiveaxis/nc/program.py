@@ -269,7 +269,7 @@ def _program_of_blocks(planned: ProgramMotion, frame: Frame, pairs: Sequence[tup
 
 def _lead_out_note(planned: ProgramMotion) -> list[tuple[str, str]]:
     """Return the header's note on the lead-out."""
-    length = float(np.linalg.norm(planned.lead_out))
+    length = float(np.linalg.norm(planned.lead_out, axis=-1))
     if length <= STANDSTILL:
         return []
     return [("lead out", f"the program leads the tool {length:.3g} mm off its last cut, at the cut's feed")]

@@ -56,6 +56,6 @@ def _distinct(axes: Array) -> Array:
     _, first = np.unique(axes, axis=0, return_index=True)
     kept: list[Array] = []
     for axis in axes[np.sort(first)]:
-        if not any(np.linalg.norm(axis - k) <= SAME_AXIS for k in kept):
+        if not any(np.linalg.norm(axis - k, axis=-1) <= SAME_AXIS for k in kept):
             kept.append(axis)
     return np.array(kept)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.energy import travel_costs
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, product
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
 from fiveaxis.kinematics.equations import dot
 from fiveaxis.machine import Machine
@@ -327,7 +327,7 @@ class Problem:
         positions, excess = self.placed(slice(None), rotary)
         turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0).sum(axis=1)
         faults = VIOLATION_PRICE * (excess.sum() + self.limit_excess(positions).sum())
-        return self.cost(positions) + float(faults + self.turn_prices @ turns)
+        return self.cost(positions) + float(faults + product(self.turn_prices, turns))
 
     @property
     def turn_prices(self) -> Array:

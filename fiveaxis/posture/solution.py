@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.energy import Energy, energy_draws, motion_energy
 from fiveaxis.former import warn_former
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Filling, Motion
@@ -257,10 +257,10 @@ class Solution(ShownAsTable):
         draws = energy_draws(self.machine)
         if draws is None:
             return {}
-        own, ranges = draws @ self.energy.joules, {}
+        own, ranges = product(draws, self.energy.joules), {}
         for name, energy in self.baselines.items():
             if energy.total > 0.0:
-                saved = 1.0 - own / (draws @ energy.joules)
+                saved = 1.0 - own / product(draws, energy.joules)
                 ranges[name] = (float(saved.min()), float(saved.max()))
         return ranges
 

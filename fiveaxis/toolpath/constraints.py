@@ -83,7 +83,9 @@ class Constraints:
             if ends is not None:
                 require_lead_lean(name, *ends)
         across = None if plane is None else np.asarray(plane, dtype=float)
-        if across is not None and (across.shape != (3,) or not np.linalg.norm(across) > SHORTEST_DIRECTION):
+        if across is not None and (
+            across.shape != (3,) or not np.linalg.norm(across, axis=-1) > SHORTEST_DIRECTION
+        ):
             raise SettingError(
                 f"plane is {tuple(across.tolist())}; give the three components of a vector at right angles "
                 "to the plane, not all 0"
@@ -246,7 +248,7 @@ def _in_plane(bounds: TiltBounds, plane: tuple[float, float, float]) -> TiltBoun
     """Add the bound that keeps the tool axis in a plane, given by its normal vector."""
     across = np.array(plane)
     bound = np.isfinite(bounds.reference).all(axis=1, keepdims=True)
-    reference = np.where(bound, across / np.linalg.norm(across), np.nan)
+    reference = np.where(bound, across / np.linalg.norm(across, axis=-1), np.nan)
     square = math.pi / 2.0
     low, high = square - PLANE_TOLERANCE, square + PLANE_TOLERANCE
     name = "plane's vector {:g} {:g} {:g}".format(*across)

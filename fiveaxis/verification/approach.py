@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, normalise
+from fiveaxis.geometry import Array, normalise, product
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import TriangleTree, tree_of
 from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
@@ -101,7 +101,7 @@ class _LeadCheck:
 
         tip, axis = tool_poses(machine, motion.positions[:2] if row == FIRST else motion.positions[-2:])
         step = tip[-1] - tip[0]
-        length = float(np.linalg.norm(step))
+        length = float(np.linalg.norm(step, axis=-1))
         beyond = step / length if length > STANDSTILL else np.zeros(3)
         beyond = -beyond if row == FIRST else beyond
         left = np.cross(axis[row], beyond if row == LAST else -beyond)
@@ -122,12 +122,12 @@ class _LeadCheck:
         """
         tip, axis = tool_poses(self.machine, np.array([position - lead, position]))
         normal, moved = self.toolpath.normal[LAST], tip[1] - tip[0]
-        if float(np.linalg.norm(moved)) < ROOM:
+        if float(np.linalg.norm(moved, axis=-1)) < ROOM:
             return False
         if self._tree is not None:
             body, floor = CuttingBody.of(self.toolpath.tool), np.array([-2.0 * ROOM])
             return bool(body.depths(tip[1:], axis[1:], self._tree, floor)[0] <= -ROOM)
-        return not np.isfinite(normal).all() or float(moved @ normal) >= ROOM
+        return not np.isfinite(normal).all() or float(product(moved, normal)) >= ROOM
 
     def _first_error(self, positions: Array, kind: list[MoveKind], row: int) -> str | None:
         """Return the first error of moves through positions, (m, k), to the path; None if they are clear.
@@ -267,7 +267,7 @@ def _finding(code: str, fault: str, place: Place) -> Finding:
 
 
 def _make_report(found: list[Finding], leads: tuple[Array, Array], *, leg: bool, retracts: bool) -> Report:
-    lead_in, lead_out = (float(np.linalg.norm(lead)) for lead in leads)
+    lead_in, lead_out = (float(np.linalg.norm(lead, axis=-1)) for lead in leads)
     moves = [f"a lead-in of {lead_in:.3g} mm"] if lead_in > STANDSTILL else []
     moves += ["Z down to it from the end of its travel, or from 100 mm above"] if leg else []
     checked = [f"approach: {' and '.join(moves)}, for gouges and collisions"] if moves else []

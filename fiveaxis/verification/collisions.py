@@ -14,7 +14,7 @@ from fiveaxis.collision.scene import FIXTURE, build_scene, links_of
 from fiveaxis.collision.sweep import Hits, Sweep, SweepCount, join
 from fiveaxis.collision.travel import Poses, Stretch
 from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, inverse_transform, product
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
 from fiveaxis.toolpath import MoveKind
@@ -118,7 +118,7 @@ def pinocchio_poses(machine: Machine) -> Poses:
     links = links_of(machine.code)
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     home = [pose.homogeneous.copy() for pose in data.oMi]
-    back = np.linalg.inv(np.array(home))
+    back = inverse_transform(np.array(home))
 
     def poses(positions: Array) -> Mapping[str, Array]:
         rows = np.ascontiguousarray(positions[:, built.columns])
@@ -127,7 +127,7 @@ def pinocchio_poses(machine: Machine) -> Poses:
             pin.forwardKinematics(model, data, row)
             for j, pose in enumerate(data.oMi):
                 placed[i, j] = pose.homogeneous
-        moved = placed @ back
+        moved = product(placed, back)
         return {link: moved[:, j] for j, link in enumerate(links)}
 
     return poses

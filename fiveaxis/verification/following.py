@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows, interpolate, turned
 from fiveaxis.verification.check_context import CheckContext
@@ -306,8 +306,8 @@ def _nearest(track: Track, path: Toolpath, i: int, point: int, begin: int) -> Ar
     before = max(point - 1, begin)
     start, end = _aside(track, path, i, np.array([before, point]))
     step = end - start
-    square = float(step @ step)
-    share = float(np.clip(-start @ step / square, 0.0, 1.0)) if square else 1.0
+    square = float(product(step, step))
+    share = float(np.clip(product(-start, step) / square, 0.0, 1.0)) if square else 1.0
     return np.array([before + share * (point - before)])
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, Interpolation
 from fiveaxis.toolpath import divided_rows, interpolate
@@ -85,7 +85,7 @@ def _move_point(machine: Machine, positions: Array, wanted: Array, height: float
         moved = positions.copy()
         moved[:, column] += 1.0
         slopes[:, :, i] = tool_poses(machine, moved)[0] - tip
-    steps = np.linalg.pinv(slopes) @ (wanted - tip - height * axis)[:, :, None]
+    steps = product(np.linalg.pinv(slopes), (wanted - tip - height * axis)[:, :, None])
     placed = positions.copy()
     placed[:, columns] += steps[:, :, 0]
     return placed

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import fiveaxis as fx
+from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array
 from fiveaxis.job import verify_program
 from fiveaxis.nc import ProgramSettings, write_motion
@@ -123,7 +124,13 @@ def of_job(job: Job, folder: Path) -> Count:
     table = write_motion(solution.motion, folder / "motion.csv", job.machine)
     _add(tally, f"{job.name}: motion.csv", {"verify": verified(table)})
     for control, mode in (("linuxcnc", "axes"), ("fanuc", "tip"), ("heidenhain", "tip")):
-        made = solution.program(control=control, coordinates=mode)
+        try:
+            made = solution.program(control=control, coordinates=mode)
+        except ToolpathError as refusal:
+            # A block whose F the control can't read is refused: nothing is written.
+            if "lower the feed" not in str(refusal):
+                raise
+            continue
         if not made.ok:
             continue
         file = made.write(folder / f"program{made.text.suffix}")

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, numbers_and_words
 from fiveaxis.nc.control.arcs import LARGEST_DIFFERENCE, LARGEST_SHARE, ROUNDING, Arc, arc_about
@@ -127,15 +127,17 @@ def arc_points(stated: StatedArc, begin: Array, end: Array, source: Source) -> A
         No radius, or a radius or angle that doesn't fit both ends.
     """
     arm = begin - stated.centre
-    height = float(arm @ stated.axis)
-    rise = float((end - stated.centre) @ stated.axis) - height
+    height = float(product(arm, stated.axis))
+    rise = float(product(end - stated.centre, stated.axis)) - height
     across = arm - height * stated.axis
     first = math.hypot(*across)
     reach = end - stated.centre - (height + rise) * stated.axis
     _require_fit(stated, first, math.hypot(*reach), source)
     u = across / first
     v = _cross(stated.axis, u)
-    flat = arc_about((first, 0.0), (float(reach @ u), float(reach @ v)), (0.0, 0.0), clockwise=False)
+    flat = arc_about(
+        (first, 0.0), (float(product(reach, u)), float(product(reach, v))), (0.0, 0.0), clockwise=False
+    )
     arc = _with_turns(stated, flat, source)
     parts = arc.parts(PATH_TOLERANCE)
     in_plane = arc.points(parts)
@@ -166,14 +168,14 @@ def sweep_to(stated: StatedArc, begin: Array, end: Array) -> float | None:
     None if a point is off the circle.
     """
     arms = [begin - stated.centre, end - stated.centre]
-    heights = [float(arm @ stated.axis) for arm in arms]
+    heights = [float(product(arm, stated.axis)) for arm in arms]
     flat = [arm - height * stated.axis for arm, height in zip(arms, heights, strict=True)]
-    lengths = [float(np.linalg.norm(arm)) for arm in flat]
+    lengths = [float(np.linalg.norm(arm, axis=-1)) for arm in flat]
     allowed = max(ROUNDING, LARGEST_SHARE * lengths[0])
     if not max(abs(heights[1] - heights[0]), abs(lengths[1] - lengths[0])) <= allowed:
         return None
-    across = float(_cross(stated.axis, flat[0]) @ flat[1])
-    return math.atan2(across, float(flat[0] @ flat[1])) % math.tau or math.tau
+    across = float(product(_cross(stated.axis, flat[0]), flat[1]))
+    return math.atan2(across, float(product(flat[0], flat[1]))) % math.tau or math.tau
 
 
 def agreement(stated: StatedArc, before: Array, begin: Array) -> float:
@@ -185,7 +187,7 @@ def agreement(stated: StatedArc, before: Array, begin: Array) -> float:
     """
     move, ahead = begin - before, _cross(stated.axis, begin - stated.centre)
     size = math.hypot(*move) * math.hypot(*ahead)
-    return float(move @ ahead) / size if size > 0.0 else 0.0
+    return float(product(move, ahead)) / size if size > 0.0 else 0.0
 
 
 def _require_fit(stated: StatedArc, first: float, last: float, source: Source) -> None:
@@ -254,7 +256,7 @@ def read_tlon(
         )
     centre, radius = figures[:3], abs(float(figures[3]))
     axis = _cross(begin - centre, direction)
-    length = float(np.linalg.norm(axis))
+    length = float(np.linalg.norm(axis, axis=-1))
     if not length > 1e-6 * radius:
         raise statement.error(source, "begins in a direction that doesn't follow the circle; correct INDIRV")
     stated = StatedArc(statement, centre, axis / length, radius)
@@ -273,15 +275,15 @@ def _figures(text: str, count: int, statement: Statement, source: Source) -> Arr
 def _meetings(stated: StatedArc, radius: float, begin: Array, line: Array, source: Source) -> list[Array]:
     """Compute the intersections, (3,) mm, of a line, (6,) mm, with a circle, in the order of the motion."""
     start, along = line[:3] - stated.centre, line[3:] - line[:3]
-    length = float(np.linalg.norm(along))
+    length = float(np.linalg.norm(along, axis=-1))
     if not length > 0.0:
         raise stated.statement.error(source, "ends at a line without length; correct its points")
     along = along / length
-    if float(np.linalg.norm(start)) <= ROUNDING:
+    if float(np.linalg.norm(start, axis=-1)) <= ROUNDING:
         # A line from the centre points at the end.
         return [np.asarray(stated.centre + radius * along)]
-    nearest = start - float(start @ along) * along
-    square = radius**2 - float(nearest @ nearest)
+    nearest = start - float(product(start, along)) * along
+    square = radius**2 - float(product(nearest, nearest))
     if square < 0.0:
         raise stated.statement.error(
             source, "ends at a line that doesn't meet the circle; correct its points"
@@ -290,6 +292,6 @@ def _meetings(stated: StatedArc, radius: float, begin: Array, line: Array, sourc
     ahead = _cross(stated.axis, begin - stated.centre)
 
     def angle(arm: Array) -> float:
-        return math.atan2(float(arm @ ahead), float(arm @ (begin - stated.centre))) % math.tau
+        return math.atan2(float(product(arm, ahead)), float(product(arm, begin - stated.centre))) % math.tau
 
     return [np.asarray(stated.centre + arm) for arm in sorted([nearest - half, nearest + half], key=angle)]

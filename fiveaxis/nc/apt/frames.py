@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, inverse_transform
+from fiveaxis.geometry import Array, inverse_transform, product
 from fiveaxis.nc.apt.remarks import note
 from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, LONGEST_SHOWN, Statement
 from fiveaxis.nc.rows import LARGEST_POSITION
@@ -21,6 +21,8 @@ from fiveaxis.nc.source import Source
 
 # Tolerance of unit length and right angles of a frame's axes: files write at least 4 decimals.
 FRAME_TOLERANCE = 1e-3
+# Steps that take an error of it below rounding.
+ORTHONORMAL = 4
 
 # Frames closer than this, in their own unit, are the same.
 SAME_FRAME = 1e-9
@@ -97,7 +99,7 @@ class Frames:
             raise statement.error(
                 self.source, f"changes the frame given on line {first.line}; write one file for each frame"
             )
-        self.changes.append((rows, inverse_transform(base) @ transform))
+        self.changes.append((rows, product(inverse_transform(base), transform)))
         text = (
             f"{statement.word} changes the frame; locations after it are mapped to that of line {first.line}"
         )
@@ -113,8 +115,8 @@ class Frames:
         begins = [row for row, _ in self.changes]
         for (row, transform), end in zip(self.changes, [*begins[1:], len(positions)], strict=False):
             rotation = transform[:3, :3].T
-            positions[row:end] = positions[row:end] @ rotation + transform[:3, 3]
-            vectors[row:end] = vectors[row:end] @ rotation
+            positions[row:end] = product(positions[row:end], rotation) + transform[:3, 3]
+            vectors[row:end] = product(vectors[row:end], rotation)
 
 
 def _same(a: tuple[Statement, Array | None], b: tuple[Statement, Array | None]) -> bool:
@@ -149,10 +151,12 @@ def _is_rigid(frame: Array) -> bool:
     """Check whether a transform is rigid, and orthonormalise its axes in place if it is."""
     rotation = frame[:3, :3]
     # By hand: numpy's determinant warns of singular matrices with tiny elements.
-    if not (np.abs(rotation).max() < 2.0 and np.cross(rotation[0], rotation[1]) @ rotation[2] > 0.0):
+    if not (np.abs(rotation).max() < 2.0 and product(np.cross(rotation[0], rotation[1]), rotation[2]) > 0.0):
         return False
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > FRAME_TOLERANCE:
+    if np.abs(product(rotation, rotation.T) - np.eye(3)).max() > FRAME_TOLERANCE:
         return False
-    u, _, vt = np.linalg.svd(rotation)
-    frame[:3, :3] = u @ vt
+    # Newton's iteration for the nearest rotation: each step squares what is left of the tolerance.
+    for _ in range(ORTHONORMAL):
+        rotation = 1.5 * rotation - 0.5 * product(rotation, rotation.T, rotation)
+    frame[:3, :3] = rotation
     return True

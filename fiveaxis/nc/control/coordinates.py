@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Counting, Values, axis_values
@@ -131,7 +131,7 @@ class Coordinates:
         """Convert X, Y, Z of a rotated plane to the tip; unknown if one of them is."""
         if None in local:
             return [None] * 3
-        point = self.total.rotation @ np.array(local, dtype=float) + self.total.origin
+        point = product(self.total.rotation, np.array(local, dtype=float)) + self.total.origin
         return [float(c) for c in point]
 
     def to_local(self, values: Values) -> Point:
@@ -141,13 +141,13 @@ class Coordinates:
             return [None if p is None else p - self.offsets[c] for p, c in zip(point, self.xyz, strict=True)]
         if None in point:
             return [None] * 3
-        local = self.total.rotation.T @ (np.array(point, dtype=float) - self.total.origin)
+        local = product(self.total.rotation.T, np.array(point, dtype=float) - self.total.origin)
         return [float(c) for c in local]
 
     def from_local(self, points: Array) -> Array:
         """Convert X, Y, Z in the frame in force, (n, 3) mm, to the X, Y, Z of rows."""
         if self.turned:
-            return points @ self.total.rotation.T + self.total.origin
+            return product(points, self.total.rotation.T) + self.total.origin
         return points + np.array([self.offsets[c] for c in self.xyz])
 
     def _is_upright(self, values: Values) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import product
 from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.drilling import DrillingCycle
@@ -173,7 +174,7 @@ class InterpreterState:
         """Convert a direction in the frame in force to the workpiece frame."""
         if direction is None or not self.coordinates.turned:
             return direction
-        x, y, z = (float(c) for c in self.coordinates.total.rotation @ np.array(direction))
+        x, y, z = (float(c) for c in product(self.coordinates.total.rotation, np.array(direction)))
         return x, y, z
 
     def _pace(self, block: Block) -> tuple[float | None, float | None]:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 from fiveaxis.nc.languages.block import BlockError
 from fiveaxis.nc.languages.klartext_state import VALUE, Line
 from fiveaxis.nc.languages.klartext_words import IGNORED_CYCLES, refusal
@@ -135,7 +135,7 @@ class SetUp(Line):
             return turns("ZXZ", need("EULPR", "EULNU", "EULROT"))
         if kind == "RELATIV" and len(angles) == 1:
             [(key, angle)] = angles.items()
-            return self.state.tilt @ turns("XYZ"["ABC".index(key[-1])], [angle])
+            return product(self.state.tilt, turns("XYZ"["ABC".index(key[-1])], [angle]))
         if kind == "VECTOR":
             return self._rotation_of(need("BX", "BY", "BZ"), need("NX", "NY", "NZ"))
         raise BlockError(refusal("PLANE"))
@@ -144,11 +144,11 @@ class SetUp(Line):
         """Return the rotation of Z into the normal, and of X into the base vector's part across it."""
         z = np.array(normal)
         x = np.array(base)
-        z = z / (np.linalg.norm(z) or 1.0)
-        x = x - (x @ z) * z
-        if not z.any() or np.linalg.norm(x) < 1e-9:
+        z = z / (np.linalg.norm(z, axis=-1) or 1.0)
+        x = x - product(x, z) * z
+        if not z.any() or np.linalg.norm(x, axis=-1) < 1e-9:
             raise BlockError("PLANE VECTOR needs a base vector across its normal; correct them")
-        x = x / np.linalg.norm(x)
+        x = x / np.linalg.norm(x, axis=-1)
         return np.column_stack([x, np.cross(z, x), z])
 
     def _trans_datum(self) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.geometry import Array, rotation_matrix
+from fiveaxis.geometry import Array, product, rotation_matrix
 from fiveaxis.nc.languages.block import Block, FrameChange
 
 AXES = "XYZ"
@@ -33,7 +33,9 @@ class Plane:
 
     def then(self, other: Plane) -> Plane:
         """Return the plane `other`, given relative to this one."""
-        return Plane(self.origin + self.rotation @ other.origin, self.rotation @ other.rotation)
+        return Plane(
+            self.origin + product(self.rotation, other.origin), product(self.rotation, other.rotation)
+        )
 
     def change(self, word: str) -> FrameChange:
         """Return the change that replaces the frame in force by this plane."""
@@ -68,5 +70,5 @@ def turns(axes: str, angles: Sequence[float]) -> Array:
     """
     rotation = np.eye(3)
     for axis, angle in zip(axes, angles, strict=True):
-        rotation = rotation @ turn_about(axis, angle)
+        rotation = product(rotation, turn_about(axis, angle))
     return rotation

@@ -8,7 +8,7 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array, BoolArray, arcsin
 from fiveaxis.motion import Motion
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.writing.numbers import feed_text
@@ -55,7 +55,7 @@ def without_creep(moves: Moves, wording: Wording) -> Moves:
     values = moves.values.copy()
     for row in creeping.tolist():
         held = values[row - 1, linear]
-        if np.linalg.norm(values[row, linear] - held) <= least:
+        if np.linalg.norm(values[row, linear] - held, axis=-1) <= least:
             values[row, linear] = held
     return replace(moves, values=values)
 
@@ -77,7 +77,7 @@ def path_lengths(values: Array, wording: Wording) -> tuple[Array, BoolArray]:
     length = np.linalg.norm(steps[:, linear], axis=1)
     if wording.coordinates == "vector":
         half = np.clip(np.linalg.norm(steps[:, ~linear], axis=1) / 2.0, 0.0, 1.0)
-        turn = np.degrees(2.0 * np.arcsin(half))
+        turn = np.degrees(2.0 * arcsin(half))
     else:
         turn = np.linalg.norm(steps[:, ~linear], axis=1)
     is_linear = length > 0.0

@@ -6,12 +6,13 @@ programmed axes, the tilt range. If it can't, it doesn't exist for that path, an
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from fiveaxis.energy import motion_energy, move_energies, travel_costs
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin, arctan2, product
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
@@ -165,7 +166,7 @@ def _leads_and_leans(tilt: TiltBounds) -> Iterator[tuple[float, float]]:
     steps = LEAN_STEP * np.arange(-5, 6)
     for lead in steps:
         for lean in steps:
-            angle = np.arccos(np.cos(lead) * np.cos(lean))
+            angle = math.acos(np.cos(lead) * np.cos(lean))
             inside = np.clip(angle, tilt.low + INSIDE, tilt.high - INSIDE)
             # A pair on the edge of the range is scaled to lie inside; one outside it is left out.
             if abs(angle - inside) < 10.0 * INSIDE:
@@ -177,8 +178,8 @@ def _drawn_pairs(tilt: TiltBounds, forward: Array) -> Iterator[tuple[float, floa
     """Yield the median lead and lean of the reference drawn into all bounds."""
     for inset in INSETS if tilt.beside else ():
         drawn = tilt.draw_in(tilt.reference, inset)
-        ahead = np.arctan2(np.sum(drawn * forward, axis=1), np.sum(drawn * tilt.reference, axis=1))
-        aside = np.arcsin(np.clip(np.sum(drawn * np.cross(forward, tilt.reference), axis=1), -1.0, 1.0))
+        ahead = arctan2(np.sum(drawn * forward, axis=1), np.sum(drawn * tilt.reference, axis=1))
+        aside = arcsin(np.clip(np.sum(drawn * np.cross(forward, tilt.reference), axis=1), -1.0, 1.0))
         yield float(np.nanmedian(ahead)), float(np.nanmedian(aside))
 
 
@@ -200,7 +201,7 @@ def _admitted_everywhere(axis: Array, tilt: TiltBounds) -> BoolArray:
     for bound in tilt.all:
         reference = bound.reference[np.isfinite(bound.reference).all(axis=1)]
         for rows in np.array_split(reference, max(1, len(reference) // 256)):
-            cosine = axis[admitted] @ rows.T
+            cosine = product(axis[admitted], rows.T)
             inside = (cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1])
             admitted[admitted] = inside.all(axis=1)
     return admitted
@@ -277,7 +278,7 @@ def _walk_slowly(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor:
             tried = np.concatenate([around + offsets, anchor[i : i + 1]])
             positions = _positions_at(toolpath, machine, tried, i)
             move = positions - here
-            cost = plus[i] @ np.maximum(move, 0.0).T - minus[i] @ np.minimum(move, 0.0).T
+            cost = product(plus[i], np.maximum(move, 0.0).T) - product(minus[i], np.minimum(move, 0.0).T)
             cost[~_admitted(machine, tilt, tried, positions, i)] = np.inf
             # The anchor is admissible by construction, if only to rounding.
             best = int(np.argmin(cost)) if np.isfinite(cost).any() else len(tried) - 1
@@ -294,6 +295,6 @@ def _positions_at(toolpath: Toolpath, machine: Machine, rotary: Array, row: int)
 def _admitted(machine: Machine, tilt: TiltBounds, rotary: Array, positions: Array, row: int) -> BoolArray:
     inside = within_limits(machine, positions)
     for bound in tilt.all:
-        cosine = tool_axes(machine, rotary) @ bound.reference[row]
+        cosine = product(tool_axes(machine, rotary), bound.reference[row])
         inside &= np.isnan(cosine) | ((cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1]))
     return inside

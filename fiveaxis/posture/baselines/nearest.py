@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, normalise, perpendicular
+from fiveaxis.geometry import Array, BoolArray, normalise, perpendicular, product
 from fiveaxis.kinematics import tool_axes, within_limits
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
@@ -50,7 +50,7 @@ def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds)
 
 def uphill(reference: Array, up: Array) -> Array:
     """Compute unit vectors at right angles to the reference that rise most steeply, (n, 3)."""
-    across = up - reference * (reference @ up)[:, None]
+    across = up - reference * product(reference, up)[:, None]
     flat = np.linalg.norm(across, axis=1) < 1e-9
     across[flat] = perpendicular(reference[flat])
     return normalise(across)
@@ -72,7 +72,7 @@ def nearest_held(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tupl
     for begin in range(0, len(rows), CHUNK):
         part = rows[begin : begin + CHUNK]
         # Nearest first: only the first admissible ones have to be placed on the machine.
-        order = np.argsort(-(tilt.reference[part] @ axis.T), axis=1, kind="stable")
+        order = np.argsort(-product(tilt.reference[part], axis.T), axis=1, kind="stable")
         admitted = np.take_along_axis(tilt.admits(np.tile(axis, (len(part), 1, 1)), part), order, axis=1)
         for row, ranked, inside in zip(part, order, admitted, strict=True):
             tried = angles[ranked[inside]]

@@ -172,6 +172,6 @@ def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
     chain = machine.chain
     rotary = [np.array(j.line.direction) for j in chain.joints if j.is_rotary]
     home = chain.tool_home[:3, 2]
-    own = second * float(np.linalg.norm(np.cross(rotary[1], home)))
+    own = second * float(np.linalg.norm(np.cross(rotary[1], home), axis=-1))
     outer = np.linalg.norm(np.cross(rotary[0], axis), axis=1)
     return np.minimum(own + first * np.minimum(outer + own, 1.0), np.pi)

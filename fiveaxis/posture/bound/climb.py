@@ -8,6 +8,7 @@ promises most.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -134,7 +135,7 @@ class Climb:
             if found.total == np.inf:
                 return
             self.costs[kind] = max(found.work / before.work, COSTS[kind])
-            self.rates[kind] = np.log(max(found.total / before.total, 1.0)) / np.log(self.costs[kind])
+            self.rates[kind] = math.log(max(found.total / before.total, 1.0)) / math.log(self.costs[kind])
 
     def _leap(self) -> bool:
         """Put the work that is left into the level that promises most; False if none promises enough."""
@@ -143,7 +144,7 @@ class Climb:
         if best == np.inf or left <= 0.0:
             return False
         promises = {
-            (level, steps): self.known[level].total * np.exp(self._gain(steps))
+            (level, steps): self.known[level].total * math.exp(self._gain(steps))
             for level in self.known
             for steps in self._reachable(level, left)
         }
@@ -153,7 +154,7 @@ class Climb:
         there = level.after(steps)
         self.known[there] = self.bound(there)
         # What was promised too high here is promised too high elsewhere.
-        gained = np.log(max(self.known[there].total / self.known[level].total, 1.0))
+        gained = math.log(max(self.known[there].total / self.known[level].total, 1.0))
         kept = min(gained / self._gain(steps), 1.0)
         self.rates = {kind: kept * rate for kind, rate in self.rates.items()}
         return True
@@ -164,7 +165,7 @@ class Climb:
         for kind, count in steps._asdict().items():
             if count != 0 and np.isfinite(self.rates[kind]):
                 times = (1.0 - FADING[kind] ** abs(count)) / (1.0 - FADING[kind])
-                gain += np.sign(count) * times * self.rates[kind] * np.log(self.costs[kind])
+                gain += np.sign(count) * times * self.rates[kind] * math.log(self.costs[kind])
         return gain
 
     def _reachable(self, level: Level, left: float) -> Iterator[Steps]:
@@ -177,16 +178,16 @@ class Climb:
             work = found.work * self.costs["closer"] ** max(closer, 0) * self.costs["denser"] ** denser
             cells = found.cells * (level.after(steps).cells / level.cells) ** 2
             finer = min(
-                self._finer(np.log(left / work)),
-                np.log(MOST_CORNERS / found.most) / np.log(MORE_CORNERS),
-                np.log(MOST_CELLS / cells) / np.log(FINER**-2),
+                self._finer(math.log(left / work)),
+                math.log(MOST_CORNERS / found.most) / math.log(MORE_CORNERS),
+                math.log(MOST_CELLS / cells) / math.log(FINER**-2),
             )
             if finer >= 0.0 and level.after(steps._replace(finer=finer)) not in self.known:
                 yield steps._replace(finer=finer)
 
     def _finer(self, work: float) -> float:
         """Compute how many steps of a finer lattice make the logarithm of the work grow by so much."""
-        half = 0.5 * (np.log(self.costs["finer"]) + 0.5 * DEARER)
+        half = 0.5 * (math.log(self.costs["finer"]) + 0.5 * DEARER)
         return float((np.sqrt(half**2 + 0.5 * DEARER * work) - half) / (0.5 * DEARER)) if work > 0.0 else -1.0
 
     def _is_possible(self, level: Level, steps: Steps, left: float) -> bool:

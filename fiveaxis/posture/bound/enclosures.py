@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -184,7 +185,7 @@ def _offset_range(
         own += row[j] * axis[j]
         size += row[j] ** 2
     length = np.sqrt(max(1.0 - cosine**2, 0.0))
-    least = np.sin(max(np.arcsin(min(length, 1.0)) - swing, 0.0))
+    least = np.sin(max(math.asin(min(length, 1.0)) - swing, 0.0))
     turned = 2.0 if 2.0 * least <= swing else swing / least
     steepest = 0.0
     for a in range(2):

@@ -237,7 +237,7 @@ def _linear_steps(visits: Visits, step: float, hull: tuple[Array, Array]) -> Arr
     The bound falls short by about price × step at every reversal of an axis.
     """
     price = (visits.plus + visits.minus)[:, 2:].mean(axis=0) if len(visits.plus) else np.ones(3)
-    fineness = np.maximum(price, 1e-3 * price.max() or 1.0) ** FINENESS
+    fineness = np.array([p**FINENESS for p in np.maximum(price, 1e-3 * price.max() or 1.0).tolist()])
     radius = np.linalg.norm(visits.toolpath.pivot, axis=1).max()
     steps = LINEAR * step * max(float(radius), 1.0) * np.prod(fineness) ** (1.0 / 3.0) / fineness
     return np.maximum(steps, (hull[1] - hull[0]) / MOST_STEPS * step / FIRST_STEP)

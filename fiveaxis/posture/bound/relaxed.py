@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, IntArray, product
 from fiveaxis.posture.bound.climb import Level
 from fiveaxis.posture.bound.corners import FAR, Corners
 from fiveaxis.posture.bound.crossing import reach_visits
@@ -84,7 +84,7 @@ def _source_of(at: IntArray, corner: IntArray, sources: Sources, prices: Prices)
     first, second = (at - sources.at).T
     turns = prices.first[first + len(prices.first) // 2] + prices.second[second + len(prices.second) // 2]
     step = corner - sources.corner
-    linear = np.maximum(step, 0) @ prices.up[2:] + np.maximum(-step, 0) @ prices.down[2:]
+    linear = product(np.maximum(step, 0), prices.up[2:]) + product(np.maximum(-step, 0), prices.down[2:])
     n = int(np.argmin(sources.cost + np.repeat(turns, np.diff(sources.start)) + linear))
     group = int(np.searchsorted(sources.start, n, side="right")) - 1
     return sources.at[group], sources.corner[n]

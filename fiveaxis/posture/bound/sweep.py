@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, product
 from fiveaxis.posture.bound.cells import SLACK
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 
@@ -59,7 +59,7 @@ class Prices(NamedTuple):
 def quantum_of(lattice: Lattice, plus: Array, minus: Array) -> float:
     """Choose the quantum, J, so that costs fit at all prices of travel, (m, 5) J/rad and J/mm."""
     dearest = np.maximum(plus, minus).max(axis=0, initial=0.0)
-    return float(lattice.across @ dearest) / ACROSS or 1.0
+    return float(product(lattice.across, dearest)) / ACROSS or 1.0
 
 
 def _turn_costs(count: int, up: int, down: int, most: float, wraps: bool) -> IntArray:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular
+from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular, product
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.masks.clearance import Clearance
@@ -32,6 +32,8 @@ REACHES = (0, 5, 20, 80)
 HALVINGS = 6
 # Number of postures queried around one on the edge of the mask, and their distance (rad).
 PROBES, PROBE = 8, 1.0 * DEGREE
+# Share of their spread below which points lie on a line.
+FLATTEST = 1e-3
 # Distance of three planes from an admitted tool axis (rad), and its factor for the next three.
 PINCH, CLOSER = 0.25 * DEGREE, 0.1
 # Resolution of the edge of the mask (rad).
@@ -171,7 +173,7 @@ class Confinement:
         inwards = self._between(rows, clean, refused)
         without = np.isnan(inwards).any(axis=1) | pinch
         without &= planes.count[rows] + AROUND <= planes.inwards.shape[1]
-        close = PINCH * CLOSER ** planes.pinches[rows[without]]
+        close = PINCH * np.array([CLOSER**k for k in planes.pinches[rows[without]].tolist()])
         for sides in np.moveaxis(pinched(tool_axes(machine, clean[without]), close), 1, 0):
             planes.add(rows[without], sides)
         planes.pinches[rows[without]] += 1
@@ -216,11 +218,29 @@ class Confinement:
         tried = (edge[:, None] + ring).reshape(-1, 2)
         clean = self.clearance.exactly(np.repeat(rows, PROBES), tried).reshape(len(rows), PROBES)
         axis = tool_axes(machine, edge)
-        moved = tool_axes(machine, tried).reshape(len(rows), PROBES, 3) - axis[:, None]
-        fitted = np.einsum("mij,mj->mi", np.linalg.pinv(moved, rcond=1e-3), np.where(clean, 1.0, -1.0))
-        fitted -= axis * np.sum(fitted * axis, axis=1, keepdims=True)
+        across = perpendicular(axis)
+        plane = np.stack([across, np.cross(axis, across)], axis=-1)
+        moved = product(tool_axes(machine, tried).reshape(len(rows), PROBES, 3) - axis[:, None], plane)
+        fitted = product(plane, _gradient(moved, np.where(clean, 1.0, -1.0))[..., None])[..., 0]
         known = np.linalg.norm(fitted, axis=1) > 1e-9
         return normalise(np.where(known[:, None], fitted, np.nan))
+
+
+def _gradient(at: Array, values: Array) -> Array:
+    """Fit the gradient, (m, 2), of values, (m, p), at points, (m, p, 2), by least squares.
+
+    It has no component in a direction in which the points hardly spread.
+    """
+    spread = np.einsum("mpi,mpj->mij", at, at)
+    pull = np.einsum("mpi,mp->mi", at, values)
+    size = spread[:, 0, 0] + spread[:, 1, 1]
+    area = spread[:, 0, 0] * spread[:, 1, 1] - spread[:, 0, 1] ** 2
+    # The pseudoinverse: of a matrix of rank 1 it is the matrix over its trace squared.
+    is_line = area <= (FLATTEST * size) ** 2
+    inverse = np.where(is_line[:, None, None], spread, size[:, None, None] * np.eye(2) - spread)
+    scale = np.where(is_line, size**2, area)
+    inverse /= np.where(scale > 0.0, scale, 1.0)[:, None, None]
+    return np.einsum("mij,mj->mi", inverse, pull)
 
 
 def pinched(axis: Array, close: Array) -> Array:

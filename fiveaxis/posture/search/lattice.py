@@ -15,7 +15,7 @@ from itertools import combinations
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, arccos, arctan2
 from fiveaxis.kinematics.windings import TURN, one_turn_from
 from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
 
@@ -250,7 +250,7 @@ def other_angle(
     a, b, c = swung
     # Without any swing, on the rotary axis itself, a single level is reached.
     ratio = (level - a) / np.maximum(np.hypot(b, c), NO_SWING)
-    middle, half = np.arctan2(c, b), np.arccos(np.clip(ratio, -1.0, 1.0))
+    middle, half = arctan2(c, b), arccos(np.clip(ratio, -1.0, 1.0))
     angles = np.stack(np.broadcast_arrays(middle - half, middle + half), axis=-1)
     column = problem.machine.rotary_columns[coordinates.other]
     limits = problem.machine.axes[column].limits

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, IntArray, product
 from fiveaxis.kinematics import positions_about
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import TiltBounds, Zone
@@ -82,18 +82,20 @@ def trigonometric_coefficients(
     pivots = np.vstack([np.zeros(3), FAR * np.eye(3)])
     positions, axis = positions_about(machine, pivots, sampled, replace(zone, offset=0.0))
     products = terms(sampled[:, 0])
-    inverse = np.linalg.inv(products)
+    # Over equal shares of a turn the terms are orthogonal (discrete Fourier transform).
+    share = np.array([1.0, 2.0, 2.0]) / 3.0
+    inverse = np.outer(share, share).reshape(-1, 1) * products.T
     # [term, pivot, linear axis]
     fitted = np.einsum("ts,spa->tpa", inverse, positions[..., machine.linear_columns])
     slope = (fitted[:, 1:] - fitted[:, :1]) / FAR
-    directions = inverse @ axis[:, 0]
-    along = inverse @ np.einsum("st,tja,sj->sa", products, slope, axis[:, 0])
+    directions = product(inverse, axis[:, 0])
+    along = product(inverse, np.einsum("st,tja,sj->sa", products, slope, axis[:, 0]))
     beside = np.concatenate(
-        [np.einsum("nj,tja->nat", normal, slope), (normal @ directions.T)[:, None]], axis=1
+        [np.einsum("nj,tja->nat", normal, slope), product(normal, directions.T)[:, None]], axis=1
     )
     return TrigonometricCoefficients(
         linear=np.ascontiguousarray(fitted[:, 0].T + np.einsum("nj,tja->nat", pivot, slope)),
-        cosines=np.ascontiguousarray(np.stack([b.reference @ directions.T for b in bounds], axis=1)),
+        cosines=np.ascontiguousarray(np.stack([product(b.reference, directions.T) for b in bounds], axis=1)),
         axis=np.ascontiguousarray(directions.T),
         beside=beside if zone.offset else np.zeros((len(pivot), 0, TERMS)),
         along=np.ascontiguousarray(along.T),

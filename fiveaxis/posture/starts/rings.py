@@ -120,7 +120,7 @@ def _classify(path: Toolpath, first: int, last: int, step: float) -> Ring:
     if not _is_one_turn(pivot, step):
         return Ring(first, last, False)
     again = len(pivot) > FEWEST and _is_same(path, first, last)
-    gap = bool(np.linalg.norm(pivot[-1] - pivot[0]) > GAP * step)
+    gap = bool(np.linalg.norm(pivot[-1] - pivot[0], axis=-1) > GAP * step)
     return Ring(first, last, gap or again, again)
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, IntArray, product
 from fiveaxis.kinematics import positions_about
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.motion import times_rapids
@@ -49,7 +49,7 @@ class Transitions:
         """The longest step, mm, by which one pass joins the next."""
         rings, pivot = self.layout.rings, self.problem.pivot
         joined = [k for k in range(1, len(rings)) if not len(self.layout.link_rows(k))]
-        steps = [np.linalg.norm(pivot[rings[k].first] - pivot[rings[k - 1].last]) for k in joined]
+        steps = [np.linalg.norm(pivot[rings[k].first] - pivot[rings[k - 1].last], axis=-1) for k in joined]
         return float(max(steps, default=0.0))
 
     def saved(self, number: int, openings: Sequence[Opening]) -> Array:
@@ -108,7 +108,7 @@ class Transitions:
     def _travel(self, step: Array, row: int) -> Array:
         price = max(row - 1, 0)
         plus, minus = self.problem.plus[price], self.problem.minus[price]
-        return np.maximum(step, 0.0) @ plus - np.minimum(step, 0.0) @ minus
+        return product(np.maximum(step, 0.0), plus) - product(np.minimum(step, 0.0), minus)
 
     def _links(self, leaving: Sequence[Side], arriving: Sequence[Side], link: int) -> Array:
         """Price the links between openings, (e, s) J; infinite where there is none."""

@@ -252,7 +252,8 @@ def _prices(solution: Solution, start: Array, n: int, smoothest: float | None) -
     # For a path without bends any price will do.
     middle = solution.energy.total / bend if bend > 0.0 else 1.0
     strongest = STRONGEST * middle if smoothest is None else smoothest
-    return np.concatenate([[0.0], np.geomspace(strongest * FAINTEST / STRONGEST, strongest, n - 1)])
+    shares = np.linspace(1.0, 0.0, n - 1).tolist()
+    return np.array([0.0, *(strongest * (FAINTEST / STRONGEST) ** share for share in shares)])
 
 
 def _priced(problem: Problem, prices: Array, solution: Solution) -> list[Problem]:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular
+from fiveaxis.geometry import Array, BoolArray, IntArray, arccos, perpendicular, product
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
@@ -66,7 +66,7 @@ def _leaning_elsewhere(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -
     across = perpendicular(tilt.reference)
     beside = np.cross(tilt.reference, across)
     turns = np.linspace(0.0, 2.0 * np.pi, FEW_AXES, endpoint=False)
-    for angle, turn in product(angles, turns):
+    for angle, turn in itertools.product(angles, turns):
         rows = np.flatnonzero(~reached)
         if not len(rows):
             break
@@ -156,7 +156,7 @@ def _try(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far: 
     alone = [replace(bound.at(np.array([row])), beside=()) for bound in tilt.all]
     outside = [~bound.admits(axis[None])[0] for bound in alone]
     return _Tried(
-        np.arccos(np.clip(axis @ tilt.reference[row], -1.0, 1.0)),
+        arccos(np.clip(product(axis, tilt.reference[row]), -1.0, 1.0)),
         np.array(outside),
         machine.shown(positions),
         machine.shown(np.where(past > ON_LIMIT, past, 0.0)),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.energy import travel_costs
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, product
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Machine
@@ -19,7 +19,7 @@ CUT_PRICE = 1e9
 # For an axis on the head: angles of a turn to check, and the distances to try, as multiples of the one that
 # clears the part at the first angle.
 CHECKED = 24
-TRIED = 1.5 ** np.arange(8.0)
+TRIED = np.array([1.5**k for k in range(8)])
 # mm; a tool that is so near to being clear is clear.
 ROUNDING = 1e-6
 
@@ -74,7 +74,7 @@ def find_stops(
     move = linear_positions(machine, tip + off, rotary) - linear_positions(machine, tip, rotary)
     feed = link_feed(toolpath)
     plus, minus = (c[0] for c in travel_costs(machine, np.array([feed])))
-    energy = np.abs(move) @ (plus + minus)
+    energy = product(np.abs(move), plus + minus)
     speed = turn_feed(machine, column, feed)
     plus, minus = (c[0, column] for c in travel_costs(machine, np.array([speed])))
     turning = TURN * np.array([plus, minus])
@@ -164,7 +164,7 @@ def _sphere(points: Array, machine: Machine, on_table: bool) -> tuple[Array, flo
     """Put a sphere around points, (n, 3) mm, centred on the workpiece's own axis if that is what turns."""
     if on_table:
         line = machine.chain.joints[0].line
-        along = (points - line.point) @ line.direction
+        along = product(points - line.point, line.direction)
         centre = line.point + np.multiply((along.min() + along.max()) / 2.0, line.direction)
     else:
         centre = (points.min(axis=0) + points.max(axis=0)) / 2.0

@@ -1,0 +1,70 @@
+"""The same inputs give the same bytes on every processor (x86-64 with fused multiply-add, so since 2013).
+
+Kernels of linear algebra and vector code are what a processor is asked for: here they are chosen by hand, as
+on other processors.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+# README's example, whose refinement tells the last digit of any number; and the axes of a head about a torus.
+PROGRAM = """
+from hashlib import sha256
+import numpy as np
+import fiveaxis as fx
+from fiveaxis.nc.program import compose_program
+
+def tell(solution, machine):
+    lines = compose_program(solution.motion, machine=machine, control="linuxcnc").lines
+    print(sha256("\\n".join(lines).encode()).hexdigest(), solution.energy.total.hex())
+
+part, machine = "examples/overhang/part.stl", fx.load_machine("hayashi-640123")
+path = fx.plan_contour(part, fx.Tool.ball(8), stepdown=3, overhang=True)
+print(sha256(path.contact.tobytes() + path.normal.tobytes()).hexdigest())
+tell(fx.optimise(path, machine, tilt=(15, 75), part=part), machine)
+
+machine = fx.load_machine("linuxcnc-bridgemill").with_tool_length(80.0)
+turn = np.linspace(0.0, 1.5 * np.pi, 40)
+out = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+wall = fx.Toolpath.from_contacts(15.0 * out, 0.8 * out + [0.0, 0.0, 0.6], fx.Tool.bull(8, 1))
+tell(fx.optimise(wall, machine, tilt=(10, 60), effort="quick"), machine)
+"""
+VECTOR_CODE = " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))
+KERNELS = {
+    "of Haswell": {"OPENBLAS_CORETYPE": "Haswell"},
+    "of Prescott": {"OPENBLAS_CORETYPE": "Prescott"},
+    "without numpy's vector code": {"NPY_DISABLE_CPU_FEATURES": VECTOR_CODE},
+}
+
+
+def told(**environment: str) -> str:
+    """What the program tells under environment variables."""
+    ran = subprocess.run(
+        [sys.executable, "-W", "error", "-c", PROGRAM],
+        cwd=ROOT,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout
+
+
+@pytest.fixture(scope="module")
+def here() -> str:
+    return told()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kernels", KERNELS.values(), ids=KERNELS)
+def test_other_kernels_give_the_same_program(kernels, here):
+    assert told(**kernels) == here
