@@ -64,6 +64,11 @@ class Steadiness:
         """Number of reversals by axis letter."""
         return self._count(self.reverses)
 
+    @property
+    def events(self) -> int:
+        """Number of starts and reversals of all axes."""
+        return len(self.block)
+
     def _count(self, some: BoolArray) -> dict[str, int]:
         counts = np.bincount(self.column[some], minlength=len(self.letters))
         return dict(zip(self.letters, counts.tolist(), strict=True))

@@ -38,6 +38,8 @@ from fiveaxis.toolpath.passes import Passes
 # Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
 # from the ends of travel; attempts.
 SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
+# Share of the energy that is spent on fewer starts and reversals, if nobody says otherwise.
+STEADY = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,7 @@ class Options:
     objective: Objective = "energy"
     up_penalty: float = 0.0
     smoothing: float = 0.0
+    steady: float = STEADY
     time_price: float | None = None
     free_start: bool | Passes = False
     free_direction: bool = False
@@ -91,12 +94,14 @@ class Options:
         ------
         SettingError
             `free_start` with a mask or a singular cone, `free_direction` without `free_start`, `time_price`
-            with the objective ``time``.
+            with the objective ``time``, `steady` below 0 or above 1.
         """
         if self.free_start and (self.mask is not None or constraints.singular_cone is not None):
             raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
         if self.free_direction and not self.free_start:
             raise SettingError("free_direction goes with free_start only; give that, too")
+        if not 0.0 <= self.steady <= 1.0:
+            raise SettingError(f"steady is {self.steady:g}; it is a share of the energy, from 0 to 1")
         if self.is_timed and self.time_price is not None:
             raise SettingError("time_price can't be combined with the objective time; leave one out")
 
@@ -187,7 +192,15 @@ def optimise(
             found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
         refine = _Refinement(effort, cone, mask)
         delivery = Delivery(
-            found.toolpath, rebuild, refine, filling, up_penalty, options.objective, options.clock, progress
+            found.toolpath,
+            rebuild,
+            refine,
+            filling,
+            up_penalty,
+            options.objective,
+            options.steady,
+            options.clock,
+            progress,
         )
         found, rank, breach = delivered(found, delivery)
         wide = machine if found.machine is narrow.machine else endless(machine)

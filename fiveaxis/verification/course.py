@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, arctan2
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.toolpath.curve import ALIKE, LEAST_BOW, LONGEST_RATIO, MOST_BOW, MOST_TURN, SHORTEST
 
@@ -137,7 +137,7 @@ def _circles(pivot: Array, normal: Array, cuts: BoolArray, needs_normal: bool) -
 
 def _angles(one: Array, other: Array) -> Array:
     """Measure the angles between rows of vectors of any length, (m,) rad."""
-    return np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), np.sum(one * other, axis=1))
+    return arctan2(np.linalg.norm(np.cross(one, other), axis=1), np.sum(one * other, axis=1))
 
 
 def _curvatures(back: Array, ahead: Array) -> Array:

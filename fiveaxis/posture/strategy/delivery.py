@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from fiveaxis.energy import Energy, block_costs
+from fiveaxis.energy import Energy, block_costs, travel_costs
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Filling, feed_times, follow
@@ -33,6 +33,9 @@ TIMED_SHARPNESS = 8 * SHARPNESS[-1:]
 WORTHWHILE, FEW = 2e-3, 1e-3
 # Rounds continue up to this many, as sharp as the last, while postures between locations break a bound.
 MOST_ROUNDS = 12
+# Prices of changes of speed that are tried, s: an axis's change costs as much as that speed for so long. Each is
+# solved twice, as the prices of travel change with what stands.
+STEADYING = (0.01, 0.01, 0.03, 0.03)
 # Violation that is tolerated between two locations (cosine, mm, rad).
 BETWEEN = 2e-4
 
@@ -87,7 +90,8 @@ class Delivered:
     denser : with the additional locations of the program's blocks
     filled : (m, 2), rad, the postures there
     excess : largest violation between the locations; cosine, mm or rad
-    cost : J, objective of the program's blocks
+    energy : of the program's blocks
+    cost : J, the objective for them
     times : (m,), s, that the control takes for the moves to the denser path's locations
     solved : the problem of which the postures are an optimum, with the prices near them
     """
@@ -97,6 +101,7 @@ class Delivered:
     denser: Posed
     filled: Array
     excess: float
+    energy: Energy
     cost: float
     times: Array
     solved: Problem
@@ -122,8 +127,18 @@ class Delivered:
     @property
     def rank(self) -> tuple[float, float]:
         """Key by which the better of two is smaller: first violation, then cost."""
+        return self.broken, self.cost
+
+    @property
+    def broken(self) -> float:
+        """By how much it breaks bounds, at its locations or between them; 0 if it keeps them."""
         broken = self.posed.problem.violation(self.rotary)
-        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0), self.cost
+        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
+
+    @property
+    def unrest(self) -> tuple[int, float]:
+        """Key by which the steadier of two is smaller: starts and reversals, then the travel metric."""
+        return self.energy.steadiness.events, self.energy.travel
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +153,7 @@ class Delivery:
     filling : what inserted blocks keep
     up_penalty : J/mm, extra price of moving the machine's Z up
     objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
+    steady : share of the least energy that may be spent on fewer starts and reversals
     clock : how long the control takes for blocks
     progress : called with what is being done, steps done and steps in all
     """
@@ -148,6 +164,7 @@ class Delivery:
     filling: Filling
     up_penalty: float = 0.0
     objective: Objective = "energy"
+    steady: float = 0.0
     clock: Clock = USUAL_CLOCK
     progress: Progress = unheard
 
@@ -173,7 +190,31 @@ class Delivery:
         if self.objective == "energy" and slowed and len(rotary) > 1:
             other, more = self._rounds(best, timed=True)
             best, stages = min(best, other, key=lambda one: one.rank), [*stages, *more]
+        if self.objective == "energy" and self.steady > 0.0 and len(best.rotary) > 2 and not best.broken:
+            best, more = self._steadied(best, timed=slowed)
+            stages += more
         return best, stages
+
+    def _steadied(self, best: Delivered, *, timed: bool) -> tuple[Delivered, list[Stage]]:
+        """Solve again with a price of every change of speed; return the steadiest that costs little more.
+
+        A drive that draws its whole power while it moves has no price of travel, and so none of reversals.
+        """
+        found, stages, here = [best], [], best
+        for number, price in enumerate(STEADYING):
+            self.progress(f"steadying the axes, round {number + 1}", number, len(STEADYING))
+            posed, start, path = here.denser, here.filled, here.denser.path
+            travel = np.mean(travel_costs(posed.problem.machine, path.feed, path.rapid), axis=(0, 1))
+            problem = self._reweighted(posed, start, SHARPNESS[-1], here if timed else None)
+            problem = replace(problem, change_price=price * travel)
+            before, here = here.cost, self._priced(posed, self.refine(posed, problem, start), problem)
+            status = f"{here.energy.steadiness.events} starts and reversals"
+            stages.append(Stage(f"program, steadied by {price:g} s", status, 0, before, here.cost))
+            if here.broken:
+                break
+            found.append(here)
+        most = (1.0 + self.steady) * min(one.cost for one in found)
+        return min((one for one in found if one.cost <= most), key=lambda one: one.unrest), stages
 
     def _rounds(self, best: Delivered, *, timed: bool = False) -> tuple[Delivered, list[Stage]]:
         """Solve again round by round, with the moves' times at the feed or as the control takes them."""
@@ -231,8 +272,9 @@ class Delivery:
             # Redundant blocks would cost the control time, as stops.
             fill = self.filling.thin(fill)
         taken = self.clock(fill.blocks, machine)
-        cost, times = self.cost(timed_energy(machine, fill.blocks, taken)), fill.times(taken.times)
-        return Delivered(posed, rotary, denser, between, past, cost, times, solved or posed.problem)
+        energy = timed_energy(machine, fill.blocks, taken)
+        cost, times = self.cost(energy), fill.times(taken.times)
+        return Delivered(posed, rotary, denser, between, past, energy, cost, times, solved or posed.problem)
 
     def cost(self, energy: Energy) -> float:
         """Compute the objective of a program, J."""
