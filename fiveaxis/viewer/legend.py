@@ -113,10 +113,10 @@ def _figures(side: Side) -> str:
 
 def _events(sides: Sequence[Side]) -> str:
     """Explain the marks below the curves of the time line."""
-    beside = "; of a baseline beside the result in the grey half of each row" if len(sides) > 1 else ""
+    others = "; those of a baseline beside the result in the grey half of each row"
     return (
         '<p class="small">time line, below the curves, by axis: <span class="start">▮</span> start, '
-        f'<span class="reversal">▮</span> reversal{beside}</p>'
+        f'<span class="reversal">▮</span> reversal{others if len(sides) > 1 else ""}</p>'
     )
 
 
