@@ -109,10 +109,17 @@ POSTURE: Mapping[str, Any] = {
     "gouge_tolerance": optional(float, "how deep the cutter may reach into the part, mm; default: 0.01"),
     "drives": Drives,
     "objective": optional(str, "what to minimise: energy or time of the program, or travel (metric)"),
+    "path_shape": optional(
+        str,
+        "between locations: smooth (a curve where they are its samples) or chord; default: as the path says",
+    ),
     "up_penalty": optional(float, "extra cost of moving up, J/mm"),
     "max_turn": optional(float, "largest rotary turn in a cutting move, deg; default: 180 deg/s"),
     "turn_rate": optional(float, "largest rotary turn along a cut, deg/mm"),
     "smoothing": optional(float, "price of squared rotary turns, J/rad2; steadier postures"),
+    "steady": optional(
+        float, "share of the energy spent on fewer starts and reversals; default: 0.01, 0: none"
+    ),
     "time_price": optional(float, "W, for time lost to slow axes; default: base power"),
     "singular_cone": optional(float, "hold the first rotary axis within this angle of it, deg"),
     "singular_rate": optional(float, "largest turn of that axis in the cone, deg/mm"),

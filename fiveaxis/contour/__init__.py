@@ -3,7 +3,7 @@
 from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.planner import Plan, plan_contour, plan_passes
 from fiveaxis.contour.quality import PlanReport, path_quality
-from fiveaxis.contour.touching import find_contacts
+from fiveaxis.contour.touching import find_contacts, on_part
 from fiveaxis.former import former_names
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "PlanOptions",
     "PlanReport",
     "find_contacts",
+    "on_part",
     "path_quality",
     "plan_contour",
     "plan_passes",

@@ -31,6 +31,34 @@ FOREIGN = 1e6
 SLIP = np.radians(2.0)
 
 
+# Shares of a move at which its curve is held against the part; mm, depth that counts there.
+SHARES, DEEP = (0.25, 0.5, 0.75), 0.01
+
+
+def on_part(toolpath: Toolpath, part: trimesh.Trimesh | None) -> Toolpath:
+    """Return the path with chords where its curve reaches deeper into the part than its chords do.
+
+    The part has the last word on what lies between two locations: facets of its mesh may be what was designed.
+
+    Parameters
+    ----------
+    toolpath : whose zone touches
+    part : its mesh in mm, workpiece frame; None leaves the path as it is
+    """
+    curve, moves = toolpath.curve, np.flatnonzero(toolpath.curved)
+    if part is None or curve is None or not len(moves):
+        return toolpath
+    surface = SignedSurface.of(part)
+    worse = np.zeros(len(moves), dtype=bool)
+    for share in SHARES:
+        point, chord = curve.between(toolpath.pivot, moves - 1.0 + share)
+        depths = [toolpath.zone.radius - surface.nearest(pivot)[2] for pivot in (point, point + chord)]
+        worse |= depths[0] > np.maximum(depths[1], DEEP)
+    straight = np.zeros(len(toolpath), dtype=bool) if toolpath.straight is None else toolpath.straight.copy()
+    straight[moves[worse]] = True
+    return replace(toolpath, straight=straight) if worse.any() else toolpath
+
+
 def count_touching(toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float) -> int:
     """Count the cuts that touch a part within a tolerance, neither off it nor deep in it.
 

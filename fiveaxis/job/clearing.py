@@ -14,6 +14,7 @@ from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres
 from fiveaxis.collision.clearing import find_accessible
 from fiveaxis.collision.tightened import Tightened
+from fiveaxis.contour import on_part
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
@@ -22,13 +23,13 @@ from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
 from fiveaxis.nc import Clock, Coordinates, require_program
-from fiveaxis.posture import Effort, Objective, Options
+from fiveaxis.posture import STEADY, Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.toolpath import Constraints, PathShape, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ def optimise(
     toolpath: Toolpath,
     machine: Machine,
     *,
+    path_shape: PathShape | None = None,
     tilt: tuple[float, float] | None = None,
     cone: float | None = None,
     lead: tuple[float, float] | None = None,
@@ -89,6 +91,7 @@ def optimise(
     max_turn: float | None = None,
     turn_rate: float | None = None,
     smoothing: float = 0.0,
+    steady: float = STEADY,
     time_price: float | None = None,
     singular_cone: float | None = None,
     singular_rate: float = 0.0,
@@ -112,6 +115,8 @@ def optimise(
     Parameters
     ----------
     toolpath, machine : the path, and the machine with its bodies
+    path_shape : what lies between locations: a ``smooth`` curve where they are its samples, or the ``chord``;
+        by default as the path has it (`Toolpath.shape`)
     tilt : smallest and largest angle between tool axis and surface normal, **degrees**
     cone : largest angle between tool axis and programmed axis, **degrees**; replaces `tilt`
     lead, lean : smallest and largest angle, **degrees**, by which the tool is tipped forwards into the feed,
@@ -136,6 +141,8 @@ def optimise(
         programmed feed. Links may turn three times as far, and farther only where nothing else is possible
     turn_rate : largest turn of a rotary axis over the path of the contact in cutting moves, **deg/mm**
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: a steadier posture at the cost of more travel
+    steady : share of the energy that may be spent on fewer starts and reversals of axes, with the objective
+        ``energy``; 0 for none
     time_price : W, price of time beyond that at the programmed feed, where an axis is too slow for it; by
         default the machine's base power, 0 if that is unknown. Not with the objective ``time``, which has a
         price of its own
@@ -193,6 +200,7 @@ def optimise(
         objective=objective,
         up_penalty=up_penalty,
         smoothing=smoothing,
+        steady=steady,
         time_price=time_price,
         free_start=free_start,
         free_direction=free_direction,
@@ -205,6 +213,7 @@ def optimise(
         progress=progress,
     )
     around = Surroundings.load(part, stock, fixtures, clearances)
+    toolpath = on_part(toolpath if path_shape is None else toolpath.shaped(path_shape), around.part)
 
     def solve(path: Toolpath, own: MaskFunction | None, free: bool) -> Postures:
         chosen = options if free else options.without_free_start()

@@ -15,6 +15,7 @@ from fiveaxis.errors import FiveAxisError
 from fiveaxis.machine.chain import Triple
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings, find_dialect
+from fiveaxis.posture import STEADY
 from fiveaxis.posture.strategy.delivery import Objective
 from fiveaxis.settings import StrictModel
 from fiveaxis.toolpath import Constraints, parse_tool, require_range
@@ -219,12 +220,23 @@ class Job(StrictModel):
     objective: Objective = Field(
         "energy", description="what to minimise: energy or time of the program, or the travel metric"
     )
+    path_shape: Literal["smooth", "chord"] | None = Field(
+        None,
+        description="what lies between locations: a smooth curve where they are its samples, or the chord; by "
+        "default smooth for planned paths and points with normals, programs and CL files as they state it",
+    )
     max_turn: float | None = Field(
         None, gt=0.0, description="largest rotary turn in a cutting move, deg; 180 deg/s by default"
     )
     turn_rate: float | None = Field(None, gt=0.0, description="largest rotary turn along a cut, deg/mm")
     smoothing: float = Field(
         0.0, ge=0.0, description="price of squared turns of the rotary axes, for steadier postures, J/rad2"
+    )
+    steady: float = Field(
+        STEADY,
+        ge=0.0,
+        le=1.0,
+        description="share of the energy that may be spent on fewer starts and reversals of axes; 0 for none",
     )
     time_price: float | None = Field(
         None, ge=0.0, description="W, for time lost to slow axes; by default the machine's base power"

@@ -118,7 +118,8 @@ def load_job_passes(job: Job, progress: Progress = unheard) -> tuple[Toolpath, P
     tool = None if job.tool is None else parse_tool(job.tool)
     if is_mesh(job.input):
         plan = plan_mesh(job, tool, progress)
-        return plan.toolpath, plan.passes
+        toolpath = plan.toolpath if job.path_shape is None else plan.toolpath.shaped(job.path_shape)
+        return toolpath, plan.passes
     return read_path(job, tool), None
 
 
@@ -167,6 +168,7 @@ def _read_as(job: Job, tool: Tool | None, settings: Mapping[str, Any]) -> Toolpa
         harmless=job.program.harmless,
         wrap=job.program.wrap,
         columns=job.columns,
+        path_shape=job.path_shape,
         **chosen,
     )
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.collision import Surroundings
+from fiveaxis.contour import on_part
 from fiveaxis.energy import Budget, job_budget
 from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.findings import Severity
@@ -155,7 +156,7 @@ def run_stages(
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
     factors = load_factors(job)
     around = load_surroundings(job)
-    toolpath = _with_part_size(job, toolpath, around)
+    toolpath = on_part(_with_part_size(job, toolpath, around), around.part)
     require_reached(toolpath, job.override)
     constraints = job.constraints
     solution, front, cleared = solve(job, constraints, toolpath, machine, progress, passes, around, start)

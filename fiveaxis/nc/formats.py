@@ -15,7 +15,7 @@ from fiveaxis.nc.motion_table import read_motion_path
 from fiveaxis.nc.options import Positions, ReadOptions, Wrap
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import read_points
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import PathShape, Tool, Toolpath
 
 logger = logging.getLogger(__name__)
 
@@ -44,6 +44,7 @@ def read_toolpath(
     wrap: Wrap | None = None,
     columns: tuple[str, ...] | None = None,
     harmless: Sequence[str] = (),
+    path_shape: PathShape | None = None,
 ) -> Toolpath:
     """Read a toolpath in the format of its content; a name in ``.gz`` means that the file is compressed.
 
@@ -61,6 +62,8 @@ def read_toolpath(
     start, program_zero, block_delete, wrap, harmless : for an NC program, as for `read_program`
     rapid_mm_min : feed of rapid moves, for axes whose highest speed isn't known
     columns : names of the columns of a list of points without header
+    path_shape : what lies between locations: a ``smooth`` curve where they are its samples, or the ``chord``;
+        by default smooth for points with normals and where a program switches smoothing on, else chords
 
     Returns
     -------
@@ -89,6 +92,7 @@ def read_toolpath(
         wrap=wrap,
         columns=columns,
         harmless=tuple(harmless),
+        path_shape=path_shape,
     )
     return read_path_of(load_source(path), options)
 
@@ -99,5 +103,6 @@ def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     logger.info("%s: %d lines, %s", Path(source.name).name, len(source.lines), kind)
     found = READERS[kind](source, options)
     found = found if options.rapid_mm_min is None else found.with_rapid(options.rapid_mm_min)
+    found = found if options.path_shape is None else found.shaped(options.path_shape)
     logger.info("%s: %d locations", Path(source.name).name, len(found))
     return found

@@ -13,7 +13,7 @@ from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath import PathShape, Tool
 
 # Frame of a program's tip positions under TCP control.
 Positions = Literal["table", "machine"]
@@ -39,6 +39,7 @@ class ReadOptions:
     assume_zero : whether moves in machine coordinates (G53, G28) count from the program's zero where
         `program_zero` isn't given; else where they end is unknown
     harmless : M words of the machine's builder that move and switch nothing
+    path_shape : what lies between locations, ``smooth`` curves or chords; None as the file states it
     """
 
     tool: Tool | None = None
@@ -54,6 +55,7 @@ class ReadOptions:
     columns: tuple[str, ...] | None = None
     assume_zero: bool = True
     harmless: tuple[str, ...] = ()
+    path_shape: PathShape | None = None
 
     def __post_init__(self) -> None:
         for name in ("feed_mm_min", "rapid_mm_min"):
@@ -66,7 +68,8 @@ class ReadOptions:
                 raise SettingError(f"harmless: {word!r} isn't an M word; write them like M56")
         if self.unit is not None and self.unit not in MILLIMETRES:
             raise SettingError(f"unknown unit {self.unit!r}; known: {', '.join(MILLIMETRES)}")
-        for name, known in (("positions", (None, *get_args(Positions))), ("wrap", (None, *get_args(Wrap)))):
+        choices = {"positions": Positions, "wrap": Wrap, "path_shape": PathShape}
+        for name, known in ((name, (None, *get_args(choice))) for name, choice in choices.items()):
             if getattr(self, name) not in known:
                 words = ", ".join(word for word in known if word is not None)
                 raise SettingError(f"unknown {name} {getattr(self, name)!r}; known: {words}")

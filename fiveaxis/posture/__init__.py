@@ -2,7 +2,7 @@
 
 from fiveaxis.former import former_names
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
-from fiveaxis.posture.optimiser import Options, optimise
+from fiveaxis.posture.optimiser import STEADY, Options, optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution, Stage
 from fiveaxis.posture.strategy.delivery import Objective
@@ -11,6 +11,7 @@ from fiveaxis.posture.strategy.front import Front, FrontPoint, find_front
 
 __all__ = [
     "EFFORTS",
+    "STEADY",
     "Baseline",
     "Effort",
     "Front",

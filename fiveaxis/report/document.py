@@ -74,6 +74,8 @@ def report_document(
     document = {
         "toolpath": _without_folder(solution.toolpath.name),
         "locations": solution.toolpath.count_given,
+        "path_shape": solution.toolpath.shape,
+        "curved_moves": _curved_moves(solution.toolpath),
         "energy": solution.energy.as_dict(),
         "baselines": {name: energy.as_dict() for name, energy in solution.baselines.items()},
         "missing_baselines": dict(solution.missing),
@@ -103,6 +105,11 @@ def report_document(
         "units": dict(UNITS),
     }
     return {key: _plain(value) for key, value in document.items()}
+
+
+def _curved_moves(toolpath: Toolpath) -> int:
+    """Count the moves between given locations that follow a curve."""
+    return len(np.unique(toolpath.numbered[toolpath.curved]))
 
 
 def _rates(solution: Solution, motion: Motion) -> dict[str, Any]:

@@ -67,13 +67,25 @@ def program_section(document: Mapping[str, Any]) -> str:
     text = (
         f"The program has {blocks} blocks for {before} locations. To keep the tool on its path between "
         f"locations, {inserted} {_blocks(program['inserted'])} {_were(program['inserted'])} inserted "
-        f"(tolerance {tolerance}); their postures were optimised too. {_removed(program)} All figures are "
+        f"(tolerance {tolerance}); their postures were optimised too. {_path_shape(document)} "
+        f"{_removed(program)} All figures are "
         "those of whole programs with their inserted blocks, without approach and retract."
     )
     html = f"<p>{escape(text)}</p>\n"
     if kinds := kinds_table(document):
         html += scroll(kinds)
     return html
+
+
+def _path_shape(document: Mapping[str, Any]) -> str:
+    """State what lies between the locations of the path."""
+    curved = document["curved_moves"]
+    if document["path_shape"] == "chord":
+        return "The path goes straight from location to location."
+    if not curved:
+        return "No locations tell a smooth curve, so the path goes straight from one to the next."
+    moves = "move follows" if curved == 1 else "moves follow"
+    return f"{number(curved)} {moves} a smooth curve through the locations; the others are straight."
 
 
 def _removed(program: Mapping[str, Any]) -> str:

@@ -19,6 +19,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns, Counting
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
+from fiveaxis.nc.control.smoothing import smoothed_lines
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.control.travel import filled, travel_of
 from fiveaxis.nc.options import ReadOptions
@@ -37,7 +38,8 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from an NC program of any supported language.
 
     The first location is the position to which the first moves have brought all axes. Moves in machine
-    coordinates (G53, G28) whose position on the workpiece is unknown are omitted and counted. F is the feed
+    coordinates (G53, G28) whose position on the workpiece is unknown are omitted and counted. Blocks are
+    chords, except where the program switches smoothing on (`fiveaxis.nc.control.smoothing`). F is the feed
     of the tip under TCP; otherwise, and with inverse time (G93), each move keeps its duration.
 
     Parameters
@@ -76,6 +78,9 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     )
     path = replace(path, feed=_feeds(path, columns, interpreter, options), rotary=_rotary(columns, stand_in))
     path = _touching(path, columns, source)
+    smoothed = smoothed_lines(source)
+    if smoothed.any():
+        path = replace(path, shape="smooth", straight=~smoothed[path.source - 1])
     return replace(path, findings=path.findings + remark_on(path))
 
 
