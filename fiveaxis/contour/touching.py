@@ -38,7 +38,7 @@ SHARES, DEEP = (0.25, 0.5, 0.75), 0.01
 def on_part(toolpath: Toolpath, part: trimesh.Trimesh | None) -> Toolpath:
     """Return the path with chords where its curve reaches deeper into the part than its chords do.
 
-    The part has the last word on what lies between two locations: facets of its mesh may be what was designed.
+    The part has the last word on what lies between two locations: its facets may be what was designed.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def on_part(toolpath: Toolpath, part: trimesh.Trimesh | None) -> Toolpath:
     surface = SignedSurface.of(part)
     worse = np.zeros(len(moves), dtype=bool)
     for share in SHARES:
-        point, chord = curve.between(toolpath.pivot, moves - 1.0 + share)
+        point, chord = curve.between(toolpath.pivot, np.asarray(moves - 1.0 + share))
         depths = [toolpath.zone.radius - surface.nearest(pivot)[2] for pivot in (point, point + chord)]
         worse |= depths[0] > np.maximum(depths[1], DEEP)
     straight = np.zeros(len(toolpath), dtype=bool) if toolpath.straight is None else toolpath.straight.copy()

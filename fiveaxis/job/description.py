@@ -222,8 +222,8 @@ class Job(StrictModel):
     )
     path_shape: Literal["smooth", "chord"] | None = Field(
         None,
-        description="what lies between locations: a smooth curve where they are its samples, or the chord; by "
-        "default smooth for planned paths and points with normals, programs and CL files as they state it",
+        description="what lies between locations: a smooth curve where they tell one, or the chord; by default "
+        "smooth for planned paths and points with normals, programs and CL files as they state it",
     )
     max_turn: float | None = Field(
         None, gt=0.0, description="largest rotary turn in a cutting move, deg; 180 deg/s by default"

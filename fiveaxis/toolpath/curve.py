@@ -28,8 +28,8 @@ LONGEST_RATIO = 2.6
 # neighbour, nor has a zigzag; where a line meets an arc the curvature is at least halved.
 ALIKE = 0.3
 # mm, of an arc of a location's curvature over a move: below the first it is rounding of the coordinates;
-# beyond the second, samples are too far apart to tell the curve.
-LEAST_BOW, MOST_BOW = 5e-4, 0.11
+# beyond the second, samples are too far apart to tell the curve. Below the third the chord is the curve.
+LEAST_BOW, MOST_BOW, NO_BOW = 5e-4, 0.11, 1e-6
 # mm: shorter moves have no direction.
 SHORTEST = 1e-6
 # Weights by share of Gauss and Legendre's rule: it gives the length of an arc of 31° to 1e-10 of it.
@@ -166,8 +166,8 @@ def _bows(pivot: Array, normal: Array, smooth: BoolArray) -> Array:
         lone = ~known[:, end] & known[:, 1 - end]
         other = ends[lone, 1 - end]
         ends[lone, end] = 2.0 * _along(unit[lone], other) * unit[lone] - other
-    least = np.maximum(curvature[:-1], curvature[1:]) * length**2 / 8.0 <= MOST_BOW
-    some = np.flatnonzero(curved & known.any(axis=1) & least)
+    bow = np.maximum(curvature[:-1], curvature[1:]) * length**2 / 8.0
+    some = np.flatnonzero(curved & (bow >= NO_BOW) & (bow <= MOST_BOW))
     # A cubic follows an arc over the chord c whose tangents are at the angle α to it if its derivative is
     # c / cos² (α / 2) long at both ends.
     size = 2.0 * length[some, None, None] / (1.0 + _along(unit[some, None], ends[some]))

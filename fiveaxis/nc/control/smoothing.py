@@ -10,8 +10,8 @@ from fiveaxis.geometry import BoolArray
 from fiveaxis.nc.source import Source
 
 # What switches smoothing off, then what switches it on; the first that is found in a block counts.
-# Sinumerik: compressor, and high-speed settings. Heidenhain: cycle 32 with a tolerance. Fanuc: AI contour control
-# and high-speed machining. What blends corners within a tolerance (G64, G187) leaves the chords as they are.
+# Sinumerik: compressor, and high-speed settings. Heidenhain: cycle 32 with a tolerance. Fanuc: AI contour
+# control and high-speed machining. What blends corners within a tolerance (G64, G187) leaves the chords.
 OFF = re.compile(
     r"\bCOMPOF\b|\bCYCLE832\s*\(\s*(?:\)|0?\.?0*\s*[,)]|[^,)]*,\s*(?:0|_OFF)\s*[,)])|\bG0?5\.1\s*Q0\b|\bG0?5\s*P0\b"
     r"|\bCYCL DEF 32\.1\s*$",

@@ -33,8 +33,8 @@ TIMED_SHARPNESS = 8 * SHARPNESS[-1:]
 WORTHWHILE, FEW = 2e-3, 1e-3
 # Rounds continue up to this many, as sharp as the last, while postures between locations break a bound.
 MOST_ROUNDS = 12
-# Prices of changes of speed that are tried, s: an axis's change costs as much as that speed for so long. Each is
-# solved twice, as the prices of travel change with what stands.
+# Prices of changes of speed that are tried, s: a change costs as much as going on at that speed for so long.
+# Each is solved twice, as the prices of travel change with what stands.
 STEADYING = (0.01, 0.01, 0.03, 0.03)
 # Violation that is tolerated between two locations (cosine, mm, rad).
 BETWEEN = 2e-4

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour import find_contacts
+from fiveaxis.contour import find_contacts, on_part
 from fiveaxis.errors import MeshError, SettingError, ToolpathError
 from fiveaxis.geometry import angle_between, normalise
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
@@ -158,3 +158,21 @@ def test_a_ball_that_rolls_about_a_sharp_edge_keeps_the_direction_to_its_centre(
     centre = np.column_stack([np.full(9, 20.0), np.linspace(-5.0, 5.0, 9), np.full(9, 10.0)]) + 3.0 * true
     path = Toolpath.from_tips(centre - [0.0, 0.0, 3.0], np.tile([0.0, 0.0, 1.0], (9, 1)), Tool.ball(6))
     np.testing.assert_allclose(find_contacts(path, BOX).normal, true, atol=1e-9)
+
+
+def around(radius: float, side: float) -> Toolpath:
+    """Locations at the edges of a prism of 60 facets, outside it (side 1) or on the wall of its bore (−1)."""
+    angle = np.radians(6.0) * np.arange(20)
+    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(20)])
+    return Toolpath.from_contacts(radius * out, side * out, Tool.ball(8))
+
+
+def test_the_facets_of_a_part_have_the_last_word_where_a_curve_would_cut_into_them():
+    ring = trimesh.creation.annulus(20.0, 30.0, 40.0, sections=60)
+    bore, outside = around(20.0, -1.0), around(30.0, 1.0)
+    assert bore.curved[1:].all()
+    assert not on_part(bore, ring).curved.any()
+    assert on_part(outside, ring) is outside
+    assert on_part(bore, None) is bore
+    # A finer mesh of the same bore agrees with the curve.
+    assert on_part(bore, trimesh.creation.annulus(20.0, 30.0, 40.0, sections=240)).curved[1:].all()

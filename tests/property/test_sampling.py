@@ -1,0 +1,95 @@
+"""The density at which a smooth path is sampled changes neither its result nor what it is compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.errors import SettingError
+
+# Share by which energies may differ between paths with one, two and four times the locations.
+SAME = 0.02
+# mm: the coarsest chords leave the curve by nearly as much.
+MOST_BOW, TURN = 0.05, 2.0 * np.pi
+
+Surface = Callable[[np.ndarray, float], tuple[np.ndarray, ...]]
+
+
+def cone(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
+    r = 15.0 + 18.0 * v
+    return r * np.cos(TURN * u), r * np.sin(TURN * u), r
+
+
+def dome(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
+    r = 30.0 * np.cos(0.3 + 0.8 * v)
+    return r * np.cos(TURN * u), r * np.sin(TURN * u), 30.0 * np.sin(0.3 + 0.8 * v)
+
+
+def ellipse(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
+    s = 1.0 + 0.3 * v
+    return 30.0 * s * np.cos(TURN * u), 20.0 * s * np.sin(TURN * u), 10.0 * v
+
+
+def wave(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
+    return 80.0 * u, 8.0 * np.sin(TURN * u) + 6.0 * v, 12.0 * v + 2.0 * np.cos(TURN * u)
+
+
+def torus(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
+    r = 25.0 + 8.0 * np.cos(0.5 + v)
+    return r * np.cos(TURN * u), r * np.sin(TURN * u), 8.0 * np.sin(0.5 + v)
+
+
+def sampled(surface: Surface, n: int, rings: int = 4) -> fx.Toolpath:
+    """Sample lines of a surface at n + 1 places each, with its normals from differences."""
+    u, e = np.linspace(0.0, 1.0, n + 1), 1e-5
+
+    def at(u: np.ndarray, v: float) -> np.ndarray:
+        return np.column_stack([np.broadcast_to(c, u.shape) for c in surface(u, v)])
+
+    lines = np.linspace(0.0, 1.0, rings)
+    contact = np.vstack([at(u, v) for v in lines])
+    slopes = [((at(u + e, v) - at(u - e, v)) / e, (at(u, v + e) - at(u, v - e)) / e) for v in lines]
+    normal = np.vstack([np.cross(*slope) for slope in slopes])
+    return fx.Toolpath.from_contacts(contact, normal, fx.Tool.ball(8), name=surface.__name__)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("surface", "n"), [(cone, 60), (dome, 60), (ellipse, 70), (wave, 40), (torus, 60)])
+def test_result_and_baselines_cost_the_same_at_any_density(hayashi, surface, n):
+    paths = [sampled(surface, n * times) for times in (1, 2, 4)]
+    _, chord = paths[0].curve.between(paths[0].pivot, np.arange(len(paths[0]) - 1) + 0.5)
+    assert 0.4 * MOST_BOW < np.linalg.norm(chord, axis=1).max() < MOST_BOW
+    solutions = [fx.optimise(path, hayashi, tilt=(15, 70)) for path in paths]
+    energies = [
+        {"optimised": s.energy.total} | {n: e.total for n, e in s.baselines.items()} for s in solutions
+    ]
+    for name in energies[0]:
+        found = [energy[name] for energy in energies]
+        # The cheapest step at every location isn't a limit: it finds other ways at other locations.
+        most = 0.06 if name == "greedy" else SAME
+        assert max(found) <= (1.0 + most) * min(found), (name, found)
+
+
+@pytest.mark.slow
+def test_along_chords_a_coarse_path_is_followed_as_the_polygon_that_it_is(hayashi):
+    """What the curve changes: every axis saws to and fro, in the result and in the baselines."""
+    path = sampled(cone, 60)
+    smooth, chord = (
+        fx.optimise(path, hayashi, tilt=(15, 70), path_shape=shape, effort="quick")
+        for shape in ("smooth", "chord")
+    )
+    assert chord.baselines["normal"].total > 5.0 * smooth.baselines["normal"].total
+    assert chord.energy.steadiness.events > 10 * smooth.energy.steadiness.events
+    assert len(smooth.program().motion.blocks) < 0.5 * len(chord.program().motion.blocks)
+
+
+def test_a_share_of_the_energy_buys_steadier_axes(hayashi):
+    path = sampled(ellipse, 70, rings=2)
+    free, steady = (fx.optimise(path, hayashi, tilt=(15, 70), effort="quick", steady=s) for s in (0.0, 0.01))
+    assert steady.energy.steadiness.events <= free.energy.steadiness.events
+    assert steady.energy.total <= 1.01 * free.energy.total * (1.0 + 1e-9)
+    with pytest.raises(SettingError, match="steady is 2; it is a share of the energy, from 0 to 1"):
+        fx.optimise(path, hayashi, tilt=(15, 70), steady=2.0)
