@@ -222,7 +222,7 @@ class Job(StrictModel):
     )
     path_shape: Literal["smooth", "chord"] | None = Field(
         None,
-        description="what lies between locations: a smooth curve where they tell one, or the chord; by default "
+        description="what lies between locations: a smooth curve if they tell one, or the chord; by default "
         "smooth for planned paths and points with normals, programs and CL files as they state it",
     )
     max_turn: float | None = Field(
