@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fiveaxis import optimise
 from fiveaxis.kinematics import tool_axes, tool_poses
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in, follow
@@ -217,3 +218,29 @@ def test_a_joint_path_meets_the_ends_of_its_blocks():
     meant, directions = tool_poses(TRUNNION, positions)
     np.testing.assert_allclose(tips[::4], meant, atol=1e-12)
     np.testing.assert_allclose(axes[::4], directions, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [pytest.param(60, marks=simulated)])
+def test_on_a_coarsely_sampled_cone_the_ball_stays_between_the_circle_and_its_chords(n, tmp_path):
+    """The circle is the cone's own, not the curve that was found through the samples."""
+    machine, angle = measured_machine(), 2.0 * np.pi * np.arange(n + 1) / n
+    around = np.column_stack([np.cos(angle), np.sin(angle)])
+    contact = np.column_stack([30.0 * around, np.zeros(n + 1)])
+    normal = np.column_stack([around, -np.ones(n + 1)])
+    path = Toolpath.from_contacts(contact, normal, BALL, feed_mm_min=3000.0)
+    found = optimise(path, machine, tilt=(15, 70), effort="quick", control="linuxcnc")
+    blocks = found.filling.blocks(found.toolpath, machine, found.motion)
+    assert len(blocks) <= len(path)
+    text = compose_program(blocks, machine=machine, settings=PLAIN).text
+    run = cut_of(run_program(text, machine), read_back(text, machine, tmp_path))
+    tip, axis = run.poses
+    ball = tip + path.zone.height * axis
+    radius = float(np.linalg.norm(path.pivot[0, :2]))
+    sagitta = radius * (1.0 - np.cos(np.pi / n))
+    assert sagitta > 8.0 * PATH_TOLERANCE
+    outside = np.linalg.norm(ball[:, :2], axis=1) - radius
+    assert outside.max() < PATH_TOLERANCE + OVERLAP
+    assert outside.min() > -sagitta - PATH_TOLERANCE - OVERLAP
+    assert np.abs(ball[:, 2] - path.pivot[0, 2]).max() < PATH_TOLERANCE + OVERLAP
+    # It doesn't follow the chords: with C alone turning, these blocks make the circle.
+    assert np.abs(outside).mean() < 0.1 * sagitta
