@@ -54,8 +54,9 @@ logger = logging.getLogger(__name__)
 BELONGS = 0.05
 # Verifies a text beside the motion that it was written for; its reports are merged to one.
 Verdict = Callable[[ReadBack, Program], Sequence[Report]]
-# Findings of the writer where the control's F can't express a block's duration.
-COARSE = ("feed-floor", "feed-rounded")
+# Findings of the writer where the control's F can't express a block's duration. As the inverse of the time it
+# can, even where the control won't run that slowly.
+COARSE = {"feed-floor": ("per_minute",), "feed-rounded": ("per_minute", "inverse_time")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -385,7 +386,7 @@ def expected_text(text: Program, wording: Wording, settings: ProgramSettings) ->
     return ExpectedText(
         step=10.0 ** -(number.linear + (wording.unit == "inch")) * unit,
         turn=10.0**-number.rotary,
-        coarse=any(finding.code in COARSE for finding in text.findings),
+        coarse=any(wording.mode.feed in COARSE.get(finding.code, ()) for finding in text.findings),
         asked=AskedTechnology.of(wording, settings),
         is_list=wording.dialect.language != "blocks",
     )

@@ -312,8 +312,15 @@ def _nearest(track: Track, path: Toolpath, i: int, point: int, begin: int) -> Ar
 
 
 def _aside(track: Track, path: Toolpath, i: int, points: IntArray) -> Array:
-    """Measure how far the centre at points is from where the axis there has it at a location, (m, 3) mm."""
-    return np.asarray(track.centre[points] - _centre(path, i, track.axis[points]))
+    """Measure how far the centre at points is from where the axis there has it at a location, (m, 3) mm.
+
+    An inserted location on a curve may be passed anywhere from there to the chord.
+    """
+    aside = np.asarray(track.centre[points] - _centre(path, i, track.axis[points]))
+    if path.curve is None or not (chord := path.curve.chord[i]).any():
+        return aside
+    share = np.clip(np.sum(aside * chord, axis=1) / np.sum(chord**2), 0.0, 1.0)
+    return np.asarray(aside - share[:, None] * chord)
 
 
 def _centre(path: Toolpath, i: int, axis: Array) -> Array:

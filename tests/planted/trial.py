@@ -51,11 +51,21 @@ OFFSETS: dict[str, dict[str, Any]] = {
 }
 
 
+# mm: how far the wall waves out and in, and how often per turn, so that its program needs many blocks.
+WAVE, WAVES = 1.5, 6.0
+
+
 def cone_wall(rise: float, height: float = 20.0) -> Toolpath:
-    """A pass around a quarter of a cone, whose normals rise by so much per length of 1."""
+    """A pass around a quarter of a fluted wall, whose normals rise by so much per length of 1."""
     turn = np.radians(np.linspace(0.0, 90.0, 30))
-    normal = np.column_stack([np.cos(turn), np.sin(turn), np.full_like(turn, rise)])
-    contact = np.column_stack([25.0 * np.cos(turn), 25.0 * np.sin(turn), np.full_like(turn, height)])
+    out = np.column_stack([np.cos(turn), np.sin(turn)])
+    radius = (25.0 + WAVE * np.sin(WAVES * turn))[:, None]
+    slope = (WAVE * WAVES * np.cos(WAVES * turn))[:, None]
+    normal = radius * out - slope * np.column_stack([-out[:, 1], out[:, 0]])
+    normal = np.column_stack(
+        [normal / np.linalg.norm(normal, axis=1, keepdims=True), np.full_like(turn, rise)]
+    )
+    contact = np.column_stack([radius * out, np.full_like(turn, height)])
     return Toolpath.from_contacts(contact, normal, Tool.ball(8), feed_mm_min=FEED, name="wall")
 
 
