@@ -53,6 +53,7 @@ EXAMPLES: Mapping[str, Any] = {
     "pick": 2,
     "program.positions": "table",
     "coordinates": "axes",
+    "path_shape": "chord",
     "override": ["axis-limit"],
     "tool_length": 120,
     "load": 12,

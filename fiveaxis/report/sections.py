@@ -65,10 +65,9 @@ def program_section(document: Mapping[str, Any]) -> str:
     inserted, blocks, before = (number(program[key]) for key in ("inserted", "blocks", "blocks_before"))
     tolerance = f"{program['path_tolerance_mm']:g} mm"
     text = (
-        f"The program has {blocks} blocks for {before} locations. To keep the tool on its path between "
-        f"locations, {inserted} {_blocks(program['inserted'])} {_were(program['inserted'])} inserted "
-        f"(tolerance {tolerance}); their postures were optimised too. {_path_shape(document)} "
-        f"{_removed(program)} All figures are "
+        f"The program has {blocks} blocks for {before} locations. {_path_shape(document)} "
+        f"To keep the tool on its path between locations, {inserted} {_blocks(program['inserted'])} "
+        f"{_were(program['inserted'])} inserted (tolerance {tolerance}); their postures were optimised too. {_removed(program)} All figures are "
         "those of whole programs with their inserted blocks, without approach and retract."
     )
     html = f"<p>{escape(text)}</p>\n"

@@ -60,7 +60,7 @@ def found(path: Toolpath, machine: Machine, **more):
     """Optimise at the given locations alone: these laws are of the objective there."""
     with pytest.MonkeyPatch.context() as context:
         context.setattr(delivery, "MOST_ROUNDS", 0)
-        return optimise(path, machine, tilt=TILT, max_turn=TURN, **PRICES | more)
+        return optimise(path, machine, tilt=TILT, max_turn=TURN, steady=0.0, **PRICES | more)
 
 
 def rotary_of(solution) -> np.ndarray:
@@ -73,7 +73,7 @@ class Objective:
     def __init__(self, path: Toolpath, machine: Machine) -> None:
         self.path, self.machine = path, machine
         self.plus, self.minus = (cost[1:] for cost in travel_costs(machine, path.feed))
-        self.time = np.linalg.norm(np.diff(path.pivot, axis=0), axis=1) / path.feed[1:]
+        self.time = path.lengths[1:] / path.feed[1:]
         self.speed = np.array([a.max_speed for a in machine.axes])
         columns = machine.rotary_columns
         self.limits = [(machine.axes[c].limits.low, machine.axes[c].limits.high) for c in columns]

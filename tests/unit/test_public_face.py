@@ -48,7 +48,7 @@ def test_optimise_says_each_of_its_options_with_its_type():
     options = {field.name: field for field in fields(Options)}
     bounds = {field.name for field in fields(Constraints)}
     # What keeps the tool clear is the job's; constraints are taken in degrees, and passed on as one record.
-    clear = {"toolpath", "machine", "part", "stock", "fixtures", "clearances"}
+    clear = {"toolpath", "path_shape", "machine", "part", "stock", "fixtures", "clearances"}
     # The program's control and coordinates decide what its blocks are and how long they take.
     program, decided = {"control", "coordinates"}, {"interpolation", "clock"}
     options = {name: option for name, option in options.items() if name not in decided}

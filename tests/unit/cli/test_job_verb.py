@@ -23,7 +23,14 @@ from fiveaxis.nc import Dialect
 
 # Numbers that count or compare, and directions: they have no unit.
 WITHOUT_UNIT = {"plane", "front", "pick", "process.teeth", "factors.price", "fixture.cylinder.direction"}
-WITHOUT_UNIT |= {"nc.number", "nc.tool_number", "nc.length_offset", "nc.line_numbers", "setup.search.tries"}
+WITHOUT_UNIT |= {
+    "nc.number",
+    "nc.tool_number",
+    "nc.length_offset",
+    "nc.line_numbers",
+    "setup.search.tries",
+    "steady",
+}
 
 
 def run(*words: object) -> Any:

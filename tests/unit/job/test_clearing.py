@@ -88,7 +88,8 @@ def test_without_the_mask_the_holder_hits_the_block_and_with_it_it_doesnt(arc, m
     report = fx.verify(kept.motion, machine, kept.toolpath, tilt=TILT, surroundings=around)
     assert errors(report) == set()
     assert not any(code.startswith("holder") for code in report.counts)
-    assert kept.energy.total >= free.energy.total
+    # Both spend up to a hundredth on steadier axes.
+    assert kept.energy.total >= 0.99 * free.energy.total
 
 
 def test_what_collides_between_locations_is_refused_and_searched_again(
@@ -108,7 +109,7 @@ def test_what_collides_between_locations_is_refused_and_searched_again(
     after = colliding_rows(cleared.solution, around)
     assert asked[0] is None
     assert len(asked) == 1 + cleared.rounds
-    place = free.motion.location[before]
+    place = before if free.motion.location is None else free.motion.location[before]
     assert {*np.floor(place).astype(int), *np.ceil(place).astype(int)} <= set(asked[1].spots)
     assert len(before) > 10
     assert len(after) == 0

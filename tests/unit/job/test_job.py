@@ -174,7 +174,7 @@ def test_blocks_that_the_program_inserts_are_no_findings_about_the_locations(tmp
     lines = [f"{x:.6f},{y:.6f},{z:.6f},0,0,1,1000" for x, y, z in rows]
     (tmp_path / "bow.csv").write_text("x,y,z,nx,ny,nz,feed\n" + "\n".join(lines) + "\n")
     words = {"machine": "hayashi-640123", "tool": "ball:8", "tilt": (10, 70), "effort": "quick"}
-    outcome = run_job(make_job(input=tmp_path / "bow.csv", **words))
+    outcome = run_job(make_job(input=tmp_path / "bow.csv", path_shape="chord", **words))
     assert outcome.document["verification"]["figures"]["tip_deviation_mm"] <= 0.005
     assert outcome.document["program"]["inserted"] > 0
     assert "tip-deviation" not in {f["code"] for f in outcome.document["findings"]}

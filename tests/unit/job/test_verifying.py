@@ -148,7 +148,9 @@ def test_a_block_in_the_part_is_found_without_its_path(program, hayashi, wall, c
     def sink(lines):
         for i in blocks(lines)[20:22]:
             words = {w[0]: w for w in lines[i].split()}
-            words["Z"] = f"Z{float(words['Z'][1:]) - 0.3:.6f}"
+            # A word that doesn't change isn't written.
+            last = next(w for line in lines[i::-1] for w in line.split() if w[0] == "Z")
+            words |= {"Z": f"Z{float(last[1:]) - 0.3:.6f}", "F": words.pop("F")}
             lines[i] = " ".join(words.values())
 
     path = edited(program, tmp_path, sink)

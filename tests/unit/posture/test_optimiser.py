@@ -118,10 +118,11 @@ def test_links_are_bounded_by_limits_alone(hayashi):
     path = ring()
     links = np.zeros(len(path), dtype=bool)
     links[30:50] = True
-    solution = optimise(path.with_links(links), hayashi, tilt=(15, 75))
-    assert_sound(solution)
     whole = optimise(path, hayashi, tilt=(15, 75), max_turn=45.0)
-    assert solution.energy.travel <= whole.energy.travel * 1.001
+    start = whole.motion.positions[:, hayashi.rotary_columns]
+    solution = optimise(path.with_links(links), hayashi, tilt=(15, 75), start=start)
+    assert_sound(solution)
+    assert solution.travel < whole.travel
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5])

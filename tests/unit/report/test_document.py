@@ -16,6 +16,8 @@ from fiveaxis.report import describe_input, report_document, write_json
 KEYS = [
     "toolpath",
     "locations",
+    "path_shape",
+    "curved_moves",
     "energy",
     "baselines",
     "missing_baselines",

@@ -125,7 +125,7 @@ def test_time_and_bends_have_their_price(timed, start):
 
 def test_a_start_that_the_small_barrier_does_not_improve_in_time_is_improved_by_the_large_one(hayashi):
     """On a long path a round from the start's neighbourhood alone may end outside its bounds, and be lost."""
-    path = ring(80)
+    path = ring(80).shaped("chord")  # along which the feed's direction jumps at both ends
     tilt = tilt_bounds(path, (15, 75))
     problem = Problem.build(path, hayashi, tilt)
     start = lead_lean(path, hayashi, tilt)

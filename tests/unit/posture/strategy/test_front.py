@@ -76,12 +76,19 @@ def test_every_point_keeps_the_bounds(found):
         assert turns.max() <= 15.0 + 1e-6
 
 
-def test_a_point_is_no_worse_than_a_search_at_its_own_price(found, hayashi):
-    point = found.points[len(found.points) // 2]
+@pytest.mark.parametrize("end", [0, -1])
+def test_the_ends_are_no_worse_than_a_search_at_their_own_price(found, hayashi, end):
+    point = found.points[end]
     alone = optimise(ring(60), hayashi, tilt=(15, 75), smoothing=point.smoothing, effort="quick")
     columns = hayashi.rotary_columns
     searched = alone.energy.travel + point.smoothing * float((alone.motion.moves[:, columns] ** 2).sum())
     assert point.energy.travel + point.smoothing * point.bend <= searched * (1 + 1e-9)
+
+
+def test_no_other_point_is_better_at_a_points_own_price(found):
+    for point in found.points:
+        costs = [other.cost + point.smoothing * other.bend for other in found.points]
+        assert point.cost + point.smoothing * point.bend <= min(costs) * (1 + 1e-3)
 
 
 def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, hayashi):
