@@ -23,7 +23,7 @@ from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.posture.strategy.delivery import Breach, Delivery, Objective, Posed, delivered
-from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
+from fiveaxis.posture.strategy.effort import EFFORTS, ROUGH, Effort, effort_of
 from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
 from fiveaxis.posture.strategy.least_time import by_time, time_findings
 from fiveaxis.posture.strategy.portfolio import Portfolio
@@ -202,7 +202,9 @@ def optimise(
             options.clock,
             progress,
         )
-        found, rank, breach = delivered(found, delivery)
+        searches = options.objective == "energy" and options.start is None and mask is None
+        others = _quickly_found(found, effort, progress) if searches else {}
+        found, rank, breach = delivered(found, delivery, others)
         wide = machine if found.machine is narrow.machine else endless(machine)
         return _Attempt(replace(found, machine=wide), mask, rank, breach)
 
@@ -296,6 +298,18 @@ class _Refinement:
         clear = None if self.mask is None else Clearance.of(self.mask.along(posed.location), problem)
         with threadpool_limits(limits=1):
             return Portfolio(problem, self.effort, clear=clear).refined_near(start)
+
+
+def _quickly_found(found: Solution, effort: Effort, progress: Progress) -> dict[str, Array]:
+    """Search as the effort ``quick`` does, so that none of more searches costs more; by name, (n, 2) rad."""
+    if len(effort.searches) == 1 or found.problem is None:
+        return {}
+    quick = replace(EFFORTS["quick"], solver=effort.solver, last_barrier=effort.last_barrier)
+    try:
+        with threadpool_limits(limits=1):
+            return {"quick": Portfolio(found.problem, quick, progress).best_path(found.compared)}
+    except Infeasible:
+        return {}
 
 
 def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem, Array], Array]:

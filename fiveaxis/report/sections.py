@@ -67,8 +67,9 @@ def program_section(document: Mapping[str, Any]) -> str:
     text = (
         f"The program has {blocks} blocks for {before} locations. {_path_shape(document)} "
         f"To keep the tool on its path between locations, {inserted} {_blocks(program['inserted'])} "
-        f"{_were(program['inserted'])} inserted (tolerance {tolerance}); their postures were optimised too. {_removed(program)} All figures are "
-        "those of whole programs with their inserted blocks, without approach and retract."
+        f"{_were(program['inserted'])} inserted (tolerance {tolerance}); their postures were optimised too. "
+        f"{_removed(program)} All figures are those of whole programs with their inserted blocks, without "
+        "approach and retract."
     )
     html = f"<p>{escape(text)}</p>\n"
     if kinds := kinds_table(document):

@@ -8,7 +8,7 @@ and clearance hold there, and the objective is that of the program's blocks.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -190,17 +190,18 @@ class Delivery:
         if self.objective == "energy" and slowed and len(rotary) > 1:
             other, more = self._rounds(best, timed=True)
             best, stages = min(best, other, key=lambda one: one.rank), [*stages, *more]
-        if self.objective == "energy" and self.steady > 0.0 and len(best.rotary) > 2 and not best.broken:
-            best, more = self._steadied(best, timed=slowed)
-            stages += more
         return best, stages
 
-    def _steadied(self, best: Delivered, *, timed: bool) -> tuple[Delivered, list[Stage]]:
+    def steadied(self, best: Delivered) -> tuple[Delivered, list[Stage]]:
         """Solve again with a price of every change of speed; return the steadiest that costs little more.
 
         A drive that draws its whole power while it moves has no price of travel, and so none of reversals.
         """
-        found, stages, here = [best], [], best
+        stages: list[Stage] = []
+        if self.objective != "energy" or self.steady == 0.0 or len(best.rotary) <= 2 or best.broken:
+            return best, stages
+        timed = not self.clock.is_programmed(best.posed.problem.machine)
+        found, here = [best], best
         for number, price in enumerate(STEADYING):
             self.progress(f"steadying the axes, round {number + 1}", number, len(STEADYING))
             posed, start, path = here.denser, here.filled, here.denser.path
@@ -308,16 +309,19 @@ class Delivery:
         return from_rest_to_rest(weighted, rotary, sharpness, words=self.clock.limits_words)
 
 
-def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, tuple[float, float], Breach | None]:
+def delivered(
+    solution: Solution, delivery: Delivery, others: Mapping[str, Array]
+) -> tuple[Solution, tuple[float, float], Breach | None]:
     """Solve a solution again on the locations of its program; its energies are then those of programs.
 
     Every baseline is priced as its own program, and given on the locations of the result. A baseline that is
-    cheaper than the result is refined and replaces it.
+    cheaper than the result is refined and replaces it. The best of all is steadied.
 
     Parameters
     ----------
     solution : on the given locations, with its problem
     delivery : what solves it
+    others : further paths to begin from by name, (n, 2) rad: travel doesn't tell which leads to least energy
 
     Returns
     -------
@@ -328,6 +332,15 @@ def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, tuple[f
     columns = machine.rotary_columns
     best, stages = delivery.run(solution.motion.positions[:, columns])
     breach = best.breach
+
+    def try_from(name: str, rotary: Array) -> None:
+        nonlocal best, stages
+        other, more = delivery.run(rotary)
+        stages += [replace(stage, name=f"{stage.name}, from {name}") for stage in more]
+        best = min(best, other, key=lambda one: one.rank)
+
+    for name, rotary in others.items():
+        try_from(name, rotary)
     delivery.progress("pricing baselines as programs", 0, 1)
     filled = {
         name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
@@ -341,9 +354,9 @@ def delivered(solution: Solution, delivery: Delivery) -> tuple[Solution, tuple[f
         rotary = baseline.motion.positions[:, columns]
         cheaper = baseline.toolpath is None and delivery.cost(energies[name]) < best.cost
         if cheaper and delivery.admits(rotary):
-            other, more = delivery.run(rotary)
-            stages += [replace(stage, name=f"{stage.name}, from baseline {name}") for stage in more]
-            best = min(best, other, key=lambda one: one.rank)
+            try_from(f"baseline {name}", rotary)
+    best, more = delivery.steadied(best)
+    stages += more
     path = best.posed.path
     location = None if len(path) == len(given) else best.posed.location
     compared = {}

@@ -104,7 +104,8 @@ class Effort:
 
 
 NORMAL = Effort(
-    promise="three searches, the best two refined, the better one extended to all locations: for everyday use"
+    promise="three searches, the best two refined, the better one extended to all locations, and the path of "
+    "quick, whichever costs less in the program: for everyday use"
 )
 
 EFFORTS = {
