@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,15 @@ def arc() -> fx.Toolpath:
     return fx.Toolpath.from_contacts(contacts, normals, fx.Tool.ball(8), feed_mm_min=1000)
 
 
+def cone(n: int) -> fx.Toolpath:
+    """Lay eight rings of n contacts on an overhanging cone of radius 15 to 33."""
+    turn = 2.0 * np.pi * np.arange(n + 1) / n
+    out = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(n + 1)])
+    up = np.array([0.0, 0.0, 1.0])
+    contacts = np.vstack([r * out + (r - 15.0) * up for r in np.linspace(15.0, 33.0, 8)])
+    return fx.Toolpath.from_contacts(contacts, np.tile(out - up, (8, 1)), fx.Tool.ball(8), feed_mm_min=1000)
+
+
 def block() -> tuple[trimesh.Trimesh, tuple[Fixture, ...]]:
     """Make the block of examples/04_keep_clear.py, and the clamp beside it."""
     part = trimesh.creation.box((16.0, 16.0, 10.0))
@@ -127,6 +137,15 @@ PATHS = {
     "wall": NamedPath(
         "leaning S-wall, ball 8", lambda: table("leaning_s_wall.csv", 8, 500.0), {"tilt": (20, 80)}
     ),
+    "dome-top": NamedPath(
+        "upper side of a dome, ball 8", lambda: table("dome_top.csv", 8), {"tilt": (10, 50)}
+    ),
+    **{
+        f"cone-{n}": NamedPath(
+            f"cone of {n} locations a ring", partial(cone, n), {"tilt": (15, 70)}, shared=False
+        )
+        for n in (60, 120, 240, 480, 960)
+    },
     "example": NamedPath("examples/overhang, ball 8, stepdown 3", example, WALLS, shared=False),
     "propeller": NamedPath(
         "propeller, ball 4, stepdown 4", lambda: mesh("propeller_d.stl", 4, stepdown=4), WALLS
