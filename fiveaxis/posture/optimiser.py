@@ -40,6 +40,8 @@ from fiveaxis.toolpath.passes import Passes
 SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
 # Share of the energy that is spent on fewer starts and reversals, if nobody says otherwise.
 STEADY = 0.01
+# rad: postures that differ by less are one path.
+SAME_PATH = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,9 +309,13 @@ def _quickly_found(found: Solution, effort: Effort, progress: Progress) -> dict[
     quick = replace(EFFORTS["quick"], solver=effort.solver, last_barrier=effort.last_barrier)
     try:
         with threadpool_limits(limits=1):
-            return {"quick": Portfolio(found.problem, quick, progress).best_path(found.compared)}
+            rotary = Portfolio(found.problem, quick, progress).best_path(found.compared)
     except Infeasible:
         return {}
+    same = np.allclose(
+        rotary, found.motion.positions[:, found.machine.rotary_columns], rtol=0.0, atol=SAME_PATH
+    )
+    return {} if same else {"quick": rotary}
 
 
 def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem, Array], Array]:

@@ -34,8 +34,9 @@ WORTHWHILE, FEW = 2e-3, 1e-3
 # Rounds continue up to this many, as sharp as the last, while postures between locations break a bound.
 MOST_ROUNDS = 12
 # Prices of changes of speed that are tried, s: a change costs as much as going on at that speed for so long.
-# Each is solved twice, as the prices of travel change with what stands.
-STEADYING = (0.01, 0.01, 0.03, 0.03)
+# Each is solved twice, as the prices of travel change with what stands; the high one first, as what it
+# steadies stays so at the low one.
+STEADYING = (0.03, 0.03, 0.01, 0.01)
 # Violation that is tolerated between two locations (cosine, mm, rad).
 BETWEEN = 2e-4
 
