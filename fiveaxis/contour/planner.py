@@ -294,7 +294,7 @@ def _toolpath(
     last = ends - 1 - [len(p.retract) for p in linked]
     row = np.concatenate([[0], np.cumsum(parts)])
     first, last = row[last + 1 - [len(p.cut) for p in linked]], row[last]
-    return replace(path, source=np.arange(1, len(path) + 1)).shaped("smooth"), first, last
+    return replace(path, source=np.arange(1, len(path) + 1), shape="smooth", given=None), first, last
 
 
 def _rows(linked: LinkedPass, radius: float) -> tuple[Array, Array, Array, IntArray]:

@@ -45,18 +45,24 @@ def on_part(toolpath: Toolpath, part: trimesh.Trimesh | None) -> Toolpath:
     toolpath : whose zone touches
     part : its mesh in mm, workpiece frame; None leaves the path as it is
     """
-    curve, moves = toolpath.curve, np.flatnonzero(toolpath.curved)
-    if part is None or curve is None or not len(moves):
+    if part is None or toolpath.curve is None:
         return toolpath
-    surface = SignedSurface.of(part)
-    worse = np.zeros(len(moves), dtype=bool)
-    for share in SHARES:
-        point, chord = curve.between(toolpath.pivot, np.asarray(moves - 1.0 + share))
-        depths = [toolpath.zone.radius - surface.nearest(pivot)[2] for pivot in (point, point + chord)]
-        worse |= depths[0] > np.maximum(depths[1], DEEP)
+    surface, moves = SignedSurface.of(part), np.flatnonzero(toolpath.curved)
     straight = np.zeros(len(toolpath), dtype=bool) if toolpath.straight is None else toolpath.straight.copy()
-    straight[moves[worse]] = True
-    return replace(toolpath, straight=straight) if worse.any() else toolpath
+    while len(moves) and toolpath.curve is not None:
+        worse = np.zeros(len(moves), dtype=bool)
+        for share in SHARES:
+            point, chord = toolpath.curve.between(toolpath.pivot, np.asarray(moves - 1.0 + share))
+            depths = [toolpath.zone.radius - surface.nearest(pivot)[2] for pivot in (point, point + chord)]
+            worse |= depths[0] > np.maximum(depths[1], DEEP)
+        if not worse.any():
+            break
+        straight[moves[worse]] = True
+        toolpath = replace(toolpath, straight=straight.copy())
+        # Beside a chord the curve isn't what it was.
+        beside = (moves[worse][:, None] + np.array([-1, 1])).ravel()
+        moves = np.intersect1d(beside, np.flatnonzero(toolpath.curved))
+    return toolpath
 
 
 def count_touching(toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, tolerance: float) -> int:

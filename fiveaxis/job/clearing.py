@@ -213,7 +213,8 @@ def optimise(
         progress=progress,
     )
     around = Surroundings.load(part, stock, fixtures, clearances)
-    toolpath = on_part(toolpath if path_shape is None else toolpath.shaped(path_shape), around.part)
+    toolpath = toolpath if path_shape is None else toolpath.shaped(path_shape)
+    toolpath = on_part(constraints.zoned(toolpath), around.part)
 
     def solve(path: Toolpath, own: MaskFunction | None, free: bool) -> Postures:
         chosen = options if free else options.without_free_start()

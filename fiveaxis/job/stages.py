@@ -156,9 +156,9 @@ def run_stages(
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
     factors = load_factors(job)
     around = load_surroundings(job)
-    toolpath = on_part(_with_part_size(job, toolpath, around), around.part)
-    require_reached(toolpath, job.override)
     constraints = job.constraints
+    toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
+    require_reached(toolpath, job.override)
     solution, front, cleared = solve(job, constraints, toolpath, machine, progress, passes, around, start)
     inputs = describe_inputs(job)
 

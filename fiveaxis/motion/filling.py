@@ -242,7 +242,8 @@ def _times_in_parts(
     share = np.where(whole > 0.0, step / np.where(whole > 0.0, whole, 1.0), 1.0 / parts)
     along = np.zeros((len(row), 3))
     along[:, 0] = np.cumsum(share * toolpath.lengths[move])
-    return block_times(replace(path, pivot=along).shaped("chord"), machine, motion.positions)
+    straight = replace(path, pivot=along, shape="chord", inserted_on=None)
+    return block_times(straight, machine, motion.positions)
 
 
 def respaced(motion: Motion, machine: Machine) -> Motion:

@@ -39,6 +39,8 @@ FASTEST, PARTS = 1.25, 16
 # As this may happen within one part: shares of the cut, measured on both sides of where the tool axis passes
 # the singular direction.
 BESIDE = np.array([0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2])
+# rad: most by which a curve of tool axes is taken to leave the plane of a move.
+MOST_BOW = math.radians(0.2)
 # Directions with a shorter cross product span no plane.
 NO_PLANE = 1e-9
 # rad: an axis that moves by no more stands.
@@ -104,7 +106,7 @@ class AxisPlanes:
         length = np.abs(np.diff(rotary, axis=0)).sum(axis=1)
         cutting, none = toolpath.cutting[1:], np.zeros(len(normal))
         turning = np.flatnonzero(cutting & (length**2 / 8.0 > AXIS_TOLERANCE))
-        allowed = AXIS_TOLERANCE + _bows(toolpath, axes, normal)
+        allowed = AXIS_TOLERANCE + np.minimum(_bows(toolpath, axes, normal), MOST_BOW)
         planes = cls(machine, rotary, axes, normal, cutting, allowed, none, none > 0.0)
         off, kept = planes.off.copy(), planes.kept.copy()
         if len(turning):

@@ -307,9 +307,10 @@ def _quickly_found(found: Solution, effort: Effort, progress: Progress) -> dict[
     if len(effort.searches) == 1 or found.problem is None:
         return {}
     quick = replace(EFFORTS["quick"], solver=effort.solver, last_barrier=effort.last_barrier)
+    along = {name: baseline for name, baseline in found.compared.items() if baseline.toolpath is None}
     try:
         with threadpool_limits(limits=1):
-            rotary = Portfolio(found.problem, quick, progress).best_path(found.compared)
+            rotary = Portfolio(found.problem, quick, progress).best_path(along)
     except Infeasible:
         return {}
     same = np.allclose(

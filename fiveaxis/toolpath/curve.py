@@ -29,7 +29,7 @@ LONGEST_RATIO = 2.6
 ALIKE = 0.3
 # mm, of an arc of a location's curvature over a move: below the first it is rounding of the coordinates;
 # beyond the second, samples are too far apart to tell the curve. Below the third the chord is the curve.
-LEAST_BOW, MOST_BOW, NO_BOW = 5e-4, 0.11, 1e-6
+LEAST_BOW, MOST_BOW, NO_BOW = 5e-4, 0.056, 1e-6
 # mm: shorter moves have no direction.
 SHORTEST = 1e-6
 # Weights by share of Gauss and Legendre's rule: it gives the length of an arc of 31° to 1e-10 of it.

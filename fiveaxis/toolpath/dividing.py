@@ -63,6 +63,8 @@ def through(toolpath: Toolpath, row: Array, along: Array | None = None) -> Toolp
         normal=path.normal + unknown,
         axis=path.axis + unknown,
         rotary=None if path.rotary is None else path.rotary + unknown,
+        shape=path.shape if along is None else "chord",
+        given=given[:, 0] & ~path.inserted,
         inserted_on=curve,
     )
 
@@ -156,10 +158,14 @@ class Band:
 
     def distances(self, centre: Array) -> Array:
         """Measure how far points, (m, 3) mm, are from the band; (m,) mm."""
+        return np.linalg.norm(self.asides(centre), axis=1)
+
+    def asides(self, centre: Array) -> Array:
+        """Return the vectors from the nearest points of the band to points, (m, 3) mm."""
         aside = centre - self.curve
         square = np.sum(self.chord**2, axis=1)
         share = np.sum(aside * self.chord, axis=1) / np.where(square > 0.0, square, 1.0)
-        return np.linalg.norm(aside - np.clip(share, 0.0, 1.0)[:, None] * self.chord, axis=1)
+        return np.asarray(aside - np.clip(share, 0.0, 1.0)[:, None] * self.chord)
 
 
 def turned(direction: Array, row: Array) -> Array:

@@ -54,8 +54,8 @@ class Toolpath(HasColumns, ShownAsTable):
     normals_from : what the normals are, for reports: ``of the mesh, smoothed …``
     shape : what lies between two locations: a ``smooth`` curve where they tell one (`curve`), or a ``chord``
     straight : (n,), moves to locations that are chords in any case; None for none
-    inserted_on : the curve through inserted locations, which is that of the given path; None where all are
-        given
+    given : (n,), locations that weren't inserted; None where all are given
+    inserted_on : the curve between locations as it was before some were inserted; None where none were
     """
 
     tool: Tool
@@ -76,6 +76,7 @@ class Toolpath(HasColumns, ShownAsTable):
     normals_from: str = "of the path as given"
     shape: PathShape = "chord"
     straight: BoolArray | None = None
+    given: BoolArray | None = None
     inserted_on: Curve | None = None
 
     def __post_init__(self) -> None:
@@ -251,9 +252,8 @@ class Toolpath(HasColumns, ShownAsTable):
 
     @property
     def inserted(self) -> BoolArray:
-        """(n,), locations inserted before a given one, whose number they have."""
-        numbers = self.numbered
-        return np.append(numbers[1:] == numbers[:-1], False)
+        """(n,), locations that were inserted between given ones."""
+        return np.zeros(len(self), dtype=bool) if self.given is None else ~self.given
 
     @property
     def numbered(self) -> IntArray:
@@ -361,9 +361,8 @@ class Toolpath(HasColumns, ShownAsTable):
         zone = self.zone
         contact = np.full_like(tip, np.nan)
         contact[touching] = self.tool.cutter.contacts(tip[touching], normal[touching], self.axis[touching])
-        return replace(
-            self, pivot=zone.pivot_of_tip(tip, normal, self.axis), contact=contact, normal=np.array(normal)
-        )
+        pivot = zone.pivot_of_tip(tip, normal, self.axis)
+        return replace(self, pivot=pivot, contact=contact, normal=np.array(normal), inserted_on=None)
 
     def in_zone(self, zone: Zone) -> Toolpath:
         """Return the path with another zone of the cutter's profile on the same contacts.
@@ -376,19 +375,22 @@ class Toolpath(HasColumns, ShownAsTable):
         pivot = np.where(np.isfinite(free), free, self.pivot)
         touched = np.isfinite(self.contact) & np.isfinite(self.normal)
         pivot = np.where(touched, zone.pivot(self.contact, self.normal), pivot)
-        return replace(self, pivot=pivot, touching=zone)
+        return replace(self, pivot=pivot, touching=zone, inserted_on=None)
 
     def at(self, rows: IntArray) -> Toolpath:
         """Return the path through some of its locations, given by their indices."""
         columns = ("pivot", "contact", "normal", "axis", "feed", "kind", "source")
-        known = tuple(name for name in ("rotary", "numbers", "straight") if getattr(self, name) is not None)
+        known = tuple(
+            name for name in ("rotary", "numbers", "straight", "given") if getattr(self, name) is not None
+        )
         curve = None if self.inserted_on is None else self.inserted_on.at(rows)
         some = {name: getattr(self, name)[rows] for name in (*columns, *known)}
         return replace(self, **some, inserted_on=curve)
 
     def shaped(self, shape: PathShape) -> Toolpath:
-        """Return the path with smooth curves between its locations where they tell them, or with chords."""
-        return replace(self, shape=shape, straight=None, inserted_on=None)
+        """Return the given locations with smooth curves between them where they tell them, or with chords."""
+        own = self.at(np.flatnonzero(~self.inserted)) if self.inserted.any() else self
+        return replace(own, shape=shape, straight=None, given=None, inserted_on=None)
 
     def with_links(self, links: BoolArray) -> Toolpath:
         """Return the path with the marked rows, (n,), as links: they keep the pivot and lose the contact."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
-from fiveaxis.toolpath import across
+from fiveaxis.toolpath import Band, across
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.report import Result, left_out
 
@@ -84,9 +84,13 @@ def check_contact(context: CheckContext) -> Result:
     touched = pivot - zone.radius * path.normal
     at_contact = np.linalg.norm(touched - path.contact, axis=1)
     error = np.fmax(at_centre, at_contact)
-    rows = np.flatnonzero(path.inserted & context.course.curved)
-    along = np.abs(context.course.along(rows, pivot[rows] - path.pivot[rows]))
-    error[rows] = np.fmax(context.course.distances(rows, pivot[rows]), along)
+    known = np.isfinite(path.normal).all(axis=1) | (zone.offset == 0.0)
+    rows = np.flatnonzero(path.inserted & path.cutting & known & context.course.curved)
+    if path.curve is not None and len(rows):
+        # Along the move it is where the planned location is, or the chord's point beside that.
+        aside = Band(path.pivot[rows], path.curve.chord[rows]).asides(pivot[rows])
+        along = np.abs(context.course.along(rows, aside))
+        error[rows] = np.fmax(context.course.distances(rows, pivot[rows]), along)
     rows = np.flatnonzero(error > context.tolerances.contact)
 
     def message(i: int) -> str:

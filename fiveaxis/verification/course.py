@@ -17,7 +17,7 @@ from fiveaxis.toolpath import Toolpath
 from fiveaxis.toolpath.curve import ALIKE, LEAST_BOW, LONGEST_RATIO, MOST_BOW, MOST_TURN, SHORTEST
 
 # By how much a cubic and arcs with the same tangents may differ, as a share of their height, and mm.
-CURVES_DIFFER, ROUNDING = 0.03, 2e-5
+CURVES_DIFFER, ROUNDING = 0.03, 5e-4
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ import numpy as np
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.toolpath import MoveKind, Toolpath, across, divided_rows, interpolate, turned
+from fiveaxis.toolpath import Band, MoveKind, Toolpath, across, divided_rows, interpolate, turned
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.course import Course
@@ -316,11 +316,10 @@ def _aside(track: Track, path: Toolpath, i: int, points: IntArray) -> Array:
 
     An inserted location on a curve may be passed anywhere from there to the chord.
     """
-    aside = np.asarray(track.centre[points] - _centre(path, i, track.axis[points]))
-    if path.curve is None or not (chord := path.curve.chord[i]).any():
-        return aside
-    share = np.clip(np.sum(aside * chord, axis=1) / np.sum(chord**2), 0.0, 1.0)
-    return np.asarray(aside - share[:, None] * chord)
+    wanted = _centre(path, i, track.axis[points])
+    if path.curve is None:
+        return np.asarray(track.centre[points] - wanted)
+    return Band(wanted, np.broadcast_to(path.curve.chord[i], wanted.shape)).asides(track.centre[points])
 
 
 def _centre(path: Toolpath, i: int, axis: Array) -> Array:

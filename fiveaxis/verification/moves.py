@@ -199,7 +199,7 @@ def _distances(context: CheckContext, ends: IntArray, share: float, centre: Arra
     if offset:
         wanted = [path.centres(context.axis[rows], rows) for rows in (ends - 1, ends)]
         off = np.where(np.isfinite(normal).all(axis=1), off, segment_distances(centre, *wanted))
-    bent = np.flatnonzero(context.course.curved[ends])
+    bent = np.flatnonzero(context.course.curved[ends] & np.isfinite(normal).all(axis=1))
     off[bent] = context.course.distances(ends[bent], pivot[bent])
     return off
 

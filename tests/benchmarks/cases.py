@@ -83,7 +83,7 @@ def turned(path: fx.Toolpath, degrees: float) -> fx.Toolpath:
 def denser(path: fx.Toolpath, times: int) -> fx.Toolpath:
     """Give a path with so many times its locations."""
     path = refined(path, divided_rows(np.full(len(path) - 1, times)))
-    return replace(path, numbers=None).shaped(path.shape)
+    return replace(path, numbers=None, given=None, inserted_on=None)
 
 
 def invariance() -> None:

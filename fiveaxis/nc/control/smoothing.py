@@ -13,16 +13,17 @@ from fiveaxis.nc.source import Source
 # Sinumerik: compressor, and high-speed settings. Heidenhain: cycle 32 with a tolerance. Fanuc: AI contour
 # control and high-speed machining. What blends corners within a tolerance (G64, G187) leaves the chords.
 OFF = re.compile(
-    r"\bCOMPOF\b|\bCYCLE832\s*\(\s*(?:\)|0?\.?0*\s*[,)]|[^,)]*,\s*(?:0|_OFF)\s*[,)])|\bG0?5\.1\s*Q0\b|\bG0?5\s*P0\b"
-    r"|\bCYCL DEF 32\.1\s*$",
+    r"(?<![A-Z])COMPOF\b|(?<![A-Z])CYCLE832\s*\(\s*(?:\)|0?\.?0*\s*[,)]|[^,)]*,\s*(?:0|_OFF)\s*[,)])|(?<![A-Z])G0?5\.1\s*Q0\b"
+    r"|(?<![A-Z])G0?5\s*P0\b|\bCYCL DEF 32\.1\s*(?:T0*\.?0*\s*)?$",
     re.IGNORECASE,
 )
 ON = re.compile(
-    r"\bCOMP(?:ON|CURV|CAD|SURF)\b|\bCYCLE832\s*\(|\bG0?5\.1\s*Q[1-9]|\bG0?5\s*P[1-9]|\bCYCL DEF 32\.1\s+T",
+    r"(?<![A-Z])COMP(?:ON|CURV|CAD|SURF)\b|(?<![A-Z])CYCLE832\s*\(|(?<![A-Z])G0?5\.1\s*Q[1-9]"
+    r"|(?<![A-Z])G0?5\s*P[1-9]\d*\s*$|\bCYCL DEF 32\.1\s+T",
     re.IGNORECASE,
 )
-# A comment: after a semicolon, or in parentheses that aren't a word's arguments.
-COMMENT = re.compile(r";.*|(?<![A-Z0-9_])\([^)]*\)", re.IGNORECASE)
+# A comment, after a semicolon or in parentheses that aren't a word's arguments, or a text.
+COMMENT = re.compile(r";.*|(?<![A-Z0-9_])(?<!CYCLE832 )\([^)]*\)|\"[^\"]*\"", re.IGNORECASE)
 
 
 def smoothed_lines(source: Source) -> BoolArray:

@@ -332,7 +332,6 @@ def delivered(
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
     columns = machine.rotary_columns
     best, stages = delivery.run(solution.motion.positions[:, columns])
-    breach = best.breach
 
     def try_from(name: str, rotary: Array) -> None:
         nonlocal best, stages
@@ -342,6 +341,7 @@ def delivered(
 
     for name, rotary in others.items():
         try_from(name, rotary)
+    breach = best.breach
     delivery.progress("pricing baselines as programs", 0, 1)
     filled = {
         name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()

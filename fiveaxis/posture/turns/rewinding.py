@@ -175,7 +175,9 @@ def _insert(
     for row, there in stops.items():
         count[row] += len(there) + 2 * (max(r.retract for r in there) > 0.0)
     rows = np.repeat(np.arange(len(count)), count)
-    path, angles = course.toolpath.at(rows), leaving[rows].copy()
+    # The curve stays what it is without the rewinds.
+    path = replace(course.toolpath, inserted_on=course.toolpath.curve).at(rows)
+    angles = leaving[rows].copy()
     arrives = np.cumsum(count) - count
     is_link = np.diff(rows, prepend=-1) == 0
     angles[~is_link] = arriving[rows[~is_link]]
@@ -206,8 +208,14 @@ def _with_links(
     unknown = np.full_like(path.normal, np.nan)
     pivot = path.zone.pivot_of_tip(path.tips(axes) + back[:, None] * axes, unknown, axes)
     air = np.where(link[:, None], np.nan, 0.0)
+    curve = path.inserted_on
+    if curve is not None and path.zone.offset:
+        # Beside a link the pivot of such a cutter isn't known.
+        curve = replace(curve, bows=np.where(np.append(False, link[:-1])[:, None, None], 0.0, curve.bows))
     return replace(
         path,
+        given=~path.inserted & ~link,
+        inserted_on=curve,
         pivot=np.where(link[:, None], pivot, path.pivot),
         contact=path.contact + air,
         normal=path.normal + air,

@@ -18,6 +18,10 @@ PAIRS = [
     ("CYCLE832(_camtolerance,1,1)", "CYCLE832(0,0,1)"),
     ("CYCLE832(0.02,3)", "CYCLE832(0.02,0)"),
     ("G05.1 Q1", "G05.1 Q0"),
+    ("N100G05.1Q1", "N200G05.1Q0"),
+    ("N5COMPCAD", "N9COMPOF"),
+    ("CYCLE832 (0.05,1,1)", "CYCLE832 ()"),
+    ("22 CYCL DEF 32.1 T0.01", "30 CYCL DEF 32.1 T0"),
     ("N5 G5.1Q3 R5", "N6 G5.1Q0"),
     ("G05 P10000", "G05 P0"),
     ("22 CYCL DEF 32.1 T0.01", "30 CYCL DEF 32.1"),
@@ -31,7 +35,17 @@ def test_smoothing_lasts_from_the_block_that_switches_it_on_to_the_one_that_swit
 
 
 @pytest.mark.parametrize(
-    "line", ["G64 P0.01", "G187 P3", "(USE G05.1 Q1)", "; COMPCAD", "G1 X1 (G05 P10000)", "G5 X1 Y2"]
+    "line",
+    [
+        "G64 P0.01",
+        "G187 P3",
+        "(USE G05.1 Q1)",
+        "; COMPCAD",
+        "G1 X1 (G05 P10000)",
+        "G5 X1 Y2",
+        "G5 P2 Q3 X1",
+        'MSG("COMPCAD")',
+    ],
 )
 def test_what_blends_corners_or_is_a_comment_leaves_the_chords(line):
     assert not smoothed_lines(Source("part", [line, "G1 X2"])).any()
