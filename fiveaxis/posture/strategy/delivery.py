@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -31,7 +32,7 @@ SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 TIMED_SHARPNESS = 8 * SHARPNESS[-1:]
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
-# Rounds continue up to this many, as sharp as the last, while postures between locations break a bound.
+# Rounds continue up to this many, as sharp as the last, while postures break a bound.
 MOST_ROUNDS = 12
 # Prices of changes of speed that are tried, s: a change costs as much as going on at that speed for so long.
 # Each is solved twice, as the prices of travel change with what stands; the high one first, as what it
@@ -130,7 +131,7 @@ class Delivered:
         """Key by which the better of two is smaller: first violation, then cost."""
         return self.broken, self.cost
 
-    @property
+    @cached_property
     def broken(self) -> float:
         """By how much it breaks bounds, at its locations or between them; 0 if it keeps them."""
         broken = self.posed.problem.violation(self.rotary)
@@ -225,7 +226,7 @@ class Delivery:
         for number in range(MOST_ROUNDS):
             self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
             done = number >= len(sharpnesses) or self.objective == "travel"
-            if len(here.rotary) == 1 or (done and here.excess <= BETWEEN):
+            if len(here.rotary) == 1 or (done and not here.broken):
                 break
             sharpness, coming = (sharpnesses[min(n, len(sharpnesses) - 1)] for n in (number, number + 1))
             posed, start, before = here.denser, here.filled, here.cost
@@ -237,10 +238,10 @@ class Delivery:
             gain, better = best.cost - here.cost, here.rank < best.rank
             best = here if better else best
             more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
-            if not more and here.excess <= BETWEEN and (number >= 2 or not self.reweights):
+            if not more and not here.broken and (number >= 2 or not self.reweights):
                 break
             stays = here.inserted == 0 and np.array_equal(here.rotary, start)
-            if stays and (here.excess > BETWEEN or not self.reweights or coming == sharpness):
+            if stays and (here.broken or not self.reweights or coming == sharpness):
                 break
         return best, stages
 
