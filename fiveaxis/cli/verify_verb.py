@@ -29,6 +29,7 @@ from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
+    from fiveaxis.contour import on_part
     from fiveaxis.findings import Finding
     from fiveaxis.job import Against, Job
     from fiveaxis.machine import Machine
@@ -45,7 +46,7 @@ CHECKING: Mapping[str, Any] = {
     "machine": POSTURE["machine"],
     "tool": PLANNING["tool"],
     "crease": PLANNING["crease"],
-    **{name: POSTURE[name] for name in (*_BOUNDS, *_AROUND)},
+    **{name: POSTURE[name] for name in ("path_shape", *_BOUNDS, *_AROUND)},
     **PROGRAM,
     **{name: POSTURE[name] for name in ("tool_length", "work_offset", "part_rotation")},
 }
@@ -137,11 +138,14 @@ def load_checked(
         offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
         machine = machine.with_setup(offset, rotation).with_tool_length(options["tool_length"] or 0.0)
         if path is not None:
-            toolpath = read_toolpath(path, tool=tool, machine=machine)
+            shape = options["path_shape"]
+            toolpath = read_toolpath(path, tool=tool, machine=machine, path_shape=shape)
     tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
     cutter = tool or (None if toolpath is None else toolpath.tool)
     if around is not None and cutter is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
+    if toolpath is not None and around is not None:
+        toolpath = on_part(toolpath, around.part)
     against = Against(
         toolpath,
         cutter,
@@ -161,7 +165,8 @@ def _moved(job: Job, options: Mapping[str, Any]) -> Job:
         for name, option in (("offset", "work_offset"), ("rotation", "part_rotation"))
         if options[option] is not None
     }
-    changed = {name: options[name] for name in ("machine", "tool_length") if options[name] is not None}
+    own = ("machine", "tool_length", "path_shape")
+    changed = {name: options[name] for name in own if options[name] is not None}
     return job.model_copy(update=changed | {"setup": job.setup.model_copy(update=setup)})
 
 
