@@ -29,7 +29,6 @@ from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
-    from fiveaxis.contour import on_part
     from fiveaxis.findings import Finding
     from fiveaxis.job import Against, Job
     from fiveaxis.machine import Machine
@@ -112,6 +111,7 @@ def load_checked(
     path: Path | None, part: Path | None, options: Mapping[str, Any]
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
+    from fiveaxis.contour import on_part
     from fiveaxis.job import Against, ProgramOptions, load_placed, load_surroundings, part_unit, read_job
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import read_toolpath

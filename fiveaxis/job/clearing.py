@@ -142,7 +142,7 @@ def optimise(
     turn_rate : largest turn of a rotary axis over the path of the contact in cutting moves, **deg/mm**
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: a steadier posture at the cost of more travel
     steady : share of the energy that may be spent on fewer starts and reversals of axes, with the objective
-        ``energy``; 0 for none
+        ``energy`` and where nothing has to be kept clear of; 0 for none
     time_price : W, price of time beyond that at the programmed feed, where an axis is too slow for it; by
         default the machine's base power, 0 if that is unknown. Not with the objective ``time``, which has a
         price of its own

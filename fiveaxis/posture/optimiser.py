@@ -200,7 +200,8 @@ def optimise(
             filling,
             up_penalty,
             options.objective,
-            options.steady,
+            # Within a mask nothing is spent: between locations, a path that cuts corners comes nearer.
+            options.steady if mask is None else 0.0,
             options.clock,
             progress,
         )
