@@ -76,4 +76,6 @@ def test_the_ball_touches_where_it_cuts_and_gouges_nowhere(kind, seed, way, rest
     assert path.pivot[[0, -1], 2].min() > mesh.bounds[1, 2]
     known = {name: options[name] for name in ("strategy", "raster_angle", "overhang") if name in options}
     measured = path_quality(path, mesh, **known)
-    assert 0.0 <= measured.scallop_mean <= measured.scallop_largest <= 2.0 * RADIUS
+    # The mean of equal heights may exceed them by a rounding.
+    assert 0.0 <= measured.scallop_mean <= measured.scallop_largest * (1.0 + 1e-12)
+    assert measured.scallop_largest <= 2.0 * RADIUS

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.toolpath import Tool, Toolpath, refined
-from fiveaxis.verification.course import Course
+from fiveaxis.verification.course import ROUNDING, Course
 
 UP = np.array([0.0, 0.0, 1.0])
 # mm: by how much the cubic of the path may leave the arcs of the verification.
@@ -79,7 +79,7 @@ def test_beyond_the_curve_and_beyond_the_chord_the_distance_counts_from_there():
     for height, wanted in ((-0.01, 0.01), (0.5 * sagitta, 0.0), (sagitta + 0.01, 0.01), (sagitta + 0.1, 0.1)):
         found = course.distances(rows, middle + height * out)
         # The arcs are allowed to be higher by three hundredths, and by what is rounding.
-        np.testing.assert_allclose(found, wanted, atol=0.03 * sagitta + 3e-5)
+        np.testing.assert_allclose(found, wanted, atol=0.03 * sagitta + ROUNDING)
 
 
 @pytest.mark.parametrize("change", [{"shape": "chord"}, {"straight": np.ones(24, dtype=bool)}])
