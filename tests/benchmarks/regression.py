@@ -1,6 +1,6 @@
 """Compare the optimiser's results with those on record: a dearer one fails, a slower one is only told.
 
-Usage: python tests/benchmarks/regression.py [vase] [wall] [example] [dome] [boat]
+Usage: python tests/benchmarks/regression.py [vase] [wall] [example] [dome] [dome-top] [boat]
            [--slow]     also the cases of minutes
            [--write]    put the results on record
 
@@ -31,6 +31,7 @@ QUICK = {
     "wall": ("energy", "travel"),
     "example": ("energy", "travel"),
     "dome": ("energy",),
+    "dome-top": ("energy",),
     "boat": ("energy",),
 }
 SLOW = {"dome": ("travel",), "propeller": ("energy",), "impeller": ("energy", "travel")}
