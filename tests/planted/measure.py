@@ -1,7 +1,8 @@
 """Whether a fault matters: the tool's motion by the words of a program, compared with the path.
 
-It uses the equations of `fiveaxis.kinematics`, dense samples along every move and distances to straight
-chords, and nothing of the verification.
+It uses the equations of `fiveaxis.kinematics` and dense samples along every move, and nothing of the
+verification. The path is the band between the chords of the given locations and a spline through them,
+scipy's and not the planned curve.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from fiveaxis.geometry import Array, angle_between, normalise
+from fiveaxis.geometry import Array, BoolArray, angle_between, normalise
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.toolpath import Toolpath
@@ -20,12 +22,14 @@ from planted.words import DIRECTION, LINEAR, Text, Words
 
 Mode = Literal["axes", "tip", "vector"]
 
-# mm: a larger distance from the path, or from a location, matters: twice the gouge tolerance.
+# mm: a larger distance from the band, or from a given location, matters: twice the gouge tolerance.
 ALONG_BLOCKS = 0.02
 # deg: a larger overrun of the lean's bounds matters; chords of directions and rounding cause less.
 LEAN = 0.3
-# Samples of each move.
-PARTS = 30
+# Samples of each move of a program, and of the spline between two locations.
+PARTS, PIECES = 30, 16
+# mm²: a smaller triangle is a line.
+NO_AREA = 1e-12
 
 
 def distances(points: Array, polyline: Array) -> Array:
@@ -35,6 +39,81 @@ def distances(points: Array, polyline: Array) -> Array:
     share = np.clip(np.einsum("mnk,nk->mn", points[:, None] - a, step) / length, 0.0, 1.0)
     gaps = np.linalg.norm(points[:, None] - a - share[..., None] * step, axis=2)
     return np.asarray(gaps)
+
+
+def triangle_distances(points: Array, corners: Array) -> Array:
+    """Measure the distance of points, (m, 3), from triangles, (m, k, 3, 3): (m, k), mm."""
+    edges = np.roll(corners, -1, axis=2) - corners
+    aside = points[:, None, None] - corners
+    length = np.maximum((edges**2).sum(axis=3), 1e-30)
+    share = np.clip((aside * edges).sum(axis=3) / length, 0.0, 1.0)
+    beside = np.linalg.norm(aside - share[..., None] * edges, axis=3).min(axis=2)
+    normal = np.cross(edges[:, :, 0], edges[:, :, 1])
+    area = np.linalg.norm(normal, axis=2)
+    turns = (np.cross(edges, aside) * normal[:, :, None]).sum(axis=3)
+    above = (turns >= 0.0).all(axis=2) & (area > NO_AREA)
+    height = np.abs((aside[:, :, 0] * normal).sum(axis=2)) / np.maximum(area, NO_AREA)
+    return np.where(above, height, beside)
+
+
+@dataclass(frozen=True)
+class Band:
+    """Where the tool's centre may be in each of g moves between given locations: from the chord to a spline.
+
+    Parameters
+    ----------
+    given : (g + 1, 3), mm, the locations
+    cuts : (g,), whether the move cuts; other moves are chords
+    """
+
+    given: Array
+    cuts: BoolArray
+
+    @classmethod
+    def of(cls, path: Toolpath) -> Band:
+        rows = np.flatnonzero(~path.inserted)
+        return cls(path.pivot[rows], path.cutting[rows[1:]])
+
+    @cached_property
+    def spline(self) -> Array:
+        """(g, PIECES + 1, 3), mm: through each row of cuts, which must have no corner."""
+        share = np.linspace(0.0, 1.0, PIECES + 1)[:, None]
+        step = np.diff(self.given, axis=0)
+        points = self.given[:-1, None] + share * step[:, None]
+        travelled = np.append(0.0, np.cumsum(np.linalg.norm(step, axis=1)))
+        for run in np.split(np.arange(len(step)), np.flatnonzero(np.diff(self.cuts)) + 1):
+            if self.cuts[run[0]]:
+                through = np.append(run, run[-1] + 1)
+                at = travelled[run] + share * np.diff(travelled)[run]
+                points[run] = CubicSpline(travelled[through], self.given[through])(at.T)
+        return points
+
+    @cached_property
+    def feet(self) -> Array:
+        """(g, PIECES + 1, 3), mm: the points of the chord beside those of the spline."""
+        step = np.diff(self.given, axis=0)[:, None]
+        aside = self.spline - self.given[:-1, None]
+        share = (aside * step).sum(axis=2) / np.maximum((step**2).sum(axis=2), 1e-30)
+        return np.asarray(self.given[:-1, None] + np.clip(share, 0.0, 1.0)[..., None] * step)
+
+    @cached_property
+    def triangles(self) -> Array:
+        """(g, 2 * PIECES, 3, 3), mm: the strip between chord and spline."""
+        top, foot = self.spline, self.feet
+        one = np.stack([top[:, :-1], top[:, 1:], foot[:, :-1]], axis=2)
+        other = np.stack([top[:, 1:], foot[:, 1:], foot[:, :-1]], axis=2)
+        return np.concatenate([one, other], axis=1)
+
+    def near(self, points: Array, moves: BoolArray | slice = slice(None)) -> BoolArray:
+        """Check which points, (m, 3), are within `ALONG_BLOCKS` of the band, in all moves or some, (g,)."""
+        chosen = np.arange(len(self.cuts))[moves]
+        gaps = distances(points, self.given)[:, chosen]
+        near = (gaps <= ALONG_BLOCKS).any(axis=1)
+        reach = np.linalg.norm(self.spline - self.feet, axis=2).max(axis=1)[chosen]
+        point, column = np.nonzero(~near[:, None] & (gaps <= ALONG_BLOCKS + reach))
+        gap = triangle_distances(points[point], self.triangles[chosen[column]]).min(axis=1)
+        near[point[gap <= ALONG_BLOCKS]] = True
+        return near
 
 
 @dataclass(frozen=True)
@@ -130,6 +209,10 @@ class Measure:
     path: Toolpath
     tilt: tuple[float, float]
 
+    @cached_property
+    def band(self) -> Band:
+        return Band.of(self.path)
+
     def ways(self, text: Text) -> list[Way]:
         """Sample the moves from location to location of the path, from start to end."""
         share = np.linspace(0.0, 1.0, PARTS + 1)[:, None]
@@ -147,14 +230,14 @@ class Measure:
         return self.strays([way for way in self.ways(text) if not way.is_rapid])
 
     def strays(self, ways: list[Way]) -> bool:
-        """Check whether cuts leave the path, miss a location or lean too far."""
+        """Check whether cuts leave the band, miss a given location, or lean too far beside any location."""
         cut = self.path.cutting
         centre = np.concatenate([way.centre for way in ways])
         axis = np.concatenate([way.axis for way in ways])
-        if distances(centre, self.path.pivot).min(axis=1).max() > ALONG_BLOCKS:
+        if not self.band.near(centre).all():
             return True
         passed = distances(self.path.pivot[cut], centre)
-        if passed.min(axis=1).max() > ALONG_BLOCKS:
+        if passed.min(axis=1)[~self.path.inserted[cut]].max() > ALONG_BLOCKS:
             return True
         lean = np.degrees(angle_between(axis[passed.argmin(axis=1)], self.path.normal[cut]))
         low, high = self.tilt
@@ -177,5 +260,4 @@ class Measure:
         return any(text.is_rapid(line) for line in self.touching(text))
 
     def _touches(self, centre: Array) -> bool:
-        cut = self.path.cutting[1:]
-        return bool((distances(centre, self.path.pivot)[:, cut] < ALONG_BLOCKS).any())
+        return bool(self.band.near(centre, self.band.cuts).any())
