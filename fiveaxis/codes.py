@@ -74,7 +74,9 @@ CHECKS = {
     "duration-differs": Code(
         ERROR, "by its F a block takes a different time than planned; a warning where F has too few digits"
     ),
-    "rapid-in-cut": Code(ERROR, "a program has a rapid move where the path cuts, or a feed move was planned"),
+    "rapid-in-cut": Code(
+        ERROR, "a program has a rapid move where the path cuts or down to it, or for a planned feed move"
+    ),
     "tcp-state": Code(ERROR, "TCP is on where a program's words need it off, or off where they need it on"),
     "spindle-off": Code(ERROR, "the spindle is off in a cut, or its speed or sense isn't what was asked for"),
     "wrong-tool": Code(ERROR, "another tool cuts than was asked for, or the tool is never loaded"),

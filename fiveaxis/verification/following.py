@@ -182,18 +182,41 @@ def check_following(
 
 
 def check_rapids(context: CheckContext, match: Match) -> Result:
-    """Check that no location at which the path cuts is reached by a rapid move."""
-    cuts = np.flatnonzero((match.row > 0) & match.path.cutting)
-    rows = np.unique(match.row[cuts][context.toolpath.rapid[match.row[cuts]]])
+    """Check that no rapid move lies on a cut of the path, or ends where a cut begins.
+
+    Where the path itself has a rapid move to the begin of a cut, so may the program.
+    """
+    path, known = match.path, match.passed
+    rapid, row = context.toolpath.rapid, _reaching(context, match)
+    touches = row[path.bounding[known] & ~path.rapid[known]]
+    quick = np.flatnonzero(rapid)
+    number = np.searchsorted(row, quick)
+    between = (number > 0) & (number < len(known))
+    between[between] = path.cutting[known[number[between]]]
+    rows = np.union1d(touches[rapid[touches] & (touches > 0)], quick[between])
     return Result(
         code="rapid-in-cut",
         severity=Severity.ERROR,
         rows=rows,
         values=np.full(len(rows), np.nan),
-        message=lambda _: "a rapid move where the path cuts; write G1 and F",
+        message=lambda _: "a rapid move where the path cuts, or down to it; write G1 and F",
         figures={},
-        checked=("no rapid move where the path cuts",),
+        checked=("no rapid move where the path cuts, or down to it",),
     )
+
+
+def _reaching(context: CheckContext, match: Match) -> IntArray:
+    """Find the blocks that reach the locations that are passed, (p,), by the program's row at which they end.
+
+    That is the block of `Match.row`, or the next one where the location is farther beyond its end than the
+    tolerance.
+    """
+    known = match.passed
+    row = match.row[known]
+    centre = context.tip + match.path.zone.height * context.axis
+    length = np.append(np.linalg.norm(np.diff(centre, axis=0), axis=1), 0.0)
+    beyond = (match.place[known] - row) * length[row]
+    return np.asarray(row + (beyond > context.tolerances.deviation))
 
 
 def _missed(match: Match, tolerance: float) -> tuple[Finding, ...]:

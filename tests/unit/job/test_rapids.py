@@ -150,6 +150,46 @@ def test_a_cut_that_a_program_makes_in_rapid_is_held_to_the_path(hayashi, tmp_pa
     assert "off-path" in report.counts
 
 
+# Blocks of a program of `two_cuts`, others in their place, and whether a rapid move touches material.
+MADE_RAPID = {
+    "a cut": ("G1 X5.0", ["G0 X5.0 Z21"], True),
+    "half a cut": ("G1 X5.0", ["G0 X2.5 Z20.5", "G1 X5.0 Z21 F240"], True),
+    "a part within a cut": ("G1 X5.0", ["G1 X2 Z20.4 F240", "G0 X3 Z20.6", "G1 X5.0 Z21 F240"], True),
+    "down to a cut": ("G1 X17.320508 Y-20.160254", ["G0 X17.320508 Y-20.160254 Z11.918584"], True),
+    "off a cut": ("G1 X10.000000 Y0.000000 Z25", ["G0 Z25"], False),
+    "nearly down to a cut": (
+        "G1 X17.320508 Y-20.160254",
+        ["G0 X17.320508 Y-20.210254 Z12.005187", "G1 Y-20.160254 Z11.918584 F600"],
+        False,
+    ),
+}
+
+
+@pytest.mark.parametrize("made_rapid", MADE_RAPID)
+def test_a_rapid_move_that_touches_material_is_found(made_rapid, hayashi, tmp_path):
+    begin, others, touches = MADE_RAPID[made_rapid]
+    path = two_cuts()
+    text = list(program_of(with_postures(path, hayashi)).text.lines)
+    row = next(i for i, line in enumerate(text) if line.startswith(begin))
+    text[row : row + 1] = others
+    file = tmp_path / "part.ngc"
+    file.write_text("\n".join(text))
+    report = verify_program(file, hayashi, toolpath=path, rapid_mm_min=SPEED, max_turn=180.0)
+    assert ("rapid-in-cut" in report.counts) is touches
+    assert "off-path" not in report.counts
+
+
+def test_a_rapid_move_to_a_cut_is_the_paths_own(hayashi, tmp_path):
+    """Where the path comes down to a cut at rapid, its program isn't held to more than that."""
+    path = two_cuts()
+    kind = np.where(path.kind == LINK, RAPID, path.kind)
+    own = replace(path, kind=kind)
+    file = tmp_path / "part.ngc"
+    file.write_text("\n".join(program_of(with_postures(own, hayashi)).text.lines))
+    report = verify_program(file, hayashi, toolpath=own, rapid_mm_min=SPEED, max_turn=180.0)
+    assert "rapid-in-cut" not in report.counts
+
+
 @pytest.mark.parametrize("speed", [None, 6000.0])
 def test_what_the_optimiser_assumes_for_unknown_speeds_is_reported(hayashi, speed):
     path = two_cuts() if speed else two_cuts().with_rapid(600.0)
