@@ -7,9 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.energy.drives import axis_powers, travel_costs
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import standing_speeds
+
+# Share of the travel at the programmed feed below which an axis counts as standing.
+STANDS = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,26 +36,37 @@ class BlockCosts:
     reach: Array
     step: Array
 
-    def prices(self, travel: Array, sharpness: float) -> tuple[Array, Array]:
-        """Compute linear prices of travel that match the cost at the last solution and majorise it elsewhere.
+    def thinned(self, rows: IntArray) -> BlockCosts:
+        """Return the costs of moves between some of the locations, (m,), each of several blocks."""
 
-        The constant part is divided by the axis's last travel: an axis that moved little pays a high price
-        per millimetre, and soon stands. The cost isn't convex (iteratively reweighted ℓ1; Candès, Wakin &
-        Boyd 2008, J. Fourier Anal. Appl. 14, 877).
+        def summed(steps: Array) -> Array:
+            return np.add.reduceat(steps[..., : rows[-1], :], rows[:-1], axis=-2)
+
+        slope = summed(self.slope) / np.diff(rows)[:, None]
+        return BlockCosts(slope, summed(self.standing), summed(self.reach), summed(self.step))
+
+    @property
+    def has_constant_power(self) -> bool:
+        """Whether a drive draws power for moving at all."""
+        return bool(self.standing.any())
+
+    def near(self, travel: Array) -> tuple[Array, Array]:
+        """Compute prices of travel near a solution: what stands is dear, what moves has paid for the block.
 
         Parameters
         ----------
-        travel : (n, k), mm and rad, absolute travel of the last solution
-        sharpness : share of `step` below which travel counts as none
+        travel : (n, k), mm and rad, absolute travel of the solution
 
         Returns
         -------
         plus, minus : (n, k), J/mm and J/rad
         """
-        least = travel + sharpness * self.step
-        shared = np.divide(self.standing, least, out=np.zeros_like(self.standing), where=least > 0.0)
+        stands = travel <= STANDS * self.step
+        dear = np.divide(
+            self.standing, STANDS * self.step, out=np.zeros_like(self.standing), where=self.step > 0.0
+        )
         fast = np.divide(self.standing, self.reach, out=np.zeros_like(self.standing), where=self.reach > 0.0)
-        plus, minus = self.slope + np.maximum(shared, fast)
+        plus, minus = self.slope + np.where(stands, dear, np.where(travel > self.reach, fast, 0.0))
         return plus, minus
 
 

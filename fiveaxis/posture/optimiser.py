@@ -6,27 +6,30 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import power_findings
+from fiveaxis.energy import BlockCosts, block_costs, power_findings
 from fiveaxis.errors import Infeasible, SettingError, ToolpathError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine, with_powers
-from fiveaxis.motion import Filling, Interpolation
+from fiveaxis.motion import Filling, Interpolation, feed_times
 from fiveaxis.nc import USUAL_CLOCK, Clock
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
 from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.search.successors import Grain, cheapest_path
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.bounding import with_bound
-from fiveaxis.posture.strategy.delivery import Breach, Delivery, Objective, Posed, delivered
-from fiveaxis.posture.strategy.effort import EFFORTS, ROUGH, Effort, effort_of
+from fiveaxis.posture.strategy.delivery import Delivery, Objective, delivered
+from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
 from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
 from fiveaxis.posture.strategy.least_time import by_time, time_findings
 from fiveaxis.posture.strategy.portfolio import Portfolio
+from fiveaxis.posture.strategy.program_path import Breach, Posed
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
@@ -40,8 +43,8 @@ from fiveaxis.toolpath.passes import Passes
 SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
 # Share of the energy that is spent on fewer starts and reversals, if nobody says otherwise.
 STEADY = 0.01
-# rad: postures that differ by less are one path.
-SAME_PATH = 1e-6
+# Locations to each side of a refused one that stay where they are, by attempt.
+REACHES = (6, 24, 96)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +86,7 @@ class Options:
             An unknown effort or solver.
         """
         require_solver(self.solver)
-        return replace(effort_of(self.effort), solver=self.solver)
+        return effort_of(self.effort).having(solver=self.solver)
 
     def without_free_start(self) -> Options:
         """Return the options with which passes stay as they are."""
@@ -153,9 +156,8 @@ def optimise(
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     options.require_consistent(constraints)
     effort = options.counts()
-    if options.objective != "travel":
-        # Travel prices only provide the start for the prices of blocks.
-        effort = replace(effort, last_barrier=ROUGH)
+    # Travel prices only provide the start for the prices of blocks.
+    given_effort = effort if options.objective == "travel" else effort.having(last_barrier=ROUGH)
     progress, smoothing, up_penalty = options.progress, options.smoothing, options.up_penalty
     cone = Cone.of(constraints)
     machine = holding.hold(with_powers(machine), constraints.hold)
@@ -181,8 +183,14 @@ def optimise(
 
     def solved(narrow: Narrow) -> _Attempt:
         """Solve within narrower bounds."""
-        given = GivenProblem(*build(narrow, toolpath), toolpath, options.start, effort, progress, cone)
-        found, mask = solve_given(given, options.mask)
+        alone = options.mask is None and cone is None and options.start is None
+        problem, bounds = build(narrow, toolpath)
+        # What stands is searched from what the smallest effort finds by travel.
+        stands = alone and options.objective == "energy" and stands_pay(problem, toolpath)
+        starting = given_effort.smallest if stands else given_effort
+        given = GivenProblem(problem, bounds, toolpath, options.start, starting, progress, cone)
+        first = solve_given(given, options.mask)
+        found, mask, others = first.solution, first.mask, first.others
 
         def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
             problem, bounds = build(narrow, path, location)
@@ -192,12 +200,13 @@ def optimise(
             again = _refiner(effort, progress, "another start")
             passes = None if options.free_start is True else options.free_start
             found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
-        refine = _Refinement(effort, cone, mask)
+            others = {}
         delivery = Delivery(
             found.toolpath,
             rebuild,
-            refine,
+            _Near(effort, cone, mask),
             filling,
+            effort,
             up_penalty,
             options.objective,
             # Within a mask nothing is spent: between locations, a path that cuts corners comes nearer.
@@ -205,9 +214,9 @@ def optimise(
             options.clock,
             progress,
         )
-        searches = options.objective == "energy" and options.start is None and mask is None
-        others = _quickly_found(found, effort, progress) if searches else {}
-        found, rank, breach = delivered(found, delivery, others)
+        if options.start is not None and mask is None and not options.free_start:
+            others = {"the start given": options.start}
+        found, rank, breach = delivered(found, delivery, others, everywhere=alone)
         wide = machine if found.machine is narrow.machine else endless(machine)
         return _Attempt(replace(found, machine=wide), mask, rank, breach)
 
@@ -285,39 +294,51 @@ def _best_attempt(solved: Callable[[Narrow], _Attempt], given: Narrow) -> _Attem
 
 
 @dataclass(frozen=True, eq=False)
-class _Refinement:
-    """Refines a path on the locations of its program, within the mask and the singular cone."""
+class _Near:
+    """What is done near a path on the locations of its program, within the mask and the singular cone."""
 
     effort: Effort
     cone: Cone | None
     mask: Mask | None
 
-    def __call__(self, posed: Posed, problem: Problem, start: Array) -> Array:
+    def refined(self, posed: Posed, problem: Problem, start: Array) -> Array:
         """Solve a problem of posed locations near a start, (n, 2) rad."""
-        if self.cone is not None:
-            problem = bounded_within(problem, posed.path, start, self.cone)
-            turned = np.abs(np.diff(start, axis=0))
-            problem = replace(problem, max_turn=np.maximum(problem.max_turn, turned))
+        problem = self._within_cone(posed, problem, start)
         clear = None if self.mask is None else Clearance.of(self.mask.along(posed.location), problem)
         with threadpool_limits(limits=1):
             return Portfolio(problem, self.effort, clear=clear).refined_near(start)
 
+    def searched(
+        self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
+    ) -> Array:
+        """Search for what stands in a tube about a start, (n, 2) rad; where that is refused, it stays."""
+        problem = self._within_cone(posed, posed.problem, start)
+        free = np.ones(len(start), dtype=bool) if free is None else free
+        if self.mask is None:
+            found = cheapest_path(problem, costs, grain, start, free)
+            return start if found is None else found
+        clear = Clearance.of(self.mask.along(posed.location), problem)
+        refused_before = ~clear.admits(start)
+        for reach in REACHES:
+            found = cheapest_path(problem, costs, grain, start, free)
+            refused = refused_before if found is None else ~clear.admits(found) & ~refused_before
+            if found is None or not refused.any():
+                return start if found is None else found
+            free = free & ~binary_dilation(refused, iterations=reach)
+        return start
 
-def _quickly_found(found: Solution, effort: Effort, progress: Progress) -> dict[str, Array]:
-    """Search as the effort ``quick`` does, so that none of more searches costs more; by name, (n, 2) rad."""
-    if len(effort.searches) == 1 or found.problem is None:
-        return {}
-    quick = replace(EFFORTS["quick"], solver=effort.solver, last_barrier=effort.last_barrier)
-    along = {name: baseline for name, baseline in found.compared.items() if baseline.toolpath is None}
-    try:
-        with threadpool_limits(limits=1):
-            rotary = Portfolio(found.problem, quick, progress).best_path(along)
-    except Infeasible:
-        return {}
-    same = np.allclose(
-        rotary, found.motion.positions[:, found.machine.rotary_columns], rtol=0.0, atol=SAME_PATH
-    )
-    return {} if same else {"quick": rotary}
+    def _within_cone(self, posed: Posed, problem: Problem, start: Array) -> Problem:
+        if self.cone is None:
+            return problem
+        problem = bounded_within(problem, posed.path, start, self.cone)
+        turned = np.abs(np.diff(start, axis=0))
+        return replace(problem, max_turn=np.maximum(problem.max_turn, turned))
+
+
+def stands_pay(problem: Problem, path: Toolpath) -> bool:
+    """Check whether drives draw power for moving at all."""
+    costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=feed_times(path)[1:])
+    return costs.has_constant_power
 
 
 def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem, Array], Array]:

@@ -79,6 +79,11 @@ class Tape:
             steps[k, 2 : 2 + len(sources)] = sources
         return cls(steps, constants, function.sz_w(), value.numel())
 
+    @property
+    def parts(self) -> tuple[IntArray, Array, int]:
+        """What `play` needs."""
+        return self.steps, self.constants, self.registers
+
     def __call__(self, arguments: Array) -> Array:
         """Evaluate rows of arguments, (n, p) to (n, o)."""
         values = np.empty((len(arguments), self.outputs))

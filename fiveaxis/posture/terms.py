@@ -155,12 +155,16 @@ class LocationTapes:
     Parameters
     ----------
     values : (rotary (2), pivot (3), normal (3)) → (k + 3)
+    slopes : the same → (values, derivatives by the first and second angle)
+    bows : the same → (values, both derivatives, second derivatives 11, 12, 22)
     derivatives : (the same, weights (k + 3)) → (values, derivatives by the first and second angle, second
         derivatives 11, 12, 22 of the weighted sum)
     function : as `values`, for CasADi's own solvers
     """
 
     values: Tape
+    slopes: Tape
+    bows: Tape
     derivatives: Tape
     function: ca.Function
 
@@ -198,6 +202,8 @@ def _location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
     derivatives = ca.vertcat(quantities, *slopes, *(ca.dot(weights, bow) for bow in bows))
     return LocationTapes(
         Tape.of(given, quantities),
+        Tape.of(given, ca.vertcat(quantities, *slopes)),
+        Tape.of(given, ca.vertcat(quantities, *slopes, *bows)),
         Tape.of(ca.vertcat(given, weights), derivatives),
         ca.Function("location", [given], [ca.densify(quantities)]),
     )

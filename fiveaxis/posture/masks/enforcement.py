@@ -103,11 +103,11 @@ class Enforcement:
 
     def _searched(self) -> list[Array | None]:
         """Search the whole path among roughly admitted postures, replan and refine each result."""
-        effort, answers = self.run.effort, []
-        for searches in (effort.searches, *effort.others):
-            run = replace(self._confined, stages=[], effort=replace(effort, searches=searches))
+        answers: list[Array | None] = []
+        for searches in self.run.effort.searches:
+            run = replace(self._confined, stages=[])
             try:
-                path = run.best_path({})
+                path = run.best_path({}, searches)
             except Infeasible:
                 continue
             finally:

@@ -9,141 +9,60 @@ and clearance hold there, and the objective is that of the program's blocks.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
-from fiveaxis.energy import Energy, block_costs, travel_costs
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.energy import BlockCosts, Energy, block_costs
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import Filling, feed_times, follow
 from fiveaxis.nc import USUAL_CLOCK, Clock
 from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.search.successors import Grain, path_anywhere, turning_rows
 from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy, timed_energy
+from fiveaxis.posture.strategy.effort import Effort, grain
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
+from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
-# Share of a step below which travel counts as none, by round.
+# Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
-# The rounds at the times of the control begin where these ended.
-TIMED_SHARPNESS = 8 * SHARPNESS[-1:]
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
-# Rounds continue up to this many, as sharp as the last, while postures break a bound.
-MOST_ROUNDS = 12
-# Prices of changes of speed that are tried, s: a change costs as much as going on at that speed for so long.
-# Each is solved twice, as the prices of travel change with what stands; the high one first, as what it
-# steadies stays so at the low one.
-STEADYING = (0.03, 0.03, 0.01, 0.01)
-# Violation that is tolerated between two locations (cosine, mm, rad).
-BETWEEN = 2e-4
+# Rounds continue up to this many while postures break a bound; searches of one tube, and refinements.
+MOST_ROUNDS, SETTLING, POLISHING = 12, 3, 2
+# The tube in which inserted locations settle.
+SETTLED = grain(0.2, 0.7, 8, 1.5)
+# Locations to each side of an inserted one that settle with it.
+AROUND = 3
+# A refinement may turn farther in a block by this factor, and by as many rad.
+FARTHER, LITTLE = 1.2, np.radians(0.2)
+SEARCHING = "searching which axes can stand"
 
 Objective = Literal["energy", "travel", "time"]
 # Makes the problem of a path with inserted locations from their fractional indices, (n,), in the given path.
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
 
 
-@dataclass(frozen=True, eq=False)
-class Posed:
-    """A path with inserted locations, and its problem.
+class Near(Protocol):
+    """What is done near a path, (n, 2) rad, of posed locations, within the mask and the singular cone."""
 
-    Parameters
-    ----------
-    path : n locations
-    location : (n,), fractional index of each in the given path
-    problem, bounds : with the prices of travel, or of time
-    """
+    def refined(self, posed: Posed, problem: Problem, start: Array) -> Array:
+        """Solve a problem, which has other prices than `posed`, near a start."""
+        ...
 
-    path: Toolpath
-    location: Array
-    problem: Problem
-    bounds: TiltBounds
+    def searched(
+        self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
+    ) -> Array:
+        """Search for what stands in a tube about a start, where that is free to change."""
+        ...
 
 
-# Refines a path, (n, 2) rad, of posed locations, by the prices of a problem.
-Refine = Callable[[Posed, Problem, Array], Array]
-
-
-@dataclass(frozen=True)
-class Breach:
-    """What a path breaks between its locations.
-
-    Parameters
-    ----------
-    hop : rad, smallest turn in a given move within which the tool leans out of its bounds; infinite for none
-    overrun : mm or rad, farthest beyond an axis limit
-    """
-
-    hop: float
-    overrun: float
-
-
-@dataclass(frozen=True, eq=False)
-class Delivered:
-    """A path, the locations that its program needs in addition, and its cost.
-
-    Parameters
-    ----------
-    posed : what was solved
-    rotary : (n, 2), rad, chain order, its postures
-    denser : with the additional locations of the program's blocks
-    filled : (m, 2), rad, the postures there
-    excess : largest violation between the locations; cosine, mm or rad
-    energy : of the program's blocks
-    cost : J, the objective for them
-    times : (m,), s, that the control takes for the moves to the denser path's locations
-    solved : the problem of which the postures are an optimum, with the prices near them
-    """
-
-    posed: Posed
-    rotary: Array
-    denser: Posed
-    filled: Array
-    excess: float
-    energy: Energy
-    cost: float
-    times: Array
-    solved: Problem
-
-    @property
-    def inserted(self) -> int:
-        """Number of locations that the program needs in addition to those that were solved."""
-        return len(self.denser.path) - len(self.posed.path)
-
-    @property
-    def breach(self) -> Breach | None:
-        """What is broken between the locations; None if nothing is."""
-        if self.excess <= BETWEEN:
-            return None
-        problem, location = self.denser.problem, self.denser.location
-        positions, excess = problem.placed(slice(None), self.filled)
-        moves = np.unique(np.ceil(location[excess > BETWEEN]).astype(np.int64)) - 1
-        given = self.filled[location == np.floor(location)]
-        turns = np.abs(np.diff(given, axis=0)).max(axis=1)
-        hop = turns[moves[moves >= 0]].min(initial=np.inf)
-        return Breach(float(hop), float(problem.limit_excess(positions).max(initial=0.0)))
-
-    @property
-    def rank(self) -> tuple[float, float]:
-        """Key by which the better of two is smaller: first violation, then cost."""
-        return self.broken, self.cost
-
-    @cached_property
-    def broken(self) -> float:
-        """By how much it breaks bounds, at its locations or between them; 0 if it keeps them."""
-        broken = self.posed.problem.violation(self.rotary)
-        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
-
-    @property
-    def unrest(self) -> tuple[int, float]:
-        """Key by which the steadier of two is smaller: starts and reversals, then the travel metric."""
-        return self.energy.steadiness.events, self.energy.travel
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Delivery:
     """Solves a path on the locations of its program.
 
@@ -151,118 +70,217 @@ class Delivery:
     ----------
     given : the path
     build : makes the problem of a path with inserted locations
-    refine : solves one near a start
+    near : what is done near a path
     filling : what inserted blocks keep
+    effort : how much is done
     up_penalty : J/mm, extra price of moving the machine's Z up
-    objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
+    objective : ``energy`` of the blocks; the others keep the problem's prices
     steady : share of the least energy that may be spent on fewer starts and reversals
     clock : how long the control takes for blocks
     progress : called with what is being done, steps done and steps in all
+    stages : what was done so far
     """
 
     given: Toolpath
     build: Build
-    refine: Refine
+    near: Near
     filling: Filling
+    effort: Effort
     up_penalty: float = 0.0
     objective: Objective = "energy"
     steady: float = 0.0
     clock: Clock = USUAL_CLOCK
     progress: Progress = unheard
+    stages: list[Stage] = field(default_factory=list)
 
-    def run(self, rotary: Array) -> tuple[Delivered, list[Stage]]:
-        """Insert locations and solve again, until the program needs no more of them.
+    def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
+        """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
 
-        Where the control takes longer than the feed says, its times then replace those at the feed in more
-        rounds: drives that draw power while a move lasts cost more in moves that take longer, and stops cost
-        that power too.
+        Where drives draw power while they move at all, it is searched which axes stand, as far as the effort
+        goes; else the path is refined for its blocks, until the program needs no more locations.
 
         Parameters
         ----------
-        rotary : (n, 2), rad, chain order, at the given locations
-
-        Returns
-        -------
-        The best of the paths, and what was done
+        everywhere : whether to search away from the path, too
         """
-        every = np.arange(len(self.given), dtype=float)
-        here = self._priced(Posed(self.given, every, *self.build(self.given, every)), rotary)
-        best, stages = self._rounds(here)
-        slowed = not self.clock.is_programmed(here.posed.problem.machine)
-        if self.objective == "energy" and slowed and len(rotary) > 1:
-            other, more = self._rounds(best, timed=True)
-            best, stages = min(best, other, key=lambda one: one.rank), [*stages, *more]
-        return best, stages
+        here = self.priced(rotary)
+        if len(rotary) == 1:
+            return here
+        if not self.pays_standing:
+            return self._rounds(here)
+        return min(here, self._by_standing(self._divided(here), self.effort, everywhere)[1], key=rank)
 
-    def steadied(self, best: Delivered) -> tuple[Delivered, list[Stage]]:
-        """Solve again with a price of every change of speed; return the steadiest that costs little more.
-
-        A drive that draws its whole power while it moves has no price of travel, and so none of reversals.
-        """
-        stages: list[Stage] = []
-        if self.objective != "energy" or self.steady == 0.0 or len(best.rotary) <= 2 or best.broken:
-            return best, stages
-        timed = not self.clock.is_programmed(best.posed.problem.machine)
-        found, here = [best], best
-        for number, price in enumerate(STEADYING):
-            self.progress(f"steadying the axes, round {number + 1}", number, len(STEADYING))
-            posed, start, path = here.denser, here.filled, here.denser.path
-            travel = np.mean(travel_costs(posed.problem.machine, path.feed, path.rapid), axis=(0, 1))
-            problem = self._reweighted(posed, start, SHARPNESS[-1], here if timed else None)
-            problem = replace(problem, change_price=price * travel)
-            before, here = here.cost, self._priced(posed, self.refine(posed, problem, start), problem)
-            status = f"{here.energy.steadiness.events} starts and reversals"
-            stages.append(Stage(f"program, steadied by {price:g} s", status, 0, before, here.cost))
-            if here.broken:
-                break
-            found.append(here)
-        most = (1.0 + self.steady) * min(one.cost for one in found)
-        return min((one for one in found if one.cost <= most), key=lambda one: one.unrest), stages
-
-    def _rounds(self, best: Delivered, *, timed: bool = False) -> tuple[Delivered, list[Stage]]:
-        """Solve again round by round, with the moves' times at the feed or as the control takes them."""
-        stages: list[Stage] = []
-        here, sharpnesses = best, TIMED_SHARPNESS if timed else SHARPNESS
-        for number in range(MOST_ROUNDS):
-            self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
-            done = number >= len(sharpnesses) or self.objective == "travel"
-            if len(here.rotary) == 1 or (done and not here.broken):
-                break
-            sharpness, coming = (sharpnesses[min(n, len(sharpnesses) - 1)] for n in (number, number + 1))
-            posed, start, before = here.denser, here.filled, here.cost
-            problem = self._reweighted(posed, start, sharpness, here if timed else None)
-            here = self._priced(posed, self.refine(posed, problem, start), problem)
-            status = f"{len(posed.path)} locations, {here.inserted} more in the program"
-            name = f"program, round {number + 1}{' at the times of the control' if timed else ''}"
-            stages.append(Stage(name, status, 0, before, here.cost))
-            gain, better = best.cost - here.cost, here.rank < best.rank
-            best = here if better else best
-            more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
-            if not more and not here.broken and (number >= 2 or not self.reweights):
-                break
-            stays = here.inserted == 0 and np.array_equal(here.rotary, start)
-            if stays and (here.broken or not self.reweights or coming == sharpness):
-                break
-        return best, stages
+    def _divided(self, program: Delivered) -> Delivered:
+        """Insert locations also where the direction of the lean turns far in a move."""
+        location = program.denser.location
+        rows = np.union1d(location, turning_rows(self._given.problem))
+        if len(rows) == len(location):
+            return program
+        path = refined(self.given, rows)
+        rotary = np.stack([np.interp(rows, location, angle) for angle in program.filled.T], axis=1)
+        return self.priced(rotary, Posed(path, rows, *self.build(path, rows)))
 
     @property
-    def reweights(self) -> bool:
-        """Whether the price of blocks depends on the path, so that it is adapted round by round.
+    def pays_standing(self) -> bool:
+        """Whether the objective is energy, and a drive draws power for moving at all."""
+        return self.objective == "energy" and self._costs(self._given).has_constant_power
+
+    @cached_property
+    def _given(self) -> Posed:
+        """The given locations."""
+        every = np.arange(len(self.given), dtype=float)
+        return Posed(self.given, every, *self.build(self.given, every))
+
+    def _by_standing(self, start: Delivered, effort: Effort, everywhere: bool) -> tuple[Delivered, Delivered]:
+        """Search what stands: return the cheapest program, and the steadiest that costs little more.
+
+        An effort begins with what the smaller one found, and its result costs no more than that one's.
+        """
+        best, steadiest = start, None
+        if effort.contains is not None:
+            best, steadiest = self._by_standing(start, effort.contains, everywhere)
+        if everywhere and effort.everywhere is not None:
+            other = self._searched_everywhere(effort.everywhere) or best
+            for grain in effort.after:
+                other = self._settled(other, grain)
+            best = min(best, other, key=rank)
+        for grain in effort.tubes:
+            best = self._settled(best, grain)
+        best = self._polished(best)
+        return best, self._steadied(best, steadiest, effort.steadying)
+
+    def _searched_everywhere(self, grain: Grain) -> Delivered | None:
+        """Search the whole range of postures; None where that finds no path."""
+        self.progress(SEARCHING, 0, 1)
+        rows = turning_rows(self._given.problem)
+        path = refined(self.given, rows)
+        posed = Posed(path, rows, *self.build(path, rows))
+        found = path_anywhere(posed.problem, self._costs(posed), grain)
+        if found is None:
+            return None
+        here = self.priced(found, posed)
+        self.stages.append(Stage("search of what stands", self._status(here), 0, None, here.cost))
+        return here
+
+    def _settled(self, best: Delivered, grain: Grain) -> Delivered:
+        """Search a tube about a program's postures; the program itself if it is better."""
+        return min(best, self._near(best, grain), key=rank)
+
+    def _near(self, here: Delivered, grain: Grain) -> Delivered:
+        """Search a tube about a program's postures, and again while that breaks a bound."""
+        found = []
+        for _ in range(SETTLING):
+            here = self._with_inserted(self._tube(here, grain))
+            found.append(here)
+            if not here.broken:
+                break
+        return min(found, key=rank)
+
+    def _with_inserted(self, best: Delivered) -> Delivered:
+        """Search narrow tubes until inserted locations cost no more than they have to.
+
+        An axis that stands from one location to the next needn't stand at one that is inserted in between.
+        """
+        here = best
+        for _ in range(SETTLING):
+            if not here.inserted:
+                break
+            known = np.isin(here.denser.location, here.posed.location)
+            around = binary_dilation(~known, iterations=AROUND)
+            here = self._tube(here, SETTLED, around)
+            best = min(best, here, key=rank)
+        return best
+
+    def _tube(self, program: Delivered, grain: Grain, free: BoolArray | None = None) -> Delivered:
+        """Search a tube about a program's postures once, everywhere or where it is free."""
+        self.progress(SEARCHING, 0, 1)
+        posed, before = program.denser, program.cost
+        path = self.near.searched(posed, self._costs(posed, program), grain, program.filled, free)
+        here = self.priced(path, posed)
+        name = f"tube of {np.degrees(grain.radius):.3g} deg"
+        self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
+        return here
+
+    def _polished(self, best: Delivered) -> Delivered:
+        """Refine a program near its postures, where axes that stand go on standing."""
+        for number in range(POLISHING):
+            self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
+            problem, before = self._local(best), best.cost
+            here = self.priced(self.near.refined(best.denser, problem, best.filled), best.denser, problem)
+            name = f"program, round {number + 1}"
+            self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
+            here = here if here.broken else self._with_inserted(here)
+            if rank(here) >= rank(best):
+                break
+            best = here
+            if before - here.cost < WORTHWHILE * before:
+                break
+        return best
+
+    def _steadied(self, best: Delivered, before: Delivered | None, grain: Grain | None) -> Delivered:
+        """Search again with dearer starts and reversals; return the steadiest that costs little more.
+
+        Parameters
+        ----------
+        before : the result of a smaller effort, which may not cost less
+        """
+        found = [best] if before is None else [best, before]
+        least = min(found, key=rank)
+        if self.steady == 0.0 or grain is None or least.broken:
+            return least
+        most = (1.0 + self.steady) * least.cost
+        if before is not None and not before.broken:
+            most = min(most, before.cost)
+        found.append(self._polished(self._near(best, grain)))
+        return min((one for one in found if not one.broken and one.cost <= most), key=unrest)
+
+    def _rounds(self, best: Delivered) -> Delivered:
+        """Refine round by round, on the locations that the program needs, and at its prices."""
+        here = best
+        for number in range(MOST_ROUNDS):
+            self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
+            if (number >= len(SHARPNESS) or self.objective == "travel") and not here.broken:
+                break
+            posed, start, before = here.denser, here.filled, here.cost
+            sharpness, coming = (SHARPNESS[min(n, len(SHARPNESS) - 1)] for n in (number, number + 1))
+            problem = self._at_times(posed.problem, start, sharpness, here)
+            here = self.priced(self.near.refined(posed, problem, start), posed, problem)
+            name = f"program, round {number + 1}"
+            self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
+            gain, better = best.cost - here.cost, rank(here) < rank(best)
+            best = here if better else best
+            more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
+            adapts = self._prices_stops
+            if not more and not here.broken and (number >= 2 or not adapts):
+                break
+            stays = here.inserted == 0 and np.array_equal(here.rotary, start)
+            if stays and (here.broken or not adapts or coming == sharpness):
+                break
+        return best
+
+    @property
+    def _prices_stops(self) -> bool:
+        """Whether a block that turns costs a stop, so that its price hangs on the path.
 
         Least time doesn't price the stops of a control with TCP that stops between blocks: concentrating
         turns in few blocks would need more blocks there, and so more stops.
         """
-        if self.objective != "time":
-            return self.objective == "energy"
-        return self.clock.stops_at_turns and not self.clock.limits_words
+        return self.objective == "time" and self.clock.stops_at_turns and not self.clock.limits_words
 
     def admits(self, rotary: Array) -> bool:
         """Check whether a path, (n, 2) rad, keeps the bounds at all given locations."""
-        every = np.arange(len(self.given), dtype=float)
-        return self.build(self.given, every)[0].violation(rotary) <= ALLOWED
+        return self._given.problem.violation(rotary) <= ALLOWED
 
-    def _priced(self, posed: Posed, rotary: Array, solved: Problem | None = None) -> Delivered:
-        """Price a path by the blocks of its program, and check the postures between its locations."""
+    def priced(self, rotary: Array, posed: Posed | None = None, solved: Problem | None = None) -> Delivered:
+        """Price a path by the blocks of its program, and check the postures between its locations.
+
+        Parameters
+        ----------
+        rotary : (n, 2), rad
+        posed : its locations; the given ones by default
+        solved : the problem of which it is an optimum
+        """
+        posed = self._given if posed is None else posed
         machine = posed.problem.machine
         fill = self.filling.fill(posed.path, machine, follow(posed.path, machine, rotary))
         row = np.interp(fill.row, np.arange(len(posed.location)), posed.location)
@@ -286,44 +304,69 @@ class Delivery:
             return TIME_PRICE * round(energy.time, 6)
         return energy.total if self.objective == "energy" else energy.travel
 
-    def _reweighted(self, posed: Posed, rotary: Array, sharpness: float, timed: Delivered | None) -> Problem:
-        """Price travel by the cost of the program's blocks near a path, (n, 2) rad.
-
-        Their times are those at the feed or, of a program that was timed, those of the control, which also
-        gives a price of time: the mean power that the drives draw.
-        """
-        problem, path = posed.problem, posed.path
-        if not self.reweights:
-            return problem
-        if self.objective == "time":
-            return from_rest_to_rest(problem, rotary, sharpness)
+    def _costs(self, posed: Posed, program: Delivered | None = None) -> BlockCosts:
+        """Compute what blocks cost, at the feed or as long as the control takes for those of a program."""
+        path, machine = posed.path, posed.problem.machine
+        slowed = program is not None and not self.clock.is_programmed(machine)
         # The duration of rapid moves depends on the posture.
-        time = np.where(path.rapid, 0.0, feed_times(path) if timed is None else timed.times)[1:]
-        costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=time)
-        travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
-        plus, minus = costs.prices(travel, sharpness)
-        plus[:, problem.machine.column("Z")] += self.up_penalty
-        weighted = replace(problem, plus=plus, minus=minus)
-        if timed is None or not self.clock.stops_at_turns:
-            return weighted
-        power = max(timed.cost, 0.0) / float(timed.times.sum())
-        weighted = replace(weighted, time_price=problem.time_price + power)
-        return from_rest_to_rest(weighted, rotary, sharpness, words=self.clock.limits_words)
+        time = np.where(
+            path.rapid, 0.0, program.times if program is not None and slowed else feed_times(path)
+        )
+        costs = block_costs(machine, path.feed[1:], path.rapid[1:], time=time[1:])
+        costs.slope[0, :, machine.column("Z")] += self.up_penalty
+        return costs
+
+    def _local(self, program: Delivered) -> Problem:
+        """Price travel by the cost of blocks near a program: standing axes have a high price."""
+        posed, rotary = program.denser, program.filled
+        travel = np.abs(np.diff(posed.problem.positions(slice(None), rotary), axis=0))
+        plus, minus = self._costs(posed, program).near(travel)
+        # Axes that move anyway mustn't turn farther in a block, which would need more locations.
+        turned = np.abs(np.diff(rotary, axis=0))
+        most = np.minimum(posed.problem.max_turn, FARTHER * turned + LITTLE)
+        problem = replace(posed.problem, plus=plus, minus=minus, max_turn=most)
+        return self._at_times(problem, rotary, SHARPNESS[-1], program)
+
+    def _at_times(self, problem: Problem, rotary: Array, sharpness: float, program: Delivered) -> Problem:
+        """Add the price of a control's stops near a path, (n, 2) rad, and of the power that time costs."""
+        if self.objective == "time":
+            return from_rest_to_rest(problem, rotary, sharpness) if self._prices_stops else problem
+        slowed = not self.clock.is_programmed(problem.machine)
+        if self.objective == "travel" or not slowed or not self.clock.stops_at_turns:
+            return problem
+        power = max(program.cost, 0.0) / float(program.times.sum())
+        problem = replace(problem, time_price=problem.time_price + power)
+        return from_rest_to_rest(problem, rotary, sharpness, words=self.clock.limits_words)
+
+    def _status(self, here: Delivered) -> str:
+        broken = f", bounds broken by {here.broken:.2g}" if here.broken else ""
+        return f"{len(here.posed.path)} locations, {here.inserted} more in the program{broken}"
+
+
+def rank(program: Delivered) -> tuple[float, float]:
+    """Return the key by which the better of two is smaller: first violation, then cost."""
+    return program.rank
+
+
+def unrest(program: Delivered) -> tuple[int, float]:
+    """Return the key by which the steadier of two is smaller: starts and reversals, then travel."""
+    return program.unrest
 
 
 def delivered(
-    solution: Solution, delivery: Delivery, others: Mapping[str, Array]
+    solution: Solution, delivery: Delivery, candidates: Mapping[str, Array], *, everywhere: bool
 ) -> tuple[Solution, tuple[float, float], Breach | None]:
     """Solve a solution again on the locations of its program; its energies are then those of programs.
 
     Every baseline is priced as its own program, and given on the locations of the result. A baseline that is
-    cheaper than the result is refined and replaces it. The best of all is steadied.
+    cheaper than the result is refined and replaces it.
 
     Parameters
     ----------
     solution : on the given locations, with its problem
     delivery : what solves it
-    others : further paths to begin from by name, (n, 2) rad: travel doesn't tell which leads to least energy
+    candidates : further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs least
+    everywhere : whether to search away from all of them
 
     Returns
     -------
@@ -332,16 +375,7 @@ def delivered(
     """
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
     columns = machine.rotary_columns
-    best, stages = delivery.run(solution.motion.positions[:, columns])
-
-    def try_from(name: str, rotary: Array) -> None:
-        nonlocal best, stages
-        other, more = delivery.run(rotary)
-        stages += [replace(stage, name=f"{stage.name}, from {name}") for stage in more]
-        best = min(best, other, key=lambda one: one.rank)
-
-    for name, rotary in others.items():
-        try_from(name, rotary)
+    best = delivery.run(solution.motion.positions[:, columns], everywhere=everywhere)
     breach = best.breach
     delivery.progress("pricing baselines as programs", 0, 1)
     filled = {
@@ -351,14 +385,18 @@ def delivered(
         name: blocks_energy(machine, filling.thin(fill).blocks, delivery.clock)
         for name, fill in filled.items()
     }
+    others = dict(candidates)
     for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
         baseline = solution.compared[name]
-        rotary = baseline.motion.positions[:, columns]
-        cheaper = baseline.toolpath is None and delivery.cost(energies[name]) < best.cost
-        if cheaper and delivery.admits(rotary):
-            try_from(f"baseline {name}", rotary)
-    best, more = delivery.steadied(best)
-    stages += more
+        if baseline.toolpath is None and delivery.cost(energies[name]) < best.cost:
+            others[f"baseline {name}"] = baseline.motion.positions[:, columns]
+    for name, rotary in others.items():
+        if not delivery.admits(rotary):
+            continue
+        before = len(delivery.stages)
+        best = min(best, delivery.run(rotary), key=rank)
+        named = [replace(stage, name=f"{stage.name}, from {name}") for stage in delivery.stages[before:]]
+        delivery.stages[before:] = named
     path = best.posed.path
     location = None if len(path) == len(given) else best.posed.location
     compared = {}
@@ -370,37 +408,14 @@ def delivered(
     motion = replace(follow(path, machine, best.rotary), location=location)
     found = replace(
         solution,
-        toolpath=replace(path, findings=(*path.findings, *_findings(best))),
+        toolpath=replace(path, findings=(*path.findings, *best.findings())),
         tilt=best.posed.bounds,
         motion=motion,
         energy=program_energy(machine, path, motion, filling, delivery.clock),
         compared=compared,
-        stages=(*solution.stages, *stages),
+        stages=(*solution.stages, *delivery.stages),
         problem=best.solved,
         filling=filling,
         clock=delivery.clock,
     )
     return found, best.rank, breach
-
-
-def _findings(best: Delivered) -> list[Finding]:
-    """Report where postures between locations still break a bound."""
-    if best.excess <= BETWEEN:
-        return []
-    problem = best.denser.problem
-    positions, excess = problem.placed(slice(None), best.filled)
-    past = problem.limit_excess(positions)
-    found = []
-    for off, fact, remedy in (
-        (excess, "the tool leans out of its bounds", "widen the range of its lean"),
-        (past, "an axis exceeds its limits", "move the part on the table (work_offset)"),
-    ):
-        rows = np.flatnonzero(off > BETWEEN)
-        if len(rows):
-            message = (
-                f"between this location and the one before it {fact} ({len(rows)} blocks in all), and no "
-                f"path was found that avoids this; put locations closer together here or {remedy}"
-            )
-            place = best.denser.path.place(int(np.argmax(off)))
-            found.append(Finding(Severity.WARNING, "between-locations", message, place))
-    return found

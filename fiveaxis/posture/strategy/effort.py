@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
+from fiveaxis.posture.search.successors import Grain
 
 DEGREE = np.pi / 180.0
 # J: last barrier parameters of what will be solved again on more locations, and of the program's rounds.
@@ -42,15 +44,36 @@ def random_searches(count: int, seed: int = 0) -> tuple[LatticeSearch, ...]:
     )
 
 
+def grain(level: float, spin: float, states: int, radius: float = np.inf, start: float = 0.02) -> Grain:
+    """Make a `Grain` from mm, degrees, degrees and s."""
+    return Grain(level, spin * DEGREE, states, radius * DEGREE, start)
+
+
+def random_grains(count: int, states: int, seed: int = 0) -> tuple[Grain, ...]:
+    """Draw tubes about the best path, the same ones in every run (large neighbourhood search)."""
+    draw = np.random.default_rng(seed)
+    return tuple(
+        grain(draw.uniform(0.08, 0.3), draw.uniform(0.3, 0.9), states, float(draw.choice([2.0, 5.0, 8.0])))
+        for _ in range(count)
+    )
+
+
 @dataclass(frozen=True)
 class Effort:
     """How much the optimiser may do: counts, never seconds, so that every run gives the same numbers.
 
+    Each effort begins with what the smaller one found, and goes on from the best.
+
     Parameters
     ----------
-    searches : the portfolio; the path of each search is refined on its own locations
-    middle : stride of the locations to which the best path of each search stride is extended
-    kept : how many of those, by their cost there, are refined
+    contains : the smaller effort; None for none
+    searches : by travel, in sets: the path of each is refined on its own locations, the best of each set on
+        all
+    middle : stride of the locations to which a searched path is extended before all
+    everywhere, after : searches of what stands, the first over all postures, the others in tubes about what
+        it found
+    tubes : searches of what stands in tubes about the best path
+    steadying : the same with a price of starts and reversals
     level_reach : levels between neighbours of a searched path
     widths : steps of the corridors in which a path is extended to more locations (rad, mm or rad)
     coarse_iterations, iterations : of the NLP, on some locations and on all; what converges needs fewer
@@ -61,21 +84,17 @@ class Effort:
         converge, is solved in windows
     window : locations in a window
     window_iterations : of the NLP in a window
-    others : further portfolios, each of which leads to a local optimum
-    from_baselines : whether every admissible baseline is a start too
-    leans : shares of the range of the tool's lean, 0…1; a path with that upward lean everywhere is a start
-        too
     solver : for refinement (`fiveaxis.posture.local.refinement.SOLVERS`)
     promise : what a user may expect
     """
 
-    searches: tuple[LatticeSearch, ...] = (
-        LatticeSearch(12, 4.0 * DEGREE, 36),
-        LatticeSearch(8, 4.0 * DEGREE, 36),
-        LatticeSearch(24, 6.0 * DEGREE, 36),
-    )
+    contains: Effort | None = None
+    searches: tuple[tuple[LatticeSearch, ...], ...] = ((LatticeSearch(24, 6.0 * DEGREE, 36),),)
     middle: int = 4
-    kept: int = 2
+    everywhere: Grain | None = None
+    after: tuple[Grain, ...] = ()
+    tubes: tuple[Grain, ...] = ()
+    steadying: Grain | None = None
     level_reach: int = 3
     widths: tuple[tuple[float, float], ...] = ((1.0 * DEGREE, 0.25), (0.5 * DEGREE, 0.12))
     coarse_iterations: int = 100
@@ -86,9 +105,6 @@ class Effort:
     whole: int = 5000
     window: int = 150
     window_iterations: int = 150
-    others: tuple[tuple[LatticeSearch, ...], ...] = ()
-    from_baselines: bool = False
-    leans: tuple[float, ...] = ()
     solver: str = "structured"
     promise: str = ""
 
@@ -98,43 +114,58 @@ class Effort:
         return self.solver == "structured"
 
     @property
-    def is_many(self) -> bool:
-        """Whether several local optima are sought."""
-        return bool(self.others or self.leans or self.from_baselines)
+    def smallest(self) -> Effort:
+        """The smallest effort that it contains."""
+        return self if self.contains is None else self.contains.smallest
+
+    @property
+    def all_searches(self) -> tuple[tuple[LatticeSearch, ...], ...]:
+        """Its sets of searches after those of the smaller efforts."""
+        return self.searches if self.contains is None else (*self.contains.all_searches, *self.searches)
+
+    def having(self, **changes: Any) -> Effort:
+        """Return the effort with other fields, also in the smaller ones."""
+        contains = None if self.contains is None else self.contains.having(**changes)
+        return replace(self, contains=contains, **changes)
 
 
-NORMAL = Effort(
-    promise="three searches, the best two refined, the better one extended to all locations, and the path of "
-    "quick, whichever costs less in the program: for everyday use"
+QUICK = Effort(
+    everywhere=grain(1.0, 6.0, 150),
+    after=(grain(0.3, 1.0, 16, 6.0),),
+    tubes=(grain(0.2, 0.7, 16, 6.0),),
+    promise="one search by travel, and what stands is searched near its path: a sound path, never costlier "
+    "than a baseline, for quick trials",
 )
-
-EFFORTS = {
-    "quick": replace(
-        NORMAL,
-        searches=NORMAL.searches[-1:],
-        kept=1,
-        promise="one search, refined once: a sound path, never costlier than a baseline, for quick trials",
-    ),
-    "normal": NORMAL,
-    "thorough": replace(
-        NORMAL,
-        kept=3,
-        iterations=1500,
-        others=(
-            (LatticeSearch(4, 4.0 * DEGREE, 36), LatticeSearch(6, 4.0 * DEGREE, 48)),
-            (LatticeSearch(16, 5.0 * DEGREE, 48), LatticeSearch(32, 6.0 * DEGREE, 48)),
-            (
-                LatticeSearch(2, 3.0 * DEGREE, 36, on_angles=True),
-                LatticeSearch(10, 4.0 * DEGREE, 36, on_angles=True),
-            ),
-            *((search,) for search in random_searches(4)),
+NORMAL = replace(
+    QUICK,
+    contains=QUICK,
+    searches=((LatticeSearch(12, 4.0 * DEGREE, 36), LatticeSearch(8, 4.0 * DEGREE, 36)),),
+    everywhere=grain(0.5, 4.0, 800),
+    after=(grain(0.2, 0.7, 32, 6.0),),
+    tubes=(grain(0.3, 1.0, 64, 8.0), grain(0.15, 0.5, 32, 3.0)),
+    steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
+    promise="what quick does, and a search of what stands over all postures; never costlier than quick: for "
+    "everyday use",
+)
+THOROUGH = replace(
+    NORMAL,
+    contains=NORMAL,
+    searches=(
+        (LatticeSearch(4, 4.0 * DEGREE, 36), LatticeSearch(6, 4.0 * DEGREE, 48)),
+        (LatticeSearch(16, 5.0 * DEGREE, 48), LatticeSearch(32, 6.0 * DEGREE, 48)),
+        (
+            LatticeSearch(2, 3.0 * DEGREE, 36, on_angles=True),
+            LatticeSearch(10, 4.0 * DEGREE, 36, on_angles=True),
         ),
-        from_baselines=True,
-        leans=(0.5, 0.98),
-        promise="many starts, each refined on all locations until it converges: never costlier than normal, "
-        "and the spread of the local optima is reported; it takes many times as long",
+        *((search,) for search in random_searches(4)),
     ),
-}
+    everywhere=grain(0.5, 2.0, 2400),
+    after=(grain(0.2, 0.7, 150, 6.0),),
+    tubes=(grain(0.3, 1.0, 200, 8.0), *random_grains(3, 200)),
+    promise="what normal does, with more searches and finer ones: never costlier than normal, and the spread "
+    "of the local optima is reported; it takes many times as long",
+)
+EFFORTS = {"quick": QUICK, "normal": NORMAL, "thorough": THOROUGH}
 
 
 def effort_of(effort: str | Effort) -> Effort:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -13,10 +14,8 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.baselines import INSIDE, NoBaseline, find_baselines, follow_axes, moved_clear, uphill
-from fiveaxis.posture.bound.relaxed import relaxed_path
+from fiveaxis.posture.baselines import find_baselines, moved_clear
 from fiveaxis.posture.masks.enforcement import Enforcement, or_cheaper_baseline
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import ALLOWED, Problem
@@ -32,8 +31,21 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 
 logger = logging.getLogger(__name__)
 
-# Names of the portfolio's own start among several, and of the path that touches the boxes of the lower bound.
-OWN, RELAXED = "searches", "relaxed path"
+
+@dataclass(frozen=True, eq=False)
+class GivenSolution:
+    """What was found at the given locations.
+
+    Parameters
+    ----------
+    solution : on the machine, or on the `endless` one
+    mask : with the number of its queries; None without one
+    others : (n, 2) rad each, the paths of other sets of searches, by name
+    """
+
+    solution: Solution
+    mask: Mask | None
+    others: dict[str, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +74,8 @@ class GivenProblem:
         return replace(self, problem=replace(self.problem, machine=endless(self.problem.machine)))
 
 
-def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solution, Mask | None]:
+def solve_given(given: GivenProblem, mask: MaskFunction | None) -> GivenSolution:
     """Find the cheapest path, if possible within the turns that the axes have.
-
-    Returns
-    -------
-    A solution on the machine, or on the `endless` one, and the mask that counted its queries
 
     Raises
     ------
@@ -92,20 +100,20 @@ def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solutio
         ) from None
 
 
-def _within_turns(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solution, Mask | None]:
+def _within_turns(given: GivenProblem, mask: MaskFunction | None) -> GivenSolution:
     """Solve within the turns that the axes have, or where that fails, on the `endless` machine."""
     machine, counted = given.problem.machine, None if mask is None else Mask(mask)
     try:
-        return _solve(given, counted), counted
+        return _solve(given, counted)
     except Infeasible:
         if not winding_columns(machine):
             raise
     # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
     counted = None if mask is None else Mask(wrap_mask(machine, mask))
-    return _solve(given.endless(), counted), counted
+    return _solve(given.endless(), counted)
 
 
-def _solve(given: GivenProblem, mask: Mask | None) -> Solution:
+def _solve(given: GivenProblem, mask: Mask | None) -> GivenSolution:
     """Find the baselines and the cheapest path of a problem."""
     problem, toolpath, bounds = given.problem, given.toolpath, given.bounds
     machine = problem.machine
@@ -117,7 +125,8 @@ def _solve(given: GivenProblem, mask: Mask | None) -> Solution:
     if mask is not None:
         compared, refused = moved_clear(compared, problem, toolpath, bounds, mask)
         missing = missing | refused
-    run, optima = Portfolio(problem, effort, progress), None
+    run = Portfolio(problem, effort, progress)
+    found: dict[str, Array] = {}
 
     def solve(bounded: Problem, start: Array) -> Array:
         again = Portfolio(bounded, effort, progress, run.stages)
@@ -128,14 +137,9 @@ def _solve(given: GivenProblem, mask: Mask | None) -> Solution:
     with threadpool_limits(limits=1):
         if given.start is not None:
             rotary = solve(problem, given.start)
-        elif effort.is_many:
-            more = leaning_paths(toolpath, machine, bounds, effort)
-            progress("tracing the relaxed path of the lower bound", 0, 1)
-            relaxed = relaxed_path(problem, toolpath, bounds)
-            more |= {} if relaxed is None else {RELAXED: relaxed}
-            rotary, optima = best_of_starts(run, starts, more)
         else:
-            rotary = run.best_path(starts)
+            found = _searched(run, starts)
+            rotary = min(found.values(), key=partial(_rank, problem))
         if cone is not None:
             rotary = hold_in_cone(problem, toolpath, rotary, solve, cone)
         if mask is not None:
@@ -147,9 +151,47 @@ def _solve(given: GivenProblem, mask: Mask | None) -> Solution:
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
     logger.info("%d locations on %s: %.1f J", len(toolpath), machine.name, energy.total)
-    return Solution(
-        machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages), problem, optima
+    solution = Solution(
+        machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages), problem
     )
+    if len(found) > 2:
+        solution = replace(solution, optima=_spread(problem, found))
+    # Within a mask or a cone, a path is sound only after what was done to the best one.
+    alone = cone is None and mask is None
+    others = {name: path for name, path in found.items() if path is not rotary} if alone else {}
+    return GivenSolution(solution, mask, others)
+
+
+def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> dict[str, Array]:
+    """Find the path of every set of searches, (n, 2) rad.
+
+    Raises
+    ------
+    Infeasible
+        None of them leads to a path.
+    """
+    found: dict[str, Array] = {}
+    failure: Infeasible | None = None
+    for number, searches in enumerate(run.effort.all_searches, start=1):
+        try:
+            found[f"searches, set {number}"] = run.best_path(compared, searches)
+        except Infeasible as reason:
+            failure = failure or reason
+    if failure is not None and not found:
+        raise failure
+    return found
+
+
+def _rank(problem: Problem, path: Array) -> tuple[float, float]:
+    violation = problem.violation(path)
+    return (violation if violation > ALLOWED else 0.0), problem.path_cost(path)
+
+
+def _spread(problem: Problem, found: Mapping[str, Array]) -> Optima:
+    """Say what the sets of searches cost."""
+    ranks = {name: _rank(problem, path) for name, path in found.items()}
+    sound = {name: cost for name, (broken, cost) in ranks.items() if not broken}
+    return Optima(sound, tuple(name for name in found if name not in sound))
 
 
 def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> None:
@@ -174,73 +216,3 @@ def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> 
     ]
     if findings:
         raise Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)
-
-
-def best_of_starts(
-    run: Portfolio, compared: Mapping[str, Baseline], more: Mapping[str, Array]
-) -> tuple[Array, Optima]:
-    """Find the cheapest admissible path from all starts of the effort.
-
-    The portfolio's own searches come first, so the result is never costlier than without the other starts.
-
-    Parameters
-    ----------
-    run : the portfolio; the stages of the other starts are added to its own
-    compared : the baselines
-    more : further starts by name, (n, 2) rad (`leaning_paths`, `relaxed_path`)
-
-    Returns
-    -------
-    The path, (n, 2) rad, and the spread of what was found.
-
-    Raises
-    ------
-    Infeasible
-        No start leads to a path.
-    """
-    problem, effort = run.problem, run.effort
-    found = {OWN: _searched(run, compared)}
-    for number, searches in enumerate(effort.others, start=1):
-        name = f"{OWN}, set {number}"
-        other = Portfolio(problem, replace(effort, searches=searches), run.progress)
-        found[name] = _searched(other, {})
-        run.stages += [replace(stage, name=f"{name}: {stage.name}") for stage in other.stages]
-    columns = problem.machine.rotary_columns
-    own = {f"baseline {name}": b.motion.positions[:, columns] for name, b in compared.items()}
-    for name, start in ({**own, **more} if effort.from_baselines else more).items():
-        found[name] = run.refined_from(name, start)
-    return _cheapest(problem, found)
-
-
-def leaning_paths(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, effort: Effort) -> dict[str, Array]:
-    """Compute paths with a constant upward lean, (n, 2) rad, of those angles that the limits allow."""
-    paths = {}
-    upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
-    for share in effort.leans:
-        angle = (1.0 - share) * (tilt.low + INSIDE) + share * (tilt.high - INSIDE)
-        axis = np.cos(angle) * tilt.reference + np.sin(angle) * upwards
-        try:
-            paths[f"lean of {np.degrees(angle):.3g} deg"] = follow_axes(toolpath, machine, axis)
-        except NoBaseline:
-            continue
-    return paths
-
-
-def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> Array | Infeasible:
-    try:
-        return run.best_path(compared)
-    except Infeasible as reason:
-        return reason
-
-
-def _cheapest(problem: Problem, found: Mapping[str, Array | Infeasible]) -> tuple[Array, Optima]:
-    paths = {name: path for name, path in found.items() if not isinstance(path, Infeasible)}
-    sound = {n: problem.path_cost(path) for n, path in paths.items() if problem.violation(path) <= ALLOWED}
-    optima = Optima(sound, tuple(name for name in found if name not in sound))
-    if sound:
-        return paths[min(sound, key=lambda name: sound[name])], optima
-    # If no path is admissible, the portfolio's own shows why.
-    first = found[OWN]
-    if isinstance(first, Infeasible):
-        raise first
-    return first, optima

@@ -69,11 +69,19 @@ class Portfolio:
     stages: list[Stage] = field(default_factory=list)
     clear: Clearance | None = None
 
-    def best_path(self, compared: Mapping[str, Baseline]) -> Array:
-        """Find the cheapest admissible path, (n, 2) rad, never costlier than an admissible baseline."""
+    def best_path(
+        self, compared: Mapping[str, Baseline], searches: tuple[LatticeSearch, ...] | None = None
+    ) -> Array:
+        """Find the cheapest admissible path, (n, 2) rad, never costlier than an admissible baseline.
+
+        Parameters
+        ----------
+        compared : the baselines
+        searches : one set of the effort's; its last by default
+        """
         best: Refinement | None = None
         if len(self.problem) > 1:
-            best = self._replanned_once(self._searched())
+            best = self._replanned_once(self._searched(searches or self.effort.searches[-1]))
         start = self._cheapest(compared)
         if start is not None:
             name, rotary = start
@@ -114,12 +122,12 @@ class Portfolio:
         )
         return self._refined("refine, replanned", None, path)
 
-    def _searched(self) -> Refinement | None:
+    def _searched(self, searches: tuple[LatticeSearch, ...]) -> Refinement | None:
         coordinates = choose_coordinates(self.problem)
         found: dict[int, tuple[IntArray, Refinement]] = {}
         sparser = density(self.problem)
         strides, tasks = [], []
-        for number, search in enumerate(self.effort.searches):
+        for number, search in enumerate(searches):
             # A short path is searched more densely: a turn of the wall must not fall between the rows.
             stride = min(search.stride * sparser, max(1, len(self.problem) // LEAST_ROWS))
             rows = thin(self.problem, stride)
@@ -145,15 +153,8 @@ class Portfolio:
                 for rows, r in found.values()
             ]
         )
-        starts.sort(key=denser.priced)
-        name = f"refine, {len(middle)} locations"
-        halfway = self._at_once(
-            [
-                partial(Portfolio._refined, name=name, rows=middle, start=start)
-                for start in starts[: self.effort.kept]
-            ]
-        )
-        best = min(halfway, key=lambda r: denser.priced(r.rotary))
+        start = min(starts, key=denser.priced)
+        best = self._refined(f"refine, {len(middle)} locations", middle, start)
         everywhere = np.arange(len(self.problem))
         rotary = self._extended(middle, everywhere, best, coordinates)
         return self._refined("refine, all locations", None, rotary, near=True)
@@ -204,7 +205,7 @@ class Portfolio:
     def _shortest(self, problem: Problem, lattice: Lattice, rows: IntArray, number: int) -> Array | None:
         """Find the cheapest path through a lattice, within the mask if there is one."""
         if self.clear is None:
-            name = f"searching postures, {number + 1} of {len(self.effort.searches)}"
+            name = f"searching postures, {number + 1}"
             return shortest_path(problem, lattice, partial(self.progress, name))
         clear = self.clear.at(rows)
         lattice = precomputed(clear.priced(lattice, problem.machine.rotary_columns, np.inf), len(rows))
@@ -318,8 +319,7 @@ class Portfolio:
             self.stages.append(
                 Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
             )
-        done = sum(stage.name.startswith("refine") for stage in self.stages)
-        self.progress("refining postures", done, max(done, len(effort.searches) + effort.kept + 1))
+        self.progress("refining postures", 0, 1)
         return found
 
     def _unbroken(self, problem: Problem, start: Array) -> Array:

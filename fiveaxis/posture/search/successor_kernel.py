@@ -1,0 +1,655 @@
+"""Inner loop of the search over exact postures (`successors`), compiled.
+
+States lie in arrays that are read by index: in compiled loops a view of an array costs as much as the
+arithmetic on it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fiveaxis.compiled import compiled
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.posture.tape import play
+
+# What a move asks of a posture, columns of `moves`: a row of the model, the shift of its value, the multiple
+# of the largest turn added to it, and the end of a bound that it lies on (0 low, 1 high; -1 for none).
+ROW, SHIFT, FAR, END = range(4)
+# Moves of a tube: to the path's posture, and to its spin angle with the level held.
+ONTO, BESIDE = -1, -2
+# Iterations of Newton's method; its largest steps, rad; a determinant, in mm/rad, that is none.
+MOST, STEEP, SINGULAR = 6, 1.2, 1e-6
+# rad: what is left after a step of this size is less than what a program's digits can say.
+CLOSE = 1e-5
+# Cosine by which the model of a candidate may be out of bounds, and share of the margin by which it may cost
+# more than the dearest state kept: both are decided exactly for those that are kept.
+ROUGHLY, SPARE = 2e-3, 1.2
+# mm, rad or cosine: excess that is rounding.
+ROUNDING = 1e-9
+# Cosine by which the lean may be out of its bounds halfway between two locations.
+HALFWAY = 1e-4
+# J, and J per mm, rad or cosine: prices of the path of a tube where it breaks a bound.
+BROKEN, PER_EXCESS = 1e3, 1e6
+# Angle cells that keep their cheapest state, whatever it costs: their width, rad, and their number a turn.
+WIDE, CELLS = np.radians(5.0), 128
+# Makes numbers of cells positive.
+OFFSET = 1 << 24
+# A state of which nothing is known moved every axis, so that nothing starts.
+ALL_MOVE = (1 << 62) - 1
+
+
+class Tapes(NamedTuple):
+    """`LocationTapes.slopes` and `LocationTapes.bows`: steps, constants and registers."""
+
+    steps: IntArray
+    constants: Array
+    registers: int
+    bow_steps: IntArray
+    bow_constants: Array
+    bow_registers: int
+
+
+class Locations(NamedTuple):
+    """What holds at n locations, for k axes and b bounds.
+
+    Parameters
+    ----------
+    given : (n, 6), pivot, mm, and normal
+    references : (n, b, 3); zero where the tool is free
+    within : (n, b, 2), smallest and largest cosine; infinite where the tool is free
+    low, high : (k,), mm and rad
+    rotary : (2,), columns of the rotary axes
+    turn : (n − 1, 2), rad, largest of each step
+    """
+
+    given: Array
+    references: Array
+    within: Array
+    low: Array
+    high: Array
+    rotary: IntArray
+    turn: Array
+
+
+class Prices(NamedTuple):
+    """Prices of n − 1 steps; the first index is 0 while an axis value grows, and 1 while it falls.
+
+    Parameters
+    ----------
+    standing, slope, reach : as in `BlockCosts`
+    least : (n − 1, k), mm and rad, travel that counts as none
+    start : (2, n − 1, k), J, of an axis that didn't move this way in the step before
+    bend : (n − 1,), J/rad²
+    pace, time, delay : (k,) s/mm and s/rad at the highest speed; (n − 1,) s; J/s of what takes longer
+    """
+
+    standing: Array
+    slope: Array
+    reach: Array
+    least: Array
+    start: Array
+    bend: Array
+    pace: Array
+    time: Array
+    delay: float
+
+
+class Tube(NamedTuple):
+    """The path that a search stays near, (n, 2) rad, and how near, (2,) rad; (0, 2) for none.
+
+    Parameters
+    ----------
+    free : (n,), where the search may leave the path
+    """
+
+    path: Array
+    radius: Array
+    free: BoolArray
+
+
+class Cells(NamedTuple):
+    """Cells, of which each keeps the cheapest of its states.
+
+    Parameters
+    ----------
+    level : column of the costliest linear axis
+    spin : the rotary axis with the wider range, 0 or 1 in chain order
+    level_step, spin_step : mm and rad
+    around : cells of a turn of the spin axis; 0 for an axis with limits
+    """
+
+    level: int
+    spin: int
+    level_step: float
+    spin_step: float
+    around: int
+
+
+class Layer(NamedTuple):
+    """States of one location: angles (s, 2), axis values (s, k), cost so far (s,), axes that moved (s,)."""
+
+    rotary: Array
+    positions: Array
+    cost: Array
+    moved: IntArray
+
+
+class Found(NamedTuple):
+    """Candidates for the next location, and the cells that they compete in.
+
+    Parameters
+    ----------
+    cost, parent, move : (m,), J, the state that it comes from, and how
+    rotary : (m, 2), rad, by the model
+    key : (m,), its cell
+    table : (t,), by a hash of the cell, its candidate + 1; 0 for none
+    slots : (m,), the places used in the table
+    """
+
+    cost: Array
+    parent: IntArray
+    move: IntArray
+    rotary: Array
+    key: IntArray
+    table: IntArray
+    slots: IntArray
+
+
+@compiled
+def bowed(model: Array, e: int, first: float, second: float) -> float:
+    """Evaluate a row of a model of second order at turns of both axes, rad."""
+    bow = model[e, 3] * first * first + 2.0 * model[e, 4] * first * second + model[e, 5] * second * second
+    return float(model[e, 0] + model[e, 1] * first + model[e, 2] * second + 0.5 * bow)
+
+
+@compiled
+def met(model: Array, e: int, aim: float, o: int, other: float) -> tuple[bool, float, float]:
+    """Find the turns, rad, at which two rows of a model have these values."""
+    first = second = size = 0.0
+    for _ in range(MOST):
+        f, g = bowed(model, e, first, second) - aim, bowed(model, o, first, second) - other
+        f1 = model[e, 1] + model[e, 3] * first + model[e, 4] * second
+        f2 = model[e, 2] + model[e, 4] * first + model[e, 5] * second
+        g1 = model[o, 1] + model[o, 3] * first + model[o, 4] * second
+        g2 = model[o, 2] + model[o, 4] * first + model[o, 5] * second
+        area = f1 * g2 - f2 * g1
+        if not abs(area) > SINGULAR:
+            return False, first, second
+        step1, step2 = (g2 * f - f2 * g) / area, (f1 * g - g1 * f) / area
+        size = abs(step1) + abs(step2)
+        if size > STEEP:
+            return False, first, second
+        first, second = first - step1, second - step2
+        if size < CLOSE:
+            break
+    return size < STEEP / 8.0, first, second
+
+
+@compiled
+def step_price(
+    prices: Prices, i: int, before: int, here: Array, j: int, there: Array, turned: float
+) -> tuple[float, int]:
+    """Price step i from state j of `here`, (s, k), to `there`, (k,); and say which axes move which way."""
+    price, moves, late = prices.bend[i] * turned, 0, 0.0
+    for a in range(len(there)):
+        travel = there[a] - here[j, a]
+        way = 0 if travel > 0.0 else 1
+        travel = abs(travel)
+        if travel <= prices.least[i, a]:
+            continue
+        standing, bit = prices.standing[way, i, a], 1 << (2 * a + way)
+        moves |= bit
+        price += prices.slope[way, i, a] * travel
+        if standing > 0.0:
+            price += standing * max(1.0, travel / prices.reach[i, a])
+            if not before & bit:
+                price += prices.start[way, i, a]
+        late = max(late, prices.pace[a] * travel - prices.time[i])
+    return price + prices.delay * late, moves
+
+
+@compiled
+def competes(found: Found, count: int, key: int, cost: float) -> int:
+    """Look up the candidate that a cheaper one of its cell replaces; `count` for a new one, −1 for none."""
+    mask = len(found.table) - 1
+    slot = (key * 0x2545F4914F6CDD1D >> 20) & mask
+    while found.table[slot]:
+        at = found.table[slot] - 1
+        if found.key[at] == key:
+            return at if cost < found.cost[at] else -1
+        slot = (slot + 1) & mask
+    found.table[slot] = count + 1
+    found.slots[count] = slot
+    return count
+
+
+@compiled
+def cell(cells: Cells, level: float, spin: float) -> int:
+    """Return the number of the cell of a level, mm, and a spin angle, rad."""
+    number = int(np.floor(spin / cells.spin_step))
+    if cells.around:
+        number %= cells.around
+    return ((int(np.floor(level / cells.level_step)) + OFFSET) << 31) + number + OFFSET
+
+
+@compiled
+def aimed(layer: Layer, j: int, i: int, locations: Locations, moves: Array, v: int, which: int) -> float:
+    """Compute the value that a move asks of one of its rows from state j; NaN where it has none."""
+    row, end = int(moves[v, which, ROW]), int(moves[v, which, END])
+    if end >= 0:
+        value = locations.within[i + 1, row - len(locations.low), end]
+        return value if np.isfinite(value) else np.nan
+    value = layer.positions[j, row] + moves[v, which, SHIFT]
+    if moves[v, which, FAR] != 0.0:
+        turn = locations.turn[i, 0 if row == locations.rotary[0] else 1]
+        value += moves[v, which, FAR] * turn if np.isfinite(turn) else np.nan
+    return value
+
+
+@compiled
+def keep_held(layer: Layer, j: int, moves: Array, v: int, there: Array) -> None:
+    """Give axes that a move holds exactly the values that they have."""
+    for which in range(2):
+        if moves[v, which, END] < 0.0 and moves[v, which, SHIFT] == 0.0 and moves[v, which, FAR] == 0.0:
+            row = int(moves[v, which, ROW])
+            there[row] = layer.positions[j, row]
+
+
+@compiled
+def candidates(
+    layer: Layer,
+    size: int,
+    bows: Array,
+    i: int,
+    locations: Locations,
+    prices: Prices,
+    tube: Tube,
+    cells: Cells,
+    moves: Array,
+    margin: float,
+    found: Found,
+) -> int:
+    """Find candidates for location i + 1 by a model of second order about every state; return their number.
+
+    Parameters
+    ----------
+    layer, size : the states of location i, and their number
+    bows : (s, 6 (k + 3)), the quantities of location i + 1 at their angles, with both derivatives
+    margin : J, by which a candidate may cost more than the cheapest
+    """
+    axes, bounds = len(locations.low), locations.references.shape[1]
+    rows, count, least = axes + 3, 0, np.inf
+    model, there = np.empty((axes + 2 * bounds, 6)), np.empty(axes)
+    directions = np.empty((2 * bounds, 3))
+    for b in range(bounds):
+        for c in range(3):
+            directions[b, c] = locations.references[i + 1, b, c]
+            # Halfway to the location.
+            directions[bounds + b, c] = locations.references[i, b, c] + locations.references[i + 1, b, c]
+        square = 0.0
+        for c in range(3):
+            square += directions[bounds + b, c] ** 2
+        for c in range(3):
+            directions[bounds + b, c] /= math.sqrt(max(square, ROUNDING))
+    # How far a row of the model can go: an angle as far as it may turn, a cosine as both angles together.
+    farthest = np.full(axes + bounds, np.inf)
+    for r in range(2):
+        most = locations.turn[i, r] + ROUNDING
+        farthest[locations.rotary[r]] = min(most, 2.0 * tube.radius[r])
+    for b in range(bounds):
+        farthest[axes + b] = farthest[locations.rotary[0]] + farthest[locations.rotary[1]]
+    first_column, second_column = locations.rotary
+    near = len(tube.path) > 0
+    onlys = near and not tube.free[i + 1]
+    for j in range(size):
+        if layer.cost[j] > least + margin:
+            continue
+        for d in range(6):
+            for a in range(axes):
+                model[a, d] = bows[j, d * rows + a]
+            for b in range(2 * bounds):
+                at = d * rows + axes
+                model[axes + b, d] = (
+                    directions[b, 0] * bows[j, at]
+                    + directions[b, 1] * bows[j, at + 1]
+                    + directions[b, 2] * bows[j, at + 2]
+                )
+        for v in range(BESIDE if near else 0, 0 if onlys else len(moves)):
+            if onlys and v != ONTO:
+                continue
+            if v < 0:
+                turn1 = tube.path[i + 1, 0] - layer.rotary[j, 0]
+                turn2 = tube.path[i + 1, 1] - layer.rotary[j, 1]
+                if v == BESIDE:
+                    spun = first_column if cells.spin == 0 else second_column
+                    aim = tube.path[i + 1, cells.spin]
+                    sound, turn1, turn2 = met(model, cells.level, layer.positions[j, cells.level], spun, aim)
+                    if not sound:
+                        continue
+            else:
+                e, o = int(moves[v, 0, ROW]), int(moves[v, 1, ROW])
+                aim = aimed(layer, j, i, locations, moves, v, 0)
+                other = aimed(layer, j, i, locations, moves, v, 1)
+                # Most moves are too far: that is seen before they are solved.
+                if not abs(model[e, 0] - aim) <= farthest[e] or not abs(model[o, 0] - other) <= farthest[o]:
+                    continue
+                sound, turn1, turn2 = met(model, e, aim, o, other)
+                if not sound:
+                    continue
+            angle1, angle2 = layer.rotary[j, 0] + turn1, layer.rotary[j, 1] + turn2
+            over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
+            if over > ROUNDING and v != ONTO:
+                continue
+            if near and v != ONTO:
+                if abs(angle1 - tube.path[i + 1, 0]) > tube.radius[0]:
+                    continue
+                if abs(angle2 - tube.path[i + 1, 1]) > tube.radius[1]:
+                    continue
+            sound = True
+            for a in range(axes):
+                there[a] = bowed(model, a, turn1, turn2)
+                if there[a] < locations.low[a] - ROUGHLY or there[a] > locations.high[a] + ROUGHLY:
+                    sound = False
+            for b in range(bounds):
+                cosine = bowed(model, axes + b, turn1, turn2)
+                if (
+                    cosine < locations.within[i + 1, b, 0] - ROUGHLY
+                    or cosine > locations.within[i + 1, b, 1] + ROUGHLY
+                ):
+                    sound = False
+                # Halfway, the tool may be over a hole that the bound leaves.
+                cosine = bowed(model, axes + bounds + b, 0.5 * turn1, 0.5 * turn2)
+                low = max(locations.within[i, b, 0], locations.within[i + 1, b, 0])
+                high = min(locations.within[i, b, 1], locations.within[i + 1, b, 1])
+                sound = sound and low - HALFWAY <= cosine <= high + HALFWAY
+            if not sound and v != ONTO:
+                continue
+            if v >= 0:
+                keep_held(layer, j, moves, v, there)
+            turned = turn1 * turn1 + turn2 * turn2
+            price, _ = step_price(prices, i, layer.moved[j], layer.positions, j, there, turned)
+            cost = layer.cost[j] + price
+            if over > ROUNDING:
+                cost += BROKEN + PER_EXCESS * over
+            if v != ONTO and cost > least + margin:
+                continue
+            key = cell(cells, there[cells.level], angle1 if cells.spin == 0 else angle2)
+            if cells.spin == 0:
+                rising = model[cells.level, 2] + model[cells.level, 4] * turn1 + model[cells.level, 5] * turn2
+            else:
+                rising = model[cells.level, 1] + model[cells.level, 3] * turn1 + model[cells.level, 4] * turn2
+            key = 2 * key + (1 if rising > 0.0 else 0)
+            if v == ONTO:
+                key = -1
+            at = competes(found, count, key, cost)
+            if at < 0:
+                continue
+            if at == count:
+                count += 1
+            found.cost[at], found.parent[at], found.move[at], found.key[at] = cost, j, v, key
+            found.rotary[at, 0], found.rotary[at, 1] = angle1, angle2
+            least = min(least, cost)
+    return count
+
+
+@compiled
+def kept(found: Found, count: int, most: int, wide: IntArray, used: IntArray, keep: IntArray) -> int:
+    """Choose candidates: the path's own, the cheapest of every wide cell of both angles, then the cheapest.
+
+    Parameters
+    ----------
+    wide, used : (CELLS²,) each, the first 0, for the candidates of the cells and the cells that have any
+    keep : (most,), the candidates chosen
+
+    Returns
+    -------
+    Their number
+    """
+    if count <= most:
+        for at in range(count):
+            keep[at] = at
+        return count
+    stays = np.zeros(count, np.bool_)
+    size = regions = 0
+    for at in range(count):
+        number = int(np.floor(found.rotary[at, 0] / WIDE)) % CELLS * CELLS
+        number += int(np.floor(found.rotary[at, 1] / WIDE)) % CELLS
+        best = wide[number] - 1
+        if best < 0:
+            used[regions] = number
+            regions += 1
+        if best < 0 or found.cost[at] < found.cost[best]:
+            wide[number] = at + 1
+        if found.move[at] == ONTO:
+            stays[at], size = True, 1
+    for region in range(regions):
+        at = wide[used[region]] - 1
+        wide[used[region]] = 0
+        if size < most // 2 and not stays[at]:
+            stays[at] = True
+            size += 1
+    rest = np.full(count, np.inf)
+    for at in range(count):
+        if not stays[at]:
+            rest[at] = found.cost[at]
+    cut = np.partition(rest, most - size - 1)[most - size - 1]
+    size = 0
+    for at in range(count):
+        if stays[at]:
+            keep[size] = at
+            size += 1
+    for at in range(count):
+        if not stays[at] and found.cost[at] <= cut and size < most:
+            keep[size] = at
+            size += 1
+    return size
+
+
+@compiled
+def solved(
+    layer: Layer,
+    found: Found,
+    keep: IntArray,
+    count: int,
+    i: int,
+    tapes: Tapes,
+    locations: Locations,
+    tube: Tube,
+    cells: Cells,
+    moves: Array,
+    prices: Prices,
+    then: Layer,
+    parents: IntArray,
+) -> int:
+    """Solve the candidates that were chosen exactly, and fill in the states of location i + 1; their number.
+
+    Newton's method on the chain itself; the last step is linear, and of at most `CLOSE`.
+    """
+    axes, bounds = len(locations.low), locations.references.shape[1]
+    rows, size = axes + 3, 0
+    given, values = np.empty((count, 8)), np.empty((count, 3 * rows))
+    unsolved = np.empty(count, np.int64)
+    for n in range(count):
+        unsolved[n] = n
+        given[n, 0], given[n, 1] = found.rotary[keep[n], 0], found.rotary[keep[n], 1]
+        for d in range(6):
+            given[n, 2 + d] = locations.given[i + 1, d]
+    there, left = np.empty(axes), count
+    for _ in range(MOST):
+        play(tapes.steps, tapes.constants, tapes.registers, given[:left], values[:left])
+        again = 0
+        for n in range(left):
+            at = keep[unsolved[n]]
+            j, v = found.parent[at], found.move[at]
+            first = second = 0.0
+            if v != ONTO:
+                f, f1, f2 = residual(layer, j, i, locations, tube, cells, moves, v, 0, values, n)
+                g, g1, g2 = residual(layer, j, i, locations, tube, cells, moves, v, 1, values, n)
+                area = f1 * g2 - f2 * g1
+                if not abs(area) > SINGULAR:
+                    continue
+                first, second = -(g2 * f - f2 * g) / area, -(f1 * g - g1 * f) / area
+                if abs(first) + abs(second) > STEEP:
+                    continue
+                if abs(first) + abs(second) > CLOSE:
+                    unsolved[again] = unsolved[n]
+                    given[again, 0], given[again, 1] = given[n, 0] + first, given[n, 1] + second
+                    again += 1
+                    continue
+            angle1, angle2 = given[n, 0] + first, given[n, 1] + second
+            turn1, turn2 = angle1 - layer.rotary[j, 0], angle2 - layer.rotary[j, 1]
+            over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
+            for a in range(axes):
+                there[a] = values[n, a] + values[n, rows + a] * first + values[n, 2 * rows + a] * second
+                over = max(over, there[a] - locations.high[a], locations.low[a] - there[a])
+            for b in range(bounds):
+                cosine = 0.0
+                for c in range(3):
+                    at_axis = axes + c
+                    along = values[n, at_axis] + values[n, rows + at_axis] * first
+                    along += values[n, 2 * rows + at_axis] * second
+                    cosine += locations.references[i + 1, b, c] * along
+                over = max(over, locations.within[i + 1, b, 0] - cosine)
+                over = max(over, cosine - locations.within[i + 1, b, 1])
+            if over > ROUNDING and v != ONTO:
+                continue
+            if v >= 0:
+                keep_held(layer, j, moves, v, there)
+            elif v == BESIDE:
+                there[cells.level] = layer.positions[j, cells.level]
+            turned = turn1 * turn1 + turn2 * turn2
+            price, moved = step_price(prices, i, layer.moved[j], layer.positions, j, there, turned)
+            if over > ROUNDING:
+                price += BROKEN + PER_EXCESS * over
+            then.rotary[size, 0], then.rotary[size, 1] = angle1, angle2
+            then.cost[size], then.moved[size] = layer.cost[j] + price, moved
+            for a in range(axes):
+                then.positions[size, a] = there[a]
+            parents[size] = j
+            size += 1
+        left = again
+        if not left:
+            break
+    return size
+
+
+@compiled
+def residual(
+    layer: Layer,
+    j: int,
+    i: int,
+    locations: Locations,
+    tube: Tube,
+    cells: Cells,
+    moves: Array,
+    v: int,
+    which: int,
+    values: Array,
+    n: int,
+) -> tuple[float, float, float]:
+    """Compute what is left of one of a move's two rows, and its slopes by both angles."""
+    axes = len(locations.low)
+    rows = axes + 3
+    if v == BESIDE:
+        row = cells.level if which == 0 else locations.rotary[cells.spin]
+        aim = layer.positions[j, row] if which == 0 else tube.path[i + 1, cells.spin]
+    else:
+        row, aim = int(moves[v, which, ROW]), aimed(layer, j, i, locations, moves, v, which)
+    if row < axes:
+        return values[n, row] - aim, values[n, rows + row], values[n, 2 * rows + row]
+    value, slope1, slope2 = -aim, 0.0, 0.0
+    for c in range(3):
+        along = locations.references[i + 1, row - axes, c]
+        value += along * values[n, axes + c]
+        slope1 += along * values[n, rows + axes + c]
+        slope2 += along * values[n, 2 * rows + axes + c]
+    return value, slope1, slope2
+
+
+@compiled
+def search(
+    tapes: Tapes,
+    locations: Locations,
+    prices: Prices,
+    tube: Tube,
+    cells: Cells,
+    moves: Array,
+    first: Array,
+    start: Array,
+    most: int,
+) -> tuple[Array, float, int]:
+    """Find the cheapest path from location to location, over the `most` best states of each.
+
+    Parameters
+    ----------
+    first, start : (s, 2) rad and (s, k), postures of the first location, and their axis values
+
+    Returns
+    -------
+    The path, (n, 2) rad; its price, J; and how many locations have states
+    """
+    n, axes = len(locations.given), len(locations.low)
+    room = max(most, len(first))
+    here = Layer(np.empty((room, 2)), np.empty((room, axes)), np.empty(room), np.empty(room, np.int64))
+    then = Layer(np.empty((room, 2)), np.empty((room, axes)), np.empty(room), np.empty(room, np.int64))
+    size = len(first)
+    for j in range(size):
+        here.rotary[j, 0], here.rotary[j, 1] = first[j, 0], first[j, 1]
+        here.cost[j], here.moved[j] = 0.0, ALL_MOVE
+        for a in range(axes):
+            here.positions[j, a] = start[j, a]
+    total = size + (n - 1) * most
+    states, parents = np.empty((total, 2)), np.empty(total, np.int32)
+    begin = np.zeros(n + 1, np.int64)
+    for j in range(size):
+        states[j, 0], states[j, 1] = first[j, 0], first[j, 1]
+    begin[1] = size
+    many = room * (len(moves) + 2)
+    places = 64
+    while places < 2 * many:
+        places *= 2
+    found = Found(
+        np.empty(many),
+        np.empty(many, np.int64),
+        np.empty(many, np.int64),
+        np.empty((many, 2)),
+        np.empty(many, np.int64),
+        np.zeros(places, np.int64),
+        np.empty(many, np.int64),
+    )
+    wide, used = np.zeros(CELLS * CELLS, np.int64), np.empty(CELLS * CELLS, np.int64)
+    keep, origin = np.empty(room, np.int64), np.empty(room, np.int64)
+    given, bows = np.empty((room, 8)), np.empty((room, 6 * (axes + 3)))
+    margin = np.inf
+    for i in range(n - 1):
+        for j in range(size):
+            given[j, 0], given[j, 1] = here.rotary[j, 0], here.rotary[j, 1]
+            for d in range(6):
+                given[j, 2 + d] = locations.given[i + 1, d]
+        play(tapes.bow_steps, tapes.bow_constants, tapes.bow_registers, given[:size], bows[:size])
+        count = candidates(here, size, bows, i, locations, prices, tube, cells, moves, margin, found)
+        chosen = kept(found, count, most, wide, used, keep)
+        size = solved(
+            here, found, keep, chosen, i, tapes, locations, tube, cells, moves, prices, then, origin
+        )
+        for at in range(count):
+            found.table[found.slots[at]] = 0
+        if not size:
+            return states[:0], np.inf, i + 1
+        costs = then.cost[:size]
+        margin = SPARE * (costs.max() - costs.min()) if chosen == most else np.inf
+        for j in range(size):
+            states[begin[i + 1] + j, 0], states[begin[i + 1] + j, 1] = then.rotary[j, 0], then.rotary[j, 1]
+            parents[begin[i + 1] + j] = begin[i] + origin[j]
+        begin[i + 2] = begin[i + 1] + size
+        here, then = then, here
+    best = np.argmin(here.cost[:size])
+    price, at = here.cost[best], begin[n - 1] + best
+    path = np.empty((n, 2))
+    for i in range(n - 1, -1, -1):
+        path[i, 0], path[i, 1] = states[at, 0], states[at, 1]
+        at = parents[at] if i else at
+    return path, price, n

@@ -1,0 +1,132 @@
+"""A path and the program that comes of it: its blocks, what they cost, and what they break."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fiveaxis.energy import Energy
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# Violation that is tolerated between two locations (cosine, mm, rad).
+BETWEEN = 2e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A path with inserted locations, and its problem.
+
+    Parameters
+    ----------
+    path : n locations
+    location : (n,), fractional index of each in the given path
+    problem, bounds : with the prices of travel, or of time
+    """
+
+    path: Toolpath
+    location: Array
+    problem: Problem
+    bounds: TiltBounds
+
+
+@dataclass(frozen=True)
+class Breach:
+    """What a path breaks between its locations.
+
+    Parameters
+    ----------
+    hop : rad, smallest turn in a given move within which the tool leans out of its bounds; infinite for none
+    overrun : mm or rad, farthest beyond an axis limit
+    """
+
+    hop: float
+    overrun: float
+
+
+@dataclass(frozen=True, eq=False)
+class Delivered:
+    """A path, the locations that its program needs in addition, and its cost.
+
+    Parameters
+    ----------
+    posed : what was solved
+    rotary : (n, 2), rad, chain order, its postures
+    denser : with the additional locations of the program's blocks
+    filled : (m, 2), rad, the postures there
+    excess : largest violation between the locations; cosine, mm or rad
+    energy : of the program's blocks
+    cost : J, the objective for them
+    times : (m,), s, that the control takes for the moves to the denser path's locations
+    solved : the problem of which the postures are an optimum, with the prices near them
+    """
+
+    posed: Posed
+    rotary: Array
+    denser: Posed
+    filled: Array
+    excess: float
+    energy: Energy
+    cost: float
+    times: Array
+    solved: Problem
+
+    @property
+    def inserted(self) -> int:
+        """Number of locations that the program needs in addition to those that were solved."""
+        return len(self.denser.path) - len(self.posed.path)
+
+    @property
+    def breach(self) -> Breach | None:
+        """What is broken between the locations; None if nothing is."""
+        if self.excess <= BETWEEN:
+            return None
+        problem, location = self.denser.problem, self.denser.location
+        positions, excess = problem.placed(slice(None), self.filled)
+        moves = np.unique(np.ceil(location[excess > BETWEEN]).astype(np.int64)) - 1
+        given = self.filled[location == np.floor(location)]
+        turns = np.abs(np.diff(given, axis=0)).max(axis=1)
+        hop = turns[moves[moves >= 0]].min(initial=np.inf)
+        return Breach(float(hop), float(problem.limit_excess(positions).max(initial=0.0)))
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Key by which the better of two is smaller: first violation, then cost."""
+        return self.broken, self.cost
+
+    @cached_property
+    def broken(self) -> float:
+        """By how much it breaks bounds, at its locations or between them; 0 if it keeps them."""
+        broken = self.posed.problem.violation(self.rotary)
+        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
+
+    @property
+    def unrest(self) -> tuple[int, float]:
+        """Key by which the steadier of two is smaller: starts and reversals, then the travel metric."""
+        return self.energy.steadiness.events, self.energy.travel
+
+    def findings(self) -> list[Finding]:
+        """Report where postures between locations still break a bound."""
+        if self.excess <= BETWEEN:
+            return []
+        problem = self.denser.problem
+        positions, excess = problem.placed(slice(None), self.filled)
+        past = problem.limit_excess(positions)
+        found = []
+        for off, fact, remedy in (
+            (excess, "the tool leans out of its bounds", "widen the range of its lean"),
+            (past, "an axis exceeds its limits", "move the part on the table (work_offset)"),
+        ):
+            rows = np.flatnonzero(off > BETWEEN)
+            if len(rows):
+                message = (
+                    f"between this location and the one before it {fact} ({len(rows)} blocks in all), and no "
+                    f"path was found that avoids this; put locations closer together here or {remedy}"
+                )
+                place = self.denser.path.place(int(np.argmax(off)))
+                found.append(Finding(Severity.WARNING, "between-locations", message, place))
+        return found
