@@ -30,6 +30,8 @@ from fiveaxis.toolpath import Constraints, Toolpath, divided_rows, filled, inter
 LARGEST_TURN = math.radians(15.0)
 # Rounds of measuring and inserting; each divides a deviation by the square of the number of parts.
 MOST_ROUNDS = 12
+# Blocks that take a smaller share of their move aren't divided: where one still leaves the path, it jumps.
+LEAST_SHARE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,19 @@ class Fill:
         share[inside] = self.row[inside] - np.floor(self.row[inside])
         return np.where(after > 0, every[before] + share, 0.0)
 
+    @property
+    def jumps(self) -> IntArray:
+        """Rows of the given path at which moves begin that no blocks follow, however short they are.
+
+        Where the tool axis of a cutter with a flat bottom passes through the surface normal, the contact
+        jumps from one side of the bottom to the other.
+        """
+        short = np.diff(self.row) < LEAST_SHARE
+        step = np.abs(np.diff(self.motion.positions[:, self.planes.machine.linear_columns], axis=0)).max(
+            axis=1
+        )
+        return np.unique(np.floor(self.row[:-1][short & (step > WRITTEN_TOLERANCE)]).astype(np.int64))
+
     def times(self, taken: Array) -> Array:
         """Share out the times of the blocks, (b,) s, over the moves to the locations, (n,) s."""
         reached = np.cumsum(taken)
@@ -213,6 +228,7 @@ def fill_in(
         off = np.maximum(off, axis_deviation(planes, row, angles, blocks, planes.kept) / AXIS_TOLERANCE)
         parts = np.ones(len(row) - 1, dtype=np.int64)
         parts[blocks] = _parts(off)
+        parts[np.diff(row) < LEAST_SHARE] = 1
         if (parts == 1).all():
             break
         blocks = np.flatnonzero(np.repeat(parts, parts) > 1)

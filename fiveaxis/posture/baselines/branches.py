@@ -12,6 +12,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, fit_turns, into_limits
 from fiveaxis.machine import Machine
+from fiveaxis.motion import Fill
 from fiveaxis.posture.baselines.kernel import cheapest_branches
 from fiveaxis.toolpath import Toolpath
 
@@ -45,6 +46,24 @@ def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
     rotary = into_limits(machine, rotary)
     positions = linear_positions(machine, toolpath.tips(axis)[None], rotary)
     return Postures(positions, within_limits(machine, positions))
+
+
+def require_blocks(fill: Fill) -> Fill:
+    """Return the filled path of a baseline if a program can follow it.
+
+    Raises
+    ------
+    NoBaseline
+        The tool would have to jump between two locations.
+    """
+    jumps = fill.jumps
+    if len(jumps):
+        raise NoBaseline(
+            "no blocks can follow it: the tool axis passes through the surface normal, where the contact "
+            f"jumps across the flat bottom of {fill.given.tool.cutter}, in {len(jumps)} of "
+            f"{len(fill.given) - 1} moves, first from location {jumps[0]} to {jumps[0] + 1}"
+        )
+    return fill
 
 
 def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> Array | None:

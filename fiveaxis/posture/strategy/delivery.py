@@ -20,6 +20,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Filling, feed_times, follow
 from fiveaxis.nc import USUAL_CLOCK, Clock
+from fiveaxis.posture.baselines import NoBaseline, require_blocks
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy, timed_energy
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
@@ -316,8 +317,9 @@ def delivered(
 ) -> tuple[Solution, tuple[float, float], Breach | None]:
     """Solve a solution again on the locations of its program; its energies are then those of programs.
 
-    Every baseline is priced as its own program, and given on the locations of the result. A baseline that is
-    cheaper than the result is refined and replaces it. The best of all is steadied.
+    Every baseline is priced as its own program, and given on the locations of the result; one that no program
+    can follow is missing. A baseline that is cheaper than the result is refined and replaces it. The best of
+    all is steadied.
 
     Parameters
     ----------
@@ -344,9 +346,12 @@ def delivered(
         try_from(name, rotary)
     breach = best.breach
     delivery.progress("pricing baselines as programs", 0, 1)
-    filled = {
-        name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
-    }
+    filled, missing = {}, dict(solution.missing)
+    for name, b in solution.compared.items():
+        try:
+            filled[name] = require_blocks(filling.fill(b.toolpath or given, machine, b.motion))
+        except NoBaseline as reason:
+            missing[name] = str(reason)
     energies = {
         name: blocks_energy(machine, filling.thin(fill).blocks, delivery.clock)
         for name, fill in filled.items()
@@ -362,7 +367,8 @@ def delivered(
     path = best.posed.path
     location = None if len(path) == len(given) else best.posed.location
     compared = {}
-    for name, baseline in solution.compared.items():
+    for name in filled:
+        baseline = solution.compared[name]
         motion = baseline.motion
         if baseline.toolpath is None and location is not None:
             motion = follow(path, machine, filled[name].planes.rotary_at(location))
@@ -375,6 +381,7 @@ def delivered(
         motion=motion,
         energy=program_energy(machine, path, motion, filling, delivery.clock),
         compared=compared,
+        missing=missing,
         stages=(*solution.stages, *stages),
         problem=best.solved,
         filling=filling,
