@@ -17,7 +17,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import INSIDE, NoBaseline, find_baselines, follow_axes, moved_clear, uphill
 from fiveaxis.posture.bound.relaxed import relaxed_path
-from fiveaxis.posture.masks.enforcement import Enforcement, or_cheaper_baseline
+from fiveaxis.posture.masks.enforcement import Enforcement, Refused, or_cheaper_baseline
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution
@@ -81,6 +81,8 @@ def solve_given(given: GivenProblem, mask: MaskFunction | None) -> tuple[Solutio
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     try:
         return _within_turns(given, mask)
+    except Refused:
+        raise
     except Infeasible:
         turning = long_turns(given.problem, toolpath)
         if not turning:
