@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from fiveaxis.energy import Energy, block_costs, travel_costs
+from fiveaxis.energy import Energy, block_costs, lifting_costs, travel_costs
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Filling, feed_times, follow
@@ -154,7 +154,7 @@ class Delivery:
     build : makes the problem of a path with inserted locations
     refine : solves one near a start
     filling : what inserted blocks keep
-    up_penalty : J/mm, extra price of moving the machine's Z up
+    up_penalty : J/mm, extra price of lifting what a linear axis carries (`lifting_costs`)
     objective : ``energy`` of the blocks reweights the problem's prices; the others keep them
     steady : share of the least energy that may be spent on fewer starts and reversals
     clock : how long the control takes for blocks
@@ -303,8 +303,8 @@ class Delivery:
         costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=time)
         travel = np.abs(np.diff(problem.positions(slice(None), rotary), axis=0))
         plus, minus = costs.prices(travel, sharpness)
-        plus[:, problem.machine.column("Z")] += self.up_penalty
-        weighted = replace(problem, plus=plus, minus=minus)
+        up, down = lifting_costs(problem.machine, self.up_penalty)
+        weighted = replace(problem, plus=plus + up, minus=minus + down)
         if timed is None or not self.clock.stops_at_turns:
             return weighted
         power = max(timed.cost, 0.0) / float(timed.times.sum())
