@@ -159,13 +159,16 @@ class Fill:
         """Rows of the given path at which moves begin that no blocks follow, however short they are.
 
         Where the tool axis of a cutter with a flat bottom passes through the surface normal, the contact
-        jumps from one side of the bottom to the other.
+        jumps from one side of the bottom to the other; where a rotary axis turns the linear ones into one
+        plane, they have no values.
         """
-        short = np.diff(self.row) < LEAST_SHARE
-        step = np.abs(np.diff(self.motion.positions[:, self.planes.machine.linear_columns], axis=0)).max(
-            axis=1
-        )
-        return np.unique(np.floor(self.row[:-1][short & (step > WRITTEN_TOLERANCE)]).astype(np.int64))
+        machine, rotary = self.planes.machine, self.motion.positions[:, self.planes.machine.rotary_columns]
+        step = np.abs(np.diff(self.motion.positions[:, machine.linear_columns], axis=0)).max(axis=1)
+        jumps = (np.diff(self.row) < LEAST_SHARE) & (step > WRITTEN_TOLERANCE)
+        if not machine.chain.linears_adjoin:
+            off = joint_deviation(self.path, machine, rotary, np.arange(len(step)))
+            jumps |= ~np.isfinite(off).all(axis=0)
+        return np.unique(np.floor(self.row[:-1][jumps]).astype(np.int64))
 
     def times(self, taken: Array) -> Array:
         """Share out the times of the blocks, (b,) s, over the moves to the locations, (n,) s."""
@@ -306,8 +309,10 @@ def _parts(off: Array) -> IntArray:
     """Compute into how many parts blocks are divided, (m,), by deviations at `SHARES` over the tolerance.
 
     A deviation ``t (1 − t) (a + b t)`` with vectors a and b is nowhere larger than the highest parabola
-    through one of the three, and a parabola's height falls with the square of the number of parts.
+    through one of the three, and a parabola's height falls with the square of the number of parts. Blocks
+    without a deviation, as the linear axes have no values in them, aren't divided (`Fill.jumps`).
     """
     share = np.array(SHARES)[:, None]
     height = (off / (4.0 * share * (1.0 - share))).max(axis=0)
+    height = np.where(np.isfinite(height), height, 0.0)
     return np.asarray(np.maximum(np.ceil(np.sqrt(height)), 1.0).astype(np.int64))

@@ -54,14 +54,17 @@ def require_blocks(fill: Fill) -> Fill:
     Raises
     ------
     NoBaseline
-        The tool would have to jump between two locations.
+        The axes would have to jump between two locations.
     """
     jumps = fill.jumps
     if len(jumps):
+        why = "the linear axes' directions come to lie in one plane"
+        if fill.given.zone.offset:
+            bottom = f"the flat bottom of {fill.given.tool.cutter}"
+            why = f"the tool axis passes through the surface normal, where the contact jumps across {bottom}"
         raise NoBaseline(
-            "no blocks can follow it: the tool axis passes through the surface normal, where the contact "
-            f"jumps across the flat bottom of {fill.given.tool.cutter}, in {len(jumps)} of "
-            f"{len(fill.given) - 1} moves, first from location {jumps[0]} to {jumps[0] + 1}"
+            f"no blocks can follow it: {why}, in {len(jumps)} of {len(fill.given) - 1} moves, first from "
+            f"location {jumps[0]} to {jumps[0] + 1}"
         )
     return fill
 

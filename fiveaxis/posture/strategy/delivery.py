@@ -17,7 +17,7 @@ import numpy as np
 
 from fiveaxis.energy import Energy, block_costs, lifting_costs, travel_costs
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.motion import Filling, feed_times, follow
 from fiveaxis.nc import USUAL_CLOCK, Clock
 from fiveaxis.posture.baselines import NoBaseline, require_blocks
@@ -92,7 +92,8 @@ class Delivered:
     rotary : (n, 2), rad, chain order, its postures
     denser : with the additional locations of the program's blocks
     filled : (m, 2), rad, the postures there
-    excess : largest violation between the locations; cosine, mm or rad
+    excess : largest violation between the locations; cosine, mm or rad; infinite where axes would jump
+    jumps : moves of the given path in which they would, by the location at which they begin
     energy : of the program's blocks
     cost : J, the objective for them
     times : (m,), s, that the control takes for the moves to the denser path's locations
@@ -104,6 +105,7 @@ class Delivered:
     denser: Posed
     filled: Array
     excess: float
+    jumps: IntArray
     energy: Energy
     cost: float
     times: Array
@@ -121,7 +123,8 @@ class Delivered:
             return None
         problem, location = self.denser.problem, self.denser.location
         positions, excess = problem.placed(slice(None), self.filled)
-        moves = np.unique(np.ceil(location[excess > BETWEEN]).astype(np.int64)) - 1
+        leaning = np.ceil(location[excess > BETWEEN]).astype(np.int64) - 1
+        moves = np.union1d(leaning, self.jumps)
         given = self.filled[location == np.floor(location)]
         turns = np.abs(np.diff(given, axis=0)).max(axis=1)
         hop = turns[moves[moves >= 0]].min(initial=np.inf)
@@ -272,13 +275,16 @@ class Delivery:
         between = filled[:, machine.rotary_columns]
         positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
+        jumps = np.floor(posed.location[fill.jumps]).astype(np.int64)
+        past = np.inf if len(jumps) else past
         if self.objective == "time" or not self.clock.is_programmed(machine):
             # Redundant blocks would cost the control time, as stops.
             fill = self.filling.thin(fill)
         taken = self.clock(fill.blocks, machine)
         energy = timed_energy(machine, fill.blocks, taken)
         cost, times = self.cost(energy), fill.times(taken.times)
-        return Delivered(posed, rotary, denser, between, past, energy, cost, times, solved or posed.problem)
+        solved = solved or posed.problem
+        return Delivered(posed, rotary, denser, between, past, jumps, energy, cost, times, solved)
 
     def cost(self, energy: Energy) -> float:
         """Compute the objective of a program, J."""
@@ -396,11 +402,13 @@ def _findings(best: Delivered) -> list[Finding]:
         return []
     problem = best.denser.problem
     positions, excess = problem.placed(slice(None), best.filled)
-    past = problem.limit_excess(positions)
+    past = np.nan_to_num(problem.limit_excess(positions))
+    jumping = np.isin(np.ceil(best.denser.location) - 1.0, best.jumps).astype(float)
     found = []
     for off, fact, remedy in (
         (excess, "the tool leans out of its bounds", "widen the range of its lean"),
         (past, "an axis exceeds its limits", "move the part on the table (work_offset)"),
+        (jumping, "axes would have to jump", "allow smaller turns only (--max-turn)"),
     ):
         rows = np.flatnonzero(off > BETWEEN)
         if len(rows):

@@ -158,3 +158,14 @@ def test_a_move_that_stays_on_one_side_of_the_flat_bottom_has_no_jump(hayashi, e
     fill = Filling().fill(path, hayashi, follow(path, hayashi, rotary))
     assert len(fill.jumps) == 0
     assert fill.inserted > 0
+
+
+def test_a_move_over_a_posture_in_which_the_linear_axes_lie_in_one_plane_jumps():
+    """Z turns with the table: at A = 90 deg it lies in the plane of X and Y."""
+    contact = np.stack([np.linspace(30.0, 40.0, 4), np.zeros(4), np.full(4, 5.0)], axis=1)
+    path = Toolpath.from_contacts(contact, np.tile([0.0, 1.0, 0.0], (4, 1)), Tool.ball(6))
+    machine = Machine.from_code("364012")
+    order = [machine.rotaries.index(c) for c in "AC"]
+    rotary = np.radians([[a, 0.0] for a in (80.0, 80.0, 100.0, 100.0)])[:, np.argsort(order)]
+    fill = Filling().fill(path, machine, follow(path, machine, rotary))
+    np.testing.assert_array_equal(fill.jumps, [1])
