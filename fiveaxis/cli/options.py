@@ -113,7 +113,7 @@ POSTURE: Mapping[str, Any] = {
         str,
         "between locations: smooth (a curve where they are its samples) or chord; default: as the path says",
     ),
-    "up_penalty": optional(float, "extra cost of moving up, J/mm"),
+    "up_penalty": optional(float, "extra cost of what linear axes lift, tool or table, J/mm"),
     "max_turn": optional(float, "largest rotary turn in a cutting move, deg; default: 180 deg/s"),
     "turn_rate": optional(float, "largest rotary turn along a cut, deg/mm"),
     "smoothing": optional(float, "price of squared rotary turns, J/rad2; steadier postures"),

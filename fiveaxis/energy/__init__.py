@@ -31,6 +31,7 @@ from fiveaxis.energy.drives import (
     axis_powers,
     drive_power,
     gravity_forces,
+    lifting_costs,
     moved_weights,
     travel_costs,
 )
@@ -107,6 +108,7 @@ __all__ = [
     "job_budget",
     "law_energies",
     "least_travel_costs",
+    "lifting_costs",
     "mean_cutting_power",
     "motion_energy",
     "move_energies",

@@ -23,6 +23,8 @@ from fiveaxis.machine import (
 from fiveaxis.motion import rapid_speeds, standing_speeds
 
 STANDARD_GRAVITY = 9.80665  # m/s²
+# Of the vertical component of a direction.
+DIGITS = 12
 
 
 def drive_power(
@@ -190,6 +192,27 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
         for side, sign in enumerate((1.0, -1.0)):
             costs[side, :, i] = _travel_cost(drive, speed, sign, float(forces[i]), float(weights[i]))
     return costs[0], costs[1]
+
+
+def lifting_costs(machine: Machine, price: float) -> tuple[Array, Array]:
+    """Charge every linear axis for lifting what it carries, whether that is the tool or the workpiece.
+
+    An axis is charged by the vertical component of its direction (`Machine.vertical`), while its value moves
+    such that the carried mass rises: the value of a table's axis, tool relative to workpiece, falls then.
+    Directions are those with every axis at 0. Lowering isn't refunded, nor is what a rotary axis lifts
+    charged.
+
+    Parameters
+    ----------
+    price : J per mm of rise
+
+    Returns
+    -------
+    plus, minus : (k,), J/mm, while the axis value grows or falls
+    """
+    # What is level but for rounding lifts nothing.
+    lifts = np.array([round(machine.lifts.get(axis.letter, 0.0), DIGITS) for axis in machine.axes])
+    return price * np.maximum(lifts, 0.0), price * np.maximum(-lifts, 0.0)
 
 
 def require_drive(machine: Machine, axis: Axis) -> Drive:

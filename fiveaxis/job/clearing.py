@@ -136,7 +136,8 @@ def optimise(
         the travel metric of form-shaping Eq. 1; ``time``, how long the control takes for the blocks with the
         axes' highest speeds and accelerations, and among postures of equal time the steadiest
         (`fiveaxis.posture.strategy.least_time`)
-    up_penalty : J/mm, extra price of moving the machine's Z up
+    up_penalty : J/mm, extra price of what linear axes lift against gravity, by the machine's `vertical`: of
+        the tool going up, or on a table of the workpiece, whose axis value falls then
     max_turn : largest turn of a rotary axis in one cutting move, **degrees**; by default 180 deg/s at the
         programmed feed. Links may turn three times as far, and farther only where nothing else is possible
     turn_rate : largest turn of a rotary axis over the path of the contact in cutting moves, **deg/mm**

@@ -216,7 +216,9 @@ class Job(StrictModel):
         description="machine whose axis powers are used in place of the machine's own, by role or as named "
         "(`NAME:B=A`); `estimated` for estimates. By default missing powers are estimated",
     )
-    up_penalty: float = Field(0.0, ge=0.0, description="extra cost of moving up against gravity, J/mm")
+    up_penalty: float = Field(
+        0.0, ge=0.0, description="extra cost of what linear axes lift, tool or table, J/mm"
+    )
     objective: Objective = Field(
         "energy", description="what to minimise: energy or time of the program, or the travel metric"
     )

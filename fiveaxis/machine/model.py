@@ -297,6 +297,16 @@ class Machine(ShownAsTable):
         joints = [joint for joint in self.chain.joints if not joint.is_rotary]
         return {joint.letter: float(product(joint.line.direction, up)) for joint in joints}
 
+    @cached_property
+    def lifts(self) -> dict[str, float]:
+        """How far what each linear axis carries rises while the axis value grows, mm per mm, at home.
+
+        Axis values are tool relative to workpiece: a table goes down while the value of its vertical axis
+        grows.
+        """
+        sides = {letter: -1.0 if letter in self.code.table else 1.0 for letter in self.steepness}
+        return {letter: sides[letter] * steep for letter, steep in self.steepness.items()}
+
     @property
     def bands(self) -> dict[str, tuple[float, float]]:
         """Bands of estimated drives by axis letter: shares of the power, lowest and highest."""
@@ -383,7 +393,7 @@ class Machine(ShownAsTable):
 def _borrowing(axis: Axis, source: Axis, machine: Machine, other: Machine) -> Axis:
     """Give an axis another one's drive and, if that needs one, its mass."""
     drive, mass = source.drive, axis.moved_mass
-    rises = machine.steepness.get(axis.letter, 0.0) * other.steepness.get(source.letter, 0.0)
+    rises = machine.lifts.get(axis.letter, 0.0) * other.lifts.get(source.letter, 0.0)
     # Growing values may lift on one machine and lower on the other.
     if drive is not None and rises < 0.0:
         drive = opposite(drive)

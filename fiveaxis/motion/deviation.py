@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import positions_about, tool_axes, tool_poses
+from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.planes import AxisPlanes
 from fiveaxis.motion.timing import STANDSTILL
@@ -40,7 +40,8 @@ def joint_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks:
     (3, m), mm, at `SHARES`; 0 where only the middle is measured
     """
     zone = toolpath.zone
-    positions, axes = positions_about(machine, toolpath.pivot, rotary, zone, np.nan_to_num(toolpath.normal))
+    axes = tool_axes(machine, rotary)
+    positions = linear_positions(machine, toolpath.tips(axes), rotary)
     off = np.zeros((len(SHARES), len(blocks)))
     for i, share in enumerate(SHARES):
         some = _measured(rotary, blocks, share)

@@ -30,6 +30,8 @@ from fiveaxis.toolpath import Constraints, Toolpath, divided_rows, filled, inter
 LARGEST_TURN = math.radians(15.0)
 # Rounds of measuring and inserting; each divides a deviation by the square of the number of parts.
 MOST_ROUNDS = 12
+# Blocks that take a smaller share of their move aren't divided: where one still leaves the path, it jumps.
+LEAST_SHARE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,22 @@ class Fill:
         share[inside] = self.row[inside] - np.floor(self.row[inside])
         return np.where(after > 0, every[before] + share, 0.0)
 
+    @property
+    def jumps(self) -> IntArray:
+        """Rows of the given path at which moves begin that no blocks follow, however short they are.
+
+        Where the tool axis of a cutter with a flat bottom passes through the surface normal, the contact
+        jumps from one side of the bottom to the other; where a rotary axis turns the linear ones into one
+        plane, they have no values.
+        """
+        machine, rotary = self.planes.machine, self.motion.positions[:, self.planes.machine.rotary_columns]
+        step = np.abs(np.diff(self.motion.positions[:, machine.linear_columns], axis=0)).max(axis=1)
+        jumps = (np.diff(self.row) < LEAST_SHARE) & (step > WRITTEN_TOLERANCE)
+        if not machine.chain.linears_adjoin:
+            off = joint_deviation(self.path, machine, rotary, np.arange(len(step)))
+            jumps |= ~np.isfinite(off).all(axis=0)
+        return np.unique(np.floor(self.row[:-1][jumps]).astype(np.int64))
+
     def times(self, taken: Array) -> Array:
         """Share out the times of the blocks, (b,) s, over the moves to the locations, (n,) s."""
         reached = np.cumsum(taken)
@@ -213,6 +231,7 @@ def fill_in(
         off = np.maximum(off, axis_deviation(planes, row, angles, blocks, planes.kept) / AXIS_TOLERANCE)
         parts = np.ones(len(row) - 1, dtype=np.int64)
         parts[blocks] = _parts(off)
+        parts[np.diff(row) < LEAST_SHARE] = 1
         if (parts == 1).all():
             break
         blocks = np.flatnonzero(np.repeat(parts, parts) > 1)
@@ -290,8 +309,10 @@ def _parts(off: Array) -> IntArray:
     """Compute into how many parts blocks are divided, (m,), by deviations at `SHARES` over the tolerance.
 
     A deviation ``t (1 − t) (a + b t)`` with vectors a and b is nowhere larger than the highest parabola
-    through one of the three, and a parabola's height falls with the square of the number of parts.
+    through one of the three, and a parabola's height falls with the square of the number of parts. Blocks
+    without a deviation, as the linear axes have no values in them, aren't divided (`Fill.jumps`).
     """
     share = np.array(SHARES)[:, None]
     height = (off / (4.0 * share * (1.0 - share))).max(axis=0)
+    height = np.where(np.isfinite(height), height, 0.0)
     return np.asarray(np.maximum(np.ceil(np.sqrt(height)), 1.0).astype(np.int64))

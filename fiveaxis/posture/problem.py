@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.energy import travel_costs
+from fiveaxis.energy import lifting_costs, travel_costs
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray, product
 from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
@@ -114,7 +114,7 @@ class Problem:
         Parameters
         ----------
         toolpath, machine, tilt : what to solve
-        up_penalty : J/mm, added to the cost of moving the machine's Z up
+        up_penalty : J/mm, added to the cost of lifting what a linear axis carries (`lifting_costs`)
         max_turn : rad, largest turn of a rotary axis in each step (`turn_bounds`), or one for all
         time_price : J/s, of time beyond that at the programmed feed
         bend_price : J/rad², of ‖Δρ‖² in each step
@@ -135,7 +135,7 @@ class Problem:
             if not (np.isfinite(value) and value >= 0.0):
                 raise SettingError(f"{name} is {value:g} {unit}; it can't be negative")
         plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
-        plus[:, machine.column("Z")] += up_penalty
+        up, down = lifting_costs(machine, up_penalty)
         rates = axis_bounds(machine)
         return cls(
             machine=machine,
@@ -143,8 +143,8 @@ class Problem:
             normal=np.nan_to_num(toolpath.normal),
             zone=toolpath.zone,
             bounds=tilt.all,
-            plus=plus[1:],
-            minus=minus[1:],
+            plus=plus[1:] + up,
+            minus=minus[1:] + down,
             max_turn=np.repeat(np.broadcast_to(max_turn, len(toolpath) - 1)[:, None], 2, axis=1),
             strict=toolpath.cutting[1:],
             least_time=least_times(toolpath, machine)[1:],

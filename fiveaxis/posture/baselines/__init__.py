@@ -1,6 +1,6 @@
 """The motions that a result is compared with, also where a mask refuses some of their postures."""
 
-from fiveaxis.posture.baselines.branches import NoBaseline, follow_axes, postures
+from fiveaxis.posture.baselines.branches import NoBaseline, follow_axes, postures, require_blocks
 from fiveaxis.posture.baselines.catalogue import as_programmed, find_baselines, leaned
 from fiveaxis.posture.baselines.clear import moved_clear
 from fiveaxis.posture.baselines.nearest import INSIDE, nearest_held, nearest_to_reference, uphill
@@ -16,5 +16,6 @@ __all__ = [
     "nearest_held",
     "nearest_to_reference",
     "postures",
+    "require_blocks",
     "uphill",
 ]

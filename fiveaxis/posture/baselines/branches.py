@@ -12,6 +12,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, fit_turns, into_limits
 from fiveaxis.machine import Machine
+from fiveaxis.motion import Fill
 from fiveaxis.posture.baselines.kernel import cheapest_branches
 from fiveaxis.toolpath import Toolpath
 
@@ -45,6 +46,27 @@ def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
     rotary = into_limits(machine, rotary)
     positions = linear_positions(machine, toolpath.tips(axis)[None], rotary)
     return Postures(positions, within_limits(machine, positions))
+
+
+def require_blocks(fill: Fill) -> Fill:
+    """Return the filled path of a baseline if a program can follow it.
+
+    Raises
+    ------
+    NoBaseline
+        The axes would have to jump between two locations.
+    """
+    jumps = fill.jumps
+    if len(jumps):
+        why = "the linear axes' directions come to lie in one plane"
+        if fill.given.zone.offset:
+            bottom = f"the flat bottom of {fill.given.tool.cutter}"
+            why = f"the tool axis passes through the surface normal, where the contact jumps across {bottom}"
+        raise NoBaseline(
+            f"no blocks can follow it: {why}, in {len(jumps)} of {len(fill.given) - 1} moves, first from "
+            f"location {jumps[0]} to {jumps[0] + 1}"
+        )
+    return fill
 
 
 def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> Array | None:

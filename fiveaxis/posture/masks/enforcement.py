@@ -41,6 +41,10 @@ MOST_ROWS = 400
 SAMPLES = 400
 
 
+class Refused(Infeasible):
+    """There are locations at which the mask refuses every posture: no other turns would help."""
+
+
 @dataclass(eq=False)
 class Enforcement:
     """Makes a path satisfy a mask, by local replanning, a new search or a baseline.
@@ -66,7 +70,7 @@ class Enforcement:
         Raises
         ------
         Infeasible
-            No such path was found; each refused location is listed.
+            No such path was found; each refused location is listed (`Refused` if one has no posture at all).
         """
         problem = self.run.problem
         admitted = self.mask.admits(np.arange(len(problem)), start)
@@ -74,7 +78,7 @@ class Enforcement:
         # An admitted path is refined already.
         path = start if admitted.all() else self._cheapest(start, admitted, _paths(problem, compared))
         if path is None:
-            raise self._infeasible(self.refused, toolpath)
+            raise self._infeasible(self.refused, start, toolpath)
         queries = f"{self.mask.queried} postures queried in {self.mask.calls} calls"
         stage = Stage("enforce the mask", queries, self.mask.queried, before, problem.path_cost(path))
         self.run.stages.append(stage)
@@ -169,15 +173,18 @@ class Enforcement:
         self.run.stages.extend(run.stages)
         return refined
 
-    def _infeasible(self, rows: IntArray, toolpath: Toolpath) -> Infeasible:
-        findings = []
+    def _infeasible(self, rows: IntArray, start: Array, toolpath: Toolpath) -> Infeasible:
+        """Say of each refused location whether the mask admits a posture there."""
+        findings, kind = [], Infeasible
         for row in rows:
-            states = self._windows.samples(int(row))
+            # Samples may miss a narrow tilt range; the path before the mask has a posture in it.
+            states = np.vstack([start[row], self._windows.samples(int(row))])
             states = states[np.unique(np.linspace(0, len(states) - 1, SAMPLES).astype(np.int64))]
             if self.mask.admits(np.full(len(states), row), states).any():
                 text = "the mask admits postures here, but none was found within reach of its neighbours"
             else:
-                text = f"the mask refuses each of the {len(states)} admissible postures that were tried"
+                kind = Refused
+                text = f"the mask refuses each of the admissible postures that were tried ({len(states)})"
             findings.append(
                 Finding(
                     Severity.ERROR,
@@ -188,7 +195,7 @@ class Enforcement:
                 )
             )
         share = f"{len(findings)} of {len(self.run.problem)} locations"
-        return Infeasible(f"{share} have no posture in sequence that the mask admits", findings)
+        return kind(f"{share} have no posture in sequence that the mask admits", findings)
 
 
 def or_cheaper_baseline(problem: Problem, rotary: Array, compared: Mapping[str, Baseline]) -> Array:

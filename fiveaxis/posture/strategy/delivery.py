@@ -16,10 +16,11 @@ from typing import Literal, Protocol
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from fiveaxis.energy import BlockCosts, Energy, block_costs
+from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import Filling, feed_times, follow
 from fiveaxis.nc import USUAL_CLOCK, Clock
+from fiveaxis.posture.baselines import NoBaseline, require_blocks
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Grain, path_anywhere, turning_rows
 from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy, timed_energy
@@ -73,7 +74,7 @@ class Delivery:
     near : what is done near a path
     filling : what inserted blocks keep
     effort : how much is done
-    up_penalty : J/mm, extra price of moving the machine's Z up
+    up_penalty : J/mm, extra price of lifting what a linear axis carries (`lifting_costs`)
     objective : ``energy`` of the blocks; the others keep the problem's prices
     steady : share of the least energy that may be spent on fewer starts and reversals
     clock : how long the control takes for blocks
@@ -289,13 +290,16 @@ class Delivery:
         between = filled[:, machine.rotary_columns]
         positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
+        jumps = np.floor(posed.location[fill.jumps]).astype(np.int64)
+        past = np.inf if len(jumps) else past
         if self.objective == "time" or not self.clock.is_programmed(machine):
             # Redundant blocks would cost the control time, as stops.
             fill = self.filling.thin(fill)
         taken = self.clock(fill.blocks, machine)
         energy = timed_energy(machine, fill.blocks, taken)
         cost, times = self.cost(energy), fill.times(taken.times)
-        return Delivered(posed, rotary, denser, between, past, energy, cost, times, solved or posed.problem)
+        solved = solved or posed.problem
+        return Delivered(posed, rotary, denser, between, past, jumps, energy, cost, times, solved)
 
     def cost(self, energy: Energy) -> float:
         """Compute the objective of a program, J."""
@@ -358,8 +362,8 @@ def delivered(
 ) -> tuple[Solution, tuple[float, float], Breach | None]:
     """Solve a solution again on the locations of its program; its energies are then those of programs.
 
-    Every baseline is priced as its own program, and given on the locations of the result. A baseline that is
-    cheaper than the result is refined and replaces it.
+    Every baseline is priced as its own program, and given on the locations of the result; one that no program
+    can follow is missing. A baseline that is cheaper than the result is refined and replaces it.
 
     Parameters
     ----------
@@ -378,9 +382,12 @@ def delivered(
     best = delivery.run(solution.motion.positions[:, columns], everywhere=everywhere)
     breach = best.breach
     delivery.progress("pricing baselines as programs", 0, 1)
-    filled = {
-        name: filling.fill(b.toolpath or given, machine, b.motion) for name, b in solution.compared.items()
-    }
+    filled, missing = {}, dict(solution.missing)
+    for name, b in solution.compared.items():
+        try:
+            filled[name] = require_blocks(filling.fill(b.toolpath or given, machine, b.motion))
+        except NoBaseline as reason:
+            missing[name] = str(reason)
     energies = {
         name: blocks_energy(machine, filling.thin(fill).blocks, delivery.clock)
         for name, fill in filled.items()
@@ -400,7 +407,8 @@ def delivered(
     path = best.posed.path
     location = None if len(path) == len(given) else best.posed.location
     compared = {}
-    for name, baseline in solution.compared.items():
+    for name in filled:
+        baseline = solution.compared[name]
         motion = baseline.motion
         if baseline.toolpath is None and location is not None:
             motion = follow(path, machine, filled[name].planes.rotary_at(location))
@@ -413,6 +421,7 @@ def delivered(
         motion=motion,
         energy=program_energy(machine, path, motion, filling, delivery.clock),
         compared=compared,
+        missing=missing,
         stages=(*solution.stages, *delivery.stages),
         problem=best.solved,
         filling=filling,

@@ -16,7 +16,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import find_baselines, moved_clear
-from fiveaxis.posture.masks.enforcement import Enforcement, or_cheaper_baseline
+from fiveaxis.posture.masks.enforcement import Enforcement, Refused, or_cheaper_baseline
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Optima, Solution
@@ -89,6 +89,8 @@ def solve_given(given: GivenProblem, mask: MaskFunction | None) -> GivenSolution
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     try:
         return _within_turns(given, mask)
+    except Refused:
+        raise
     except Infeasible:
         turning = long_turns(given.problem, toolpath)
         if not turning:

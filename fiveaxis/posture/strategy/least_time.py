@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fiveaxis.energy import lifting_costs
 from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
@@ -44,19 +45,18 @@ def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -
     Parameters
     ----------
     problem : with other prices, and the highest speeds of all axes
-    up_penalty : J/mm, added to the price of moving the machine's Z up
+    up_penalty : J/mm, added to the price of lifting what a linear axis carries (`lifting_costs`)
     smoothing : J/rad², added to the price of bends
     """
     speed, push, least = problem.top_speed, problem.top_acceleration, problem.least_time
     travel = np.broadcast_to(TIME_PRICE * TRAVEL_SHARE / speed, problem.plus.shape)
-    plus = travel.copy()
-    plus[:, problem.machine.column("Z")] += up_penalty
+    up, down = lifting_costs(problem.machine, up_penalty)
     turning = speed[problem.machine.rotary_columns].min()
     lasting = np.where(least > 0.0, least, np.inf)
     return replace(
         problem,
-        plus=plus,
-        minus=travel,
+        plus=travel + up,
+        minus=travel + down,
         time_price=TIME_PRICE,
         excess_price=TIME_PRICE / (2.0 * push),
         bend_price=smoothing + TIME_PRICE * BEND_SHARE / (lasting * turning**2),

@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.energy import Energy
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -58,7 +58,8 @@ class Delivered:
     rotary : (n, 2), rad, chain order, its postures
     denser : with the additional locations of the program's blocks
     filled : (m, 2), rad, the postures there
-    excess : largest violation between the locations; cosine, mm or rad
+    excess : largest violation between the locations; cosine, mm or rad; infinite where axes would jump
+    jumps : moves of the given path in which they would, by the location at which they begin
     energy : of the program's blocks
     cost : J, the objective for them
     times : (m,), s, that the control takes for the moves to the denser path's locations
@@ -70,6 +71,7 @@ class Delivered:
     denser: Posed
     filled: Array
     excess: float
+    jumps: IntArray
     energy: Energy
     cost: float
     times: Array
@@ -87,7 +89,8 @@ class Delivered:
             return None
         problem, location = self.denser.problem, self.denser.location
         positions, excess = problem.placed(slice(None), self.filled)
-        moves = np.unique(np.ceil(location[excess > BETWEEN]).astype(np.int64)) - 1
+        leaning = np.ceil(location[excess > BETWEEN]).astype(np.int64) - 1
+        moves = np.union1d(leaning, self.jumps)
         given = self.filled[location == np.floor(location)]
         turns = np.abs(np.diff(given, axis=0)).max(axis=1)
         hop = turns[moves[moves >= 0]].min(initial=np.inf)
@@ -115,11 +118,13 @@ class Delivered:
             return []
         problem = self.denser.problem
         positions, excess = problem.placed(slice(None), self.filled)
-        past = problem.limit_excess(positions)
+        past = np.nan_to_num(problem.limit_excess(positions))
+        jumping = np.isin(np.ceil(self.denser.location) - 1.0, self.jumps).astype(float)
         found = []
         for off, fact, remedy in (
             (excess, "the tool leans out of its bounds", "widen the range of its lean"),
             (past, "an axis exceeds its limits", "move the part on the table (work_offset)"),
+            (jumping, "axes would have to jump", "allow smaller turns only (--max-turn)"),
         ):
             rows = np.flatnonzero(off > BETWEEN)
             if len(rows):

@@ -10,6 +10,7 @@ from fiveaxis.energy import (
     drive_power,
     gravity_forces,
     law_energies,
+    lifting_costs,
     move_powers,
     moved_weights,
     travel_costs,
@@ -200,3 +201,23 @@ def test_a_drive_that_depends_on_the_moved_mass_is_refused_without_one():
         travel_costs(machine, np.array([10.0]))
     with pytest.raises(MachineError, match="needs the moved weight"):
         drive_power(WeightDrive(0.2, 0.1), np.array([1.0]))
+
+
+@pytest.mark.parametrize("code", ["640123", "364012", "641302", "012364", "120354"])
+@pytest.mark.parametrize("vertical", [(0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.6, 0.0, -0.8)])
+def test_lifting_is_charged_where_and_as_far_as_an_axis_works_against_gravity(code, vertical):
+    masses = {c: {"moved_mass": 1000.0 / G} for c in "XYZ"}
+    machine = with_axes(replace(Machine.from_code(code), vertical=vertical), **masses)
+    machine = machine.with_setup((5.0, 6.0, 7.0), (10.0, 20.0, 30.0))
+    forces = gravity_forces(machine, np.zeros((1, len(machine.axes))))[0]
+    plus, minus = lifting_costs(machine, 3.0)
+    np.testing.assert_allclose(plus, 3.0 * np.maximum(forces, 0.0), atol=1e-10)
+    np.testing.assert_allclose(minus, 3.0 * np.maximum(-forces, 0.0), atol=1e-10)
+    # Of three directions at right angles, the shares of the vertical.
+    assert np.sum((plus + minus) ** 2) == pytest.approx(9.0)
+
+
+def test_on_hayashis_machine_nothing_but_z_going_up_is_charged_for_lifting(hayashi):
+    plus, minus = lifting_costs(hayashi, 2.5)
+    np.testing.assert_array_equal(plus, [0.0, 0.0, 2.5, 0.0, 0.0])
+    np.testing.assert_array_equal(minus, np.zeros(5))

@@ -40,6 +40,12 @@ def test_the_axis_against_gravity_takes_the_drive_of_the_one_against_gravity():
     assert (drive.plus, drive.minus) == (own.minus, own.plus)
 
 
+def test_a_table_that_goes_up_takes_the_drive_of_a_head_that_goes_up(hayashi):
+    """The value of a table's axis, tool relative to workpiece, falls while the table goes up."""
+    table = Machine.from_code("641302").with_drives_of(hayashi)
+    assert (table.axis("Z").drive.plus, table.axis("Z").drive.minus) == (427.8, 612.1)
+
+
 def test_a_drive_that_needs_a_mass_brings_it_along():
     machine = Machine.from_code("0123").with_drives_of(load_machine("takisawa-mac-v3"))
     assert isinstance(machine.axis("X").drive, WeightDrive)

@@ -9,6 +9,7 @@ from fiveaxis.kinematics import tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import (
     PATH_TOLERANCE,
+    Filling,
     fill_in,
     follow,
     inside_rapids,
@@ -133,3 +134,38 @@ def test_under_tcp_the_tip_goes_straight_in_rapid_moves(hayashi):
     assert found.motion.rapid.sum() == 1
     np.testing.assert_array_equal(found.driven.positions[inside], motion.positions[inside])
     assert found.motion.time[found.motion.rapid] == pytest.approx(motion.time[motion.rapid].sum())
+
+
+def tipping_over(lead: float, end: float) -> tuple[Toolpath, np.ndarray]:
+    """Turn a bull nose on a floor from one lean to another, deg, in the plane of the feed and the normal."""
+    contact = np.stack([np.linspace(30.0, 40.0, 4), np.zeros(4), np.full(4, 5.0)], axis=1)
+    path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (4, 1)), Tool.bull(8, 2))
+    rotary = np.radians([[90.0, lead], [90.0, lead], [90.0, end], [90.0, end]])
+    return path, rotary
+
+
+def test_a_move_over_the_flat_bottom_jumps_however_short_its_blocks(hayashi):
+    path, rotary = tipping_over(-20.0, 20.0)
+    fill = Filling().fill(path, hayashi, follow(path, hayashi, rotary))
+    np.testing.assert_array_equal(fill.jumps, [1])
+    assert np.isfinite(fill.motion.positions).all()
+    assert np.isfinite(fill.motion.time).all()
+
+
+@pytest.mark.parametrize("end", [-60.0, -2.0])
+def test_a_move_that_stays_on_one_side_of_the_flat_bottom_has_no_jump(hayashi, end):
+    path, rotary = tipping_over(-20.0, end)
+    fill = Filling().fill(path, hayashi, follow(path, hayashi, rotary))
+    assert len(fill.jumps) == 0
+    assert fill.inserted > 0
+
+
+def test_a_move_over_a_posture_in_which_the_linear_axes_lie_in_one_plane_jumps():
+    """Z turns with the table: at A = 90 deg it lies in the plane of X and Y."""
+    contact = np.stack([np.linspace(30.0, 40.0, 4), np.zeros(4), np.full(4, 5.0)], axis=1)
+    path = Toolpath.from_contacts(contact, np.tile([0.0, 1.0, 0.0], (4, 1)), Tool.ball(6))
+    machine = Machine.from_code("364012")
+    order = [machine.rotaries.index(c) for c in "AC"]
+    rotary = np.radians([[a, 0.0] for a in (80.0, 80.0, 100.0, 100.0)])[:, np.argsort(order)]
+    fill = Filling().fill(path, machine, follow(path, machine, rotary))
+    np.testing.assert_array_equal(fill.jumps, [1])

@@ -196,6 +196,34 @@ def test_impossible_input_is_refused(hayashi, trunnion):
         optimise(path, hayashi, tilt=(15, 75), up_penalty=-1.0)
 
 
+def upright_y(machine: Machine) -> tuple[Machine, str, float]:
+    """A horizontal machine: the head goes up along Y."""
+    return replace(machine, vertical=(0.0, 1.0, 0.0)), "Y", 1.0
+
+
+def knee(machine: Machine) -> tuple[Machine, str, float]:
+    """A knee: the table goes up along Z, whose value (tool relative to workpiece) falls then."""
+    bare = Machine.from_code("641302")
+    return replace(bare, axes=tuple(machine.axis(a.letter) for a in bare.axes)), "Z", -1.0
+
+
+@pytest.mark.parametrize("made", [upright_y, knee])
+@pytest.mark.parametrize("objective", ["energy", "travel", "time"])
+def test_the_up_penalty_keeps_down_what_the_vertical_axis_lifts(hayashi, made, objective):
+    machine, letter, upwards = made(hayashi)
+    axes = (replace(a, max_speed=1.5 if a.is_rotary else 100.0) for a in machine.axes)
+    machine = replace(machine, axes=tuple(axes))
+
+    def lifted(penalty: float) -> float:
+        told = {"objective": objective, "up_penalty": penalty, "effort": "quick", "max_turn": 30.0}
+        motion = optimise(ring(40), machine, tilt=(15, 75), **told).motion
+        return float(np.maximum(upwards * motion.moves[:, machine.column(letter)], 0.0).sum())
+
+    least = lifted(100.0)
+    assert least < 1e-5
+    assert least <= lifted(0.0)
+
+
 def test_a_link_turns_farther_than_it_should_only_where_it_must(hayashi):
     """Two cuts on opposite sides, joined by a single link location: C has to go half round in two steps."""
     angle = np.concatenate([np.linspace(0.0, 0.2, 10), [0.2], np.linspace(np.pi, np.pi + 0.2, 10)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from by_degrees import for_tilt, tilt_bounds
 
-from fiveaxis.machine import Machine, load_machine
+from fiveaxis.machine import DirectionalDrive, Machine, load_machine
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.terms import Term, location_tapes
 from fiveaxis.toolpath import Tool, Toolpath
@@ -53,6 +53,29 @@ def problem(request) -> Problem:
 @pytest.fixture
 def rotary() -> np.ndarray:
     return RNG.uniform(-1.2, 1.2, (N, 2))
+
+
+@pytest.mark.parametrize(
+    ("machine", "letter", "side"),
+    [
+        (MACHINES["hayashi"], "Z", "plus"),
+        (replace(MACHINES["hayashi"], vertical=(0.0, 1.0, 0.0)), "Y", "plus"),
+        (replace(MACHINES["hayashi"], vertical=(-1.0, 0.0, 0.0)), "X", "minus"),
+        (MACHINES["rotary between"], "Z", "plus"),
+        (Machine.from_code("641302"), "Z", "minus"),
+    ],
+)
+def test_the_up_penalty_is_a_price_of_the_way_that_lifts(machine, letter, side):
+    path = for_tilt(Toolpath.from_contacts(np.eye(3), np.eye(3), Tool.ball(6)), (15, 75), None)
+    powered = replace(
+        machine, axes=tuple(replace(a, drive=DirectionalDrive(plus=1.0, minus=2.0)) for a in machine.axes)
+    )
+    free, charged = (
+        Problem.build(path, powered, tilt_bounds(path, (15, 75)), up_penalty=p) for p in (0.0, 5.0)
+    )
+    added = {name: getattr(charged, name) - getattr(free, name) for name in ("plus", "minus")}
+    np.testing.assert_allclose(added[side][:, powered.column(letter)], 5.0, atol=1e-12)
+    assert sum(np.count_nonzero(a) for a in added.values()) == len(path) - 1
 
 
 def quantities(problem, rotary):

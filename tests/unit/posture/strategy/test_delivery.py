@@ -43,6 +43,15 @@ def lobes(count: int, turn: float = 0.0) -> Toolpath:
     return Toolpath.from_contacts(contact @ turned, out @ turned, Tool.ball(10))
 
 
+def to_and_fro(count: int) -> Toolpath:
+    """Two passes along a leaning S-shaped wall in opposite directions, one cut, by a bull nose."""
+    along = np.concatenate([np.linspace(0.0, 1.0, count), np.linspace(1.0, 0.0, count)])
+    height, slope = np.repeat([5.0, 10.0], count), np.tan(np.radians(25.0))
+    contact = np.column_stack([60.0 * along, 18.0 * np.sin(np.pi * along) + 20.0 + slope * height, height])
+    ahead = np.column_stack([np.full(2 * count, 60.0), 18.0 * np.pi * np.cos(np.pi * along), 0.0 * along])
+    return Toolpath.from_contacts(contact, np.cross(ahead, [0.0, slope, 1.0]), Tool.bull(8, 2))
+
+
 @pytest.fixture(scope="module")
 def wall() -> Toolpath:
     return s_wall(40)
@@ -172,3 +181,23 @@ def test_a_motion_is_verified_against_the_path_that_was_given(wall, hayashi):
     assert fx.verify(solution.motion, hayashi, wall, tilt=HOP["tilt"], max_turn=60.0).ok
     with pytest.raises(fx.FiveAxisError, match="along another path"):
         fx.verify(solution.motion, hayashi, s_wall(39), tilt=HOP["tilt"])
+
+
+def test_a_baseline_that_no_program_can_follow_is_missing_with_the_reason(hayashi):
+    """A lead that changes sides where the feed reverses takes the tool over its flat bottom within a move."""
+    solution = fx.optimise(to_and_fro(40), hayashi, tilt=(20.0, 70.0), effort="quick")
+    assert "lead-lean" not in solution.baselines
+    assert (
+        "flat bottom of bull:8:2, in 1 of 79 moves, first from location 39 to 40"
+        in solution.missing["lead-lean"]
+    )
+    assert {"normal", "fixed", "greedy"} <= solution.baselines.keys()
+    assert np.isfinite(solution.energy.total)
+    assert solution.energy.total < min(energy.total for energy in solution.baselines.values())
+
+
+def test_a_ball_has_every_baseline_of_the_same_passes(hayashi):
+    path = to_and_fro(40)
+    ball = Toolpath.from_contacts(path.contact, path.normal, Tool.ball(8))
+    solution = fx.optimise(ball, hayashi, tilt=(20.0, 70.0), effort="quick")
+    assert "lead-lean" in solution.baselines
