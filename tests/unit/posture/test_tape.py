@@ -4,7 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fiveaxis.posture.tape import Tape
+from fiveaxis.machine import load_machine
+from fiveaxis.posture.tape import COSINE, INPUT, OUTPUT, SINE, Tape
+from fiveaxis.posture.terms import location_tapes
+from fiveaxis.toolpath import Tool
 
 
 @pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 200])
@@ -37,3 +40,16 @@ def test_an_instruction_without_a_compiled_form_is_an_error():
     x = ca.SX.sym("x")
     with pytest.raises(ValueError, match="no compiled form"):
         Tape.of(x, ca.erf(x))
+
+
+@pytest.mark.parametrize("name", ["values", "slopes", "bows", "derivatives"])
+@pytest.mark.parametrize("tool", [Tool.ball(6), Tool.bull(10, 2)], ids=["ball", "bull"])
+def test_a_locations_tape_writes_no_register_it_reads_and_has_two_sines_and_two_cosines(name, tool):
+    steps = getattr(location_tapes(load_machine("hayashi-640123"), tool.zone), name).steps
+    codes = steps[:, 0].tolist()
+    assert (codes.count(SINE), codes.count(COSINE)) == (2, 2)
+    between = steps[(steps[:, 0] != INPUT) & (steps[:, 0] != OUTPUT)]
+    # A constant reads nothing; its sources are 0.
+    reading = between[between[:, 2:].any(axis=1)]
+    assert len(reading) > 20
+    assert not (reading[:, [1]] == reading[:, 2:3]).any()

@@ -86,6 +86,17 @@ def test_slopes_and_second_derivatives_are_those_of_finite_differences(problem, 
         np.testing.assert_allclose(bow[:, angle : angle + 2], bent, rtol=1e-4, atol=1e-3)
 
 
+def test_tapes_of_slopes_and_bows_have_the_same_derivatives_of_each_quantity(problem, rotary):
+    tapes = location_tapes(problem.machine, problem.zone)
+    given = np.hstack([rotary, problem.pivot, problem.normal])
+    weights = RNG.standard_normal((N, 8))
+    weighted, bows = tapes.derivatives(np.hstack([given, weights])), tapes.bows(given)
+    np.testing.assert_allclose(tapes.slopes(given), weighted[:, :24], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(bows[:, :24], weighted[:, :24], rtol=1e-12, atol=1e-12)
+    bent = np.einsum("nij,nj->ni", bows[:, 24:].reshape(N, 3, 8), weights)
+    np.testing.assert_allclose(bent, weighted[:, 24:], rtol=1e-9, atol=1e-9)
+
+
 def test_every_terms_coefficients_give_its_values(problem, rotary):
     positions = problem.positions(slice(None), rotary)
     axis = quantities(problem, rotary)[:, 5:]
