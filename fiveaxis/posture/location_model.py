@@ -99,11 +99,11 @@ class LocationModel:
 
         Returns
         -------
-        The quantities; their slopes, (n, 2, k + 3); and 11, 12, 22 of the weighted sum, (n, 3)
+        The quantities; their slopes, (n, k + 3, 2); and 11, 12, 22 of the weighted sum, (n, 3)
         """
         found = self.tapes.derivatives(np.hstack([rotary, self.given, weights]))
         end = weights.shape[1]
-        slopes = found[:, end : 3 * end].reshape(len(found), ANGLES, end)
+        slopes = found[:, end : 3 * end].reshape(len(found), end, ANGLES)
         return found[:, :end], slopes, found[:, 3 * end :]
 
     def swing(self, rows: IntArray, column: int, angle: int, other: Array) -> tuple[Array, Array, Array]:

@@ -185,12 +185,13 @@ class LocationTapes:
 
     @cached_property
     def derivatives(self) -> Tape:
-        """(The same, weights (k + 3)) → as `slopes`, then 11, 12 and 22 of the weighted sum."""
+        """(The same, weights (k + 3)) → values; each one's derivatives 1 and 2; weighted sum's 11, 12, 22."""
         with WRITING:
             weights, slopes = ca.SX.sym("weights", self.quantities.numel()), self._slopes()
             bent = [ca.dot(weights, bow) for bow in self._bows(slopes)]
             argument = ca.vertcat(self.rotary, self.given, weights)
-            return Tape.of(argument, ca.vertcat(self.quantities, *slopes, *bent))
+            pairs = ca.vec(ca.horzcat(*slopes).T)
+            return Tape.of(argument, ca.vertcat(self.quantities, pairs, *bent))
 
     @cached_property
     def swings(self) -> tuple[Tape, Tape]:

@@ -49,7 +49,7 @@ class ChainModel:
         rows, (n, d), m = self.rows, x.shape, weights.shape[1]
         quantities, slopes, bent = rows.model.derivatives(x[:, :ANGLES], weights[:, : m - 1])
         slope, curvature = np.zeros((n, m, d)), np.zeros((n, d, d))
-        slope[:, : m - 1, :ANGLES] = slopes.transpose(0, 2, 1)
+        slope[:, : m - 1, :ANGLES] = slopes
         slope[:, m - 1, ANGLES:] = 1.0
         curvature[:, 0, 0], curvature[:, 1, 0], curvature[:, 1, 1] = bent.T
         if not rows.free.all():
@@ -58,5 +58,8 @@ class ChainModel:
         return self._with_wait(quantities, x), slope, curvature
 
     def _with_wait(self, quantities: Array, x: Array) -> Array:
-        wait = x[:, ANGLES:] if x.shape[1] > ANGLES else np.zeros((len(x), 1))
-        return np.hstack([quantities, wait])
+        both = np.zeros((len(x), quantities.shape[1] + 1))
+        both[:, :-1] = quantities
+        if x.shape[1] > ANGLES:
+            both[:, -1] = x[:, ANGLES]
+        return both

@@ -73,7 +73,7 @@ def test_slopes_and_second_derivatives_are_those_of_finite_differences(problem, 
 
     def derivatives(angles):
         found = tapes.derivatives(np.hstack([angles, problem.pivot, problem.normal, weights]))
-        return found[:, :8], found[:, 8:24].reshape(N, 2, 8), found[:, 24:]
+        return found[:, :8], found[:, 8:24].reshape(N, 8, 2).transpose(0, 2, 1), found[:, 24:]
 
     value, slope, bow = derivatives(rotary)
     np.testing.assert_allclose(value, quantities(problem, rotary), rtol=1e-12, atol=1e-12)
@@ -91,8 +91,11 @@ def test_tapes_of_slopes_and_bows_have_the_same_derivatives_of_each_quantity(pro
     given = np.hstack([rotary, problem.pivot, problem.normal])
     weights = RNG.standard_normal((N, 8))
     weighted, bows = tapes.derivatives(np.hstack([given, weights])), tapes.bows(given)
-    np.testing.assert_allclose(tapes.slopes(given), weighted[:, :24], rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(bows[:, :24], weighted[:, :24], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(tapes.slopes(given), bows[:, :24], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(bows[:, :8], weighted[:, :8], rtol=1e-12, atol=1e-12)
+    for angle in range(2):
+        slopes = bows[:, 8 * angle + 8 : 8 * angle + 16]
+        np.testing.assert_allclose(slopes, weighted[:, 8 + angle : 24 : 2], rtol=1e-12, atol=1e-12)
     bent = np.einsum("nij,nj->ni", bows[:, 24:].reshape(N, 3, 8), weights)
     np.testing.assert_allclose(bent, weighted[:, 24:], rtol=1e-9, atol=1e-9)
 
