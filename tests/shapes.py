@@ -1,4 +1,4 @@
-"""Surfaces that tests and benchmarks sample: passes of contacts and normals, and the same problem told anew."""
+"""Surfaces that tests and benchmarks sample, and problems that are the same, told another way."""
 
 from __future__ import annotations
 
@@ -66,7 +66,11 @@ def flutes(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
 
 def roof(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
     """A ridge along the pass that sinks and rises."""
-    return 60.0 * u, 30.0 * (v - 0.5) + 0.0 * u, 20.0 - 0.02 * (30.0 * (v - 0.5)) ** 2 + 3.0 * np.sin(TURN * u)
+    return (
+        60.0 * u,
+        30.0 * (v - 0.5) + 0.0 * u,
+        20.0 - 0.02 * (30.0 * (v - 0.5)) ** 2 + 3.0 * np.sin(TURN * u),
+    )
 
 
 SHAPES: dict[str, Surface] = {

@@ -76,7 +76,8 @@ def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar
     """Solve the three linear axes for a tool tip and given rotary angles.
 
     With the rotary angles fixed the tip is ``r = r_0 + Σ s_l D_l``: linear in the axis values ``s_l``, solved
-    by Cramer's rule (form-shaping Eq. 5, with the chain's offsets).
+    by Cramer's rule (form-shaping Eq. 5, with the chain's offsets). Rotary axes before the first linear one
+    turn everything alike and are undone at the tip: where none is between linear axes, the D are constant.
 
     Parameters
     ----------
@@ -86,12 +87,17 @@ def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar
     -------
     mm, by axis letter
     """
-    directions = linear_directions(chain, cosines)
-    (a, u), (b, v), (c, w) = directions.items()
-    rest = subtract(tip, tool_tip(chain, cosines, {}))
+    first = next(i for i, joint in enumerate(chain.joints) if not joint.is_rotary)
+    for joint in chain.joints[:first]:
+        cosine, sine = cosines[joint.letter]
+        pivot = joint.line.point
+        tip = add(turn(joint, {joint.letter: (cosine, -sine)}, subtract(tip, pivot)), pivot)
+    behind = Chain(chain.joints[first:], chain.tool_home)
+    (a, u), (b, v), (c, w) = linear_directions(behind, cosines).items()
+    rest = subtract(tip, tool_tip(behind, cosines, {}))
     vw, wu, uv = cross(v, w), cross(w, u), cross(u, v)
-    determinant = dot(u, vw)
-    return {a: dot(rest, vw) / determinant, b: dot(rest, wu) / determinant, c: dot(rest, uv) / determinant}
+    share = 1.0 / dot(u, vw)
+    return {a: dot(rest, scale(share, vw)), b: dot(rest, scale(share, wu)), c: dot(rest, scale(share, uv))}
 
 
 def leaning_tip(pivot: Vector, axis: Vector, height: float, offset: float, normal: Vector) -> Vector:

@@ -10,17 +10,11 @@ import numpy as np
 from fiveaxis.energy import lifting_costs, travel_costs
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray, product
-from fiveaxis.kinematics import positions_about, require_orienting, require_positioning
-from fiveaxis.kinematics.equations import dot
+from fiveaxis.kinematics import require_orienting, require_positioning
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
 from fiveaxis.motion.bounds import axis_bounds
-from fiveaxis.posture.search.trigonometric import (
-    TrigonometricCoefficients,
-    is_trigonometric,
-    solve_postures,
-    trigonometric_coefficients,
-)
+from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.terms import OTHERS, Term, terms_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
@@ -71,8 +65,6 @@ class Problem:
     time_price : J/s, P, of a step's time beyond the least
     bend_price : (n − 1,), J/rad², μ
     jerk_price : J per rad/s², of a change of a rotary axis's acceleration from one pair of cuts to the next
-    change_price : (k,), J per mm/s and per rad/s, of every change of an axis's speed from one step to the
-        next; None for none
     ramps : (2, n − 1, k), pace in s/mm and s/rad, and grace in s: a step waits for ``pace |Δq| − grace`` of
         each axis; None for ``|Δq| / v − L/F``
     """
@@ -93,7 +85,6 @@ class Problem:
     time_price: float
     bend_price: Array
     jerk_price: float = 0.0
-    change_price: Array | None = None
     ramps: Array | None = None
 
     @classmethod
@@ -237,34 +228,10 @@ class Problem:
 
         Returns
         -------
-        positions : (m, ..., k), mm and rad
+        positions : (m, ..., k), mm and rad; NaN where no axis values give a posture
         excess : (m, ...), cosine past its bound, 0 where admitted or unbounded
         """
-        if self.trigonometric is not None:
-            return self._placed(self.trigonometric, np.arange(len(self))[rows], rotary)
-        shape = (-1, *(1,) * (rotary.ndim - 2), 3)
-        pivot, normal = self.pivot[rows].reshape(shape), self.normal[rows].reshape(shape)
-        positions, axis = positions_about(self.machine, pivot, rotary, self.zone, normal)
-        excess = np.zeros(axis.shape[:-1])
-        for bound in self.bounds:
-            reference, (low, high) = bound.reference[rows].reshape(shape), bound.cosines
-            cosine = dot(_columns(axis), _columns(reference))
-            past = np.maximum(np.maximum(low - cosine, cosine - high), 0.0)
-            excess = np.maximum(excess, np.nan_to_num(past))  # NaN is unbounded
-        return positions, excess
-
-    def _placed(
-        self, trigonometric: TrigonometricCoefficients, rows: IntArray, rotary: Array
-    ) -> tuple[Array, Array]:
-        rotary = np.broadcast_to(rotary, (len(rows), *rotary.shape[1:]))
-        machine, shape = self.machine, (len(rows), int(np.prod(rotary.shape[1:-1])))
-        positions, excess = np.empty((*shape, len(machine.axes))), np.empty(shape)
-        within = np.array([bound.cosines for bound in self.bounds])
-        columns = np.array([*machine.linear_columns, *machine.rotary_columns])
-        angles = np.ascontiguousarray(rotary).reshape(*shape, 2)
-        coefficients, cosines = trigonometric.linear_coefficients, trigonometric.cosines
-        solve_postures(coefficients, cosines, within, columns, rows, angles, positions, excess)
-        return positions.reshape(*rotary.shape[:-1], -1), excess.reshape(rotary.shape[:-1])
+        return self.model.placed(np.arange(len(self))[rows], rotary)
 
     def limit_excess(self, positions: Array) -> Array:
         """Sum how far axis values, (..., k), lie past their limits (mm, rad)."""
@@ -276,11 +243,9 @@ class Problem:
         return terms_of(self)
 
     @cached_property
-    def trigonometric(self) -> TrigonometricCoefficients | None:
-        """The trigonometric coefficients of its locations; None if the chain has none."""
-        if not is_trigonometric(self.machine):
-            return None
-        return trigonometric_coefficients(self.machine, self.pivot, self.normal, self.zone, self.bounds)
+    def model(self) -> LocationModel:
+        """Axis values and tool axes of its locations, and their derivatives."""
+        return LocationModel.of(self.machine, self.zone, self.pivot, self.normal, self.bounds)
 
     def quantities(self, positions: Array, axis: Array | None = None) -> Array:
         """Collect the quantities of a path's terms, (n, k + 4); its steps wait as long as they have to.
@@ -353,7 +318,3 @@ class Problem:
         """Compute how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
         turns = (np.abs(np.diff(rotary, axis=0)) - self.max_turn).max(axis=1)
         return np.where(self.strict, np.maximum(turns, 0.0), 0.0)
-
-
-def _columns(vectors: Array) -> tuple[Array, Array, Array]:
-    return vectors[..., 0], vectors[..., 1], vectors[..., 2]

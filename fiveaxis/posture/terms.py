@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -150,27 +150,90 @@ def _coefficients(expression: Expression, span: int, data: int, count: int) -> t
 
 @dataclass(frozen=True, eq=False)
 class LocationTapes:
-    """The quantities that depend on the rotary angles, axis values then tool axis, and their derivatives.
+    """The k + 3 quantities that depend on the rotary angles, axis values then tool axis, and derivatives.
+
+    Each is compiled when it is first asked for.
 
     Parameters
     ----------
-    values : (rotary (2), pivot (3), normal (3)) → (k + 3)
-    slopes : the same → (values, derivatives by the first and second angle)
-    bows : the same → (values, both derivatives, second derivatives 11, 12, 22)
-    derivatives : (the same, weights (k + 3)) → (values, derivatives by the first and second angle, second
-        derivatives 11, 12, 22 of the weighted sum)
-    function : as `values`, for CasADi's own solvers
+    rotary, given : (2,) rad and (6,), symbols: the angles, then pivot in mm and normal
+    quantities : (k + 3,), expressions of them
     """
 
-    values: Tape
-    slopes: Tape
-    bows: Tape
-    derivatives: Tape
-    function: ca.Function
+    rotary: ca.SX
+    given: ca.SX
+    quantities: ca.SX
+
+    @cached_property
+    def values(self) -> Tape:
+        """(rotary (2), pivot (3), normal (3)) → (k + 3)."""
+        with WRITING:
+            return self._tape(self.quantities)
+
+    @cached_property
+    def slopes(self) -> Tape:
+        """The same → values, then their derivatives by the first and by the second angle, (k + 3) each."""
+        with WRITING:
+            return self._tape(self.quantities, *self._slopes())
+
+    @cached_property
+    def bows(self) -> Tape:
+        """The same → values, derivatives 1 and 2, second derivatives 11, 12 and 22, (k + 3) each."""
+        with WRITING:
+            slopes = self._slopes()
+            return self._tape(self.quantities, *slopes, *self._bows(slopes))
+
+    @cached_property
+    def derivatives(self) -> Tape:
+        """(The same, weights (k + 3)) → values; each one's derivatives 1 and 2; weighted sum's 11, 12, 22."""
+        with WRITING:
+            weights, slopes = ca.SX.sym("weights", self.quantities.numel()), self._slopes()
+            bent = [ca.dot(weights, bow) for bow in self._bows(slopes)]
+            argument = ca.vertcat(self.rotary, self.given, weights)
+            pairs = ca.vec(ca.horzcat(*slopes).T)
+            return Tape.of(argument, ca.vertcat(self.quantities, pairs, *bent))
+
+    @cached_property
+    def swings(self) -> tuple[Tape, Tape]:
+        """Every quantity over one rotary angle, the first or the second, is ``a + b cos ρ + c sin ρ``.
+
+        (The same, ρ isn't read) → a, b, c, (k + 3) each, from value f and derivatives at 0: ``a = f + f″``,
+        ``b = −f″``, ``c = f′``. Not exact for an axis behind a linear one that turns with ρ, nor for a zone
+        with offset.
+        """
+        with WRITING:
+            tapes = []
+            for angle in range(2):
+                slope = self._slopes()[angle]
+                bow = ca.jtimes(slope, self.rotary, AHEAD[angle])
+                found = ca.vertcat(self.quantities + bow, -bow, slope)
+                tapes.append(self._tape(ca.substitute(found, self.rotary[angle], 0.0)))
+            return tapes[0], tapes[1]
+
+    @cached_property
+    def function(self) -> ca.Function:
+        """As `values`, for CasADi's own solvers."""
+        with WRITING:
+            return ca.Function(
+                "location", [ca.vertcat(self.rotary, self.given)], [ca.densify(self.quantities)]
+            )
+
+    def _slopes(self) -> list[ca.SX]:
+        return [ca.jtimes(self.quantities, self.rotary, ahead) for ahead in AHEAD]
+
+    def _bows(self, slopes: list[ca.SX]) -> list[ca.SX]:
+        return [ca.jtimes(slopes[i], self.rotary, AHEAD[j]) for i, j in ((0, 0), (0, 1), (1, 1))]
+
+    def _tape(self, *values: ca.SX) -> Tape:
+        return Tape.of(ca.vertcat(self.rotary, self.given), ca.vertcat(*values))
+
+
+# Directions of the two angles.
+AHEAD = ca.DM([1, 0]), ca.DM([0, 1])
 
 
 def location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
-    """Compile a machine's location, once for all machines whose chains have the same lines."""
+    """Write a machine's location, once for all machines whose chains have the same lines."""
     chain = machine.chain
     joints = tuple((j.letter, *j.line.direction, *j.line.point) for j in chain.joints)
     key = (joints, chain.tool_home.tobytes(), machine.letters, zone.height, zone.offset)
@@ -194,19 +257,7 @@ def _location_tapes(machine: Machine, zone: Zone) -> LocationTapes:
     values |= dict(zip(machine.rotary_columns, ca.vertsplit(rotary), strict=True))
     axis = tool_axis_of_posture(machine, rotary)
     quantities = ca.vertcat(*(values[column] for column in range(len(machine.axes))), axis)
-    ahead = ca.SX([1, 0]), ca.SX([0, 1])
-    slopes = [ca.jtimes(quantities, rotary, a) for a in ahead]
-    bows = [ca.jtimes(slopes[i], rotary, ahead[j]) for i, j in ((0, 0), (0, 1), (1, 1))]
-    weights = ca.SX.sym("weights", quantities.numel())
-    given = ca.vertcat(rotary, pivot, normal)
-    derivatives = ca.vertcat(quantities, *slopes, *(ca.dot(weights, bow) for bow in bows))
-    return LocationTapes(
-        Tape.of(given, quantities),
-        Tape.of(given, ca.vertcat(quantities, *slopes)),
-        Tape.of(given, ca.vertcat(quantities, *slopes, *bows)),
-        Tape.of(ca.vertcat(given, weights), derivatives),
-        ca.Function("location", [given], [ca.densify(quantities)]),
-    )
+    return LocationTapes(rotary, ca.vertcat(pivot, normal), quantities)
 
 
 def _axis_values(window: Sequence[Quantities], _: Sequence[Scalar]) -> Sequence[Scalar]:
@@ -318,16 +369,6 @@ def acceleration_excess(problem: Problem) -> Term | None:
     )
 
 
-def speed_changes(problem: Problem) -> Term | None:
-    """Price every change of an axis's speed from one step to the next, mm/s and rad/s."""
-    times, price = problem.least_time, problem.change_price
-    first = np.flatnonzero((times[:-1] > 0.0) & (times[1:] > 0.0))
-    if price is None or not len(first):
-        return None
-    paces = 1.0 / np.stack([times[first], times[first + 1]], axis=1)
-    return _term("changes", problem, _speed_changes, 3, rows=first, data=paces, plus=price, minus=price)
-
-
 def jerks(problem: Problem) -> Term | None:
     """Price changes of the rotary axes' acceleration from cut to cut, rad/s²."""
     times = problem.least_time
@@ -351,7 +392,6 @@ TERMS: tuple[Callable[[Problem], Term | None], ...] = (
     waits,
     durations,
     acceleration_excess,
-    speed_changes,
     jerks,
 )
 

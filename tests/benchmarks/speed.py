@@ -32,6 +32,7 @@ from fiveaxis.nc.source import Source
 from fiveaxis.posture import Options
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.baselines import find_baselines
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.report import report_document
 from fiveaxis.report.page import compose_page
@@ -73,6 +74,25 @@ def time_command() -> None:
     first, second = spent
     print(f"{'vase, whole command, locations':45} {3600 / second:12,.0f} /s of processor")
     print(f"{'the same for the first time, times as long':45} {first / second:12.1f}")
+
+
+def time_locations(vase: fx.Toolpath, machine: fx.Machine) -> None:
+    """The locations' model, and how many times as long CasADi's own evaluator takes for the same."""
+    model = Problem.build(vase, machine, TILT.lean_bounds(vase)).model
+    n, draw = len(vase), np.random.default_rng(0)
+    rotary, weights = draw.uniform(-1.0, 1.0, (n, 50, 2)), draw.normal(size=(n, len(machine.axes) + 3))
+    every, first = np.arange(n), rotary[:, 0]
+    rate("axis values and leans, postures", 50 * n, lambda: model.placed(every, rotary))
+    rate("quantities and derivatives, locations", n, lambda: model.derivatives(first, weights))
+    mapped, given = model.tapes.function.map(n), np.hstack([first, model.given]).T
+    taken = []
+    for evaluate in (lambda: model.quantities(first), lambda: mapped(given)):
+        evaluate()  # compilers and caches
+        before = time.process_time()
+        for _ in range(50):
+            evaluate()
+        taken.append(time.process_time() - before)
+    print(f"{'quantities by CasADi itself':45} {taken[1] / taken[0]:12.1f} times as long")
 
 
 def time_optimiser(vase: fx.Toolpath, hayashi: fx.Machine) -> None:
@@ -294,6 +314,7 @@ def main() -> None:
     time_setups(vase, hayashi)
     bounds = TILT.lean_bounds(vase)
     rate("baselines of the vase, locations", 3600, lambda: find_baselines(vase, hayashi, bounds))
+    time_locations(vase, hayashi)
     time_optimiser(vase, hayashi)
     solution = fx.optimise(vase, hayashi, tilt=(15, 75))
     rate("time law, locations", 3600, lambda: time_motion(solution.motion, machine, corners=0.01))

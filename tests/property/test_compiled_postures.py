@@ -12,22 +12,20 @@ from fiveaxis.energy import travel_costs
 from fiveaxis.kinematics import positions_about
 from fiveaxis.kinematics.windings import ON_LIMIT, nearest_turn
 from fiveaxis.machine import Chain, Line, Machine, load_machine
+from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import catalogue
 from fiveaxis.posture.baselines.branches import Postures
 from fiveaxis.posture.baselines.kernel import cheapest_branches
-from fiveaxis.posture.local.quantities import chain_model
+from fiveaxis.posture.local.quantities import ChainModel
 from fiveaxis.posture.local.rows import build_rows
+from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.trigonometric import (
-    is_trigonometric,
-    linear_values,
-    terms,
-    trigonometric_coefficients,
-)
 from fiveaxis.toolpath import Tool, Toolpath
 
 # Both axes under the part, one on each side, both at the tool; linear axes in three orders.
 CODES = ["640123", "650213", "540321", "601235", "512036", "601324", "123064", "012354", "213064"]
+# A rotary axis between linear ones.
+BETWEEN = ["610243", "624013"]
 BALL = Tool.ball(10).zone
 TORUS = Tool.bull(10, 2).cutter.zone_for(0.2, 0.5)
 
@@ -53,57 +51,114 @@ def wavy(rng: np.random.Generator, n: int) -> Toolpath:
     return Toolpath.from_contacts(contact, normal, Tool.ball(6))
 
 
-@pytest.mark.parametrize("code", CODES)
+def model_of(machine: Machine, path: Toolpath, zone, bounds) -> LocationModel:
+    return LocationModel.of(machine, zone, path.pivot, path.normal, bounds.all)
+
+
+@pytest.mark.parametrize("code", CODES + BETWEEN)
 @pytest.mark.parametrize("zone", [BALL, TORUS], ids=["ball", "torus"])
 @pytest.mark.parametrize("seed", range(3))
-def test_waves_are_the_kinematics_of_any_chain_whose_linear_axes_adjoin(code, zone, seed):
+def test_the_model_has_the_axis_values_and_leans_of_the_kinematics(code, zone, seed):
     rng = np.random.default_rng(seed)
-    machine = skewed(code, rng)
-    assert is_trigonometric(machine)
-    path = wavy(rng, 50)
-    rotary = rng.uniform(-10.0, 10.0, (50, 2))
-    known = trigonometric_coefficients(
-        machine, path.pivot, path.normal, zone, tilt_bounds(path, (15, 75)).all
-    )
-    positions, axis = positions_about(machine, path.pivot, rotary, zone, path.normal)
-    found = np.empty((50, 3))
-    for i, (c, s) in enumerate(zip(np.cos(rotary), np.sin(rotary), strict=True)):
-        place = known.linear[i], known.beside[i], known.along, known.offset
-        linear_values(*place, c[0], s[0], c[1], s[1], found[i])
-    np.testing.assert_allclose(found, positions[:, machine.linear_columns], rtol=1e-9, atol=1e-10)
-    cosine = np.einsum("nbt,nt->nb", known.cosines, terms(rotary))[:, 0]
-    np.testing.assert_allclose(cosine, np.sum(axis * path.normal, axis=1), rtol=0.0, atol=1e-13)
+    machine, path = skewed(code, rng), wavy(rng, 50)
+    bounds = tilt_bounds(path, (15, 75))
+    # More postures than a block, some locations several times, one without bounds.
+    rows, rotary = rng.integers(0, 50, 30), rng.uniform(-10.0, 10.0, (30, 4, 2))
+    bounds.reference[rows[0]] = np.nan
+    found, excess = model_of(machine, path, zone, bounds).placed(rows, rotary)
+    pivot, normal = path.pivot[rows][:, None], path.normal[rows][:, None]
+    positions, axis = positions_about(machine, pivot, rotary, zone, normal)
+    np.testing.assert_allclose(found, positions, rtol=1e-8, atol=1e-8)
+    cosine = np.sum(axis * bounds.reference[rows][:, None], axis=-1)
+    low, high = bounds.cosines
+    past = np.nan_to_num(np.maximum(np.maximum(low - cosine, cosine - high), 0.0))
+    np.testing.assert_allclose(excess, past, rtol=0.0, atol=1e-13)
+    assert (excess > 0.0).any()
+    assert not excess[rows == rows[0]].any()
+
+
+def test_a_posture_that_turns_linear_axes_into_one_plane_has_no_axis_values():
+    machine, path = Machine.from_code("610243"), wavy(np.random.default_rng(0), 5)
+    rotary = np.array([[0.3, 0.5], [0.3, np.pi / 2.0], [np.pi / 2.0, 0.5], [np.pi / 2.0, np.pi / 2.0]])
+    model = model_of(machine, path, BALL, tilt_bounds(path, (15, 75)))
+    found, _ = model.placed(np.arange(5), np.tile(rotary, (5, 1, 1)))
+    expected, _ = positions_about(machine, path.pivot[:, None], rotary, BALL)
+    assert np.isnan(expected).any(axis=-1).sum() == 10
+    np.testing.assert_array_equal(np.isnan(found).any(axis=-1), np.isnan(expected).any(axis=-1))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sampled_from(CODES), st.integers(0, 2**32 - 1), st.integers(0, 1), st.integers(0, 2))
+def test_an_angle_solved_from_a_level_puts_the_axis_on_it(code, seed, angle, linear):
+    rng = np.random.default_rng(seed)
+    machine, path = skewed(code, rng), wavy(rng, 20)
+    model = model_of(machine, path, BALL, tilt_bounds(path, (15, 75)))
+    rows, column = rng.integers(0, 20, 8), machine.linear_columns[linear]
+    other = rng.uniform(-10.0, 10.0, (8, 3))
+    a, b, c = model.swing(rows, column, angle, other)
+    amplitude = np.hypot(b, c)
+    level = a + rng.uniform(-1.0, 1.0, a.shape) * amplitude
+    half = np.arccos(np.clip((level - a) / np.maximum(amplitude, 1e-12), -1.0, 1.0))
+    for solved in (np.arctan2(c, b) + half, np.arctan2(c, b) - half):
+        pair = (solved, other) if angle == 0 else (other, solved)
+        positions, _ = model.placed(rows, np.stack(pair, axis=-1))
+        np.testing.assert_allclose(positions[..., column], level, rtol=0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])
 @pytest.mark.parametrize("tool", [Tool.ball(6), Tool.bull(10, 2)], ids=["ball", "bull"])
-def test_waves_have_the_derivatives_of_the_chains_tape(name, tool):
+def test_the_refinements_derivatives_are_finite_differences_of_its_quantities(name, tool):
     rng = np.random.default_rng(0)
     machine, path = load_machine(name).with_drives_of(load_machine("hayashi-640123")), wavy(rng, 20)
     path = for_tilt(Toolpath.from_contacts(path.contact, path.normal, tool), (15, 75))
     problem = replace(Problem.build(path, machine, tilt_bounds(path, (15, 75))), time_price=1.0)
-    problem = replace(problem, top_speed=np.full(5, 10.0))
-    rows = build_rows(problem, (True, False))
-    x, weights = rng.uniform(0.5, 1.0, (20, 3)), rng.normal(size=(20, rows.count))
-    quick, taped = chain_model(rows), chain_model(replace(rows, trigonometric=None))
-    np.testing.assert_allclose(quick.values(x), taped.values(x), atol=1e-9)
-    for of_quick, of_tape in zip(quick.derivatives(x, weights), taped.derivatives(x, weights), strict=True):
-        np.testing.assert_allclose(of_quick, of_tape, rtol=1e-8, atol=1e-8)
+    rows = build_rows(replace(problem, top_speed=np.full(5, 10.0)), (True, False))
+    x, weights, model = rng.uniform(0.5, 1.0, (20, 3)), rng.normal(size=(20, rows.count)), ChainModel(rows)
+    quantities, slope, curvature = model.derivatives(x, weights)
+    np.testing.assert_allclose(quantities, model.values(x), rtol=1e-12, atol=1e-12)
+    assert not slope[0, :, :2].any()
+    assert not curvature[0, :2, :2].any()
+    for unknown in range(3):
+        step = 1e-6 * np.eye(3)[unknown] * rows.free
+        ahead, back = model.derivatives(x + step, weights), model.derivatives(x - step, weights)
+        np.testing.assert_allclose(slope[:, :, unknown], (ahead[0] - back[0]) / 2e-6, rtol=1e-5, atol=1e-5)
+        bent = np.einsum("nmd,nm->nd", ahead[1] - back[1], weights) / 2e-6
+        lower = np.tril(np.ones((3, 3), dtype=bool))[:, unknown]
+        np.testing.assert_allclose(curvature[:, lower, unknown], bent[:, lower], rtol=1e-4, atol=1e-3)
 
 
-def test_a_rotary_axis_between_linear_ones_has_no_waves():
-    assert not is_trigonometric(Machine.from_code("610243"))
+def walked(path: Toolpath, machine: Machine, bounds, anchor: np.ndarray) -> np.ndarray:
+    """Take the cheapest admissible move at every location with whole arrays and the kinematics."""
+    plus, minus = travel_costs(machine, path.feed, path.rapid)
+    coarse, fine = catalogue._offsets(catalogue.COARSE), catalogue._offsets(catalogue.FINE)
+    low, high = machine.low - ON_LIMIT, machine.high + ON_LIMIT
+    rotary, here = anchor.copy(), follow(path, machine, anchor).positions[0]
+    for i in range(1, len(path)):
+        for offsets in (coarse, fine):
+            around = here[machine.rotary_columns] if offsets is coarse else rotary[i]
+            tried = np.concatenate([around + offsets, anchor[i : i + 1]])
+            positions, axis = positions_about(machine, path.pivot[i], tried, path.zone, path.normal[i])
+            move = positions - here
+            cost = np.maximum(move, 0.0) @ plus[i] - np.minimum(move, 0.0) @ minus[i]
+            cosine = axis @ bounds.reference[i]
+            inside = (cosine >= bounds.cosines[0]) & (cosine <= bounds.cosines[1])
+            cost[~(inside & ((positions >= low) & (positions <= high)).all(axis=1))] = np.inf
+            # The anchor is admissible by construction, if only to rounding.
+            best = int(np.argmin(cost)) if np.isfinite(cost).any() else len(tried) - 1
+            rotary[i], chosen = tried[best], positions[best]
+        here = chosen
+    return rotary
 
 
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])
 @pytest.mark.parametrize("seed", range(3))
-def test_the_compiled_walk_is_that_of_any_chain(monkeypatch, name, seed):
+def test_the_compiled_walk_is_that_of_whole_arrays(name, seed):
     machine, path = load_machine(name), wavy(np.random.default_rng(seed), 60)
     machine = machine.with_drives_of(load_machine("hayashi-640123"))
     bounds = tilt_bounds(path, (10, 70))
-    quick = catalogue.greedy(path, machine, bounds)
-    monkeypatch.setattr(catalogue, "is_trigonometric", lambda _: False)
-    np.testing.assert_allclose(quick, catalogue.greedy(path, machine, bounds), rtol=0.0, atol=1e-9)
+    anchor = catalogue.along_normal(path, machine, bounds)
+    expected = walked(path, machine, bounds, anchor)
+    np.testing.assert_allclose(catalogue.greedy(path, machine, bounds), expected, rtol=0.0, atol=1e-9)
 
 
 def branches_in_numpy(machine: Machine, path: Toolpath, found: Postures, low, high) -> np.ndarray:

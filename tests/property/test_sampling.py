@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
+from shapes import cone, dome, ellipse, sampled, torus, wave
 
 import fiveaxis as fx
 from fiveaxis.errors import SettingError
@@ -13,47 +12,7 @@ from fiveaxis.errors import SettingError
 # Share by which energies may differ between paths with one, two and four times the locations.
 SAME = 0.02
 # mm: the coarsest chords leave the curve by nearly as much.
-MOST_BOW, TURN = 0.05, 2.0 * np.pi
-
-Surface = Callable[[np.ndarray, float], tuple[np.ndarray, ...]]
-
-
-def cone(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
-    r = 15.0 + 18.0 * v
-    return r * np.cos(TURN * u), r * np.sin(TURN * u), r
-
-
-def dome(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
-    r = 30.0 * np.cos(0.3 + 0.8 * v)
-    return r * np.cos(TURN * u), r * np.sin(TURN * u), 30.0 * np.sin(0.3 + 0.8 * v)
-
-
-def ellipse(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
-    s = 1.0 + 0.3 * v
-    return 30.0 * s * np.cos(TURN * u), 20.0 * s * np.sin(TURN * u), 10.0 * v
-
-
-def wave(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
-    return 80.0 * u, 8.0 * np.sin(TURN * u) + 6.0 * v, 12.0 * v + 2.0 * np.cos(TURN * u)
-
-
-def torus(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:
-    r = 25.0 + 8.0 * np.cos(0.5 + v)
-    return r * np.cos(TURN * u), r * np.sin(TURN * u), 8.0 * np.sin(0.5 + v)
-
-
-def sampled(surface: Surface, n: int, rings: int = 4) -> fx.Toolpath:
-    """Sample lines of a surface at n + 1 places each, with its normals from differences."""
-    u, e = np.linspace(0.0, 1.0, n + 1), 1e-5
-
-    def at(u: np.ndarray, v: float) -> np.ndarray:
-        return np.column_stack([np.broadcast_to(c, u.shape) for c in surface(u, v)])
-
-    lines = np.linspace(0.0, 1.0, rings)
-    contact = np.vstack([at(u, v) for v in lines])
-    slopes = [((at(u + e, v) - at(u - e, v)) / e, (at(u, v + e) - at(u, v - e)) / e) for v in lines]
-    normal = np.vstack([np.cross(*slope) for slope in slopes])
-    return fx.Toolpath.from_contacts(contact, normal, fx.Tool.ball(8), name=surface.__name__)
+MOST_BOW = 0.05
 
 
 @pytest.mark.slow

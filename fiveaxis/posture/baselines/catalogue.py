@@ -20,7 +20,7 @@ from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.branches import NoBaseline, follow_axes
 from fiveaxis.posture.baselines.kernel import walk
 from fiveaxis.posture.baselines.nearest import INSIDE, nearest_held, nearest_to_reference
-from fiveaxis.posture.search.trigonometric import is_trigonometric, trigonometric_coefficients
+from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
@@ -241,22 +241,13 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array
     and falls back to it where no small move is admissible.
     """
     anchor = along_normal(toolpath, machine, tilt) if anchor is None else anchor
-    if is_trigonometric(machine):
-        return _walk(toolpath, machine, tilt, anchor)
-    return _walk_slowly(toolpath, machine, tilt, anchor)
-
-
-def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
-    known = trigonometric_coefficients(
-        machine, toolpath.pivot, np.nan_to_num(toolpath.normal), toolpath.zone, tilt.all
-    )
+    normal = np.nan_to_num(toolpath.normal)
+    model = LocationModel.of(machine, toolpath.zone, toolpath.pivot, normal, tilt.all)
     plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
     return walk(
-        known.linear_coefficients,
-        known.cosines,
-        np.array([bound.cosines for bound in tilt.all]),
+        model.locations,
         np.stack([machine.low - ON_LIMIT, machine.high + ON_LIMIT]),
-        np.array([*machine.linear_columns, *machine.rotary_columns]),
+        np.array(machine.rotary_columns),
         plus,
         minus,
         anchor,
@@ -264,37 +255,3 @@ def _walk(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array)
         _offsets(COARSE),
         _offsets(FINE),
     )
-
-
-def _walk_slowly(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array) -> Array:
-    """Do the same as `_walk` for any chain and cutter."""
-    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
-    coarse, fine = _offsets(COARSE), _offsets(FINE)
-    rotary = anchor.copy()
-    here = follow(toolpath, machine, anchor).positions[0]
-    for i in range(1, len(toolpath)):
-        for offsets in (coarse, fine):
-            around = here[machine.rotary_columns] if offsets is coarse else rotary[i]
-            tried = np.concatenate([around + offsets, anchor[i : i + 1]])
-            positions = _positions_at(toolpath, machine, tried, i)
-            move = positions - here
-            cost = product(plus[i], np.maximum(move, 0.0).T) - product(minus[i], np.minimum(move, 0.0).T)
-            cost[~_admitted(machine, tilt, tried, positions, i)] = np.inf
-            # The anchor is admissible by construction, if only to rounding.
-            best = int(np.argmin(cost)) if np.isfinite(cost).any() else len(tried) - 1
-            rotary[i] = tried[best]
-        here = _positions_at(toolpath, machine, rotary[i : i + 1], i)[0]
-    return rotary
-
-
-def _positions_at(toolpath: Toolpath, machine: Machine, rotary: Array, row: int) -> Array:
-    tips = toolpath.zone.tip(toolpath.pivot[row], toolpath.normal[row], tool_axes(machine, rotary))
-    return linear_positions(machine, tips, rotary)
-
-
-def _admitted(machine: Machine, tilt: TiltBounds, rotary: Array, positions: Array, row: int) -> BoolArray:
-    inside = within_limits(machine, positions)
-    for bound in tilt.all:
-        cosine = product(tool_axes(machine, rotary), bound.reference[row])
-        inside &= np.isnan(cosine) | ((cosine >= bound.cosines[0]) & (cosine <= bound.cosines[1]))
-    return inside

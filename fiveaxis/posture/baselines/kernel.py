@@ -6,23 +6,18 @@ error.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.search.trigonometric import LINEAR, LinearCoefficients, linear_values, value
+from fiveaxis.posture.location_model import Locations, place
 
 
 @compiled
 def best_move(
-    places: LinearCoefficients,
-    cosines: Array,
+    locations: Locations,
     i: int,
-    within: Array,
     limits: Array,
-    columns: IntArray,
     plus: Array,
     minus: Array,
     here: Array,
@@ -35,11 +30,8 @@ def best_move(
 
     Parameters
     ----------
-    places, cosines : of all locations (`TrigonometricCoefficients`)
     i : location
-    within : (b, 2), smallest and largest cosine of each bound
     limits : (2, k), mm and rad
-    columns : (5,), of the three linear and the two rotary axes
     plus, minus : (k,), J/mm and J/rad
     here : (k,), mm and rad, start of the move
     around : (2,), rad, chain order
@@ -50,41 +42,35 @@ def best_move(
     -------
     Whether any of the offsets is admissible.
     """
-    least = np.inf
-    position, linear = np.empty(len(here)), np.empty(LINEAR)
-    for m in range(len(offsets)):
-        first, second = around[0] + offsets[m, 0], around[1] + offsets[m, 1]
-        c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
-        position[columns[3]], position[columns[4]] = first, second
-        linear_values(places[0][i], places[1][i], places[2], places[3], c1, s1, c2, s2, linear)
-        for a in range(LINEAR):
-            position[columns[a]] = linear[a]
-        cost = 0.0
+    count, least, best = len(offsets), np.inf, -1
+    rows, tried = np.empty(count, dtype=np.int64), np.empty((count, 2))
+    positions, excess = np.empty((count, len(here))), np.empty(count)
+    for m in range(count):
+        rows[m] = i
+        for r in range(2):
+            tried[m, r] = around[r] + offsets[m, r]
+    place(locations, rows, tried, positions, excess)
+    for m in range(count):
+        cost = 0.0 if excess[m] == 0.0 else np.inf
         for a in range(len(here)):
-            if not limits[0, a] <= position[a] <= limits[1, a]:
+            if not limits[0, a] <= positions[m, a] <= limits[1, a]:
                 cost = np.inf
                 break
-            step = position[a] - here[a]
+            step = positions[m, a] - here[a]
             cost += plus[a] * step if step > 0.0 else -minus[a] * step
-        if cost >= least:
-            continue
-        inside = True
-        for b in range(cosines.shape[1]):
-            cosine = value(cosines[i, b], c1, s1, c2, s2)
-            inside = inside and not (cosine < within[b, 0] or cosine > within[b, 1])
-        if inside:
-            least = cost
-            found[0], found[1] = first, second
-            for a in range(len(here)):
-                there[a] = position[a]
-    return least < np.inf
+        if cost < least:
+            least, best = cost, m
+    if best < 0:
+        return False
+    found[0], found[1] = tried[best, 0], tried[best, 1]
+    for a in range(len(here)):
+        there[a] = positions[best, a]
+    return True
 
 
 @compiled
 def walk(
-    places: LinearCoefficients,
-    cosines: Array,
-    within: Array,
+    locations: Locations,
     limits: Array,
     columns: IntArray,
     plus: Array,
@@ -98,7 +84,8 @@ def walk(
 
     Parameters
     ----------
-    places, cosines, within, limits, columns : as for `best_move`
+    limits : as for `best_move`
+    columns : (2,), of the rotary axes, chain order
     plus, minus : (n, k), of the move into each location
     anchor, anchored : (n, 2) rad and (n, k), a path that is admissible everywhere
     coarse, fine : (m, 2), rad, offsets
@@ -110,12 +97,9 @@ def walk(
     rotary, here, there = anchor.copy(), anchored[0].copy(), anchored[0].copy()
     around = np.empty(2)
     for i in range(1, len(anchor)):
-        around[0], around[1] = here[columns[3]], here[columns[4]]
+        around[0], around[1] = here[columns[0]], here[columns[1]]
         for offsets in (coarse, fine):
-            near = best_move(
-                places, cosines, i, within, limits, columns, plus[i], minus[i], here, around, offsets,
-                rotary[i], there,
-            )  # fmt: skip
+            near = best_move(locations, i, limits, plus[i], minus[i], here, around, offsets, rotary[i], there)
             to_anchor, least = 0.0, 0.0
             for a in range(len(here)):
                 step = anchored[i, a] - here[a]

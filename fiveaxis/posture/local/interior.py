@@ -14,8 +14,9 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local import kernel
-from fiveaxis.posture.local.quantities import Model, chain_model
-from fiveaxis.posture.local.rows import ANGLES, Rows
+from fiveaxis.posture.local.quantities import ChainModel, Model
+from fiveaxis.posture.local.rows import Rows
+from fiveaxis.posture.location_model import ANGLES
 
 # Constants of Wächter and Biegler: last barrier parameter (J), barrier update, fraction to the boundary.
 LAST_BARRIER = 5e-7
@@ -82,7 +83,7 @@ def minimise(
     barrier, last : first and last barrier parameter, J
     flat : J/rad and J/s, scaled, accepted error of the gradient
     """
-    method = _Method(rows, model or chain_model(rows), start, barrier, last, flat)
+    method = _Method(rows, model or ChainModel(rows), start, barrier, last, flat)
     for number in range(iterations):
         solved = method.is_solved()
         if solved or not method.advance():

@@ -10,8 +10,9 @@ from scipy import sparse
 
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local.interior import LocalOptimum, central_point
-from fiveaxis.posture.local.quantities import chain_model
-from fiveaxis.posture.local.rows import ANGLES, Rows
+from fiveaxis.posture.local.quantities import ChainModel
+from fiveaxis.posture.local.rows import Rows
+from fiveaxis.posture.location_model import ANGLES
 
 IPOPT: dict[str, Any] = {
     "print_level": 0,
@@ -30,7 +31,7 @@ def minimise_by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: flo
     """Find a local optimum, like `minimise`."""
     n, d = start.shape
     x, parts = ca.MX.sym("x", d, n), ca.MX.sym("parts", len(rows.sign))
-    tape_values = rows.tapes.function.map(n)(ca.vertcat(x[:ANGLES, :], rows.given.T))
+    tape_values = rows.model.tapes.function.map(n)(ca.vertcat(x[:ANGLES, :], rows.model.given.T))
     wait = x[ANGLES, :] if d > ANGLES else ca.MX(1, n)
     row, column = np.nonzero(rows.quantity >= 0)
     entries = rows.coefficient[row, column], (row, rows.quantity[row, column])
@@ -48,7 +49,7 @@ def minimise_by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: flo
     }
     options = {**IPOPT, "max_iter": iterations, "mu_init": barrier}
     solver = ca.nlpsol("refine", "ipopt", problem, {"print_time": False, "ipopt": options})
-    here = matrix @ chain_model(rows).values(start).ravel()
+    here = matrix @ ChainModel(rows).values(start).ravel()
     low, high = (np.where(rows.free, end, start).ravel() for end in (-np.inf, np.inf))
     answer = solver(
         x0=np.concatenate([start.ravel(), central_point(rows, here, barrier)[0][0]]),

@@ -16,7 +16,7 @@ import numpy as np
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local import kernel
 from fiveaxis.posture.local.interior import minimise, split_rows
-from fiveaxis.posture.local.quantities import chain_model
+from fiveaxis.posture.local.quantities import ChainModel
 from fiveaxis.posture.local.rows import Rows, build_rows
 from fiveaxis.posture.problem import ALLOWED, Problem
 
@@ -72,7 +72,7 @@ def optimality(problem: Problem, rotary: Array) -> Optimality:
     rows = build_rows(problem, margin=-ALLOWED)
     x = rows.start(problem, rotary)
     weights = np.zeros((len(x), rows.count))
-    quantities, slope, _ = chain_model(rows).derivatives(x, weights)
+    quantities, slope, _ = ChainModel(rows).derivatives(x, weights)
     model, still = _LinearModel(quantities, slope), np.zeros_like(x)
     found = minimise(
         _with_springs(rows), still, model=model, iterations=ITERATIONS, barrier=BARRIER, flat=FLAT

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.posture.location_model import ANGLES, LocationModel
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.trigonometric import TrigonometricCoefficients
-from fiveaxis.posture.terms import OTHERS, LocationTapes, Term, location_tapes
+from fiveaxis.posture.terms import OTHERS, Term
 
 T = TypeVar("T", bound=np.generic)
 
@@ -31,8 +31,6 @@ MARGIN = 1e-9
 LEAST_COST = 1e-6
 # mm, rad: a narrower range counts as a single value.
 NARROW = 1e-6
-# Unknowns of a location that are angles.
-ANGLES = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,20 +64,14 @@ class Rows(TermRows):
 
     Parameters
     ----------
-    tapes : of the quantities
-    trigonometric : coefficients of the quantities; None if the chain has none
-    columns : (5,), of the linear and the rotary axes among the quantities
-    given : (n, 6), pivot in mm and normal
+    model : of the quantities
     free : (n, d), unknowns that may move
     fixed : (2,), rad, of held rotary axes; NaN for others
     span : locations in the longest window
     count : m
     """
 
-    tapes: LocationTapes
-    trigonometric: TrigonometricCoefficients | None
-    columns: IntArray
-    given: Array
+    model: LocationModel
     free: BoolArray
     fixed: Array
     span: int
@@ -137,10 +129,7 @@ def build_rows(
     widest = max(part.quantity.shape[1] for part in terms)
     sizes = np.concatenate([np.diff(part.begin) for part in terms])
     return Rows(
-        tapes=location_tapes(machine, problem.zone),
-        trigonometric=problem.trigonometric,
-        columns=np.array([*machine.linear_columns, *columns]),
-        given=np.hstack([problem.pivot, problem.normal]),
+        model=problem.model,
         quantity=np.vstack([_pad(part.quantity, widest, -1) for part in terms]),
         coefficient=np.vstack([_pad(part.coefficient, widest, 0) for part in terms]),
         begin=np.concatenate([[0], np.cumsum(sizes)]),

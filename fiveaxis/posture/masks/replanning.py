@@ -150,18 +150,10 @@ class Replanning:
 
     def _fill(self, part: Problem, first: int, rows: IntArray, path: Array, held: dict[int, Array]) -> Array:
         """Extend a path to all locations of its window, through admitted states where some are near."""
-        coordinates = choose_coordinates(part)
-        if self.clear is None:
-            return refill(part, coordinates, rows, path, self.widths)
-        clear = self.clear.at(np.arange(first, first + len(part)))
-
-        def find(problem: Problem, lattice: Lattice) -> Array | None:
-            checked = CheckedStates(clear.mask, clear.rows, problem)
-            return clean_path(pinned(precomputed(lattice, len(problem)), problem, held), checked)
-
-        if part.trigonometric is None:
-            return refill(part, coordinates, rows, path, self.widths, find)
-        full = refill(part, coordinates, rows, path, self.widths, clear=clear)
+        clear = None if self.clear is None else self.clear.at(np.arange(first, first + len(part)))
+        full = refill(part, choose_coordinates(part), rows, path, self.widths, clear)
+        if clear is None:
+            return full
         for row in held:
             # A corridor doesn't hold its ends.
             full[row] = path[np.searchsorted(rows, row)]

@@ -17,7 +17,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray, arccos, arctan2
 from fiveaxis.kinematics.windings import TURN, one_turn_from
-from fiveaxis.posture.problem import VIOLATION_PRICE, Problem
+from fiveaxis.posture.problem import Problem
 
 # A rotary axis with no more turns than this is searched over its whole range, including its ends; one with
 # more over one turn, and the path is shifted into the range afterwards.
@@ -189,54 +189,13 @@ def level_lattice(
     return Lattice(states, column, period, hops)
 
 
-def corridor_lattice(
-    problem: Problem,
-    coordinates: Coordinates,
-    strands: Array,
-    second: Array,
-    width: tuple[float, float],
-    count: int,
-) -> Lattice:
-    """Make a narrow lattice around a known path.
-
-    Violations have a price instead of being forbidden, so there is always a path.
-
-    Parameters
-    ----------
-    strands : (n, s), rad, spin angles to stay near
-    second : (n,), mm or rad, second coordinate to stay near
-    width : lattice step in both coordinates
-    count : steps to each side of every strand
-    """
-    offsets = np.arange(-count, count + 1.0)
-
-    def states(rows: IntArray) -> tuple[Array, Array]:
-        spin = (strands[rows][:, :, None] + width[0] * offsets).reshape(len(rows), -1, 1)
-        level = second[rows][:, None, None] + width[1] * offsets
-        if coordinates.level is None:
-            other = np.broadcast_to(level, (len(rows), spin.shape[1], len(offsets)))[..., None]
-        else:
-            other, _ = other_angle(problem, coordinates, swing(problem, coordinates, rows, spin), level)
-        positions, excess = problem.placed(rows, coordinates.angles(spin[..., None], other))
-        return positions, VIOLATION_PRICE * (excess + problem.limit_excess(positions))
-
-    column = problem.machine.rotary_columns[coordinates.spin]
-    reach = (strands.shape[1] * len(offsets), len(offsets))
-    return Lattice(states, column, 0.0, reach, chunk=256)
-
-
 def swing(problem: Problem, coordinates: Coordinates, rows: IntArray | slice, spin: Array) -> Swing:
-    """Fit ``a + b cos ρ + c sin ρ``, (m, ...) mm, the level axis over the other angle, to three samples.
+    """Express the level axis as ``a + b cos ρ + c sin ρ``, (m, ...) mm, of the other angle ρ.
 
     The spin angle, (m, ...) rad, is given for m locations.
     """
     column = coordinates.second_column(problem)
-    at = [
-        problem.positions(rows, coordinates.angles(spin, np.full_like(spin, angle)))[..., column]
-        for angle in (0.0, np.pi / 2.0, np.pi)
-    ]
-    a = (at[0] + at[2]) / 2.0
-    return a, (at[0] - at[2]) / 2.0, at[1] - a
+    return problem.model.swing(np.arange(len(problem))[rows], column, coordinates.other, spin)
 
 
 def other_angle(
@@ -260,7 +219,7 @@ def other_angle(
 
 
 def _is_sinusoid(problem: Problem, coordinates: Coordinates) -> bool:
-    """Check the fit at other angles, with a different spin angle for each location."""
+    """Check the swing at another angle, with a different spin angle for each location."""
     spin = np.linspace(-2.0, 2.0, len(problem))
     a, b, c = swing(problem, coordinates, slice(None), spin)
     angle = 1.0

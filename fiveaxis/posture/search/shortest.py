@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.corridor import Admission, path_through_corridor
+from fiveaxis.posture.search.corridor import Admission, Corridor, path_through_corridor
 from fiveaxis.posture.search.kernel import Prices, relax_layer, step_prices
-from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice
+from fiveaxis.posture.search.lattice import Coordinates, Lattice
 
 # Paths of more locations are searched as densely as their turning requires, shorter ones as the effort says.
 LONG = 10_000
@@ -124,7 +124,6 @@ def refill(
     rows: IntArray,
     path: Array,
     widths: tuple[tuple[float, float], ...],
-    find: Callable[[Problem, Lattice], Array | None] | None = None,
     clear: Admission | None = None,
 ) -> Array:
     """Extend a path from some locations to all of them, then improve it in narrowing corridors.
@@ -137,9 +136,7 @@ def refill(
     rows : (m,), the known locations
     path : (m, k), mm and rad
     widths : lattice steps of the corridors, widest first
-    find : finds the path through a corridor; `shortest_path` by default
-    clear : what a mask admits; states that it refuses have a price, and the last corridor is checked exactly.
-        Used only if `Problem.trigonometric` is known
+    clear : what a mask admits; states that it refuses have a price, and the last corridor is checked exactly
 
     Returns
     -------
@@ -152,15 +149,11 @@ def refill(
     spin = problem.machine.rotary_columns[coordinates.spin]
     second = coordinates.second_column(problem)
     strands = np.stack([path[before, spin], slide[:, spin], path[after, spin]], axis=1)
-    full, trigonometric = slide, problem.trigonometric
+    full = slide
     for number, width in enumerate(widths):
-        count = 2 if number else 1
-        corridor = (problem, coordinates, strands, full[:, second], width, count)
-        if find is None and trigonometric is not None:
-            looks = (MOST_LOOKS if number == len(widths) - 1 else 0) if clear is not None else 0
-            found: Array | None = path_through_corridor(*corridor, trigonometric, clear, looks)
-        else:
-            found = (find or shortest_path)(problem, corridor_lattice(*corridor))
+        corridor = Corridor(problem, coordinates, strands, full[:, second], width, 2 if number else 1)
+        looks = MOST_LOOKS if number == len(widths) - 1 else 0
+        found = path_through_corridor(corridor, clear, looks)
         full = full if found is None else found
         strands = full[:, [spin]]
     return full

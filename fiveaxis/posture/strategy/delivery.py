@@ -317,8 +317,8 @@ class Delivery:
             path.rapid, 0.0, program.times if program is not None and slowed else feed_times(path)
         )
         costs = block_costs(machine, path.feed[1:], path.rapid[1:], time=time[1:])
-        costs.slope[0, :, machine.column("Z")] += self.up_penalty
-        return costs
+        up, down = lifting_costs(machine, self.up_penalty)
+        return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
     def _local(self, program: Delivered) -> Problem:
         """Price travel by the cost of blocks near a program: standing axes have a high price."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.geometry import arccos, arcsin, arctan2, inverse_transform, line_rotation, product
+from fiveaxis.geometry.angles import sine
 
 ROUNDING = 1e-14
 SHAPES = [((3,), (3,)), ((3,), (5, 3, 4)), ((5, 4, 3), (3,)), ((4, 3), (3, 2)), ((5, 1, 4, 3), (6, 3, 2))]
@@ -29,6 +30,23 @@ def test_angles_are_those_of_numpy_to_rounding():
     np.testing.assert_allclose(np.sin(arcsin(y)), y, rtol=0.0, atol=ROUNDING)
     np.testing.assert_array_equal(arccos([1.0, 0.0, -1.0]), [0.0, np.pi / 2.0, np.pi])
     np.testing.assert_array_equal(arcsin([1.0, 0.0, -1.0]), [np.pi / 2.0, 0.0, -np.pi / 2.0])
+
+
+@pytest.mark.parametrize("reach", [1.0, 100.0, 1e6])
+def test_sines_without_the_c_library_are_off_by_the_last_digit_at_most(reach):
+    angles = np.random.default_rng(3).uniform(-reach, reach, 2_000)
+    for quarters in range(4):
+        found = np.array([sine(angle, float(quarters)) for angle in angles])
+        expected = (np.sin(angles), np.cos(angles), -np.sin(angles), -np.cos(angles))[quarters]
+        np.testing.assert_allclose(found, expected, rtol=5e-16, atol=0.0)
+
+
+def test_sines_at_whole_quarters_of_a_turn_and_of_no_number():
+    quarter = np.pi / 2.0
+    for turns in range(-9, 10):
+        assert sine(turns * quarter, 0.0) == pytest.approx(np.sin(turns * quarter), rel=1e-15, abs=0.0)
+    assert [sine(0.0, 0.0), sine(0.0, 1.0), sine(0.0, 2.0), sine(0.0, 3.0)] == [0.0, 1.0, 0.0, -1.0]
+    assert np.isnan([sine(np.nan, 0.0), sine(np.inf, 1.0)]).all()
 
 
 def test_angles_broadcast_and_say_which_side_of_the_cut_they_are_on():

@@ -96,7 +96,7 @@ def test_slopes_and_second_derivatives_are_those_of_finite_differences(problem, 
 
     def derivatives(angles):
         found = tapes.derivatives(np.hstack([angles, problem.pivot, problem.normal, weights]))
-        return found[:, :8], found[:, 8:24].reshape(N, 2, 8), found[:, 24:]
+        return found[:, :8], found[:, 8:24].reshape(N, 8, 2).transpose(0, 2, 1), found[:, 24:]
 
     value, slope, bow = derivatives(rotary)
     np.testing.assert_allclose(value, quantities(problem, rotary), rtol=1e-12, atol=1e-12)
@@ -107,6 +107,20 @@ def test_slopes_and_second_derivatives_are_those_of_finite_differences(problem, 
         np.testing.assert_allclose(slope[:, angle], (ahead[0] - back[0]) / (2 * h), rtol=1e-4, atol=1e-4)
         bent = np.einsum("nem,nm->ne", ahead[1] - back[1], weights) / (2 * h)
         np.testing.assert_allclose(bow[:, angle : angle + 2], bent, rtol=1e-4, atol=1e-3)
+
+
+def test_tapes_of_slopes_and_bows_have_the_same_derivatives_of_each_quantity(problem, rotary):
+    tapes = location_tapes(problem.machine, problem.zone)
+    given = np.hstack([rotary, problem.pivot, problem.normal])
+    weights = RNG.standard_normal((N, 8))
+    weighted, bows = tapes.derivatives(np.hstack([given, weights])), tapes.bows(given)
+    np.testing.assert_allclose(tapes.slopes(given), bows[:, :24], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(bows[:, :8], weighted[:, :8], rtol=1e-12, atol=1e-12)
+    for angle in range(2):
+        slopes = bows[:, 8 * angle + 8 : 8 * angle + 16]
+        np.testing.assert_allclose(slopes, weighted[:, 8 + angle : 24 : 2], rtol=1e-12, atol=1e-12)
+    bent = np.einsum("nij,nj->ni", bows[:, 24:].reshape(N, 3, 8), weights)
+    np.testing.assert_allclose(bent, weighted[:, 24:], rtol=1e-9, atol=1e-9)
 
 
 def test_every_terms_coefficients_give_its_values(problem, rotary):

@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from by_degrees import tilt_bounds
+from corridors import general_path
 
 from fiveaxis.machine import Limits, load_machine
 from fiveaxis.posture.masks.clearance import NODE_STEP, NODE_STRIDE, Clearance, NodeMap, Nodes
 from fiveaxis.posture.masks.mask import CheckedStates, Mask, clean_path
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.corridor import REFUSED_PRICE, path_through_corridor
-from fiveaxis.posture.search.lattice import Coordinates, Lattice, corridor_lattice, level_lattice
+from fiveaxis.posture.search.corridor import REFUSED_PRICE, Corridor, path_through_corridor
+from fiveaxis.posture.search.lattice import Coordinates, Lattice, level_lattice
 from fiveaxis.posture.search.shortest import shortest_path
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -173,23 +174,20 @@ def test_the_compiled_corridor_off_a_mask_holds_the_path_of_the_general_one(coor
     near = shortest_path(problem, middle)
     spin = columns[coordinates.spin]
     second = near[:, coordinates.second_column(problem)]
-    corridor = (problem, coordinates, near[:, [spin]], second, (0.02, 0.05), 2)
+    corridor = Corridor(problem, coordinates, near[:, [spin]], second, (0.02, 0.05), 2)
 
     def rough(rows, rotary):
         return np.sin(40.0 * rotary[:, 0] + rows) < 0.3
 
     mask = Mask(rough)
     clear = Clearance(mask, NodeMap.of(mask, problem), np.arange(n))
-    found = path_through_corridor(*corridor, problem.trigonometric, Roughly(rough))
-    general = corridor_lattice(*corridor)
+    found = path_through_corridor(corridor, Roughly(rough))
 
-    def states(rows):
-        positions, price = general.states(rows)
-        at = np.nonzero(np.isfinite(price))
-        refused = ~rough(rows[at[0]], positions[at][:, columns])
-        return positions, price + REFUSED_PRICE * refused.reshape(price.shape)
+    def refused(rows, postures):
+        at = np.repeat(rows, postures[0, ..., 0].size)
+        return REFUSED_PRICE * ~rough(at, postures.reshape(-1, 2)).reshape(postures.shape[:-1])
 
-    expected = shortest_path(problem, replace(general, states=states))
+    expected = general_path(corridor, refused)
 
     def priced(path):
         return (
@@ -197,8 +195,8 @@ def test_the_compiled_corridor_off_a_mask_holds_the_path_of_the_general_one(coor
         )
 
     assert priced(found) == pytest.approx(priced(expected), rel=1e-9)
-    assert not rough(np.arange(n), path_through_corridor(*corridor, problem.trigonometric)[:, columns]).all()
-    checked = path_through_corridor(*corridor, problem.trigonometric, clear, 20)
+    assert not rough(np.arange(n), path_through_corridor(corridor)[:, columns]).all()
+    checked = path_through_corridor(corridor, clear, 20)
     assert rough(np.arange(n), checked[:, columns]).all()
 
 

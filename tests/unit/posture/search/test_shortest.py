@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from by_degrees import tilt_bounds
+from corridors import general_path
 
 from fiveaxis.kinematics.windings import fit_turns
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.search import shortest
 from fiveaxis.posture.search.lattice import (
     Coordinates,
     Lattice,
@@ -164,7 +166,7 @@ def test_refilling_a_path_known_everywhere_never_raises_its_cost():
 
 @pytest.mark.parametrize("coordinates", [Coordinates(0, 2), Coordinates(0, None), Coordinates(1, None)])
 @pytest.mark.parametrize("prices", [{}, {"time_price": 400.0, "bend_price": 30.0}])
-def test_the_compiled_corridor_has_the_path_of_the_general_one(coordinates, prices):
+def test_the_compiled_corridor_has_the_path_of_the_general_one(monkeypatch, coordinates, prices):
     problem = problem_of(ring(80, turns=1.6), max_turn=0.4, **prices)
     problem = replace(problem, top_speed=np.array([5.0, 8.0, 2.0, 0.5, 0.9]))
     lattice = level_lattice(problem, Coordinates(0, 2), np.radians(5.0), 30, (np.pi, 3))
@@ -173,7 +175,8 @@ def test_the_compiled_corridor_has_the_path_of_the_general_one(coordinates, pric
     # One corridor: of paths that cost the same either may be taken, and the next would start elsewhere.
     widths = ((0.01, 0.05 if coordinates.level else 0.01),)
     quick = refill(problem, coordinates, rows, known, widths)
-    slow = refill(problem, coordinates, rows, known, widths, find=shortest_path)
+    monkeypatch.setattr(shortest, "path_through_corridor", lambda corridor, *_: general_path(corridor))
+    slow = refill(problem, coordinates, rows, known, widths)
     columns = problem.machine.rotary_columns
     assert problem.priced(quick[:, columns]) == pytest.approx(problem.priced(slow[:, columns]), rel=1e-6)
     np.testing.assert_allclose(problem.positions(slice(None), quick[:, columns]), quick, atol=1e-9)

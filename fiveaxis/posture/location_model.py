@@ -1,0 +1,173 @@
+"""Axis values, tool axes and their derivatives at every location of a path.
+
+Everything comes from CasADi's expressions of the chain (`location_tapes`), for every machine: search, local
+refinement, masks and baselines ask this model, or run its tape in their own compiled loops.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from fiveaxis.compiled import compiled
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.machine import Machine
+from fiveaxis.posture.tape import BLOCK, play
+from fiveaxis.posture.terms import LocationTapes, location_tapes
+from fiveaxis.toolpath import TiltBounds, Zone
+
+# Symbols of a location's tape: two angles, pivot, normal.
+ANGLES, ARGUMENTS = 2, 8
+# mm: values beyond belong to linear directions that lie in one plane; such a posture has none.
+FARTHEST = 1e8
+
+
+class Locations(NamedTuple):
+    """What compiled loops need of a path's locations.
+
+    Parameters
+    ----------
+    steps, constants, registers : of the tape of values
+    given : (n, 6), pivot in mm and normal
+    references : (n, b, 3), direction of each bound; NaN where it binds nothing
+    within : (b, 2), smallest and largest cosine of each bound
+    """
+
+    steps: IntArray
+    constants: Array
+    registers: int
+    given: Array
+    references: Array
+    within: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LocationModel:
+    """The locations of a path on a machine.
+
+    Parameters
+    ----------
+    tapes : of the machine and the cutter's zone
+    given, references, within : as in `Locations`
+    """
+
+    tapes: LocationTapes
+    given: Array
+    references: Array
+    within: Array
+
+    @classmethod
+    def of(
+        cls, machine: Machine, zone: Zone, pivot: Array, normal: Array, bounds: tuple[TiltBounds, ...]
+    ) -> LocationModel:
+        """Describe locations: pivot and normal, (n, 3) mm and unit vectors, and bounds on the lean."""
+        return cls(
+            location_tapes(machine, zone),
+            np.hstack([pivot, normal]),
+            np.stack([bound.reference for bound in bounds], axis=1),
+            np.array([bound.cosines for bound in bounds]),
+        )
+
+    @property
+    def locations(self) -> Locations:
+        """The same for compiled loops."""
+        tape = self.tapes.values
+        return Locations(tape.steps, tape.constants, tape.registers, self.given, self.references, self.within)
+
+    def placed(self, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
+        """Solve axis values, (m, ..., k), and how far tool axes are out of bounds, as `Problem.placed`."""
+        rotary = np.broadcast_to(rotary, (len(rows), *rotary.shape[1:]))
+        count = rotary.size // ANGLES
+        angles = np.ascontiguousarray(rotary).reshape(count, ANGLES)
+        at = np.repeat(rows, count // max(len(rows), 1))
+        positions, excess = np.empty((count, self.tapes.values.outputs - 3)), np.empty(count)
+        place(self.locations, at, angles, positions, excess)
+        return positions.reshape(*rotary.shape[:-1], positions.shape[1]), excess.reshape(rotary.shape[:-1])
+
+    def quantities(self, rotary: Array) -> Array:
+        """Compute axis values and tool axis of every location, (n, k + 3), for angles, (n, 2) rad."""
+        return self.tapes.values(np.hstack([rotary, self.given]))
+
+    def derivatives(self, rotary: Array, weights: Array) -> tuple[Array, Array, Array]:
+        """Compute the quantities of every location and their derivatives by its angles, (n, 2) rad.
+
+        Parameters
+        ----------
+        weights : (n, k + 3), of the second derivatives
+
+        Returns
+        -------
+        The quantities; their slopes, (n, k + 3, 2); and 11, 12, 22 of the weighted sum, (n, 3)
+        """
+        found = self.tapes.derivatives(np.hstack([rotary, self.given, weights]))
+        end = weights.shape[1]
+        slopes = found[:, end : 3 * end].reshape(len(found), end, ANGLES)
+        return found[:, :end], slopes, found[:, 3 * end :]
+
+    def swing(self, rows: IntArray, column: int, angle: int, other: Array) -> tuple[Array, Array, Array]:
+        """Express a linear axis as ``a + b cos ρ + c sin ρ`` of one rotary angle (`LocationTapes.swings`).
+
+        Parameters
+        ----------
+        rows : (m,), locations
+        column : of the linear axis
+        angle : 0 or 1, the rotary axis of ρ, chain order
+        other : (m, ...), rad, angles of the other rotary axis
+
+        Returns
+        -------
+        a, b, c : (m, ...), mm
+        """
+        arguments = np.zeros((other.size, ARGUMENTS))
+        arguments[:, 1 - angle] = other.ravel()
+        arguments[:, ANGLES:] = np.repeat(self.given[rows], other.size // max(len(rows), 1), axis=0)
+        found = self.tapes.swings[angle](arguments)
+        a, b, c = (np.ascontiguousarray(part[:, column]) for part in np.split(found, 3, axis=1))
+        return a.reshape(other.shape), b.reshape(other.shape), c.reshape(other.shape)
+
+
+@compiled
+def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array, excess: Array) -> None:
+    """Solve the axis values of postures, and how far their tool axes lie outside their bounds.
+
+    Parameters
+    ----------
+    rows : (m,), locations
+    rotary : (m, 2), rad
+    positions, excess : (m, k), mm and rad, NaN where no axis values give the posture, and (m,), the largest
+        excess of a cosine over its bounds; filled in
+    """
+    # By name: numba counts references to an array that it takes out of a record.
+    given, references, within = locations.given, locations.references, locations.within
+    steps, constants, registers = locations.steps, locations.constants, locations.registers
+    k = positions.shape[1]
+    arguments, values = np.empty((BLOCK, ARGUMENTS)), np.empty((BLOCK, k + 3))
+    for begin in range(0, len(rows), BLOCK):
+        count = min(BLOCK, len(rows) - begin)
+        for j in range(count):
+            i = rows[begin + j]
+            for r in range(ANGLES):
+                arguments[j, r] = rotary[begin + j, r]
+            for g in range(ARGUMENTS - ANGLES):
+                arguments[j, ANGLES + g] = given[i, g]
+        play(steps, constants, registers, arguments[:count], values[:count])
+        for j in range(count):
+            i = rows[begin + j]
+            for a in range(k):
+                value = values[j, a]
+                positions[begin + j, a] = value if abs(value) < FARTHEST else np.nan
+            past = 0.0
+            for b in range(len(within)):
+                cosine = (
+                    values[j, k] * references[i, b, 0]
+                    + values[j, k + 1] * references[i, b, 1]
+                    + values[j, k + 2] * references[i, b, 2]
+                )
+                # A cosine that is NaN, where nothing binds, has no excess.
+                if cosine < within[b, 0]:
+                    past = max(past, within[b, 0] - cosine)
+                elif cosine > within[b, 1]:
+                    past = max(past, cosine - within[b, 1])
+            excess[begin + j] = past
