@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Literal, Protocol
 
 import numpy as np
@@ -106,10 +106,11 @@ class Delivery:
         """
         here = self.priced(rotary)
         if len(rotary) == 1:
-            return here
+            return self._final(here)
         if not self.pays_standing:
-            return self._rounds(here)
-        return min(here, self._by_standing(self._divided(here), self.effort, everywhere)[1], key=rank)
+            return self._final(self._rounds(here))
+        found = self._by_standing(self._divided(here), self.effort, everywhere)[1]
+        return min(self._final(here), found, key=rank)
 
     def _divided(self, program: Delivered) -> Delivered:
         """Insert locations also where the direction of the lean turns far in a move."""
@@ -141,17 +142,13 @@ class Delivery:
         if effort.contains is not None:
             best, steadiest = self._by_standing(start, effort.contains, everywhere)
         if everywhere and effort.everywhere is not None:
-            other = self._searched_everywhere(effort.everywhere) or best
-            for grain in effort.after:
-                other = self._settled(other, grain)
-            best = min(best, other, key=rank)
-        for grain in effort.tubes:
-            best = self._settled(best, grain)
-        best = self._polished(best)
-        return best, self._steadied(best, steadiest, effort.steadying)
+            other = self._searched_everywhere(effort.everywhere, effort.after)
+            best = best if other is None else min(best, other, key=rank)
+        best = self._polished(reduce(self._settled, effort.tubes, best))
+        return best, self._steadied(self._final(best), steadiest, effort.steadying)
 
-    def _searched_everywhere(self, grain: Grain) -> Delivered | None:
-        """Search the whole range of postures; None where that finds no path."""
+    def _searched_everywhere(self, grain: Grain, after: tuple[Grain, ...]) -> Delivered | None:
+        """Search the whole range of postures, then tubes about what was found; None where that is no path."""
         self.progress(SEARCHING, 0, 1)
         rows = turning_rows(self._given.problem)
         path = refined(self.given, rows)
@@ -161,7 +158,9 @@ class Delivery:
             return None
         here = self.priced(found, posed)
         self.stages.append(Stage("search of what stands", self._status(here), 0, None, here.cost))
-        return here
+        # The program of a path with straight lines in between has locations that no other needs.
+        here = replace(here, denser=posed, filled=found)
+        return reduce(self._settled, after, here)
 
     def _settled(self, best: Delivered, grain: Grain) -> Delivered:
         """Search a tube about a program's postures; the program itself if it is better."""
@@ -232,7 +231,7 @@ class Delivery:
         most = (1.0 + self.steady) * least.cost
         if before is not None and not before.broken:
             most = min(most, before.cost)
-        found.append(self._polished(self._near(best, grain)))
+        found.append(self._final(self._polished(self._near(best, grain))))
         return min((one for one in found if not one.broken and one.cost <= most), key=unrest)
 
     def _rounds(self, best: Delivered) -> Delivered:
@@ -300,6 +299,13 @@ class Delivery:
         cost, times = self.cost(energy), fill.times(taken.times)
         solved = solved or posed.problem
         return Delivered(posed, rotary, denser, between, past, jumps, energy, cost, times, solved)
+
+    def _final(self, program: Delivered) -> Delivered:
+        """Price a program without redundant blocks, as it is delivered."""
+        machine, path = program.posed.problem.machine, program.posed.path
+        motion = follow(path, machine, program.rotary)
+        energy = program_energy(machine, path, motion, self.filling, self.clock)
+        return replace(program, energy=energy, cost=self.cost(energy))
 
     def cost(self, energy: Energy) -> float:
         """Compute the objective of a program, J."""
@@ -419,7 +425,7 @@ def delivered(
         toolpath=replace(path, findings=(*path.findings, *best.findings())),
         tilt=best.posed.bounds,
         motion=motion,
-        energy=program_energy(machine, path, motion, filling, delivery.clock),
+        energy=best.energy,
         compared=compared,
         missing=missing,
         stages=(*solution.stages, *delivery.stages),

@@ -130,7 +130,7 @@ class Effort:
 
 
 QUICK = Effort(
-    everywhere=grain(1.0, 6.0, 150),
+    everywhere=grain(1.0, 5.0, 400),
     after=(grain(0.3, 1.0, 16, 6.0),),
     tubes=(grain(0.2, 0.7, 16, 6.0),),
     promise="one search by travel, and what stands is searched near its path: a sound path, never costlier "

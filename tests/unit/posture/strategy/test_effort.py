@@ -1,26 +1,25 @@
 """Efforts by name."""
 
-from dataclasses import replace
-
 import pytest
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.strategy.effort import EFFORTS, Effort, effort_of, random_searches
+from fiveaxis.posture.strategy.effort import EFFORTS, effort_of, random_searches
 
 
-def test_normal_is_the_default():
-    assert effort_of("normal") == replace(Effort(), promise=EFFORTS["normal"].promise)
-
-
-def test_quick_does_less_than_normal_and_thorough_more():
+def test_each_effort_contains_the_smaller_one():
     quick, normal, thorough = (effort_of(name) for name in ("quick", "normal", "thorough"))
-    assert len(quick.searches) < len(normal.searches) <= len(thorough.searches)
-    assert quick.kept < normal.kept < thorough.kept
-    assert not quick.is_many
-    assert not normal.is_many
-    assert thorough.is_many
-    # The portfolio of normal is among the starts, so thorough can't cost more.
-    assert set(normal.searches) <= set(thorough.searches)
+    assert quick.contains is None
+    assert normal.contains == quick
+    assert thorough.contains == normal
+    assert thorough.smallest == quick
+    assert thorough.all_searches[: len(normal.all_searches)] == normal.all_searches
+
+
+def test_a_field_is_changed_in_the_smaller_efforts_too():
+    effort = effort_of("thorough").having(solver="ipopt")
+    while effort is not None:
+        assert effort.solver == "ipopt"
+        effort = effort.contains
 
 
 def test_every_effort_has_a_promise():
