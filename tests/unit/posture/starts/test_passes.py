@@ -319,7 +319,7 @@ def test_a_pass_between_two_that_it_joins_is_free_though_links_bind_those(hayash
     assert [ring.closed for ring in layout.rings] == [True, True, True, False]
     cut = replace(path, kind=np.where(np.arange(len(path)) == 40, MoveKind.LINK, path.kind))
     found = optimise(cut, hayashi, tilt=(15, 75), effort="quick", free_start=True)
-    moved = found.toolpath
+    moved = given(found)
     # The first ring is left by the link, and the second, whose first location ends it, is reached by it.
     np.testing.assert_array_equal(moved.source[:80], path.source[:80])
 
