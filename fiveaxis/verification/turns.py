@@ -93,13 +93,18 @@ def check_jumps(context: CheckContext, programmed: Array | None = None, *, block
 
 
 def _steps_of_moves(context: CheckContext) -> Array:
-    """Measure the moves between the given locations, (n, k), at their last rows; 0 at inserted locations."""
+    """Measure the moves between the given locations, (n, k), at their last rows; 0 at inserted locations.
+
+    What an axis travels in a link between two of them, as where it rewinds, isn't part of the cut.
+    """
     numbers, positions = context.toolpath.numbers, context.positions
     if numbers is None:
         return context.steps
     given = np.flatnonzero(np.append(numbers[1:] != numbers[:-1], True))
+    moves = np.diff(positions, axis=0, prepend=positions[:1])
+    cut = np.cumsum(np.where(context.cutting[:, None], moves, 0.0), axis=0)
     steps = np.zeros_like(positions)
-    steps[given[1:]] = np.abs(np.diff(positions[given], axis=0))
+    steps[given[1:]] = np.abs(np.diff(cut[given], axis=0))
     return steps
 
 

@@ -138,8 +138,10 @@ class Delivery:
 
         An effort begins with what the smaller one found, and its result costs no more than that one's.
         """
-        best, steadiest = start, None
-        if effort.contains is not None:
+        steadiest = None
+        if effort.contains is None:
+            best = reduce(self._settled, effort.after, start)
+        else:
             best, steadiest = self._by_standing(start, effort.contains, everywhere)
         if everywhere and effort.everywhere is not None:
             other = self._searched_everywhere(effort.everywhere, effort.after)
@@ -414,11 +416,13 @@ def delivered(
     location = None if len(path) == len(given) else best.posed.location
     compared = {}
     for name in filled:
-        baseline = solution.compared[name]
+        baseline, energy = solution.compared[name], energies[name]
         motion = baseline.motion
         if baseline.toolpath is None and location is not None:
             motion = follow(path, machine, filled[name].planes.rotary_at(location))
-        compared[name] = replace(baseline, motion=motion, energy=energies[name])
+            # Priced as it is given, so that everyone who prices it finds the same.
+            energy = program_energy(machine, path, motion, filling, delivery.clock)
+        compared[name] = replace(baseline, motion=motion, energy=energy)
     motion = replace(follow(path, machine, best.rotary), location=location)
     found = replace(
         solution,

@@ -71,7 +71,7 @@ class Effort:
         all
     middle : stride of the locations to which a searched path is extended before all
     everywhere, after : searches of what stands, the first over all postures, the others in tubes about what
-        it found
+        it found, and in the smallest effort about the path found by travel
     tubes : searches of what stands in tubes about the best path
     steadying : the same with a price of starts and reversals
     level_reach : levels between neighbours of a searched path
@@ -131,8 +131,7 @@ class Effort:
 
 QUICK = Effort(
     everywhere=grain(1.0, 5.0, 400),
-    after=(grain(0.3, 1.0, 16, 6.0),),
-    tubes=(grain(0.2, 0.7, 16, 6.0),),
+    after=(grain(0.2, 0.7, 16, 6.0),),
     promise="one search by travel, and what stands is searched near its path: a sound path, never costlier "
     "than a baseline, for quick trials",
 )
@@ -141,8 +140,8 @@ NORMAL = replace(
     contains=QUICK,
     searches=((LatticeSearch(12, 4.0 * DEGREE, 36), LatticeSearch(8, 4.0 * DEGREE, 36)),),
     everywhere=grain(0.5, 4.0, 800),
-    after=(grain(0.2, 0.7, 32, 6.0),),
-    tubes=(grain(0.3, 1.0, 64, 8.0), grain(0.15, 0.5, 32, 3.0)),
+    after=(grain(0.2, 0.7, 32, 6.0), grain(0.3, 1.0, 64, 8.0)),
+    tubes=(grain(0.15, 0.5, 48, 4.0),),
     steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
     promise="what quick does, and a search of what stands over all postures; never costlier than quick: for "
     "everyday use",
@@ -160,8 +159,8 @@ THOROUGH = replace(
         *((search,) for search in random_searches(4)),
     ),
     everywhere=grain(0.5, 2.0, 2400),
-    after=(grain(0.2, 0.7, 150, 6.0),),
-    tubes=(grain(0.3, 1.0, 200, 8.0), *random_grains(3, 200)),
+    after=(grain(0.2, 0.7, 150, 6.0), grain(0.3, 1.0, 200, 8.0)),
+    tubes=random_grains(4, 200),
     promise="what normal does, with more searches and finer ones: never costlier than normal, and the spread "
     "of the local optima is reported; it takes many times as long",
 )

@@ -84,12 +84,13 @@ def test_without_the_mask_the_holder_hits_the_block_and_with_it_it_doesnt(arc, m
         arc, machine, tilt=TILT, effort="quick", fixtures=(block,), clearances=around.clearances
     )
     hit = fx.verify(free.motion, machine, free.toolpath, tilt=TILT, surroundings=around)
-    assert errors(hit) == {"holder-collision"}
+    assert "holder-collision" in errors(hit)
     report = fx.verify(kept.motion, machine, kept.toolpath, tilt=TILT, surroundings=around)
     assert errors(report) == set()
     assert not any(code.startswith("holder") for code in report.counts)
     # Both spend up to a hundredth on steadier axes.
-    assert kept.energy.total >= 0.99 * free.energy.total
+    least = optimise_postures(arc, machine, tilt=TILT).energy.total
+    assert kept.energy.total >= 0.99 * least
 
 
 def test_what_collides_between_locations_is_refused_and_searched_again(

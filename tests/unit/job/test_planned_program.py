@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from by_degrees import optimise
+from shapes import ellipse, sampled
 
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings
@@ -129,7 +130,8 @@ def test_fewer_blocks_cost_no_more(solution):
     assert few.time == pytest.approx(whole.time)
 
 
-def test_where_fewer_blocks_fail_verification_all_stay(solution, monkeypatch):
+def test_where_fewer_blocks_fail_verification_all_stay(hayashi, monkeypatch):
+    solution = optimise(sampled(ellipse, 240, rings=1), hayashi, effort="quick", **AS_ASKED)
     careful = filling.thinned
 
     def careless(*args, **options):

@@ -35,7 +35,7 @@ def ring(tmp_path: Path) -> Path:
     return path
 
 
-def make(ring: Path, offset: tuple[float, float, float] = (25.0, 0.0, 0.0), **search: object):
+def make(ring: Path, offset: tuple[float, float, float] = (-25.0, 0.0, 0.0), **search: object):
     setup = {"offset": offset, "search": {"tries": 6} | search}
     return make_job(input=ring, machine=MACHINE, tool="ball:10", tilt=(15, 75), effort="quick", setup=setup)
 
@@ -63,7 +63,7 @@ def test_the_chosen_setup_costs_less_and_the_report_lists_both(ring):
     found = outcome.document["setup_search"]
     assert outcome.solution.energy.total == found["chosen"]["energy"] < found["given"]["energy"]
     assert found["saved"] > found["least_saving"] >= setup_choice.LEAST_SAVING
-    assert found["given"]["offset"] == [25.0, 0.0, 0.0]
+    assert found["given"]["offset"] == [-25.0, 0.0, 0.0]
     assert found["saved"] == pytest.approx(1.0 - found["chosen"]["energy"] / found["given"]["energy"])
     assert outcome.document["machine"]["setup"]["offset"] == found["chosen"]["offset"]
     assert outcome.ok
@@ -84,7 +84,7 @@ def test_setups_without_a_path_are_skipped_and_listed(ring, monkeypatch):
         return whole(path, machine, constraints, options)
 
     monkeypatch.setattr(setup_search, "optimise", fenced)
-    found = run_job(make(ring, x=(-30.0, 30.0), tries=6)).document["setup_search"]
+    found = run_job(make(ring, (25.0, 0.0, 0.0), x=(-30.0, 30.0), tries=6)).document["setup_search"]
     refused = [tried for tried in found["tried"] if tried["rough"] is None]
     assert refused
     assert all(tried["why"] == "out of reach" and tried["offset"][0] < 20.0 for tried in refused)
@@ -92,7 +92,7 @@ def test_setups_without_a_path_are_skipped_and_listed(ring, monkeypatch):
 
 
 def test_where_nothing_is_cheaper_the_given_setup_stays(ring, monkeypatch):
-    monkeypatch.setattr(SetupCosts, "free", lambda _, setup: abs(setup.offset[0] - 25.0))
+    monkeypatch.setattr(SetupCosts, "free", lambda _, setup: abs(setup.offset[0] + 25.0))
     found = run_job(make(ring, x=(-30.0, 30.0))).document["setup_search"]
     assert found["chosen"] == found["given"]
     assert found["saved"] == 0.0
@@ -100,9 +100,9 @@ def test_where_nothing_is_cheaper_the_given_setup_stays(ring, monkeypatch):
 
 def test_a_setup_that_looks_cheaper_and_is_not_is_not_taken(ring, monkeypatch):
     # The thinned path lies: far off the axis is dear.
-    monkeypatch.setattr(SetupCosts, "free", lambda _, setup: -abs(setup.offset[0] - 25.0))
+    monkeypatch.setattr(SetupCosts, "free", lambda _, setup: -abs(setup.offset[0] + 25.0))
     found = run_job(make(ring, x=(-200.0, 30.0), tries=8)).document["setup_search"]
-    assert found["chosen"]["offset"] == [25.0, 0.0, 0.0]
+    assert found["chosen"]["offset"] == [-25.0, 0.0, 0.0]
     assert sum(tried["energy"] is not None for tried in found["tried"]) == 1 + setup_choice.FULL_RUNS
 
 
@@ -154,7 +154,7 @@ def test_a_saving_below_the_threshold_keeps_the_given_setup_and_says_so(ring, mo
 def test_the_command_line_sets_ranges_and_prints_where_the_part_stands(ring, tmp_path):
     job = tmp_path / "job.toml"
     job.write_text(
-        'input = "ring.csv"\n[setup]\noffset = [25, 0, 0]\n[setup.search]\nx = [0, 30]\ntries = 4\n'
+        'input = "ring.csv"\n[setup]\noffset = [-25, 0, 0]\n[setup.search]\nx = [-30, 30]\ntries = 4\n'
     )
     words = ["optimise", str(job), "--machine", MACHINE, "--tool", "ball:10", "--tilt", "15:75"]
     words += ["--effort", "quick", "--setup", "x", "-o", str(tmp_path / "out")]
@@ -249,7 +249,7 @@ def test_what_the_setup_option_cannot_mean_is_refused(ring, text, message):
 def test_names_alone_choose_among_the_ranges_of_the_job(ring):
     job = choose_search(make(ring, x=(0.0, 1.0), y=(0.0, 2.0), tries=7), "y")
     assert (job.setup.search.x, job.setup.search.y, job.setup.search.tries) == (None, (0.0, 2.0), 7)
-    assert job.setup.offset == (25.0, 0.0, 0.0)
+    assert job.setup.offset == (-25.0, 0.0, 0.0)
 
 
 def test_a_search_without_a_range_is_refused(ring):

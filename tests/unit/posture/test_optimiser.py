@@ -221,7 +221,7 @@ def test_the_up_penalty_keeps_down_what_the_vertical_axis_lifts(hayashi, made, o
 
     least = lifted(100.0)
     assert least < 1e-5
-    assert least <= lifted(0.0)
+    assert least <= lifted(0.0) + 1e-6
 
 
 def test_a_link_turns_farther_than_it_should_only_where_it_must(hayashi):
