@@ -1,0 +1,168 @@
+"""The search over exact postures: what it may do, what it costs, and that it finds what stands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from by_degrees import tilt_bounds
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapes import SHAPES, cone, sampled
+
+import fiveaxis as fx
+from fiveaxis.energy import BlockCosts, block_costs
+from fiveaxis.motion import feed_times, standing_speeds
+from fiveaxis.posture import Problem
+from fiveaxis.posture.problem import ALLOWED
+from fiveaxis.posture.search.successors import Grain, cheapest_path, path_anywhere
+from fiveaxis.toolpath import Toolpath
+
+DEGREE = np.pi / 180.0
+ANYWHERE = Grain(1.0, 5.0 * DEGREE, 300)
+NEAR = Grain(0.2, 0.7 * DEGREE, 24, 6.0 * DEGREE)
+
+
+def posed(path: Toolpath, machine: fx.Machine, most: float = 20.0) -> tuple[Problem, BlockCosts]:
+    """The problem of a path, tilted by 15 to 70 deg, and the costs of its steps."""
+    problem = Problem.build(path, machine, tilt_bounds(path, (15.0, 70.0)), max_turn=most * DEGREE)
+    return problem, block_costs(machine, path.feed[1:], time=feed_times(path)[1:])
+
+
+def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float = 0.02) -> float:
+    """Price a path by the formula of a block, and its starts and reversals."""
+    moves = np.diff(problem.positions(slice(None), path), axis=0)
+    time = problem.least_time[:, None]
+    way = np.where(np.abs(moves) > standing_speeds(problem.machine) * time, np.sign(moves), 0.0)
+    side = np.where(moves > 0.0, 0, 1)
+    standing = np.take_along_axis(costs.standing, side[None], axis=0)[0]
+    slope = np.take_along_axis(costs.slope, side[None], axis=0)[0]
+    faster = np.maximum(1.0, np.abs(moves) / costs.reach)
+    begun = (way[1:] != 0.0) & (way[1:] != way[:-1])
+    starts = (start * standing / time)[1:][begun]
+    return float(np.sum((way != 0.0) * (standing * faster + slope * np.abs(moves))) + starts.sum())
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.sampled_from(sorted(SHAPES)), st.integers(12, 40), st.sampled_from([8.0, 20.0, 45.0]))
+def test_paths_keep_every_bound_and_tubes_make_them_cheaper(name, count, most):
+    machine = fx.load_machine("hayashi-640123")
+    problem, costs = posed(sampled(SHAPES[name], count, rings=1), machine, most)
+    rows = np.arange(len(problem))
+    found = cheapest_path(problem, costs, ANYWHERE)
+    if found is None:
+        return
+    assert found.shape == (len(rows), 2)
+    assert problem.violation(found) <= ALLOWED
+    near = cheapest_path(problem, costs, NEAR, found)
+    assert problem.violation(near) <= ALLOWED
+    assert priced(problem, costs, near) <= priced(problem, costs, found) * (1.0 + 2e-3)
+    assert (np.abs(near - found) <= NEAR.radius * 2.0 + 1e-9).all()
+
+
+def test_on_a_cone_about_the_tables_axis_only_the_table_turns(hayashi):
+    problem, costs = posed(sampled(cone, 120, rings=1), hayashi)
+    path = cheapest_path(problem, costs, NEAR, path_anywhere(problem, costs, ANYWHERE))
+    moves = np.abs(np.diff(problem.positions(slice(None), path), axis=0))
+    stand = moves <= standing_speeds(hayashi) * problem.least_time[:, None]
+    assert stand[:, hayashi.linear_columns].mean() > 0.9
+
+
+def test_where_a_search_is_not_free_the_path_stays(hayashi):
+    problem, costs = posed(sampled(SHAPES["wave"], 40, rings=1), hayashi)
+    known = path_anywhere(problem, costs, ANYWHERE)
+    free = np.ones(len(known), dtype=bool)
+    free[[0, 10, 11, 12, 40]] = False
+    path = cheapest_path(problem, costs, NEAR, known, free)
+    np.testing.assert_array_equal(path[~free], known[~free])
+
+
+def test_a_path_that_breaks_a_bound_is_left(hayashi):
+    problem, costs = posed(sampled(SHAPES["wave"], 40, rings=1), hayashi)
+    sound = cheapest_path(problem, costs, NEAR, path_anywhere(problem, costs, ANYWHERE))
+    assert problem.violation(sound) <= ALLOWED
+    off = sound.copy()
+    off[20] = sound[20] + [0.0, 4.0 * DEGREE]
+    narrow = replace(problem, max_turn=np.minimum(problem.max_turn, 3.0 * DEGREE))
+    assert narrow.violation(off) > ALLOWED
+    wide = replace(NEAR, states=100)
+    assert narrow.violation(cheapest_path(narrow, costs, wide, off)) <= narrow.violation(off)
+
+
+def test_no_sequence_of_postures_is_none(hayashi):
+    path = sampled(SHAPES["wave"], 40, rings=1)
+    machine = replace(
+        hayashi,
+        axes=tuple(
+            a if a.is_rotary else replace(a, limits=fx.machine.Limits(-1.0, 1.0)) for a in hayashi.axes
+        ),
+    )
+    assert cheapest_path(*posed(path, machine), ANYWHERE) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["wave", "saddle", "blade", "flutes"])
+def test_brute_force_on_four_locations_finds_nothing_cheaper_by_a_hundredth(hayashi, name):
+    """Every start of a fine grid, and from each posture every pair of axes that can stand, without cells."""
+    path = sampled(SHAPES[name], 60, rings=1).at(np.arange(20, 24))
+    problem, costs = posed(path, hayashi)
+    pairs = [(a, b) for a in range(5) for b in range(a + 1, 5)]
+    low, high = np.maximum(hayashi.low, -np.pi)[hayashi.rotary_columns], hayashi.high[hayashi.rotary_columns]
+    grid = [np.arange(a, min(b, np.pi), 3.0 * DEGREE) for a, b in zip(low, high, strict=True)]
+    states = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, 2)
+    cost = np.zeros(len(states))
+    states, cost = kept(problem, 0, states, cost, None)
+    for row in range(3):
+        here = problem.positions(np.full(len(states), row), states)
+        reached, paid = [], []
+        for a, b in pairs:
+            there = held(problem, row + 1, states, here, (a, b))
+            moves = problem.positions(np.full(len(there), row + 1), there) - here
+            moves[:, [a, b]] = 0.0
+            side = (moves < 0.0).astype(int)
+            at = np.arange(5)
+            standing, slope = costs.standing[side, row, at], costs.slope[side, row, at]
+            faster = np.maximum(1.0, np.abs(moves) / costs.reach[row])
+            paid.append(cost + np.sum((moves != 0.0) * (standing * faster + slope * np.abs(moves)), axis=1))
+            near = (np.abs(there - states) <= problem.max_turn[row]).all(axis=1)
+            reached.append(np.where(near[:, None], there, np.nan))
+        states, cost = kept(problem, row + 1, np.vstack(reached), np.concatenate(paid), 400_000)
+    found = fx.optimise(path, hayashi, tilt=(15, 70), max_turn=20.0, steady=0.0)
+    assert found.energy.total <= 1.01 * cost.min(), (found.energy.total, cost.min())
+
+
+def held(
+    problem: Problem, row: int, states: np.ndarray, here: np.ndarray, pair: tuple[int, int]
+) -> np.ndarray:
+    """Solve the postures of a location at which two axes keep their values, by differences; NaN for none."""
+
+    def of(rotary: np.ndarray) -> np.ndarray:
+        return problem.positions(np.full(len(rotary), row), rotary)[:, pair]
+
+    found, ahead = states.copy(), 1e-6 * np.eye(2)
+    for _ in range(8):
+        off = of(found) - here[:, pair]
+        (a, c), (b, d) = ((of(found + way) - of(found - way)).T / 2e-6 for way in ahead)
+        area = a * d - b * c
+        with np.errstate(divide="ignore", invalid="ignore"):
+            back = np.stack([d * off[:, 0] - b * off[:, 1], a * off[:, 1] - c * off[:, 0]], axis=1)
+            found = found - back / area[:, None]
+        found = np.where(np.isfinite(found), found, states)
+    left = np.abs(of(found) - here[:, pair]).max(axis=1)
+    return np.where((left < 1e-7)[:, None], found, np.nan)
+
+
+def kept(
+    problem: Problem, row: int, states: np.ndarray, cost: np.ndarray, most: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Leave out what breaks a bound and, of more than so many, what costs most."""
+    sound = np.isfinite(states).all(axis=1)
+    states, cost = states[sound], cost[sound]
+    positions, excess = problem.placed(np.full(len(states), row), states)
+    sound = (excess <= 1e-9) & (problem.limit_excess(positions) <= 1e-9)
+    states, cost = states[sound], cost[sound]
+    if most is not None and len(cost) > most:
+        cheap = np.argsort(cost, kind="stable")[:most]
+        states, cost = states[cheap], cost[cheap]
+    return states, cost
