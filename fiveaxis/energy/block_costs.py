@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.energy.drives import axis_powers, travel_costs
+from fiveaxis.energy.drives import moving_powers, require_drive, travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion import standing_speeds
 
 # Share of the travel at the programmed feed below which an axis counts as standing.
 STANDS = 0.01
@@ -21,13 +20,15 @@ class BlockCosts:
 
     The measured power of a linear drive doesn't depend on its speed, so an axis that moves at all pays for
     the whole block. This holds up to the fastest measured speed; a faster axis pays for its travel as at that
-    speed, or as at the programmed feed where the file doesn't state the measured speeds.
+    speed. It is what `drive_power` adds up to over the block, except that a power that grows with the square
+    of speed is linearised at the programmed feed, that gravity's torques are those at the axes' zero, and
+    that nothing is refunded for power that a drive returns.
 
     Parameters
     ----------
     slope : (2, n, k), J/mm and J/rad, while the axis value grows and while it falls
     standing : (2, n, k), J, constant part of a block in which the axis moves
-    reach : (n, k), mm and rad, travel in the block at the fastest measured speed
+    reach : (n, k), mm and rad, travel in the block at the fastest measured speed; infinite where unknown
     step : (n, k), mm and rad, travel at the programmed feed
     """
 
@@ -97,22 +98,10 @@ def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *
     travel = np.stack(travel_costs(machine, feed, rapid))
     rotary = np.array([axis.is_rotary for axis in machine.axes])
     speed = np.where(rotary, np.radians(feed)[:, None], feed[:, None])
-    moving = np.where(rapid[:, None], 0.0, _moving_powers(machine)[:, None])
+    moving = np.where(rapid[:, None], 0.0, moving_powers(machine)[:, None])
+    fastest = [require_drive(machine, axis).measured_to for axis in machine.axes]
+    most = np.array([np.inf if v is None else v for v in fastest])
     # What the travel metric charges beyond the constant part grows with speed.
-    slope = np.maximum(travel - moving / speed, 0.0)
-    drives = [axis.drive for axis in machine.axes]
-    fastest = [drive.measured_to if drive is not None else None for drive in drives]
-    most = np.where([v is not None for v in fastest], [v or 0.0 for v in fastest], speed)
-    return BlockCosts(slope, moving * time[:, None], most * time[:, None], speed * time[:, None])
-
-
-def _moving_powers(machine: Machine) -> Array:
-    """Compute the constant part of each drive's power in motion beyond standstill, axes at 0; (2, k) W."""
-    home, slow = np.zeros((1, len(machine.axes))), standing_speeds(machine)[None]
-    still = axis_powers(machine, home, 0.0 * slow)
-    # The straight line through two speeds near standstill, extrapolated to 0.
-    lines = [
-        2.0 * axis_powers(machine, home, sign * slow) - axis_powers(machine, home, 2.0 * sign * slow)
-        for sign in (1.0, -1.0)
-    ]
-    return np.maximum(np.concatenate(lines) - still, 0.0)
+    slope = np.maximum(travel - moving / np.minimum(speed, most), 0.0)
+    reach = np.array([np.full(len(time), np.inf) if v is None else v * time for v in fastest]).T
+    return BlockCosts(slope, moving * time[:, None], reach, speed * time[:, None])

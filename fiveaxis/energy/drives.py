@@ -23,6 +23,10 @@ from fiveaxis.machine import (
 from fiveaxis.motion import rapid_speeds, standing_speeds
 
 STANDARD_GRAVITY = 9.80665  # m/s²
+# mm/s or rad/s: at this speed a drive moves and nothing in its power is in proportion to the speed.
+CREEPING = 1e-200
+# Share of a speed by which it may exceed another one and count as the same.
+ROUNDING = 1e-9
 # Of the vertical component of a direction.
 DIGITS = 12
 
@@ -37,6 +41,9 @@ def drive_power(
     inertia: float = 0.0,
 ) -> Array:
     """Compute the electrical power of a drive.
+
+    A power that doesn't depend on speed was measured up to some speed (`Measured.measured_to`). A faster axis
+    pays for its travel as at that speed: the constant part is then in proportion to speed.
 
     Parameters
     ----------
@@ -56,7 +63,31 @@ def drive_power(
     Directional: Hayashi et al. (2018), power table. Affine and weight: Edem & Balogun (2018), Eqs. (5) and
     (1). Friction: the mechanics of `FrictionDrive`.
     """
-    return _power(drive, _State(speed, acceleration, gravity, weight, inertia))
+    power = _power(drive, _State(speed, acceleration, gravity, weight, inertia))
+    if drive.measured_to is None:
+        return power
+    beyond = np.abs(speed) / drive.measured_to - 1.0
+    # A move at the fastest measured speed isn't beyond it, else rounding would tell equal postures apart.
+    beyond = np.where(beyond > ROUNDING, beyond, 0.0)
+    return power + beyond * moving_power(drive, np.sign(speed), gravity=gravity, weight=weight)
+
+
+def moving_power(
+    drive: Drive, direction: Array, *, gravity: Array | float = 0.0, weight: float = 0.0
+) -> Array:
+    """Compute the constant part of a drive's power in motion, beyond what it draws at standstill.
+
+    Parameters
+    ----------
+    drive, gravity, weight : as for `drive_power`
+    direction : (n,), 1 while the axis value grows and −1 while it falls
+
+    Returns
+    -------
+    (n,), W, not below 0
+    """
+    creeping, still = (_State(v * direction, 0.0, gravity, weight, 0.0) for v in (CREEPING, 0.0))
+    return np.maximum(_power(drive, creeping) - _power(drive, still), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +192,7 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
     ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1): the cost of a steady move of
     that axis alone. For a rotary axis the programmed number is in deg/min, as in the equation, even if its
     power doesn't depend on its speed. A rapid move has no feed: every axis is charged at its `rapid_speeds`.
+    Beyond the fastest measured speed W stays what it is there (`drive_power`).
     For friction drives the metric omits acceleration and the power at standstill, and takes gravity's torque
     with every axis at 0; every total (`Energy`) states how far it is from the power integral.
 
@@ -213,6 +245,25 @@ def lifting_costs(machine: Machine, price: float) -> tuple[Array, Array]:
     # What is level but for rounding lifts nothing.
     lifts = np.array([round(machine.lifts.get(axis.letter, 0.0), DIGITS) for axis in machine.axes])
     return price * np.maximum(lifts, 0.0), price * np.maximum(-lifts, 0.0)
+
+
+def moving_powers(machine: Machine) -> Array:
+    """Compute the constant part of each drive's power in motion (`moving_power`), axes at 0.
+
+    Returns
+    -------
+    (2, k), W, while the axis value grows and while it falls
+
+    Raises
+    ------
+    MachineError
+        The power of an axis isn't known.
+    """
+    drives = [require_drive(machine, axis) for axis in machine.axes]
+    forces = _gravity(machine, drives, np.zeros((1, len(drives))))[0]
+    sides, loads = np.array([1.0, -1.0]), zip(drives, forces, moved_weights(machine), strict=True)
+    columns = [moving_power(d, sides, gravity=float(g), weight=float(w)) for d, g, w in loads]
+    return np.stack(columns, axis=1)
 
 
 def require_drive(machine: Machine, axis: Axis) -> Drive:

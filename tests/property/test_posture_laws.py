@@ -32,13 +32,14 @@ SEEDS = range(5)
 
 @pytest.fixture(scope="module")
 def machine(hayashi) -> Machine:
-    """Measured powers, and axes slow enough to matter."""
+    """Measured powers, taken to hold at any speed, and axes slow enough to matter."""
 
     def bounded(axis):
         scale = np.pi / 180.0 if axis.is_rotary else 1.0
         top = TOP_ACCELERATION.get(axis.letter)
         return replace(
             axis,
+            drive=replace(axis.drive, measured_to=None),
             max_speed=TOP_SPEED[axis.letter] * scale,
             max_acceleration=None if top is None else top * scale,
         )

@@ -37,8 +37,9 @@ INSIDE = np.radians(0.01)
 TIE = 1e-3
 # First states per cell and direction, and to each side of a path.
 FINER, AROUND = 2, 12
-# Locations of a search everywhere lie no more than so many apart, and the normal turns no farther, rad.
-STRIDE, LARGEST_TURN = 8, np.radians(10.0)
+# Locations of a search everywhere lie no more than so many apart, on a short path fewer, so that it takes at
+# least about so many; and the normal turns no farther, rad.
+STRIDE, LEAST_ROWS, LARGEST_TURN = 8, 250, np.radians(10.0)
 # rad: a move in which it turns farther is divided first.
 FAR_TURN = np.radians(4.0)
 # A search with fewer states a location isn't one; with more in all it would take too much memory.
@@ -148,9 +149,10 @@ def _sparse(problem: Problem) -> IntArray:
     """Select locations between which the direction of the lean turns little; both ends of every link."""
     turned = _turning(problem)
     ends = np.diff(problem.bound_rows.astype(np.int8)) != 0
+    stride = int(np.clip(len(problem) // LEAST_ROWS, 1, STRIDE))
     rows, since = [0], 0.0
     for row in range(1, len(problem)):
-        if row - 1 > rows[-1] and (row - rows[-1] > STRIDE or since + turned[row - 1] > LARGEST_TURN):
+        if row - 1 > rows[-1] and (row - rows[-1] > stride or since + turned[row - 1] > LARGEST_TURN):
             rows.append(row - 1)
             since = 0.0
         since += turned[row - 1]

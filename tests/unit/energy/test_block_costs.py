@@ -6,10 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fiveaxis.energy import block_costs, motion_energy
-from fiveaxis.machine import load_machine
+from fiveaxis.machine import load_machine, with_powers
 from fiveaxis.motion import Motion
 
 HAYASHI, TAKISAWA = load_machine("hayashi-640123"), load_machine("takisawa-mac-v3")
+# Nobody has measured its drives: they are estimated.
+UMC = with_powers(load_machine("umc-750"))
 
 
 def integral(machine, move, time):
@@ -37,6 +39,22 @@ def test_a_block_within_the_measured_speeds_costs_its_integral(machine, axis, sh
     expected = integral(machine, move, 0.1)
     # Drives whose power grows with speed are linearised at the programmed feed.
     assert cost(costs, move) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("machine", [HAYASHI, UMC], ids=["hayashi", "umc"])
+@given(
+    # Axis speeds in a block, as shares of 1000 mm/min or deg/min: up to ten times the fastest measured one.
+    st.lists(st.sampled_from([0.0, 1.0, -1.0]), min_size=5, max_size=5),
+    st.lists(st.floats(0.01, 10.0), min_size=5, max_size=5),
+    st.floats(60.0, 12_000.0),
+    st.floats(1e-3, 2.0),
+)
+def test_any_block_costs_what_the_program_pays_for_it(machine, signs, speeds, feed, time):
+    """Search and program price by one function, also beyond the measured speeds."""
+    costs = block_costs(machine, np.array([feed / 60.0]), time=np.array([time]))
+    unit = np.where([a.is_rotary for a in machine.axes], np.radians(1.0), 1.0)
+    move = np.array(signs) * np.array(speeds) * 1000.0 / 60.0 * unit * time
+    assert cost(costs, move) == pytest.approx(integral(machine, move, time), rel=1e-9, abs=1e-12)
 
 
 @given(st.floats(0.0, 3.0), st.floats(1e-3, 3.0), st.sampled_from([0.1, 0.01]))
@@ -70,6 +88,13 @@ def test_an_axis_faster_than_measured_pays_for_its_travel():
     fast[0, z] = 100.0
     plus, _ = costs.prices(fast, 0.01)
     assert plus[0, z] == pytest.approx(612.1 / (1000.0 / 60.0))
+
+
+def test_two_blocks_at_any_higher_speed_cost_the_same_as_at_the_fastest_measured_one():
+    move = np.array([0.0, 0.0, 50.0, 0.0, 0.0])
+    lasting = 50.0 / (1000.0 / 60.0)
+    energies = [integral(HAYASHI, move, time) for time in (lasting, lasting / 2.0, lasting / 30.0)]
+    np.testing.assert_allclose(energies, 612.1 * lasting)
 
 
 def test_rapid_moves_pay_for_travel_alone():

@@ -61,6 +61,33 @@ def test_at_rest_a_friction_drive_holds_against_gravity_and_the_counterbalance_h
     np.testing.assert_allclose(drive_power(drive, np.array([0.0]), gravity=1.5), 100.0 * 0.09 + 5.0)
 
 
+@pytest.mark.parametrize(
+    ("drive", "up", "down"),
+    [
+        (DirectionalDrive(plus=600.0, minus=400.0), 600.0, 400.0),
+        (AffineDrive(plus=(5.0, 90.0), minus=(4.0, 80.0)), 90.0, 80.0),
+        (WeightDrive(0.3, 0.05), 50.0, 50.0),
+        # Friction and heat grow with speed and load as they do below; what is drawn at rest stays.
+        (FrictionDrive(friction=0.2, moving=30.0, hold=7.0, efficiency=0.8), 30.0, 30.0),
+        (DirectionalDrive(plus=6.0, minus=4.0, proportional=True), 0.0, 0.0),
+    ],
+)
+def test_beyond_the_measured_speeds_the_constant_part_is_in_proportion_to_speed(drive, up, down):
+    speed = np.array([4.0, 10.0, 25.0, -10.0, -40.0, 0.0])
+    measured = replace(drive, measured_from=1.0, measured_to=10.0)
+    before, after = (drive_power(d, speed, weight=1000.0) for d in (drive, measured))
+    np.testing.assert_allclose(after - before, [0.0, 0.0, 1.5 * up, 0.0, 3.0 * down, 0.0], atol=1e-9)
+
+
+def test_the_heat_of_friction_is_part_of_what_is_constant_in_motion():
+    """100 W per (J/mm)² at a load of 1.5 J/mm, with friction 0.2 more of it upwards and less downwards."""
+    drive = FrictionDrive(friction=0.2, copper=100.0, measured_to=10.0)
+    speed = np.array([20.0, -20.0])
+    slow = drive_power(replace(drive, measured_to=None), speed, gravity=1.5)
+    extra = drive_power(drive, speed, gravity=1.5) - slow
+    np.testing.assert_allclose(extra, [100.0 * (1.7**2 - 1.5**2), 0.0], atol=1e-9)
+
+
 def potential(machine: Machine, positions: np.ndarray) -> np.ndarray:
     """Energy of all masses, J, (n,): where they are over the bed, summed up link by link."""
     poses = link_poses(machine, positions)

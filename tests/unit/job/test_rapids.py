@@ -118,8 +118,9 @@ def test_a_program_with_rapid_moves_read_back_follows_its_path_and_costs_the_sam
     assert all(word in block and ("F" in block.replace("FMAX", "")) is False for block in written.values())
     said = motion_energy(machine, blocks).by_kind["rapid"]
     # A control that leads the tip takes the axes about, and is read in other parts than it was checked in: a
-    # drive whose axis turns round on the way has its power in some of them.
-    near, integral_near = (2e-3, 0.05) if coordinates == "tip" else (1e-4, 1e-3)
+    # drive whose axis turns round on the way has its power in some of them, and one that is faster than was
+    # measured pays for the way about.
+    near, integral_near = (2e-3, 0.06) if coordinates == "tip" else (1e-4, 1e-3)
     assert found.motion.time[quick].sum() == pytest.approx(said.time, rel=near)
     assert found.energy.by_kind["rapid"].time == pytest.approx(said.time, rel=near)
     assert found.by_block[quick].sum() == pytest.approx(said.total, rel=integral_near)
