@@ -12,6 +12,8 @@ from fiveaxis.machine import Machine
 
 # Share of the travel at the programmed feed below which an axis counts as standing.
 STANDS = 0.01
+# Share of a block's cost that is rounding.
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +50,8 @@ class BlockCosts:
 
     @property
     def has_constant_power(self) -> bool:
-        """Whether a drive draws power for moving at all."""
-        return bool(self.standing.any())
+        """Whether a drive draws power for moving at all, but for rounding."""
+        return bool((self.standing > ROUNDING * self.slope * self.step).any())
 
     def near(self, travel: Array) -> tuple[Array, Array]:
         """Compute prices of travel near a solution: what stands is dear, what moves has paid for the block.
