@@ -57,28 +57,15 @@ def test_any_block_costs_what_the_program_pays_for_it(machine, signs, speeds, fe
     assert cost(costs, move) == pytest.approx(integral(machine, move, time), rel=1e-9, abs=1e-12)
 
 
-@given(st.floats(0.0, 3.0), st.floats(1e-3, 3.0), st.sampled_from([0.1, 0.01]))
-def test_prices_majorise_what_a_block_costs(before, after, sharpness):
-    """Cost at any travel is at most cost at the last one and the price of the difference, but for ε."""
+def test_near_a_solution_what_stands_is_dear_and_what_moves_has_paid():
     costs = block_costs(HAYASHI, np.array([10.0]), time=np.array([0.1]))
-    z = HAYASHI.column("Z")
+    x, z = HAYASHI.column("X"), HAYASHI.column("Z")
     travel = np.zeros((1, 5))
-    travel[0, z] = before * costs.step[0, z]
-    price = costs.prices(travel, sharpness)[0][0, z]
-
-    def along(share):
-        move = np.zeros(5)
-        move[z] = share * costs.step[0, z]
-        return cost(costs, move)
-
-    at_last = along(before) if before else 0.0
-    if before > 10.0 * sharpness:
-        bound = at_last + price * (after - before) * costs.step[0, z]
-        # Within the constant part the majoriser is a line through what was paid; ε takes at most its share.
-        assert min(along(after), at_last) <= max(bound, at_last) * (1.0 + 1e-9)
-    # An axis that stood pays more for the least of moves than for a whole block.
-    if before == 0.0:
-        assert price * sharpness * costs.step[0, z] == pytest.approx(costs.standing[0, 0, z])
+    travel[0, x] = 0.5 * costs.step[0, x]
+    plus, _ = costs.near(travel)
+    assert plus[0, x] == pytest.approx(0.0, abs=1e-12)
+    # A hundredth of the way costs as much as the whole block.
+    assert plus[0, z] * 0.01 * costs.step[0, z] == pytest.approx(costs.standing[0, 0, z])
 
 
 def test_an_axis_faster_than_measured_pays_for_its_travel():
@@ -86,7 +73,7 @@ def test_an_axis_faster_than_measured_pays_for_its_travel():
     z = HAYASHI.column("Z")
     fast = np.zeros((1, 5))
     fast[0, z] = 100.0
-    plus, _ = costs.prices(fast, 0.01)
+    plus, _ = costs.near(fast)
     assert plus[0, z] == pytest.approx(612.1 / (1000.0 / 60.0))
 
 
