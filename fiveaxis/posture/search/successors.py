@@ -20,7 +20,7 @@ from itertools import combinations
 import numpy as np
 
 from fiveaxis.energy import BlockCosts
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, arccos
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.motion import standing_speeds
 from fiveaxis.posture.problem import Problem
@@ -115,7 +115,8 @@ def cheapest_path(
         problem.positions(np.zeros(len(first), dtype=np.int64), first),
         states,
     )
-    return found if reached == n else None
+    # A held axis keeps its angle to the last digit.
+    return np.clip(found, machine.low[rotary], machine.high[rotary]) if reached == n else None
 
 
 def path_anywhere(problem: Problem, costs: BlockCosts, grain: Grain) -> Array | None:
@@ -181,8 +182,8 @@ def _locations(problem: Problem) -> Locations:
 
 def _inside(low: float, high: float) -> tuple[float, float]:
     """Move the ends of a range of cosines `INSIDE`, where they bind at all and leave so much."""
-    least = -np.inf if low <= -1.0 else np.cos(np.arccos(low) - INSIDE)
-    most = np.inf if high >= 1.0 else np.cos(np.arccos(high) + INSIDE)
+    least = -np.inf if low <= -1.0 else np.cos(float(arccos(low)) - INSIDE)
+    most = np.inf if high >= 1.0 else np.cos(float(arccos(high)) + INSIDE)
     return (least, most) if least < most else (low, high)
 
 

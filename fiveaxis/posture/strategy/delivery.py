@@ -161,7 +161,7 @@ class Delivery:
         here = self.priced(found, posed)
         self.stages.append(Stage("search of what stands", self._status(here), 0, None, here.cost))
         # The program of a path with straight lines in between has locations that no other needs.
-        here = replace(here, denser=posed, filled=found)
+        here = replace(here, denser=posed, filled=found, times=feed_times(posed.path))
         return reduce(self._settled, after, here)
 
     def _settled(self, best: Delivered, grain: Grain) -> Delivered:
