@@ -102,10 +102,12 @@ class Tube(NamedTuple):
 
     Parameters
     ----------
+    positions : (n, k), mm and rad, the path's axis values: what stands on it is counted so
     free : (n,), where the search may leave the path
     """
 
     path: Array
+    positions: Array
     radius: Array
     free: BoolArray
 
@@ -350,7 +352,7 @@ def candidates(
                     continue
             sound = True
             for a in range(axes):
-                there[a] = bowed(model, a, turn1, turn2)
+                there[a] = tube.positions[i + 1, a] if v == ONTO else bowed(model, a, turn1, turn2)
                 if there[a] < locations.low[a] - ROUGHLY or there[a] > locations.high[a] + ROUGHLY:
                     sound = False
             for b in range(bounds):

@@ -108,7 +108,7 @@ def cheapest_path(
         Tapes(*tapes.slopes.parts, *tapes.bows.parts),
         locations,
         _prices(problem, costs, grain.start),
-        Tube(path, radius, free),
+        Tube(path, problem.positions(slice(None), path) if len(path) else path, radius, free),
         cells,
         _moves(problem, cells),
         first,
