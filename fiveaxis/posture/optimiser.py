@@ -9,11 +9,11 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import BlockCosts, block_costs, power_findings
+from fiveaxis.energy import BlockCosts, power_findings
 from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine, with_powers
-from fiveaxis.motion import Filling, Interpolation, feed_times
+from fiveaxis.motion import Filling, Interpolation
 from fiveaxis.nc import USUAL_CLOCK, Clock
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
 from fiveaxis.posture.masks.clearance import Clearance
@@ -24,7 +24,7 @@ from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.bounding import with_bound
-from fiveaxis.posture.strategy.delivery import Delivery, Objective, delivered
+from fiveaxis.posture.strategy.delivery import Delivery, Objective, delivered, stands_pay
 from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
 from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
 from fiveaxis.posture.strategy.least_time import by_time, time_findings
@@ -333,12 +333,6 @@ class _Near:
         problem = bounded_within(problem, posed.path, start, self.cone)
         turned = np.abs(np.diff(start, axis=0))
         return replace(problem, max_turn=np.maximum(problem.max_turn, turned))
-
-
-def stands_pay(problem: Problem, path: Toolpath) -> bool:
-    """Check whether drives draw power for moving at all."""
-    costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=feed_times(path)[1:])
-    return costs.has_constant_power
 
 
 def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem, Array], Array]:

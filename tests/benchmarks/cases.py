@@ -11,9 +11,14 @@ the same at the given locations alone, and blocks are inserted afterwards.
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 from paths import PATHS
+from shapes import denser, turned
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy
@@ -22,7 +27,7 @@ from fiveaxis.posture import Options, Problem
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.toolpath import Constraints, divided_rows, refined
+from fiveaxis.toolpath import Constraints
 
 CASES = ("vase", "dome", "wall", "example", "propeller", "supportless")
 INVARIANT = ("vase", "wall", "dome")
@@ -71,19 +76,6 @@ def prototype(path: fx.Toolpath, machine: fx.Machine, options: dict) -> fx.Energ
         given = refine(dearer, given, iterations=120, barrier=4e-2, near=True).rotary
     blocks = Filling().blocks(path, machine, follow(path, machine, given))
     return motion_energy(machine, blocks)
-
-
-def turned(path: fx.Toolpath, degrees: float) -> fx.Toolpath:
-    """Turn a path about the table's axis."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return replace(path, pivot=path.pivot @ turn, contact=path.contact @ turn, normal=path.normal @ turn)
-
-
-def denser(path: fx.Toolpath, times: int) -> fx.Toolpath:
-    """Give a path with so many times its locations."""
-    path = refined(path, divided_rows(np.full(len(path) - 1, times)))
-    return replace(path, numbers=None, given=None, inserted_on=None)
 
 
 def invariance() -> None:

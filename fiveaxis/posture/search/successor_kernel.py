@@ -130,6 +130,17 @@ class Cells(NamedTuple):
     around: int
 
 
+class Task(NamedTuple):
+    """What is searched: `moves` is (m, 2, 4), see `ROW`."""
+
+    tapes: Tapes
+    locations: Locations
+    prices: Prices
+    tube: Tube
+    cells: Cells
+    moves: Array
+
+
 class Layer(NamedTuple):
     """States of one location: angles (s, 2), axis values (s, k), cost so far (s,), axes that moved (s,)."""
 
@@ -238,8 +249,9 @@ def cell(cells: Cells, level: float, spin: float) -> int:
 
 
 @compiled
-def aimed(layer: Layer, j: int, i: int, locations: Locations, moves: Array, v: int, which: int) -> float:
+def aimed(task: Task, layer: Layer, j: int, i: int, v: int, which: int) -> float:
     """Compute the value that a move asks of one of its rows from state j; NaN where it has none."""
+    locations, moves = task.locations, task.moves
     row, end = int(moves[v, which, ROW]), int(moves[v, which, END])
     if end >= 0:
         value = locations.within[i + 1, row - len(locations.low), end]
@@ -261,19 +273,7 @@ def keep_held(layer: Layer, j: int, moves: Array, v: int, there: Array) -> None:
 
 
 @compiled
-def candidates(
-    layer: Layer,
-    size: int,
-    bows: Array,
-    i: int,
-    locations: Locations,
-    prices: Prices,
-    tube: Tube,
-    cells: Cells,
-    moves: Array,
-    margin: float,
-    found: Found,
-) -> int:
+def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin: float, found: Found) -> int:
     """Find candidates for location i + 1 by a model of second order about every state; return their number.
 
     Parameters
@@ -282,6 +282,7 @@ def candidates(
     bows : (s, 6 (k + 3)), the quantities of location i + 1 at their angles, with both derivatives
     margin : J, by which a candidate may cost more than the cheapest
     """
+    locations, prices, tube, cells, moves = task.locations, task.prices, task.tube, task.cells, task.moves
     axes, bounds = len(locations.low), locations.references.shape[1]
     rows, count, least = axes + 3, 0, np.inf
     model, there = np.empty((axes + 2 * bounds, 6)), np.empty(axes)
@@ -333,8 +334,8 @@ def candidates(
                         continue
             else:
                 e, o = int(moves[v, 0, ROW]), int(moves[v, 1, ROW])
-                aim = aimed(layer, j, i, locations, moves, v, 0)
-                other = aimed(layer, j, i, locations, moves, v, 1)
+                aim = aimed(task, layer, j, i, v, 0)
+                other = aimed(task, layer, j, i, v, 1)
                 # Most moves are too far: that is seen before they are solved.
                 if not abs(model[e, 0] - aim) <= farthest[e] or not abs(model[o, 0] - other) <= farthest[o]:
                     continue
@@ -452,24 +453,14 @@ def kept(found: Found, count: int, most: int, wide: IntArray, used: IntArray, ke
 
 @compiled
 def solved(
-    layer: Layer,
-    found: Found,
-    keep: IntArray,
-    count: int,
-    i: int,
-    tapes: Tapes,
-    locations: Locations,
-    tube: Tube,
-    cells: Cells,
-    moves: Array,
-    prices: Prices,
-    then: Layer,
-    parents: IntArray,
+    task: Task, layer: Layer, found: Found, keep: IntArray, i: int, then: Layer, parents: IntArray
 ) -> int:
     """Solve the candidates that were chosen exactly, and fill in the states of location i + 1; their number.
 
     Newton's method on the chain itself; the last step is linear, and of at most `CLOSE`.
     """
+    tapes, locations, prices, cells, moves = task.tapes, task.locations, task.prices, task.cells, task.moves
+    count = len(keep)
     axes, bounds = len(locations.low), locations.references.shape[1]
     rows, size = axes + 3, 0
     given, values = np.empty((count, 8)), np.empty((count, 3 * rows))
@@ -488,8 +479,8 @@ def solved(
             j, v = found.parent[at], found.move[at]
             first = second = 0.0
             if v != ONTO:
-                f, f1, f2 = residual(layer, j, i, locations, tube, cells, moves, v, 0, values, n)
-                g, g1, g2 = residual(layer, j, i, locations, tube, cells, moves, v, 1, values, n)
+                f, f1, f2 = residual(task, layer, j, i, v, 0, values, n)
+                g, g1, g2 = residual(task, layer, j, i, v, 1, values, n)
                 area = f1 * g2 - f2 * g1
                 if not abs(area) > SINGULAR:
                     continue
@@ -540,26 +531,17 @@ def solved(
 
 @compiled
 def residual(
-    layer: Layer,
-    j: int,
-    i: int,
-    locations: Locations,
-    tube: Tube,
-    cells: Cells,
-    moves: Array,
-    v: int,
-    which: int,
-    values: Array,
-    n: int,
+    task: Task, layer: Layer, j: int, i: int, v: int, which: int, values: Array, n: int
 ) -> tuple[float, float, float]:
     """Compute what is left of one of a move's two rows, and its slopes by both angles."""
+    locations, tube, cells, moves = task.locations, task.tube, task.cells, task.moves
     axes = len(locations.low)
     rows = axes + 3
     if v == BESIDE:
         row = cells.level if which == 0 else locations.rotary[cells.spin]
         aim = layer.positions[j, row] if which == 0 else tube.path[i + 1, cells.spin]
     else:
-        row, aim = int(moves[v, which, ROW]), aimed(layer, j, i, locations, moves, v, which)
+        row, aim = int(moves[v, which, ROW]), aimed(task, layer, j, i, v, which)
     if row < axes:
         return values[n, row] - aim, values[n, rows + row], values[n, 2 * rows + row]
     value, slope1, slope2 = -aim, 0.0, 0.0
@@ -572,17 +554,7 @@ def residual(
 
 
 @compiled
-def search(
-    tapes: Tapes,
-    locations: Locations,
-    prices: Prices,
-    tube: Tube,
-    cells: Cells,
-    moves: Array,
-    first: Array,
-    start: Array,
-    most: int,
-) -> tuple[Array, float, int]:
+def search(task: Task, first: Array, start: Array, most: int) -> tuple[Array, float, int]:
     """Find the cheapest path from location to location, over the `most` best states of each.
 
     Parameters
@@ -593,6 +565,7 @@ def search(
     -------
     The path, (n, 2) rad; its price, J; and how many locations have states
     """
+    tapes, locations, moves = task.tapes, task.locations, task.moves
     n, axes = len(locations.given), len(locations.low)
     room = max(most, len(first))
     here = Layer(np.empty((room, 2)), np.empty((room, axes)), np.empty(room), np.empty(room, np.int64))
@@ -632,11 +605,9 @@ def search(
             for d in range(6):
                 given[j, 2 + d] = locations.given[i + 1, d]
         play(tapes.bow_steps, tapes.bow_constants, tapes.bow_registers, given[:size], bows[:size])
-        count = candidates(here, size, bows, i, locations, prices, tube, cells, moves, margin, found)
+        count = candidates(task, here, size, bows, i, margin, found)
         chosen = kept(found, count, most, wide, used, keep)
-        size = solved(
-            here, found, keep, chosen, i, tapes, locations, tube, cells, moves, prices, then, origin
-        )
+        size = solved(task, here, found, keep[:chosen], i, then, origin)
         for at in range(count):
             found.table[found.slots[at]] = 0
         if not size:

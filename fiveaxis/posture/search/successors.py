@@ -25,7 +25,7 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.motion import standing_speeds
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.lattice import spin_angles
-from fiveaxis.posture.search.successor_kernel import Cells, Locations, Prices, Tapes, Tube, search
+from fiveaxis.posture.search.successor_kernel import Cells, Locations, Prices, Tapes, Task, Tube, search
 from fiveaxis.posture.terms import location_tapes
 from fiveaxis.toolpath import divided_rows
 
@@ -104,17 +104,16 @@ def cheapest_path(
         return None
     tapes = location_tapes(machine, problem.zone)
     states = max(min(grain.states, MOST // n), FEWEST)
-    found, _, reached = search(
+    task = Task(
         Tapes(*tapes.slopes.parts, *tapes.bows.parts),
         locations,
         _prices(problem, costs, grain.start),
         Tube(path, problem.positions(slice(None), path) if len(path) else path, radius, free),
         cells,
         _moves(problem, cells),
-        first,
-        problem.positions(np.zeros(len(first), dtype=np.int64), first),
-        states,
     )
+    start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
+    found, _, reached = search(task, first, start, states)
     # A held axis keeps its angle to the last digit.
     return np.clip(found, machine.low[rotary], machine.high[rotary]) if reached == n else None
 

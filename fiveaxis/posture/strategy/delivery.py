@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
+from operator import attrgetter
 from typing import Literal, Protocol
 
 import numpy as np
@@ -43,6 +44,9 @@ AROUND = 3
 # A refinement may turn farther in a block by this factor, and by as many rad.
 FARTHER, LITTLE = 1.2, np.radians(0.2)
 SEARCHING = "searching which axes can stand"
+
+# Keys by which the better and the steadier of two `Delivered` is smaller.
+rank, unrest = attrgetter("rank"), attrgetter("unrest")
 
 Objective = Literal["energy", "travel", "time"]
 # Makes the problem of a path with inserted locations from their fractional indices, (n,), in the given path.
@@ -107,7 +111,7 @@ class Delivery:
         here = self.priced(rotary)
         if len(rotary) == 1:
             return self._final(here)
-        if not self.pays_standing:
+        if not self._pays_standing:
             return self._final(self._rounds(here))
         found = self._by_standing(self._divided(here), self.effort, everywhere)[1]
         return min(self._final(here), found, key=rank)
@@ -122,10 +126,9 @@ class Delivery:
         rotary = np.stack([np.interp(rows, location, angle) for angle in program.filled.T], axis=1)
         return self.priced(rotary, Posed(path, rows, *self.build(path, rows)))
 
-    @property
-    def pays_standing(self) -> bool:
-        """Whether the objective is energy, and a drive draws power for moving at all."""
-        return self.objective == "energy" and self._costs(self._given).has_constant_power
+    @cached_property
+    def _pays_standing(self) -> bool:
+        return self.objective == "energy" and stands_pay(self._given.problem, self.given)
 
     @cached_property
     def _given(self) -> Posed:
@@ -307,7 +310,11 @@ class Delivery:
         machine, path = program.posed.problem.machine, program.posed.path
         motion = follow(path, machine, program.rotary)
         energy = program_energy(machine, path, motion, self.filling, self.clock)
-        return replace(program, energy=energy, cost=self.cost(energy))
+        solved = program.solved
+        if self._pays_standing and solved is program.posed.problem:
+            # It was searched: of these prices it is an optimum, as far as it is one.
+            solved = self._repriced(program.posed, program.rotary, self._costs(program.posed))
+        return replace(program, energy=energy, cost=self.cost(energy), solved=solved)
 
     def cost(self, energy: Energy) -> float:
         """Compute the objective of a program, J."""
@@ -318,26 +325,26 @@ class Delivery:
 
     def _costs(self, posed: Posed, program: Delivered | None = None) -> BlockCosts:
         """Compute what blocks cost, at the feed or as long as the control takes for those of a program."""
-        path, machine = posed.path, posed.problem.machine
+        machine = posed.problem.machine
         slowed = program is not None and not self.clock.is_programmed(machine)
-        # The duration of rapid moves depends on the posture.
-        time = np.where(
-            path.rapid, 0.0, program.times if program is not None and slowed else feed_times(path)
-        )
-        costs = block_costs(machine, path.feed[1:], path.rapid[1:], time=time[1:])
+        times = program.times if program is not None and slowed else feed_times(posed.path)
+        costs = _block_costs(posed.problem, posed.path, times)
         up, down = lifting_costs(machine, self.up_penalty)
         return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
     def _local(self, program: Delivered) -> Problem:
-        """Price travel by the cost of blocks near a program: standing axes have a high price."""
-        posed, rotary = program.denser, program.filled
-        travel = np.abs(np.diff(posed.problem.positions(slice(None), rotary), axis=0))
-        plus, minus = self._costs(posed, program).near(travel)
+        """Make the problem of a refinement near a program: standing axes have a high price."""
+        problem = self._repriced(program.denser, program.filled, self._costs(program.denser, program))
         # Axes that move anyway mustn't turn farther in a block, which would need more locations.
-        turned = np.abs(np.diff(rotary, axis=0))
-        most = np.minimum(posed.problem.max_turn, FARTHER * turned + LITTLE)
-        problem = replace(posed.problem, plus=plus, minus=minus, max_turn=most)
-        return self._at_times(problem, rotary, SHARPNESS[-1], program)
+        turned = np.abs(np.diff(program.filled, axis=0))
+        most = np.minimum(problem.max_turn, FARTHER * turned + LITTLE)
+        return self._at_times(replace(problem, max_turn=most), program.filled, SHARPNESS[-1], program)
+
+    def _repriced(self, posed: Posed, rotary: Array, costs: BlockCosts) -> Problem:
+        """Price travel by the cost of blocks near a path, (n, 2) rad."""
+        travel = np.abs(np.diff(posed.problem.positions(slice(None), rotary), axis=0))
+        plus, minus = costs.near(travel)
+        return replace(posed.problem, plus=plus, minus=minus)
 
     def _at_times(self, problem: Problem, rotary: Array, sharpness: float, program: Delivered) -> Problem:
         """Add the price of a control's stops near a path, (n, 2) rad, and of the power that time costs."""
@@ -355,14 +362,16 @@ class Delivery:
         return f"{len(here.posed.path)} locations, {here.inserted} more in the program{broken}"
 
 
-def rank(program: Delivered) -> tuple[float, float]:
-    """Return the key by which the better of two is smaller: first violation, then cost."""
-    return program.rank
+def stands_pay(problem: Problem, path: Toolpath) -> bool:
+    """Check whether drives draw power for moving at all, so that energy hangs on what stands."""
+    return _block_costs(problem, path, feed_times(path)).has_constant_power
 
 
-def unrest(program: Delivered) -> tuple[int, float]:
-    """Return the key by which the steadier of two is smaller: starts and reversals, then travel."""
-    return program.unrest
+def _block_costs(problem: Problem, path: Toolpath, times: Array) -> BlockCosts:
+    """Compute what the blocks of a path cost that take these times, (n,) s."""
+    # The duration of rapid moves depends on the posture.
+    lasting = np.where(path.rapid, 0.0, times)[1:]
+    return block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=lasting)
 
 
 def delivered(
