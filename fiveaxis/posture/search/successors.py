@@ -8,7 +8,7 @@ another take a step, slide along a bound of the tool's lean with one axis held, 
 nothing, each start and reversal a little more. Of the states in one cell of level and spin angle the cheapest
 stays, where it is; and of all those the cheapest of every region, then the cheapest.
 
-A search looks everywhere, or in a tube about a known path, which then is among the states throughout: the
+A search looks everywhere, or in a corridor about a known path, which then is among the states throughout: the
 result is never dearer than it, and where the path breaks a bound, it is left as soon as possible.
 """
 
@@ -25,7 +25,7 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.motion import standing_speeds
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.lattice import spin_angles
-from fiveaxis.posture.search.successor_kernel import Cells, Locations, Prices, Tapes, Task, Tube, search
+from fiveaxis.posture.search.successor_kernel import Cells, Corridor, Locations, Prices, Tapes, Task, search
 from fiveaxis.posture.terms import location_tapes
 from fiveaxis.toolpath import divided_rows
 
@@ -108,7 +108,7 @@ def cheapest_path(
         Tapes(*tapes.slopes.parts, *tapes.bows.parts),
         locations,
         _prices(problem, costs, grain.start),
-        Tube(path, problem.positions(slice(None), path) if len(path) else path, radius, free),
+        Corridor(path, problem.positions(slice(None), path) if len(path) else path, radius, free),
         cells,
         _moves(problem, cells),
     )

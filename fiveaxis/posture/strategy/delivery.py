@@ -35,9 +35,9 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
-# Rounds continue up to this many while postures break a bound; searches of one tube, and refinements.
+# Rounds continue up to this many while postures break a bound; searches of one corridor, and refinements.
 MOST_ROUNDS, SETTLING, POLISHING = 12, 3, 2
-# The tube in which inserted locations settle.
+# The corridor in which inserted locations settle.
 SETTLED = grain(0.2, 0.7, 8, 1.5)
 # Locations to each side of an inserted one that settle with it.
 AROUND = 3
@@ -63,7 +63,7 @@ class Near(Protocol):
     def searched(
         self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
     ) -> Array:
-        """Search for what stands in a tube about a start, where that is free to change."""
+        """Search for what stands in a corridor about a start, where that is free to change."""
         ...
 
 
@@ -149,11 +149,11 @@ class Delivery:
         if everywhere and effort.everywhere is not None:
             other = self._searched_everywhere(effort.everywhere, effort.after)
             best = best if other is None else min(best, other, key=rank)
-        best = self._polished(reduce(self._settled, effort.tubes, best))
+        best = self._polished(reduce(self._settled, effort.corridors, best))
         return best, self._steadied(self._final(best), steadiest, effort.steadying)
 
     def _searched_everywhere(self, grain: Grain, after: tuple[Grain, ...]) -> Delivered | None:
-        """Search the whole range of postures, then tubes about what was found; None where that is no path."""
+        """Search the whole range of postures, then corridors about what was found; None for no path."""
         self.progress(SEARCHING, 0, 1)
         rows = turning_rows(self._given.problem)
         path = refined(self.given, rows)
@@ -168,21 +168,21 @@ class Delivery:
         return reduce(self._settled, after, here)
 
     def _settled(self, best: Delivered, grain: Grain) -> Delivered:
-        """Search a tube about a program's postures; the program itself if it is better."""
+        """Search a corridor about a program's postures; the program itself if it is better."""
         return min(best, self._near(best, grain), key=rank)
 
     def _near(self, here: Delivered, grain: Grain) -> Delivered:
-        """Search a tube about a program's postures, and again while that breaks a bound."""
+        """Search a corridor about a program's postures, and again while that breaks a bound."""
         found = []
         for _ in range(SETTLING):
-            here = self._with_inserted(self._tube(here, grain))
+            here = self._with_inserted(self._corridor(here, grain))
             found.append(here)
             if not here.broken:
                 break
         return min(found, key=rank)
 
     def _with_inserted(self, best: Delivered) -> Delivered:
-        """Search narrow tubes until inserted locations cost no more than they have to.
+        """Search narrow corridors until inserted locations cost no more than they have to.
 
         An axis that stands from one location to the next needn't stand at one that is inserted in between.
         """
@@ -192,17 +192,17 @@ class Delivery:
                 break
             known = np.isin(here.denser.location, here.posed.location)
             around = binary_dilation(~known, iterations=AROUND)
-            here = self._tube(here, SETTLED, around)
+            here = self._corridor(here, SETTLED, around)
             best = min(best, here, key=rank)
         return best
 
-    def _tube(self, program: Delivered, grain: Grain, free: BoolArray | None = None) -> Delivered:
-        """Search a tube about a program's postures once, everywhere or where it is free."""
+    def _corridor(self, program: Delivered, grain: Grain, free: BoolArray | None = None) -> Delivered:
+        """Search a corridor about a program's postures once, everywhere or where it is free."""
         self.progress(SEARCHING, 0, 1)
         posed, before = program.denser, program.cost
         path = self.near.searched(posed, self._costs(posed, program), grain, program.filled, free)
         here = self.priced(path, posed)
-        name = f"tube of {np.degrees(grain.radius):.3g} deg"
+        name = f"corridor of {np.degrees(grain.radius):.3g} deg"
         self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
         return here
 

@@ -50,7 +50,7 @@ def grain(level: float, spin: float, states: int, radius: float = np.inf, start:
 
 
 def random_grains(count: int, states: int, seed: int = 0) -> tuple[Grain, ...]:
-    """Draw tubes about the best path, the same ones in every run (large neighbourhood search)."""
+    """Draw corridors about the best path, the same ones in every run (large neighbourhood search)."""
     draw = np.random.default_rng(seed)
     return tuple(
         grain(draw.uniform(0.08, 0.3), draw.uniform(0.3, 0.9), states, float(draw.choice([2.0, 5.0, 8.0])))
@@ -70,9 +70,9 @@ class Effort:
     searches : by travel, in sets: the path of each is refined on its own locations, the best of each set on
         all
     middle : stride of the locations to which a searched path is extended before all
-    everywhere, after : searches of what stands, the first over all postures, the others in tubes about what
-        it found, and in the smallest effort about the path found by travel
-    tubes : searches of what stands in tubes about the best path
+    everywhere, after : searches of what stands, the first over all postures, the others in corridors about
+        what it found, and in the smallest effort about the path found by travel
+    corridors : searches of what stands in corridors about the best path
     steadying : the same with a price of starts and reversals
     level_reach : levels between neighbours of a searched path
     widths : steps of the corridors in which a path is extended to more locations (rad, mm or rad)
@@ -93,7 +93,7 @@ class Effort:
     middle: int = 4
     everywhere: Grain | None = None
     after: tuple[Grain, ...] = ()
-    tubes: tuple[Grain, ...] = ()
+    corridors: tuple[Grain, ...] = ()
     steadying: Grain | None = None
     level_reach: int = 3
     widths: tuple[tuple[float, float], ...] = ((1.0 * DEGREE, 0.25), (0.5 * DEGREE, 0.12))
@@ -141,7 +141,7 @@ NORMAL = replace(
     searches=((LatticeSearch(12, 4.0 * DEGREE, 36), LatticeSearch(8, 4.0 * DEGREE, 36)),),
     everywhere=grain(0.5, 4.0, 800),
     after=(grain(0.2, 0.7, 32, 6.0), grain(0.3, 1.0, 64, 8.0)),
-    tubes=(grain(0.15, 0.5, 48, 4.0),),
+    corridors=(grain(0.15, 0.5, 48, 4.0),),
     steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
     promise="what quick does, and a search of what stands over all postures; never costlier than quick: for "
     "everyday use",
@@ -160,7 +160,7 @@ THOROUGH = replace(
     ),
     everywhere=grain(0.5, 2.0, 2400),
     after=(grain(0.2, 0.7, 150, 6.0), grain(0.3, 1.0, 200, 8.0)),
-    tubes=random_grains(4, 200),
+    corridors=random_grains(4, 200),
     promise="what normal does, with more searches and finer ones: never costlier than normal, and the spread "
     "of the local optima is reported; it takes many times as long",
 )

@@ -49,7 +49,7 @@ def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float =
 
 @settings(max_examples=12, deadline=None)
 @given(st.sampled_from(sorted(SHAPES)), st.integers(12, 40), st.sampled_from([8.0, 20.0, 45.0]))
-def test_paths_keep_every_bound_and_tubes_make_them_cheaper(name, count, most):
+def test_paths_keep_every_bound_and_corridors_make_them_cheaper(name, count, most):
     machine = fx.load_machine("hayashi-640123")
     problem, costs = posed(sampled(SHAPES[name], count, rings=1), machine, most)
     rows = np.arange(len(problem))
