@@ -43,6 +43,8 @@ SETTLED = grain(0.2, 0.7, 8, 1.5)
 AROUND = 3
 # A refinement may turn farther in a block by this factor, and by as many rad.
 FARTHER, LITTLE = 1.2, np.radians(0.2)
+# Fractional indices of locations that lie no farther apart are one.
+SAME = 1e-6
 SEARCHING = "searching which axes can stand"
 
 # Keys by which the better and the steadier of two `Delivered` is smaller.
@@ -118,10 +120,11 @@ class Delivery:
 
     def _divided(self, program: Delivered) -> Delivered:
         """Insert locations also where the direction of the lean turns far in a move."""
-        location = program.denser.location
-        rows = np.union1d(location, turning_rows(self._given.problem))
-        if len(rows) == len(location):
+        location, further = program.denser.location, turning_rows(self._given.problem)
+        known = np.isclose(further, location[np.searchsorted(location, further - SAME)], rtol=0.0, atol=SAME)
+        if known.all():
             return program
+        rows = np.union1d(location, further[~known])
         path = refined(self.given, rows)
         rotary = np.stack([np.interp(rows, location, angle) for angle in program.filled.T], axis=1)
         return self.priced(rotary, Posed(path, rows, *self.build(path, rows)))
