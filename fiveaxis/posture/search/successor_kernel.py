@@ -103,11 +103,13 @@ class Corridor(NamedTuple):
     Parameters
     ----------
     positions : (n, k), mm and rad, the path's axis values: what stands on it is counted so
+    excess : (n,), mm, rad and cosine, by which it breaks a bound that holds at a location
     free : (n,), where the search may leave the path
     """
 
     path: Array
     positions: Array
+    excess: Array
     radius: Array
     free: BoolArray
 
@@ -350,7 +352,9 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
                     continue
             angle1, angle2 = layer.rotary[j, 0] + turn1, layer.rotary[j, 1] + turn2
             over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
-            if over > ROUNDING and v != ONTO:
+            if v == ONTO:
+                over = max(over, corridor.excess[i + 1])
+            elif over > ROUNDING:
                 continue
             if near and v != ONTO:
                 if abs(angle1 - corridor.path[i + 1, 0]) > corridor.radius[0]:
@@ -466,7 +470,7 @@ def solved(
     Newton's method on the chain itself; the last step is linear, and of at most `CLOSE`.
     """
     tapes, locations, prices, cells, moves = task.tapes, task.locations, task.prices, task.cells, task.moves
-    count = len(keep)
+    corridor, count = task.corridor, len(keep)
     axes, bounds = len(locations.low), locations.references.shape[1]
     rows, size = axes + 3, 0
     given, values = np.empty((count, 8)), np.empty((count, 3 * rows))
@@ -503,8 +507,11 @@ def solved(
             over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
             for a in range(axes):
                 there[a] = values[n, a] + values[n, rows + a] * first + values[n, 2 * rows + a] * second
-                over = max(over, there[a] - locations.high[a], locations.low[a] - there[a])
-            for b in range(bounds):
+                if v != ONTO:
+                    over = max(over, there[a] - locations.high[a], locations.low[a] - there[a])
+            if v == ONTO:
+                over = max(over, corridor.excess[i + 1])
+            for b in range(0 if v == ONTO else bounds):
                 cosine = 0.0
                 for c in range(3):
                     at_axis = axes + c

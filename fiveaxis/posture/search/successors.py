@@ -108,7 +108,7 @@ def cheapest_path(
         Tapes(*tapes.slopes.parts, *tapes.bows.parts),
         locations,
         _prices(problem, costs, grain.start),
-        Corridor(path, problem.positions(slice(None), path) if len(path) else path, radius, free),
+        _corridor(problem, path, radius, free),
         cells,
         _moves(problem, cells),
     )
@@ -160,6 +160,14 @@ def _sparse(problem: Problem) -> IntArray:
             rows += [row - 1, row]
             since = 0.0
     return np.unique([*rows, len(problem) - 1])
+
+
+def _corridor(problem: Problem, path: Array, radius: Array, free: BoolArray) -> Corridor:
+    if not len(path):
+        return Corridor(path, path, np.empty(0), radius, free)
+    # The path may lie on a bound, `INSIDE` which other states stay.
+    positions, excess = problem.placed(slice(None), path)
+    return Corridor(path, positions, np.maximum(excess, problem.limit_excess(positions)), radius, free)
 
 
 def _locations(problem: Problem) -> Locations:
