@@ -10,8 +10,6 @@ from fiveaxis.energy.drives import moving_powers, require_drive, travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 
-# Share of the travel at the programmed feed below which an axis counts as standing.
-STANDS = 0.01
 # Share of a block's cost that is rounding.
 ROUNDING = 1e-6
 
@@ -53,23 +51,28 @@ class BlockCosts:
         """Whether a drive draws power for moving at all, but for rounding."""
         return bool((self.standing > ROUNDING * self.slope * self.step).any())
 
-    def near(self, travel: Array) -> tuple[Array, Array]:
-        """Compute prices of travel near a solution: what stands is dear, what moves has paid for the block.
+    def near(self, travel: Array, sharpness: float) -> tuple[Array, Array]:
+        """Compute prices of travel near a solution: what stands is dear, what moves has all but paid.
+
+        They are the slopes of a concave cost which tends to that of a block as the sharpness tends to 0.
 
         Parameters
         ----------
         travel : (n, k), mm and rad, absolute travel of the solution
+        sharpness : share of the travel at the programmed feed at which half of the constant part is paid
 
         Returns
         -------
         plus, minus : (n, k), J/mm and J/rad
+
+        References
+        ----------
+        Candès, Wakin & Boyd, "Enhancing sparsity by reweighted l1 minimization", 2008, section 2.
         """
-        stands = travel <= STANDS * self.step
-        dear = np.divide(
-            self.standing, STANDS * self.step, out=np.zeros_like(self.standing), where=self.step > 0.0
+        over = np.where(travel > self.reach, self.reach, travel + sharpness * self.step)
+        plus, minus = self.slope + np.divide(
+            self.standing, over, out=np.zeros_like(self.standing), where=over > 0.0
         )
-        fast = np.divide(self.standing, self.reach, out=np.zeros_like(self.standing), where=self.reach > 0.0)
-        plus, minus = self.slope + np.where(stands, dear, np.where(travel > self.reach, fast, 0.0))
         return plus, minus
 
 

@@ -212,6 +212,7 @@ def optimise(
             # Within a mask nothing is spent: between locations, a path that cuts corners comes nearer.
             options.steady if mask is None else 0.0,
             options.clock,
+            constraints.turn_rate is not None,
             progress,
         )
         if options.start is not None and mask is None and not options.free_start:

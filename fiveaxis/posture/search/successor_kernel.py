@@ -32,7 +32,7 @@ ROUNDING = 1e-9
 # Cosine by which the lean may be out of its bounds halfway between two locations.
 HALFWAY = 1e-4
 # J, and J per mm, rad or cosine: prices of the path of a corridor where it breaks a bound.
-BROKEN, PER_EXCESS = 1e3, 1e6
+BROKEN, PER_EXCESS = 1e7, 1e6
 # Angle cells that keep their cheapest state, whatever it costs: their width, rad, and their number a turn.
 WIDE, CELLS = np.radians(5.0), 128
 # Makes numbers of cells positive.

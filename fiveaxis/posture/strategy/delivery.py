@@ -28,6 +28,7 @@ from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_en
 from fiveaxis.posture.strategy.effort import Effort, grain
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
+from fiveaxis.posture.strategy.turn_bounds import shared
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
@@ -35,8 +36,12 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
+# Sharpness of the prices of blocks (`BlockCosts.near`), refinement by refinement: from a path of least travel,
+# and from one on which axes stand, which may be led away from it and back, or only a little.
+BLUNT = (0.3, 0.1, 0.03, 0.01)
+POLISHES = (BLUNT[1:], BLUNT[-1:])
 # Rounds continue up to this many while postures break a bound; searches of one corridor, and refinements.
-MOST_ROUNDS, SETTLING, POLISHING = 12, 3, 2
+MOST_ROUNDS, SETTLING, POLISHING = 12, 8, 2
 # The corridor in which inserted locations settle.
 SETTLED = grain(0.2, 0.7, 8, 1.5)
 # Locations to each side of an inserted one that settle with it.
@@ -84,6 +89,7 @@ class Delivery:
     objective : ``energy`` of the blocks; the others keep the problem's prices
     steady : share of the least energy that may be spent on fewer starts and reversals
     clock : how long the control takes for blocks
+    by_length : whether turns are bounded over the length of a move's parts
     progress : called with what is being done, steps done and steps in all
     stages : what was done so far
     """
@@ -97,6 +103,7 @@ class Delivery:
     objective: Objective = "energy"
     steady: float = 0.0
     clock: Clock = USUAL_CLOCK
+    by_length: bool = False
     progress: Progress = unheard
     stages: list[Stage] = field(default_factory=list)
 
@@ -146,7 +153,7 @@ class Delivery:
         """
         steadiest = None
         if effort.contains is None:
-            best = reduce(self._settled, effort.after, start)
+            best = reduce(self._settled, effort.after, self._refined(start, BLUNT))
         else:
             best, steadiest = self._by_standing(start, effort.contains, everywhere)
         if everywhere and effort.everywhere is not None:
@@ -195,8 +202,10 @@ class Delivery:
                 break
             known = np.isin(here.denser.location, here.posed.location)
             around = binary_dilation(~known, iterations=AROUND)
-            here = self._corridor(here, SETTLED, around)
+            before, here = here, self._corridor(here, SETTLED, around)
             best = min(best, here, key=rank)
+            if not here.broken and before.cost - here.cost < WORTHWHILE * here.cost:
+                break
         return best
 
     def _corridor(self, program: Delivered, grain: Grain, free: BoolArray | None = None) -> Delivered:
@@ -210,20 +219,24 @@ class Delivery:
         return here
 
     def _polished(self, best: Delivered) -> Delivered:
-        """Refine a program near its postures, where axes that stand go on standing."""
-        for number in range(POLISHING):
-            self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
-            problem, before = self._local(best), best.cost
-            here = self.priced(self.near.refined(best.denser, problem, best.filled), best.denser, problem)
-            name = f"program, round {number + 1}"
-            self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
-            here = here if here.broken else self._with_inserted(here)
-            if rank(here) >= rank(best):
-                break
-            best = here
-            if before - here.cost < WORTHWHILE * before:
+        """Refine a program near its postures, where axes that stand are to go on standing."""
+        for _ in range(POLISHING):
+            before = best
+            best = min(best, *(self._refined(best, sharpness) for sharpness in POLISHES), key=rank)
+            if before.cost - best.cost < WORTHWHILE * before.cost:
                 break
         return best
+
+    def _refined(self, here: Delivered, sharpness: tuple[float, ...]) -> Delivered:
+        """Refine a program by prices of blocks that are sharper from refinement to refinement."""
+        for share in sharpness:
+            self.progress(f"solving for the program's blocks, to {share:.0%}", 0, 1)
+            posed, before = here.denser, here.cost
+            problem = self._local(here, share, near=len(sharpness) == 1)
+            here = self.priced(self.near.refined(posed, problem, here.filled), posed, problem)
+            status = self._status(here)
+            self.stages.append(Stage(f"program, sharpness {share:g}", status, 0, before, here.cost))
+        return here if here.broken else self._with_inserted(here)
 
     def _steadied(self, best: Delivered, before: Delivered | None, grain: Grain | None) -> Delivered:
         """Search again with dearer starts and reversals; return the steadiest that costs little more.
@@ -292,9 +305,9 @@ class Delivery:
         machine = posed.problem.machine
         fill = self.filling.fill(posed.path, machine, follow(posed.path, machine, rotary))
         row = np.interp(fill.row, np.arange(len(posed.location)), posed.location)
-        path = refined(self.given, row)
-        denser, filled = Posed(path, row, *self.build(path, row)), fill.motion.positions
+        path, filled = refined(self.given, row), fill.motion.positions
         between = filled[:, machine.rotary_columns]
+        denser = self._parts(posed, rotary, Posed(path, row, *self.build(path, row)), between)
         positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
         jumps = np.floor(posed.location[fill.jumps]).astype(np.int64)
@@ -307,6 +320,14 @@ class Delivery:
         cost, times = self.cost(energy), fill.times(taken.times)
         solved = solved or posed.problem
         return Delivered(posed, rotary, denser, between, past, jumps, energy, cost, times, solved)
+
+    def _parts(self, posed: Posed, rotary: Array, denser: Posed, filled: Array) -> Posed:
+        """Let inserted locations turn as the path, (n, 2) rad, does that they come from."""
+        if self.by_length or len(denser.location) == len(posed.location):
+            return denser
+        known, turned = np.abs(np.diff(rotary, axis=0)), np.abs(np.diff(filled, axis=0))
+        most = shared(posed.problem.max_turn, known, posed.location, denser.location, turned)
+        return replace(denser, problem=replace(denser.problem, max_turn=most))
 
     def _final(self, program: Delivered) -> Delivered:
         """Price a program without redundant blocks, as it is delivered."""
@@ -335,18 +356,23 @@ class Delivery:
         up, down = lifting_costs(machine, self.up_penalty)
         return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
-    def _local(self, program: Delivered) -> Problem:
-        """Make the problem of a refinement near a program: standing axes have a high price."""
-        problem = self._repriced(program.denser, program.filled, self._costs(program.denser, program))
-        # Axes that move anyway mustn't turn farther in a block, which would need more locations.
-        turned = np.abs(np.diff(program.filled, axis=0))
-        most = np.minimum(problem.max_turn, FARTHER * turned + LITTLE)
-        return self._at_times(replace(problem, max_turn=most), program.filled, SHARPNESS[-1], program)
+    def _local(self, program: Delivered, sharpness: float, *, near: bool) -> Problem:
+        """Make the problem of a refinement of a program; `near` it no axis may turn much farther in a block."""
+        costs = self._costs(program.denser, program)
+        problem = self._repriced(program.denser, program.filled, costs, sharpness)
+        if near:
+            # Else it would need more locations.
+            turned = np.abs(np.diff(program.filled, axis=0))
+            most = np.minimum(problem.max_turn, FARTHER * turned + LITTLE)
+            problem = replace(problem, max_turn=most)
+        return self._at_times(problem, program.filled, SHARPNESS[-1], program)
 
-    def _repriced(self, posed: Posed, rotary: Array, costs: BlockCosts) -> Problem:
+    def _repriced(
+        self, posed: Posed, rotary: Array, costs: BlockCosts, sharpness: float = BLUNT[-1]
+    ) -> Problem:
         """Price travel by the cost of blocks near a path, (n, 2) rad."""
         travel = np.abs(np.diff(posed.problem.positions(slice(None), rotary), axis=0))
-        plus, minus = costs.near(travel)
+        plus, minus = costs.near(travel, sharpness)
         return replace(posed.problem, plus=plus, minus=minus)
 
     def _at_times(self, problem: Problem, rotary: Array, sharpness: float, program: Delivered) -> Problem:

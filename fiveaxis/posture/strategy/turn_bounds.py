@@ -55,3 +55,27 @@ def turn_bounds(toolpath: Toolpath, constraints: Constraints, location: Array | 
         steep = np.maximum(turn_rate * toolpath.lengths[1:], LEAST_TURN)
         most = np.where(cutting, np.minimum(most, steep), most)
     return np.maximum(most, LEAST_TURN)
+
+
+def shared(most: Array, known: Array, location: Array, rows: Array, turned: Array) -> Array:
+    """Share the bounds of moves among their parts, so that a path which keeps them may turn as it does.
+
+    What the path leaves of a bound is shared by length. Where the path turns too far, the whole bound is.
+
+    Parameters
+    ----------
+    most : (n − 1, 2), rad, the bounds
+    known : (n − 1, 2), rad, how far the path turns in the moves
+    location : (n,), fractional index of their locations in the given path
+    rows, turned : (m,) and (m − 1, 2), the same of the parts
+
+    Returns
+    -------
+    (m − 1, 2), rad
+    """
+    move = np.searchsorted(location, rows[1:]) - 1
+    share = (np.diff(rows) / np.diff(location)[move])[:, None]
+    total = np.zeros_like(most)
+    np.add.at(total, move, turned)
+    left = np.maximum(most - total, 0.0)
+    return np.where((known <= most)[move], turned + share * left[move], share * most[move])
