@@ -8,10 +8,9 @@ The answer is exact, not sampled.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.mesh import TriangleTree
 from fiveaxis.mesh.kernels import STACK
+from fiveaxis.threads import at_once
 
 # Tools per thread at once: enough for the work to outweigh the call.
 CHUNK = 250
@@ -62,10 +62,7 @@ class Obstacle:
             return np.asarray(meets_all(tip[rows], axis[rows], frusta, triangles, boxes))
 
         starts = range(0, len(tip), CHUNK)
-        if len(starts) == 1:
-            return test(0)
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            return np.concatenate(list(pool.map(test, starts)))
+        return np.concatenate(at_once([partial(test, start) for start in starts]))
 
 
 @compiled

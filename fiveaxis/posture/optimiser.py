@@ -187,7 +187,7 @@ def optimise(
         problem, bounds = build(narrow, toolpath)
         # What stands is searched from what the smallest effort finds by travel.
         stands = alone and options.objective == "energy" and stands_pay(problem, toolpath)
-        starting = given_effort.smallest if stands else given_effort
+        starting = given_effort.nested[0] if stands else given_effort
         given = GivenProblem(problem, bounds, toolpath, options.start, starting, progress, cone)
         first = solve_given(given, options.mask)
         found, mask, others = first.solution, first.mask, first.others
@@ -221,15 +221,17 @@ def optimise(
         wide = machine if found.machine is narrow.machine else endless(machine)
         return _Attempt(replace(found, machine=wide), mask, rank, breach)
 
-    attempt = _best_attempt(solved, Narrow(machine, constraints))
-    found, mask = attempt.found, attempt.mask
-    if found.machine is not machine:
-        rotary = found.motion.positions[:, machine.rotary_columns]
-        admits = None if mask is None else mask.along(found.motion.location).admits
-        keeps = path_check(found.toolpath, found.machine, rotary, cone, admits)
-        found = rewind_solution(found, machine, _refiner(effort, progress, "one turn less"), keeps)
-    found = with_findings(found, cone)
-    return with_bound(found, constraints, options.objective, progress) if options.is_bounded else found
+    # The linear solvers work on small blocks, for which threads of the BLAS only wait for each other.
+    with threadpool_limits(limits=1):
+        attempt = _best_attempt(solved, Narrow(machine, constraints))
+        found, mask = attempt.found, attempt.mask
+        if found.machine is not machine:
+            rotary = found.motion.positions[:, machine.rotary_columns]
+            admits = None if mask is None else mask.along(found.motion.location).admits
+            keeps = path_check(found.toolpath, found.machine, rotary, cone, admits)
+            found = rewind_solution(found, machine, _refiner(effort, progress, "one turn less"), keeps)
+        found = with_findings(found, cone)
+        return with_bound(found, constraints, options.objective, progress) if options.is_bounded else found
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,8 +308,7 @@ class _Near:
         """Solve a problem of posed locations near a start, (n, 2) rad."""
         problem = self._within_cone(posed, problem, start)
         clear = None if self.mask is None else Clearance.of(self.mask.along(posed.location), problem)
-        with threadpool_limits(limits=1):
-            return Portfolio(problem, self.effort, clear=clear).refined_near(start)
+        return Portfolio(problem, self.effort, clear=clear).refined_near(start)
 
     def searched(
         self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
@@ -340,7 +341,6 @@ def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem
     """Return a function that refines a path, (n, 2) rad, of a given problem."""
 
     def refine(problem: Problem, start: Array) -> Array:
-        with threadpool_limits(limits=1):
-            return Portfolio(problem, effort, progress).refined_from(name, start)
+        return Portfolio(problem, effort, progress).refined_from(name, start)
 
     return refine

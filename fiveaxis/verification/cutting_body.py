@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.mesh import TriangleTree
+from fiveaxis.threads import at_once
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.cutter import Zone
 
@@ -109,8 +109,7 @@ class CuttingBody:
             for piece in self.pieces:
                 depths[rows] = piece.depths(tips[rows], axes[rows], tree, depths[rows])
 
-        with ThreadPoolExecutor(os.cpu_count()) as threads:
-            list(threads.map(work, range(0, len(tips), CHUNK)))
+        at_once([partial(work, start) for start in range(0, len(tips), CHUNK)])
         return depths
 
 

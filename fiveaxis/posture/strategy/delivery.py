@@ -8,9 +8,9 @@ and clearance hold there, and the objective is that of the program's blocks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from operator import attrgetter
 from typing import Literal, Protocol
 
@@ -30,14 +30,15 @@ from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
 from fiveaxis.posture.strategy.turn_bounds import shared
 from fiveaxis.progress import Progress, unheard
+from fiveaxis.threads import at_once
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
-# Sharpness of the prices of blocks (`BlockCosts.near`), refinement by refinement: from a path of least travel,
-# and from one on which axes stand, which may be led away from it and back, or only a little.
+# Sharpness of the prices of blocks (`BlockCosts.near`), refinement by refinement: from a path of least
+# travel, and from one on which axes stand, which may be led away from it and back, or only a little.
 BLUNT = (0.3, 0.1, 0.03, 0.01)
 POLISHES = (BLUNT[1:], BLUNT[-1:])
 # Rounds continue up to this many while postures break a bound; searches of one corridor, and refinements.
@@ -122,7 +123,7 @@ class Delivery:
             return self._final(here)
         if not self._pays_standing:
             return self._final(self._rounds(here))
-        found = self._by_standing(self._divided(here), self.effort, everywhere)[1]
+        found = self._by_standing(self._divided(here), everywhere)
         return min(self._final(here), found, key=rank)
 
     def _divided(self, program: Delivered) -> Delivered:
@@ -146,21 +147,41 @@ class Delivery:
         every = np.arange(len(self.given), dtype=float)
         return Posed(self.given, every, *self.build(self.given, every))
 
-    def _by_standing(self, start: Delivered, effort: Effort, everywhere: bool) -> tuple[Delivered, Delivered]:
-        """Search what stands: return the cheapest program, and the steadiest that costs little more.
+    def _by_standing(self, start: Delivered, everywhere: bool) -> Delivered:
+        """Search what stands, effort by effort; each begins with what the smaller one found.
 
-        An effort begins with what the smaller one found, and its result costs no more than that one's.
+        Returns
+        -------
+        The steadiest program that costs little more than the cheapest, and no more than a smaller effort's.
         """
+        efforts = self.effort.nested
+        near = partial(Delivery._searched_near, start=start, after=efforts[0].after)
+        grains = [(e.everywhere, e.after) for e in efforts if everywhere and e.everywhere is not None]
+        far = [partial(Delivery._searched_everywhere, grain=grain, after=after) for grain, after in grains]
+        best, *others = self._at_once([near, *far])
+        assert best is not None
         steadiest = None
-        if effort.contains is None:
-            best = reduce(self._settled, effort.after, self._refined(start, BLUNT))
-        else:
-            best, steadiest = self._by_standing(start, effort.contains, everywhere)
-        if everywhere and effort.everywhere is not None:
-            other = self._searched_everywhere(effort.everywhere, effort.after)
-            best = best if other is None else min(best, other, key=rank)
-        best = self._polished(reduce(self._settled, effort.corridors, best))
-        return best, self._steadied(self._final(best), steadiest, effort.steadying)
+        for effort in efforts:
+            if everywhere and effort.everywhere is not None:
+                best = min(filter(None, (best, others.pop(0))), key=rank)
+            best = self._polished(reduce(self._settled, effort.corridors, best))
+            steadiest = self._steadied(self._final(best), steadiest, effort.steadying)
+        assert steadiest is not None
+        return steadiest
+
+    def _at_once(self, searches: Sequence[Callable[[Delivery], Delivered | None]]) -> list[Delivered | None]:
+        """Run searches in threads; their stages are recorded one after the other."""
+        # Only the first reports progress.
+        parts = [
+            replace(self, stages=[], progress=unheard if n else self.progress) for n in range(len(searches))
+        ]
+        found = at_once([partial(search, part) for search, part in zip(searches, parts, strict=True)])
+        self.stages += [stage for part in parts for stage in part.stages]
+        return found
+
+    def _searched_near(self, start: Delivered, after: tuple[Grain, ...]) -> Delivered:
+        """Refine a path for the program's blocks, and search corridors about it."""
+        return reduce(self._settled, after, self._refined(start, BLUNT))
 
     def _searched_everywhere(self, grain: Grain, after: tuple[Grain, ...]) -> Delivered | None:
         """Search the whole range of postures, then corridors about what was found; None for no path."""
@@ -357,7 +378,7 @@ class Delivery:
         return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
     def _local(self, program: Delivered, sharpness: float, *, near: bool) -> Problem:
-        """Make the problem of a refinement of a program; `near` it no axis may turn much farther in a block."""
+        """Make the problem of a refinement of a program; `near` it axes turn hardly farther."""
         costs = self._costs(program.denser, program)
         problem = self._repriced(program.denser, program.filled, costs, sharpness)
         if near:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -114,14 +115,14 @@ class Effort:
         return self.solver == "structured"
 
     @property
-    def smallest(self) -> Effort:
-        """The smallest effort that it contains."""
-        return self if self.contains is None else self.contains.smallest
+    def nested(self) -> tuple[Effort, ...]:
+        """The efforts that it contains, from the smallest on, and itself."""
+        return (self,) if self.contains is None else (*self.contains.nested, self)
 
     @property
     def all_searches(self) -> tuple[tuple[LatticeSearch, ...], ...]:
         """Its sets of searches after those of the smaller efforts."""
-        return self.searches if self.contains is None else (*self.contains.all_searches, *self.searches)
+        return tuple(chain.from_iterable(effort.searches for effort in self.nested))
 
     def having(self, **changes: Any) -> Effort:
         """Return the effort with other fields, also in the smaller ones."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible
@@ -135,18 +134,16 @@ def _solve(given: GivenProblem, mask: Mask | None) -> GivenSolution:
         near = again.refined_from("path within wider bounds", start)
         return near if bounded.violation(near) <= ALLOWED else again.best_path(starts)
 
-    # IPOPT's linear solver works on small blocks, for which threads of the BLAS only wait for each other.
-    with threadpool_limits(limits=1):
-        if given.start is not None:
-            rotary = solve(problem, given.start)
-        else:
-            found = _searched(run, starts)
-            rotary = min(found.values(), key=partial(_rank, problem))
-        if cone is not None:
-            rotary = hold_in_cone(problem, toolpath, rotary, solve, cone)
-        if mask is not None:
-            rotary = Enforcement(run, mask).enforced(rotary, toolpath, compared)
-            rotary = or_cheaper_baseline(problem, rotary, compared)
+    if given.start is not None:
+        rotary = solve(problem, given.start)
+    else:
+        found = _searched(run, starts)
+        rotary = min(found.values(), key=partial(_rank, problem))
+    if cone is not None:
+        rotary = hold_in_cone(problem, toolpath, rotary, solve, cone)
+    if mask is not None:
+        rotary = Enforcement(run, mask).enforced(rotary, toolpath, compared)
+        rotary = or_cheaper_baseline(problem, rotary, compared)
     for stage in run.stages:
         logger.debug("%s: %s, %d steps, %.1f J", stage.name, stage.status, stage.iterations, stage.after)
     _require_admissible(problem, rotary, toolpath)

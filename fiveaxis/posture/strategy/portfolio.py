@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
@@ -33,6 +31,7 @@ from fiveaxis.posture.search.shortest import LONG, density, refill, shortest_pat
 from fiveaxis.posture.solution import Baseline, Stage
 from fiveaxis.posture.strategy.effort import DEGREE, ROUGH, ROUND, Effort, LatticeSearch
 from fiveaxis.progress import Progress, unheard
+from fiveaxis.threads import at_once
 
 T = TypeVar("T")
 
@@ -172,11 +171,7 @@ class Portfolio:
         parts = [
             replace(self, stages=[], progress=unheard if i else self.progress) for i in range(len(tasks))
         ]
-        pool = ThreadPoolExecutor(os.cpu_count())
-        try:
-            answers = list(pool.map(lambda task, part: task(part), tasks, parts))
-        finally:
-            pool.shutdown(cancel_futures=True)
+        answers = at_once([partial(task, part) for task, part in zip(tasks, parts, strict=True)])
         self.stages += [stage for part in parts for stage in part.stages]
         return answers
 
