@@ -37,11 +37,10 @@ INSIDE = np.radians(0.01)
 TIE = 1e-3
 # First states per cell and direction, and to each side of a path.
 FINER, AROUND = 2, 12
-# Locations of a search everywhere lie no more than so many apart, on a short path fewer, so that it takes at
-# least about so many; and the normal turns no farther, rad.
-STRIDE, LEAST_ROWS, LARGEST_TURN = 8, 250, np.radians(10.0)
-# rad: a move in which it turns farther is divided first.
-FAR_TURN = np.radians(4.0)
+# Locations of a search everywhere lie no more than so many apart, and the normal turns no farther, rad.
+STRIDE, LARGEST_TURN = 8, np.radians(10.0)
+# rad: a move in which it turns farther is divided first; and a path of few locations into so many parts.
+FAR_TURN, MOST_PARTS = np.radians(4.0), 2
 # A search with fewer states a location isn't one; with more in all it would take too much memory.
 FEWEST, MOST = 8, 8_000_000
 
@@ -56,6 +55,7 @@ class Grain:
     states : most of each location
     radius : rad, that the axis with the smaller range may be away from a known path, the other twice as far
     start : s, of the power of a moving axis that its start or reversal costs
+    rows : about the fewest locations of a search everywhere
     """
 
     level: float
@@ -63,6 +63,7 @@ class Grain:
     states: int
     radius: float = np.inf
     start: float = 0.02
+    rows: int = 250
 
 
 def cheapest_path(
@@ -126,16 +127,20 @@ def path_anywhere(problem: Problem, costs: BlockCosts, grain: Grain) -> Array | 
     (n, 2), rad, a path to search near; between the locations searched it may break bounds. None where no
     sequence of postures was found
     """
-    rows, every = _sparse(problem), np.arange(len(problem))
+    rows, every = _sparse(problem, grain.rows), np.arange(len(problem))
     found = cheapest_path(problem.thinned(rows), costs.thinned(rows), grain)
     if found is None:
         return None
     return np.stack([np.interp(every, rows, angle) for angle in found.T], axis=1)
 
 
-def turning_rows(problem: Problem) -> Array:
-    """Divide moves in which the direction of the lean turns far; fractional indices of locations."""
-    parts = np.maximum(np.ceil(_turning(problem) / FAR_TURN), 1.0).astype(np.int64)
+def turning_rows(problem: Problem, least: int = 0) -> Array:
+    """Divide moves in which the direction of the lean turns far; fractional indices of locations.
+
+    Where a path has fewer locations than `least`, every move is divided.
+    """
+    few = np.clip(least // len(problem), 1, MOST_PARTS)
+    parts = np.maximum(np.ceil(_turning(problem) / FAR_TURN), few).astype(np.int64)
     return divided_rows(parts)
 
 
@@ -145,11 +150,11 @@ def _turning(problem: Problem) -> Array:
     return np.nan_to_num(angle_between(reference[1:], reference[:-1]))
 
 
-def _sparse(problem: Problem) -> IntArray:
+def _sparse(problem: Problem, least: int) -> IntArray:
     """Select locations between which the direction of the lean turns little; both ends of every link."""
     turned = _turning(problem)
     ends = np.diff(problem.bound_rows.astype(np.int8)) != 0
-    stride = int(np.clip(len(problem) // LEAST_ROWS, 1, STRIDE))
+    stride = int(np.clip(len(problem) // least, 1, STRIDE))
     rows, since = [0], 0.0
     for row in range(1, len(problem)):
         if row - 1 > rows[-1] and (row - rows[-1] > stride or since + turned[row - 1] > LARGEST_TURN):

@@ -186,7 +186,7 @@ class Delivery:
     def _searched_everywhere(self, grain: Grain, after: tuple[Grain, ...]) -> Delivered | None:
         """Search the whole range of postures, then corridors about what was found; None for no path."""
         self.progress(SEARCHING, 0, 1)
-        rows = turning_rows(self._given.problem)
+        rows = turning_rows(self._given.problem, grain.rows)
         path = refined(self.given, rows)
         posed = Posed(path, rows, *self.build(path, rows))
         found = path_anywhere(posed.problem, self._costs(posed), grain)

@@ -45,9 +45,9 @@ def random_searches(count: int, seed: int = 0) -> tuple[LatticeSearch, ...]:
     )
 
 
-def grain(level: float, spin: float, states: int, radius: float = np.inf, start: float = 0.02) -> Grain:
-    """Make a `Grain` from mm, degrees, degrees and s."""
-    return Grain(level, spin * DEGREE, states, radius * DEGREE, start)
+def grain(level: float, spin: float, states: int, radius: float = np.inf, **others: Any) -> Grain:
+    """Make a `Grain` from mm, degrees and degrees."""
+    return Grain(level, spin * DEGREE, states, radius * DEGREE, **others)
 
 
 def random_grains(count: int, states: int, seed: int = 0) -> tuple[Grain, ...]:
@@ -140,7 +140,7 @@ NORMAL = replace(
     QUICK,
     contains=QUICK,
     searches=((LatticeSearch(12, 4.0 * DEGREE, 36), LatticeSearch(8, 4.0 * DEGREE, 36)),),
-    everywhere=grain(0.5, 4.0, 800),
+    everywhere=grain(0.5, 4.0, 800, rows=500),
     after=(grain(0.2, 0.7, 32, 6.0), grain(0.3, 1.0, 64, 8.0)),
     corridors=(grain(0.15, 0.5, 48, 4.0),),
     steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
@@ -159,7 +159,7 @@ THOROUGH = replace(
         ),
         *((search,) for search in random_searches(4)),
     ),
-    everywhere=grain(0.5, 2.0, 2400),
+    everywhere=grain(0.5, 2.0, 2400, rows=1000),
     after=(grain(0.2, 0.7, 150, 6.0), grain(0.3, 1.0, 200, 8.0)),
     corridors=random_grains(4, 200),
     promise="what normal does, with more searches and finer ones: never costlier than normal, and the spread "
