@@ -4,7 +4,7 @@ from fiveaxis.former import former_names
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
 from fiveaxis.posture.optimiser import STEADY, Options, optimise
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Baseline, Optima, Solution, Stage
+from fiveaxis.posture.solution import Baseline, Solution, Stage
 from fiveaxis.posture.strategy.delivery import Objective
 from fiveaxis.posture.strategy.effort import EFFORTS, Effort, LatticeSearch
 from fiveaxis.posture.strategy.front import Front, FrontPoint, find_front
@@ -19,7 +19,6 @@ __all__ = [
     "LatticeSearch",
     "LowerBound",
     "Objective",
-    "Optima",
     "Options",
     "Problem",
     "Solution",

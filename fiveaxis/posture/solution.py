@@ -22,9 +22,6 @@ from fiveaxis.posture.local.optimality import Optimality, optimality
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
-# Two local optima whose costs differ by less than this share count as one.
-SAME = 1e-4
-
 
 @dataclass(frozen=True)
 class Stage:
@@ -47,37 +44,6 @@ class Stage:
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
         return asdict(self)
-
-
-@dataclass(frozen=True)
-class Optima:
-    """Local optima found from several starts.
-
-    Parameters
-    ----------
-    costs : objective of the admissible path found from each start, J, by the start's name
-    failed : starts from which no admissible path was found
-    """
-
-    costs: Mapping[str, float]
-    failed: tuple[str, ...] = ()
-
-    @property
-    def distinct(self) -> int:
-        """How many differ by more than `SAME`."""
-        costs = np.sort(list(self.costs.values()))
-        return int(np.count_nonzero(np.diff(costs) > SAME * costs[1:])) + 1 if len(costs) else 0
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the spread as plain data for JSON, J; None if no start led to an admissible path."""
-        costs = list(self.costs.values())
-        spread = (min(costs), float(np.median(costs)), max(costs)) if costs else (None, None, None)
-        return {
-            **dict(zip(("min", "median", "max"), spread, strict=True)),
-            "distinct": self.distinct,
-            "starts": dict(self.costs),
-            "failed": list(self.failed),
-        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +119,6 @@ class Solution(ShownAsTable):
     stages : what the solver did, in order
     problem : what was solved, with the prices near the result; None for a solution that was put together by
         hand or has rewinds
-    optima : local optima by start, if the effort looks for several
     unwrapped : the path of a solution with rewinds before these
     filling : how blocks are inserted between its locations, and removed
     clock : how long the control takes for blocks
@@ -169,7 +134,6 @@ class Solution(ShownAsTable):
     missing: Mapping[str, str]
     stages: tuple[Stage, ...]
     problem: Problem | None = None
-    optima: Optima | None = None
     unwrapped: Unwrapped | None = None
     filling: Filling = field(default_factory=Filling)
     clock: Clock = USUAL_CLOCK

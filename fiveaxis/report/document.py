@@ -88,7 +88,6 @@ def report_document(
         "savings_range": {name: list(ends) for name, ends in solution.savings_ranges().items()},
         "bound": solution.bound
         and {**solution.bound.as_dict(), "gap": solution.gap, "in_words": solution.left},
-        "optima": solution.optima and solution.optima.as_dict(),
         "summary": _summary(findings, solution.toolpath, verification["counts"]),
         "findings": findings,
         "verification": verification,

@@ -11,7 +11,6 @@ programmed feed and the axes' highest speeds.
 import argparse
 import time
 
-import numpy as np
 from paths import PATHS
 
 from fiveaxis.energy import Energy
@@ -43,13 +42,6 @@ def run(name: str, efforts: list[str]) -> None:
         rate = len(toolpath) / (time.perf_counter() - started)
         notes.append(f"{effort}: {rate:,.0f} locations/s")
         print(row(f"optimised, {effort}", found[effort].energy), flush=True)
-        if found[effort].optima is not None:
-            optima = found[effort].optima
-            costs = list(optima.costs.values())
-            notes.append(
-                f"{len(costs)} starts, {optima.distinct} different optima, "
-                f"{min(costs):,.0f} / {np.median(costs):,.0f} / {max(costs):,.0f} J (min, median, max)"
-            )
     best = min(found.values(), key=lambda solution: solution.travel)
     for baseline, energy in best.baselines.items():
         print(row(baseline, energy, f"{best.savings().get(baseline, 0.0):.1%}"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -119,41 +118,6 @@ def require_solver(name: str) -> None:
     """Raise `SettingError` if a solver is unknown."""
     if name not in SOLVERS:
         raise SettingError(f"unknown solver {name!r}; use {' or '.join(SOLVERS)}")
-
-
-def refine_windows(
-    problem: Problem, start: Array, *, size: int, iterations: int, barrier: float, solver: str = STRUCTURED
-) -> Refinement:
-    """Refine a long path window by window, each between held postures.
-
-    There are two sweeps, the second with the windows shifted by half, so that it frees what the first held.
-    No window raises the cost, and one that doesn't converge leaves its part unchanged: on a path with many
-    edges, trouble at one of them doesn't spoil the rest.
-
-    Parameters
-    ----------
-    size : locations in a window; the rest as for `refine`
-
-    Returns
-    -------
-    The refined path; its status counts the windows that converged
-    """
-    rotary, taken, solved, windows = start.copy(), 0, 0, 0
-    for first in (0, size // 2):
-        edges = [0, *range(first or size, len(problem) - 1, size), len(problem) - 1]
-        for begin, end in pairwise(edges):
-            rows = np.arange(begin, end + 1)
-            held = (begin > 0, end < len(problem) - 1)
-            part = problem.between(begin, end)
-            found = refine(
-                part, rotary[rows], iterations=iterations, barrier=barrier, held=held, solver=solver
-            )
-            rotary[rows] = found.rotary
-            taken += found.iterations
-            solved += found.status == SOLVED
-            windows += 1
-    cost = problem.cost(problem.positions(slice(None), rotary))
-    return Refinement(rotary, cost, f"{solved} of {windows} windows converged", taken)
 
 
 def _choose(problem: Problem, found: Array, start: Array) -> Array:

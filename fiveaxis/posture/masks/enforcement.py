@@ -16,7 +16,7 @@ from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.masks.replanning import Reach, Replanning
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Stage
-from fiveaxis.posture.strategy.portfolio import Portfolio
+from fiveaxis.posture.strategy.portfolio import WIDTHS, Portfolio
 from fiveaxis.toolpath import Toolpath
 
 # Locations to each side of a refused one that may move with it, and the factor of each further round.
@@ -73,6 +73,9 @@ class Enforcement:
             No such path was found; each refused location is listed (`Refused` if one has no posture at all).
         """
         problem = self.run.problem
+        # A mask knows nothing of angles that the machine doesn't have.
+        machine, rotary = problem.machine, problem.machine.rotary_columns
+        start = np.clip(start, machine.low[rotary], machine.high[rotary])
         admitted = self.mask.admits(np.arange(len(problem)), start)
         before = problem.path_cost(start)
         # An admitted path is refined already.
@@ -98,28 +101,25 @@ class Enforcement:
             found.append(self._refined(self._replanned(start, most=None if short else FARTHEST)))
         good = (1.0 + DEARER) * self.run.problem.priced(start)
         if not any(path is not None and self.run.problem.priced(path) <= good for path in found):
-            found += self._searched()
+            found.append(self._searched())
         if not short and all(path is None for path in found):
             found.append(self._refined(self._replanned(start)))
         paths = [path for path in (*found, *others) if path is not None]
         best = min(paths, key=self.run.problem.priced, default=None)
         return self._refined(best) if any(best is other for other in others) else best
 
-    def _searched(self) -> list[Array | None]:
-        """Search the whole path among roughly admitted postures, replan and refine each result."""
-        answers: list[Array | None] = []
-        for searches in self.run.effort.searches:
-            run = replace(self._confined, stages=[])
-            try:
-                path = run.best_path({}, searches)
-            except Infeasible:
-                continue
-            finally:
-                self.run.stages.extend(run.stages)
-            replanned = self._replanned(path, most=FARTHEST)
-            # The search refines its path.
-            answers.append(replanned if replanned is path else self._refined(replanned))
-        return answers
+    def _searched(self) -> Array | None:
+        """Search the whole path among roughly admitted postures, replan and refine the result."""
+        run = replace(self._confined, stages=[])
+        try:
+            path = run.best_path({})
+        except Infeasible:
+            return None
+        finally:
+            self.run.stages.extend(run.stages)
+        replanned = self._replanned(path, most=FARTHEST)
+        # The search refines its path.
+        return replanned if replanned is path else self._refined(replanned)
 
     @cached_property
     def _clear(self) -> Clearance:
@@ -145,7 +145,7 @@ class Enforcement:
     @cached_property
     def _windows(self) -> Replanning:
         """The search of windows within the mask."""
-        return Replanning(self.run.problem, self.run.lattice, self.run.effort.widths, self._clear)
+        return Replanning(self.run.problem, self.run.lattice, WIDTHS, self._clear)
 
     def _reaches(self, most: int | None) -> Iterator[Reach]:
         """List wider and wider windows around refused locations.

@@ -250,10 +250,11 @@ class Delivery:
 
     def _refined(self, here: Delivered, sharpness: tuple[float, ...]) -> Delivered:
         """Refine a program by prices of blocks that are sharper from refinement to refinement."""
+        near = len(sharpness) == 1
         for share in sharpness:
             self.progress(f"solving for the program's blocks, to {share:.0%}", 0, 1)
             posed, before = here.denser, here.cost
-            problem = self._local(here, share, near=len(sharpness) == 1)
+            problem = self._local(here, share, near=near)
             here = self.priced(self.near.refined(posed, problem, here.filled), posed, problem)
             status = self._status(here)
             self.stages.append(Stage(f"program, sharpness {share:g}", status, 0, before, here.cost))

@@ -18,7 +18,7 @@ from fiveaxis.posture.baselines import find_baselines, moved_clear
 from fiveaxis.posture.masks.enforcement import Enforcement, Refused, or_cheaper_baseline
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Baseline, Optima, Solution
+from fiveaxis.posture.solution import Baseline, Solution
 from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.infeasibility import long_turns, unreachable
 from fiveaxis.posture.strategy.portfolio import Portfolio
@@ -39,7 +39,7 @@ class GivenSolution:
     ----------
     solution : on the machine, or on the `endless` one
     mask : with the number of its queries; None without one
-    others : (n, 2) rad each, the paths of other sets of searches, by name
+    others : (n, 2) rad each, the paths of other efforts' searches, by name
     """
 
     solution: Solution
@@ -153,8 +153,6 @@ def _solve(given: GivenProblem, mask: Mask | None) -> GivenSolution:
     solution = Solution(
         machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages), problem
     )
-    if len(found) > 2:
-        solution = replace(solution, optima=_spread(problem, found))
     # Within a mask or a cone, a path is sound only after what was done to the best one.
     alone = cone is None and mask is None
     others = {name: path for name, path in found.items() if path is not rotary} if alone else {}
@@ -162,7 +160,7 @@ def _solve(given: GivenProblem, mask: Mask | None) -> GivenSolution:
 
 
 def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> dict[str, Array]:
-    """Find the path of every set of searches, (n, 2) rad.
+    """Find the path of every effort's searches, (n, 2) rad, from the smallest effort on.
 
     Raises
     ------
@@ -171,9 +169,9 @@ def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> dict[str, Arr
     """
     found: dict[str, Array] = {}
     failure: Infeasible | None = None
-    for number, searches in enumerate(run.effort.all_searches, start=1):
+    for number, effort in enumerate(run.effort.nested, start=1):
         try:
-            found[f"searches, set {number}"] = run.best_path(compared, searches)
+            found[f"searches, set {number}"] = replace(run, effort=effort).best_path(compared)
         except Infeasible as reason:
             failure = failure or reason
     if failure is not None and not found:
@@ -184,13 +182,6 @@ def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> dict[str, Arr
 def _rank(problem: Problem, path: Array) -> tuple[float, float]:
     violation = problem.violation(path)
     return (violation if violation > ALLOWED else 0.0), problem.path_cost(path)
-
-
-def _spread(problem: Problem, found: Mapping[str, Array]) -> Optima:
-    """Say what the sets of searches cost."""
-    ranks = {name: _rank(problem, path) for name, path in found.items()}
-    sound = {name: cost for name, (broken, cost) in ranks.items() if not broken}
-    return Optima(sound, tuple(name for name in found if name not in sound))
 
 
 def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from fiveaxis.errors import Infeasible
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.posture.local.ipopt import SOLVED
-from fiveaxis.posture.local.refinement import Refinement, refine, refine_windows
+from fiveaxis.posture.local.refinement import STRUCTURED, Refinement, refine
 from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.confinement import Confinement, Solver
 from fiveaxis.posture.masks.mask import CheckedStates, clean_path, precomputed
@@ -40,6 +40,14 @@ BROKEN = tuple(Reach(margin, 200) for margin in (12, 24, 48, 96, 192, 384))
 MOST_BROKEN = 0.1
 # A search considers at least about this many locations.
 LEAST_ROWS = 100
+# Stride of the locations to which a searched path is extended before all.
+MIDDLE = 4
+# Levels between neighbours of a searched path; steps of the corridors in which a path is extended to more
+# locations (rad, mm or rad).
+LEVEL_REACH, WIDTHS = 3, ((1.0 * DEGREE, 0.25), (0.5 * DEGREE, 0.12))
+# Iterations of the NLP on some locations and on all: what converges needs fewer; and IPOPT's first barrier
+# parameter, J, from a searched and from an extended start.
+COARSE_ITERATIONS, ITERATIONS, COARSE_BARRIER, BARRIER = 100, 120, 1e-1, 4e-2
 # IPOPT's iterations on a path that is nearly right: it will be solved again, with other prices.
 ROUND_ITERATIONS = 40
 # Most searches of a lattice within a mask.
@@ -68,19 +76,11 @@ class Portfolio:
     stages: list[Stage] = field(default_factory=list)
     clear: Clearance | None = None
 
-    def best_path(
-        self, compared: Mapping[str, Baseline], searches: tuple[LatticeSearch, ...] | None = None
-    ) -> Array:
-        """Find the cheapest admissible path, (n, 2) rad, never costlier than an admissible baseline.
-
-        Parameters
-        ----------
-        compared : the baselines
-        searches : one set of the effort's; its last by default
-        """
+    def best_path(self, compared: Mapping[str, Baseline]) -> Array:
+        """Find the cheapest admissible path, (n, 2) rad, never costlier than an admissible baseline."""
         best: Refinement | None = None
         if len(self.problem) > 1:
-            best = self._replanned_once(self._searched(searches or self.effort.searches[-1]))
+            best = self._replanned_once(self._searched(self.effort.searches))
         start = self._cheapest(compared)
         if start is not None:
             name, rotary = start
@@ -101,7 +101,7 @@ class Portfolio:
 
     def refined_near(self, start: Array) -> Array:
         """Refine a path, (n, 2) rad, that is nearly right, within the mask if there is one."""
-        few, last = min(self.effort.iterations, ROUND_ITERATIONS), min(self.effort.last_barrier, ROUND)
+        few, last = ROUND_ITERATIONS, min(self.effort.last_barrier, ROUND)
         problem, solve = self.problem.eased(start), self._solver(few, last)
         if self.clear is None:
             return solve(problem, start, (False, False))[0]
@@ -141,9 +141,7 @@ class Portfolio:
         if not found:
             return None
         middle = np.unique(
-            np.concatenate(
-                [thin(self.problem, self.effort.middle * sparser), *(r for r, _ in found.values())]
-            )
+            np.concatenate([thin(self.problem, MIDDLE * sparser), *(r for r, _ in found.values())])
         )
         denser = self.problem.thinned(middle)
         starts = self._at_once(
@@ -165,7 +163,7 @@ class Portfolio:
         depend on which one ends first, or how many run at once.
         """
         # A mask need not be safe for threads.
-        if len(self.problem) <= LONG or not self.effort.takes_any or self.clear is not None:
+        if len(self.problem) <= LONG or self.effort.solver != STRUCTURED or self.clear is not None:
             return [task(self) for task in tasks]
         # Only the first reports progress.
         parts = [
@@ -180,8 +178,6 @@ class Portfolio:
     ) -> Refinement | None:
         problem = self.problem.thinned(rows)
         name = f"{len(rows)} locations, {np.degrees(search.step):.3g} deg"
-        if search.on_angles:
-            coordinates, name = replace(coordinates, level=None), f"{name}, on angles"
         path = None
         # Far neighbours cost time, and a dense path needs none; one with long moves isn't possible without
         # them. A search within narrow bounds may exceed them, and leaves the rest to the refinement.
@@ -218,7 +214,7 @@ class Portfolio:
             first = np.pi if fixed else 4.0 * DEGREE * search.stride
             second = 0.0 if fixed else 2.0 * DEGREE * search.stride
             return grid_lattice(problem, coordinates, steps, (first, second * wider), slack)
-        levels = min(self.effort.level_reach * wider, search.levels)
+        levels = min(LEVEL_REACH * wider, search.levels)
         return level_lattice(problem, coordinates, search.step, search.levels, (np.pi, levels), slack)
 
     def _extended(
@@ -228,7 +224,7 @@ class Portfolio:
         path = self.problem.thinned(known).positions(slice(None), found.rotary)
         at = np.searchsorted(rows, known)
         clear = None if self.clear is None else self.clear.at(rows)
-        full = refill(self.problem.thinned(rows), coordinates, at, path, self.effort.widths, clear=clear)
+        full = refill(self.problem.thinned(rows), coordinates, at, path, WIDTHS, clear=clear)
         return full[:, self.problem.machine.rotary_columns]
 
     def _refined(
@@ -239,7 +235,7 @@ class Portfolio:
         if self.clear is None:
             return self._unmasked(name, problem, start, coarse=coarse, near=near)
         clear = self.clear if rows is None else self.clear.at(rows)
-        most = ROUNDS if len(problem) <= self.effort.whole else LONG_ROUNDS
+        most = ROUNDS if len(problem) <= LONG else LONG_ROUNDS
         return self._confined(name, problem, clear, start, most if rows is None else COARSE_ROUNDS)
 
     def _confined(
@@ -251,9 +247,7 @@ class Portfolio:
             return Refinement(start, before, "one location, nothing to refine", 0)
         if rounds > COARSE_ROUNDS and not clear.admits(start).all():
             return Refinement(start, before, "to be replanned first", 0)
-        inside = Confinement(
-            problem.eased(start), clear, self._solver(self.effort.iterations, self.effort.last_barrier)
-        )
+        inside = Confinement(problem.eased(start), clear, self._solver(ITERATIONS, self.effort.last_barrier))
         found = inside.refined(start, rounds)
         cost = problem.path_cost(found)
         status = f"{np.count_nonzero(~clear.admits(found))} of {len(problem)} locations refused"
@@ -262,58 +256,44 @@ class Portfolio:
 
     def _solver(self, iterations: int, last: float) -> Solver:
         """Return a function that refines a problem, or a part of it, from a start near its solution."""
-        effort = self.effort
-
         refine_near = partial(
-            refine, iterations=iterations, barrier=effort.barrier, near=True, last=last, solver=effort.solver
+            refine,
+            iterations=iterations,
+            barrier=BARRIER,
+            near=True,
+            last=last,
+            solver=self.effort.solver,
         )
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> tuple[Array, int]:
-            if len(problem) <= effort.whole or effort.takes_any:
-                found = refine_near(problem, start, held=held)
-            else:
-                found = self._in_windows(problem, start, effort.barrier)
+            found = refine_near(problem, start, held=held)
             return found.rotary, found.iterations
 
         return solve
 
-    def _in_windows(self, problem: Problem, start: Array, barrier: float) -> Refinement:
-        """Refine a path window by window."""
-        effort = self.effort
-        size, iterations = effort.window, effort.window_iterations
-        return refine_windows(
-            problem, start, size=size, iterations=iterations, barrier=barrier, solver=effort.solver
-        )
-
     def _unmasked(self, name: str, problem: Problem, start: Array, *, coarse: bool, near: bool) -> Refinement:
-        """Refine a path as a whole, or window by window if it is too long or doesn't converge."""
-        effort = self.effort
-        barrier = effort.coarse_barrier if coarse else effort.barrier
+        """Refine a path; where that fails, from a start without broken bounds."""
         everywhere = len(problem) == len(self.problem)
-        limit = effort.iterations if everywhere else effort.coarse_iterations
-        last = effort.last_barrier if everywhere else ROUGH
         before = problem.path_cost(start)
         if len(problem) == 1:
             return Refinement(start, before, "one location, nothing to refine", 0)
-        found = Refinement(start, before, "", 0)
         problem = problem.eased(start)
-        if len(problem) <= effort.whole or effort.takes_any:
-            solve = partial(refine, iterations=limit, barrier=barrier, last=last, solver=effort.solver)
-            found = solve(problem, start, near=near)
-            if near and found.status != SOLVED:
-                found = solve(problem, found.rotary)
+        solve = partial(
+            refine,
+            iterations=ITERATIONS if everywhere else COARSE_ITERATIONS,
+            barrier=COARSE_BARRIER if coarse else BARRIER,
+            last=self.effort.last_barrier if everywhere else ROUGH,
+            solver=self.effort.solver,
+        )
+        found = solve(problem, start, near=near)
+        if near and found.status != SOLVED:
+            found = solve(problem, found.rotary)
+        self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
+        unbroken = start if coarse or found.status == SOLVED else self._unbroken(problem, start)
+        if unbroken is not start:
+            found = solve(problem, unbroken)
+            name = f"{name}, replanned start"
             self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
-            unbroken = start if coarse or found.status == SOLVED else self._unbroken(problem, start)
-            if unbroken is not start:
-                found = solve(problem, unbroken)
-                name = f"{name}, replanned start"
-                self.stages.append(Stage(name, found.status, found.iterations, before, found.cost))
-        if found.status != SOLVED and len(problem) > 2:
-            whole = found.cost
-            found = self._in_windows(problem, found.rotary, barrier)
-            self.stages.append(
-                Stage(f"{name}, in windows", found.status, found.iterations, whole, found.cost)
-            )
         self.progress("refining postures", 0, 1)
         return found
 
@@ -326,7 +306,7 @@ class Portfolio:
 
     def _replanned(self, problem: Problem, path: Array) -> Array:
         """Replan a path around the locations at which it breaks a bound."""
-        return Replanning(problem, self.lattice, self.effort.widths).replanned(path, BROKEN, MOST_BROKEN)
+        return Replanning(problem, self.lattice, WIDTHS).replanned(path, BROKEN, MOST_BROKEN)
 
     def _cheapest(self, compared: Mapping[str, Baseline]) -> tuple[str, Array] | None:
         """Find the name and rotary angles of the cheapest baseline that keeps all bounds."""

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from fiveaxis.errors import InputError
-from fiveaxis.posture import LowerBound, Optima, Solution
+from fiveaxis.posture import LowerBound, Solution
 from fiveaxis.report import describe_input, report_document, write_json
 
 KEYS = [
@@ -26,7 +26,6 @@ KEYS = [
     "savings",
     "savings_range",
     "bound",
-    "optima",
     "summary",
     "findings",
     "verification",
@@ -168,16 +167,10 @@ def test_a_program_with_an_error_makes_the_whole_run_unsound(
     assert document["program"]["inserted"] == 12
 
 
-def test_the_document_has_the_lower_bound_and_the_optima_of_many_starts(
-    solution: Solution, verdict: dict[str, Any]
-) -> None:
+def test_the_document_has_the_lower_bound(solution: Solution, verdict: dict[str, Any]) -> None:
     document = report_document(solution, verdict, inputs=[])
     assert document["bound"] is None
-    assert document["optima"] is None
     half = LowerBound(0.5 * document["energy"]["travel"], "travel", 7)
     bound = report_document(replace(solution, bound=half), verdict, inputs=[])["bound"]
     assert bound["gap"] == pytest.approx(0.5)
     assert bound["in_words"] == "at most 50.0% of the travel metric could still be saved by any posture"
-    optima = Optima({"searches": 2.0, "lean of 45 deg": 3.0})
-    many = report_document(replace(solution, optima=optima), verdict, inputs=[])
-    assert many["optima"]["max"] == 3.0

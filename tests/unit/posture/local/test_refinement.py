@@ -11,7 +11,7 @@ from rings import ring
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.baselines.catalogue import lead_lean
-from fiveaxis.posture.local.refinement import refine, refine_windows
+from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -79,16 +79,6 @@ def test_held_ends_stay_where_they_are(problem, start):
     found = refine(problem, start, iterations=200, barrier=1e-1, held=(True, True))
     np.testing.assert_array_equal(found.rotary[[0, -1]], start[[0, -1]])
     assert found.cost < cost(problem, start)
-
-
-def test_windows_never_raise_the_cost(problem, start):
-    whole = refine(problem, start, iterations=200, barrier=1e-1)
-    windows = refine_windows(problem, start, size=12, iterations=200, barrier=1e-1)
-    assert whole.cost <= windows.cost + 1e-6
-    assert windows.cost < cost(problem, start)
-    assert problem.violation(windows.rotary) <= ALLOWED
-    again = refine_windows(problem, windows.rotary, size=12, iterations=200, barrier=1e-1)
-    assert again.cost <= windows.cost
 
 
 def test_a_ctrl_c_inside_the_solver_isnt_taken_for_an_answer(problem, start, monkeypatch):

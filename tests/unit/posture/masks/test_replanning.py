@@ -12,7 +12,7 @@ from fiveaxis.machine import load_machine
 from fiveaxis.posture.masks.replanning import Replanning
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.strategy.effort import NORMAL
-from fiveaxis.posture.strategy.portfolio import BROKEN, MOST_BROKEN, Portfolio
+from fiveaxis.posture.strategy.portfolio import BROKEN, MOST_BROKEN, WIDTHS, Portfolio
 from fiveaxis.toolpath import Tool, Toolpath
 
 
@@ -36,7 +36,7 @@ def sound(problem):
 
 
 def replanned(problem, path):
-    plan = Replanning(problem, Portfolio(problem, NORMAL).lattice, NORMAL.widths)
+    plan = Replanning(problem, Portfolio(problem, NORMAL).lattice, WIDTHS)
     return plan.replanned(path, BROKEN, MOST_BROKEN)
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.strategy.effort import EFFORTS, effort_of, random_searches
+from fiveaxis.posture.strategy.effort import EFFORTS, effort_of
 
 
 def test_each_effort_contains_the_smaller_one():
@@ -11,8 +11,7 @@ def test_each_effort_contains_the_smaller_one():
     assert quick.contains is None
     assert normal.contains == quick
     assert thorough.contains == normal
-    assert thorough.smallest == quick
-    assert thorough.all_searches[: len(normal.all_searches)] == normal.all_searches
+    assert thorough.nested == (quick, normal, thorough)
 
 
 def test_a_field_is_changed_in_the_smaller_efforts_too():
@@ -31,14 +30,3 @@ def test_every_effort_has_a_promise():
 def test_an_unknown_effort_is_refused_with_the_known_ones():
     with pytest.raises(SettingError, match="'best'; write quick, normal, thorough"):
         effort_of("best")
-
-
-def test_random_searches_are_the_same_in_every_run_and_differ_from_each_other():
-    first = random_searches(6)
-    assert first == random_searches(6)
-    assert len(set(first)) == 6
-    assert first != random_searches(6, seed=1)
-    for search in first:
-        assert search.stride >= 1
-        assert search.step > 0.0
-        assert search.levels > 1

@@ -117,7 +117,7 @@ def test_lead_and_lean_are_kept_and_as_good_as_brute_force(hayashi):
 
 @pytest.mark.parametrize("lead", [(9.0, 11.0), (-11.0, -9.0)])
 def test_a_narrow_window_between_the_states_of_the_lattice_is_found(hayashi, lead):
-    effort = Effort(searches=((LatticeSearch(12, 4.0 * DEGREE, 36),),))
+    effort = Effort(searches=(LatticeSearch(12, 4.0 * DEGREE, 36),))
     solution = optimise(ring(40, 0.5), hayashi, lead=lead, lean=(19.0, 21.0), max_turn=30.0, effort=effort)
     assert max(solution.residuals().values()) <= 1e-9
     assert {"normal", "lead-lean"} <= set(solution.baselines)
