@@ -19,8 +19,7 @@ from scipy.ndimage import binary_dilation
 
 from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.motion import Filling, feed_times, follow
-from fiveaxis.nc import USUAL_CLOCK, Clock
+from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, feed_times, follow
 from fiveaxis.posture.baselines import NoBaseline, require_blocks
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Grain, path_anywhere, turning_rows
