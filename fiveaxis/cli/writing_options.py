@@ -9,7 +9,8 @@ from fiveaxis.cli.options import optional
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
-    from fiveaxis.nc import Coordinates, ProgramSettings
+    from fiveaxis.motion import Coordinates
+from fiveaxis.nc import ProgramSettings
 
 WRITING: Mapping[str, Any] = {
     "tcp": optional(bool, "NC with tool tip and rotary angles (TCP), not axis positions", "--tcp"),

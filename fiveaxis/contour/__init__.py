@@ -4,7 +4,6 @@ from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.planner import Plan, plan_contour, plan_passes
 from fiveaxis.contour.quality import PlanReport, path_quality
 from fiveaxis.contour.touching import find_contacts, on_part
-from fiveaxis.former import former_names
 
 __all__ = [
     "Plan",
@@ -16,5 +15,3 @@ __all__ = [
     "plan_contour",
     "plan_passes",
 ]
-
-__getattr__ = former_names(__name__, {"load_mesh": "fiveaxis.mesh.load_mesh"})

@@ -12,7 +12,6 @@ from fiveaxis.energy.engagement import Cut, EndMill
 from fiveaxis.energy.path_feed import path_lengths
 from fiveaxis.energy.totals import motion_energy
 from fiveaxis.errors import MachineError, SettingError
-from fiveaxis.former import warn_former
 from fiveaxis.geometry import product
 from fiveaxis.machine import FrictionDrive, Machine, Provenance, WeightDrive
 from fiveaxis.motion import STANDSTILL, Motion
@@ -78,12 +77,6 @@ class Share:
     energy: float | None
     basis: str
     source: str
-
-    @property
-    def said(self) -> str:
-        """Former name of `source`."""
-        warn_former("Share.said", "Share.source")
-        return self.source
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,6 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 
-# Bases of the Halton sequence, one for each side of a box.
-BASES = (2, 3, 5, 7)
 # Scattered points for each side; at most this share of all calls.
 SCATTERED, SCATTERED_SHARE = 6, 0.5
 # The compass's first and last step, as shares of a side.
@@ -70,16 +68,13 @@ def follow_compass(cost: Callable[[Array], float], here: Array, least: float, ca
 
 
 def halton(count: int, sides: int) -> Array:
-    """Scatter points evenly over the unit box, (count, sides), the same ones every time.
+    """Scatter points evenly over the unit box, (count, sides), the same ones every time; not its corner.
 
     References
     ----------
     Halton (1960), Numerische Mathematik 2: radical inverses in different prime bases.
     """
-    points = np.zeros((count, sides))
-    for side, base in enumerate(BASES[:sides]):
-        digits, share = np.arange(1, count + 1), 1.0 / base
-        while digits.any():
-            points[:, side] += share * (digits % base)
-            digits, share = digits // base, share / base
-    return points
+    # Takes long to import.
+    from scipy.stats.qmc import Halton
+
+    return np.asarray(Halton(sides, scramble=False).fast_forward(1).random(count))

@@ -21,8 +21,8 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.colliding import colliding_rows, has_pairs
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Interpolation
-from fiveaxis.nc import Clock, Coordinates, require_program
+from fiveaxis.motion import Clock, Coordinates, Interpolation
+from fiveaxis.nc import require_program
 from fiveaxis.posture import STEADY, Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures

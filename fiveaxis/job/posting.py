@@ -25,14 +25,8 @@ from fiveaxis.job.release import Gate, require_report
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.traced_program import load_text, trace_tool, with_feeds_of
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
-from fiveaxis.nc import (
-    Coordinates,
-    Program,
-    ProgramSettings,
-    ReadMotion,
-    require_motion,
-)
+from fiveaxis.motion import Coordinates, Interpolation, Motion, ProgramMotion, located, respaced
+from fiveaxis.nc import Program, ProgramSettings, ReadMotion, require_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.kinds import kind_of
 from fiveaxis.nc.motion_table import read_motion_table

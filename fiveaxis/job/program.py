@@ -22,16 +22,16 @@ from fiveaxis.job.release import Gate, not_verified
 from fiveaxis.job.traced_program import load_text
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Fill, Motion, ProgramMotion
-from fiveaxis.nc import (
-    NOT_VERIFIED,
+from fiveaxis.motion import (
+    AXIS_TOLERANCE,
+    PATH_TOLERANCE,
+    Fill,
+    Motion,
     PredictedTime,
-    Program,
-    ProgramSettings,
-    compose_program,
+    ProgramMotion,
     predicted_time,
-    require_motion,
 )
+from fiveaxis.nc import NOT_VERIFIED, Program, ProgramSettings, compose_program, require_motion
 from fiveaxis.nc.kinds import require_program_suffix
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values

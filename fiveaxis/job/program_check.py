@@ -16,8 +16,7 @@ from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.traced_program import TracedProgram, trace_tool
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit, mesh_size, size_findings
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
-from fiveaxis.nc import Coordinates
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Coordinates, Interpolation, Motion
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, interpolate
 from fiveaxis.verification import (
     CheckedInterpolation,

@@ -17,8 +17,8 @@ from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import TimeLaw, standing_speeds, time_motion
-from fiveaxis.nc import PredictedTime, ReadMotion, predicted_time, read_program, stated_clock
+from fiveaxis.motion import PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
+from fiveaxis.nc import ReadMotion, read_program, stated_clock
 from fiveaxis.nc.options import Positions, Wrap
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind, Tool, parse_tool

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fiveaxis.machine import Machine
-from fiveaxis.nc import Coordinates, ProgramSettings, find_dialect, require_program
+from fiveaxis.motion import Coordinates
+from fiveaxis.nc import ProgramSettings, find_dialect, require_program
 from fiveaxis.nc.kinds import require_program_suffix
 from fiveaxis.nc.writing.asked import AskedTechnology
 from fiveaxis.nc.writing.turns import Winding

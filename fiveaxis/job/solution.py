@@ -11,7 +11,8 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.nc import Coordinates, ProgramSettings
+from fiveaxis.motion import Coordinates
+from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.toolpath import Constraints

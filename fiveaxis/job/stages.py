@@ -31,7 +31,8 @@ from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate
 from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
-from fiveaxis.nc import Clock, require_program
+from fiveaxis.motion import Clock
+from fiveaxis.nc import require_program
 from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from fiveaxis.former import warn_former
-
 
 @dataclass(frozen=True)
 class Provenance:
@@ -44,18 +42,6 @@ class Provenance:
         if self.band is not None:
             return f"estimated, {self.band[0]:g} to {self.band[1]:g} times: {self.text}"
         return f"assumed: {self.text}" if self.assumed else self.text
-
-    @property
-    def shown(self) -> str:
-        """Former name of `value`."""
-        warn_former("Provenance.shown", "Provenance.value")
-        return self.value
-
-    @property
-    def said(self) -> str:
-        """Former name of `text`."""
-        warn_former("Provenance.said", "Provenance.text")
-        return self.text
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figure and its origin as plain data for JSON."""

@@ -1,12 +1,19 @@
 """Axis motion along a path, and its timing."""
 
-from fiveaxis.former import former_names
 from fiveaxis.motion.deviation import PATH_TOLERANCE, axis_deviation, joint_deviation, tcp_deviation
 from fiveaxis.motion.filling import Fill, Filling, fill_in, inside_rapids, respaced
 from fiveaxis.motion.motion import Motion, follow, located, motion_digest
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation, Phase, ProgramMotion
 from fiveaxis.motion.rates import PeakRate, peak_rates
+from fiveaxis.motion.run_time import (
+    USUAL_CLOCK,
+    Clock,
+    ControlTiming,
+    Coordinates,
+    PredictedTime,
+    predicted_time,
+)
 from fiveaxis.motion.steadiness import SpeedChange, Steadiness, measure_steadiness
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
@@ -27,13 +34,18 @@ __all__ = [
     "PATH_TOLERANCE",
     "SPEED_TOLERANCE",
     "STANDSTILL",
+    "USUAL_CLOCK",
     "AxisPlanes",
+    "Clock",
+    "ControlTiming",
+    "Coordinates",
     "Fill",
     "Filling",
     "Interpolation",
     "Motion",
     "PeakRate",
     "Phase",
+    "PredictedTime",
     "ProgramMotion",
     "Samples",
     "SpeedChange",
@@ -52,6 +64,7 @@ __all__ = [
     "measure_steadiness",
     "motion_digest",
     "peak_rates",
+    "predicted_time",
     "rapid_findings",
     "rapid_speeds",
     "respaced",
@@ -61,11 +74,3 @@ __all__ = [
     "time_motion",
     "times_rapids",
 ]
-
-__getattr__ = former_names(
-    __name__,
-    {
-        "fill_in_rows": "fiveaxis.motion.fill_in",
-        "way_deviation": "fiveaxis.motion.joint_deviation",
-    },
-)

@@ -4,27 +4,21 @@ from fiveaxis.nc.control.program_reader import ReadMotion, read_program
 from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.program import NOT_VERIFIED, Program, compose_program, require_motion, require_program
-from fiveaxis.nc.run_time import USUAL_CLOCK, Clock, PredictedTime, predicted_time, stated_clock
+from fiveaxis.nc.stated_clock import stated_clock
 from fiveaxis.nc.table import write_toolpath
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
-from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect
 
 __all__ = [
     "DIALECTS",
     "NOT_VERIFIED",
-    "USUAL_CLOCK",
-    "Clock",
-    "Coordinates",
     "Dialect",
-    "PredictedTime",
     "Program",
     "ProgramSettings",
     "ReadMotion",
     "compose_program",
     "find_dialect",
     "make_settings",
-    "predicted_time",
     "read_motion",
     "read_program",
     "read_toolpath",

@@ -12,14 +12,13 @@ import numpy as np
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Motion, ProgramMotion
+from fiveaxis.motion import STANDSTILL, Coordinates, Motion, ProgramMotion
 from fiveaxis.nc.control.program_reader import ReadMotion
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.cutter_locations import location_lines
 from fiveaxis.nc.writing.framing import NO_ROW, Frame, numbered
 from fiveaxis.nc.writing.header import Note, head_lines, machine_notes
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
-from fiveaxis.nc.writing.table_parts import Coordinates
 from fiveaxis.nc.writing.tables import find_dialect
 from fiveaxis.nc.writing.turns import Winding, require_winding
 from fiveaxis.nc.writing.wording import Wording, require_expressible

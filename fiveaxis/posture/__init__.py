@@ -1,6 +1,5 @@
 """Choice of the rotary angles of every cutter location."""
 
-from fiveaxis.former import former_names
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
 from fiveaxis.posture.optimiser import STEADY, Options, optimise
 from fiveaxis.posture.problem import Problem
@@ -28,7 +27,3 @@ __all__ = [
     "find_front",
     "optimise",
 ]
-
-__getattr__ = former_names(
-    __name__, {"Budget": "fiveaxis.posture.Effort", "Search": "fiveaxis.posture.LatticeSearch"}
-)

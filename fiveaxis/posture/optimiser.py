@@ -13,8 +13,7 @@ from fiveaxis.energy import BlockCosts, power_findings
 from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine, with_powers
-from fiveaxis.motion import Filling, Interpolation
-from fiveaxis.nc import USUAL_CLOCK, Clock
+from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Interpolation
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
 from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.mask import Mask, MaskFunction

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.energy import Energy, energy_draws, motion_energy
-from fiveaxis.former import warn_former
 from fiveaxis.geometry import Array, product
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Filling, Motion
-from fiveaxis.nc import USUAL_CLOCK, Clock, PredictedTime
+from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Motion, PredictedTime
 from fiveaxis.notebook import ShownAsTable, Table
 from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optimality import Optimality, optimality
@@ -143,12 +141,6 @@ class Solution(ShownAsTable):
     def baselines(self) -> dict[str, Energy]:
         """Energy of every baseline, by name."""
         return {name: b.energy for name, b in self.compared.items()}
-
-    @property
-    def wound(self) -> Unwrapped | None:
-        """Former name of `unwrapped`."""
-        warn_former("Solution.wound", "Solution.unwrapped")
-        return self.unwrapped
 
     @cached_property
     def kkt(self) -> Optimality | None:

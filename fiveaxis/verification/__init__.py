@@ -1,6 +1,5 @@
 """An independent check of a motion, with other kinematics than the optimiser's."""
 
-from fiveaxis.former import former_names
 from fiveaxis.verification.approach import Leads, choose_leads
 from fiveaxis.verification.between import CheckedInterpolation
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances
@@ -31,5 +30,3 @@ __all__ = [
     "verify",
     "verify_text",
 ]
-
-__getattr__ = former_names(__name__, {"Asked": "fiveaxis.verification.PathConstraints"})

@@ -9,7 +9,6 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Severity
-from fiveaxis.former import warn_former
 from fiveaxis.geometry import IntArray
 from fiveaxis.motion import Interpolation
 from fiveaxis.toolpath import MoveKind
@@ -21,8 +20,6 @@ from fiveaxis.verification.report import Result
 if TYPE_CHECKING:
     import trimesh
 
-# Their names in versions before 0.2.
-FORMER = {"axes": Interpolation.JOINT, "led": Interpolation.TCP}
 # rad: a link in which no rotary axis turns by more is the same move under either interpolation.
 NO_TURN = 1e-9
 
@@ -58,10 +55,6 @@ class CheckedInterpolation:
             return cls(Interpolation.TCP, Interpolation.JOINT, links=True, deviation=True)
         if isinstance(between, CheckedInterpolation):
             return between
-        if between in FORMER:
-            now = FORMER[between]
-            warn_former(f"between={str(between)!r}", repr(now.value), stacklevel=3)
-            return cls(now, now, deviation=True)
         try:
             every = Interpolation(between)
         except ValueError:

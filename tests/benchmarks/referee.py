@@ -23,7 +23,8 @@ import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.kinematics import tool_poses
-from fiveaxis.nc import DIALECTS, Coordinates, predicted_time, read_motion
+from fiveaxis.motion import Coordinates, predicted_time
+from fiveaxis.nc import DIALECTS, read_motion
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests"))

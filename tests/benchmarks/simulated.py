@@ -21,8 +21,8 @@ from paths import DATA, ROOT
 
 import fiveaxis as fx
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.motion import Motion, follow
-from fiveaxis.nc import DIALECTS, Coordinates, Dialect, ProgramSettings, compose_program, predicted_time
+from fiveaxis.motion import Coordinates, Motion, follow, predicted_time
+from fiveaxis.nc import DIALECTS, Dialect, ProgramSettings, compose_program
 
 sys.path.insert(0, str(ROOT / "tests"))
 from referee.linuxcnc import run_program

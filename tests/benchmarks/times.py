@@ -19,9 +19,9 @@ import numpy as np
 from paths import program
 
 import fiveaxis as fx
-from fiveaxis.motion import Filling, Interpolation, Motion
+from fiveaxis.motion import Clock, Filling, Interpolation, Motion
 from fiveaxis.motion import time_motion as run_in_time
-from fiveaxis.nc import DIALECTS, Clock
+from fiveaxis.nc import DIALECTS
 from fiveaxis.posture.solution import blocks_energy
 
 CONE = 20.0

@@ -16,6 +16,7 @@ TILT = (15, 70)
 SAME = 1.0 + 1e-9
 # Share by which equivalent problems may differ.
 SCATTER = 0.015
+OTHER_OPTIMA = pytest.mark.xfail(reason="ends in other local optima, see tests/benchmarks/scatter.py")
 
 
 def passes(name: str) -> fx.Toolpath:
@@ -66,11 +67,16 @@ def test_no_other_objective_has_less_travel(hayashi, name):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="most shapes end in other local optima, see tests/benchmarks/scatter.py")
-@pytest.mark.parametrize("name", sorted(SHAPES))
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("cone", "torus", "roof"),
+        *(pytest.param(name, marks=OTHER_OPTIMA) for name in ("bowl", "wave")),
+    ],
+)
 def test_the_same_problem_told_another_way_costs_the_same(hayashi, name):
     path = passes(name)
     ways = {"turned": (turned(path, 200.0), hayashi), "2x": (denser(path, 2), hayashi)}
     ways |= {"as given": (path, hayashi), "backwards": backwards(path, hayashi)}
-    costs = {way: fx.optimise(p, m, tilt=TILT).energy.total for way, (p, m) in ways.items()}
+    costs = {way: fx.optimise(p, m, tilt=TILT, effort="quick").energy.total for way, (p, m) in ways.items()}
     assert max(costs.values()) <= (1.0 + SCATTER) * min(costs.values()), costs

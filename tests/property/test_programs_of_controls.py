@@ -16,16 +16,8 @@ from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import Motion, rapid_speeds
-from fiveaxis.nc import (
-    DIALECTS,
-    Coordinates,
-    Program,
-    ProgramSettings,
-    make_settings,
-    read_program,
-    read_toolpath,
-)
+from fiveaxis.motion import Coordinates, Motion, rapid_speeds
+from fiveaxis.nc import DIALECTS, Program, ProgramSettings, make_settings, read_program, read_toolpath
 from fiveaxis.nc import compose_program as compose_with_way_out
 from fiveaxis.toolpath import MoveKind, Tool
 

@@ -11,8 +11,8 @@ import pytest
 from fiveaxis import optimise
 from fiveaxis.kinematics import tool_axes, tool_poses
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in, follow
-from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, predicted_time, read_program
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in, follow, predicted_time
+from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, read_program
 from fiveaxis.toolpath import Tool, Toolpath
 from referee.deviation import deviations, joint_path
 from referee.linuxcnc import SimulationFault, run_program, why_unavailable

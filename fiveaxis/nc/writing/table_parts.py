@@ -9,8 +9,6 @@ from pydantic import Field, field_validator, model_validator
 
 from fiveaxis.settings import StrictModel
 
-# Words of a program: axis positions, the tool tip and angles, or the tip and a direction.
-Coordinates = Literal["axes", "tip", "vector"]
 FeedMode = Literal["inverse_time", "per_minute"]
 
 Unit = Literal["mm", "inch"]

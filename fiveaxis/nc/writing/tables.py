@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from fiveaxis.errors import SettingError
+from fiveaxis.motion import Coordinates
 from fiveaxis.nc.writing.table_parts import (
     KNOWN_FIELDS,
     Comments,
-    Coordinates,
     Counted,
     Feed,
     FeedMode,

@@ -19,8 +19,7 @@ from scipy.ndimage import binary_dilation
 
 from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.motion import Filling, feed_times, follow
-from fiveaxis.nc import USUAL_CLOCK, Clock
+from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, feed_times, follow
 from fiveaxis.posture.baselines import NoBaseline, require_blocks
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Grain, path_anywhere, turning_rows
@@ -158,16 +157,14 @@ class Delivery:
         near = partial(Delivery._searched_near, start=start, after=efforts[0].after)
         grains = [(e.everywhere, e.after) for e in efforts if everywhere and e.everywhere is not None]
         far = [partial(Delivery._searched_everywhere, grain=grain, after=after) for grain, after in grains]
-        best, *others = self._at_once([near, *far])
-        assert best is not None
-        steadiest = None
+        found, *others = self._at_once([near, *far])
+        best, steadiest = found or start, None
         for effort in efforts:
             if everywhere and effort.everywhere is not None:
                 best = min(filter(None, (best, others.pop(0))), key=rank)
             best = self._polished(reduce(self._settled, effort.corridors, best))
             steadiest = self._steadied(self._final(best), steadiest, effort.steadying)
-        assert steadiest is not None
-        return steadiest
+        return steadiest or best
 
     def _at_once(self, searches: Sequence[Callable[[Delivery], Delivered | None]]) -> list[Delivered | None]:
         """Run searches in threads; their stages are recorded one after the other."""

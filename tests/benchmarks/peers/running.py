@@ -17,8 +17,7 @@ from checker import violations
 from methods import BOUND, METHODS, CannotDoError, axis_values
 
 from fiveaxis.errors import FiveAxisError
-from fiveaxis.motion import Filling, Interpolation, follow
-from fiveaxis.nc import USUAL_CLOCK
+from fiveaxis.motion import USUAL_CLOCK, Filling, Interpolation, follow
 from fiveaxis.posture import bound_travel
 from fiveaxis.posture.baselines.catalogue import NoBaseline
 from fiveaxis.posture.solution import blocks_energy

@@ -15,8 +15,8 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.errors import SettingError
 from fiveaxis.job import MadeProgram, ProgramOptions, make_program
 from fiveaxis.machine import load_machine
-from fiveaxis.motion import Interpolation, Motion, measure_steadiness
-from fiveaxis.nc import DIALECTS, Clock
+from fiveaxis.motion import Clock, Interpolation, Motion, measure_steadiness
+from fiveaxis.nc import DIALECTS
 from fiveaxis.posture import Solution
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.toolpath import Constraints, Tool, Toolpath

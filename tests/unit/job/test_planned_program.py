@@ -16,8 +16,8 @@ from fiveaxis.energy import motion_energy, move_energies
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, verify_program
 from fiveaxis.job.planned_program import may_thin, plan_program
-from fiveaxis.motion import AXIS_TOLERANCE, filling, follow
-from fiveaxis.nc import Coordinates, ProgramSettings
+from fiveaxis.motion import AXIS_TOLERANCE, Coordinates, filling, follow
+from fiveaxis.nc import ProgramSettings
 from fiveaxis.posture import Solution
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import DEFAULT_TOLERANCES

@@ -14,8 +14,7 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.job import MadeProgram, ProgramOptions, make_program, verify_program
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.motion import fill_in, follow
-from fiveaxis.nc import Coordinates
+from fiveaxis.motion import Coordinates, fill_in, follow
 from fiveaxis.posture import Solution
 from fiveaxis.posture.baselines import as_programmed
 from fiveaxis.toolpath import Constraints, MoveKind, Tool, Toolpath

@@ -4,9 +4,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from fiveaxis.machine import Limits, Machine, Provenance
+from fiveaxis.machine import Limits, Machine
 
 
 def test_a_missing_end_is_none_and_the_span_infinite():
@@ -35,11 +34,3 @@ def test_the_excess_is_positive_beyond_a_limit_and_negative_inside():
     np.testing.assert_array_equal(excess[:, machine.column("X")], [3.0, 0.0])
     np.testing.assert_array_equal(excess[:, machine.column("A")], [0.5, -1.25])
     assert (excess[:, [machine.column(c) for c in "YZC"]] == -np.inf).all()
-
-
-def test_former_names_of_a_provenance_warn():
-    entry = Provenance("A limits", "min -120", "a manual", assumed=False, note="page 3")
-    with pytest.warns(DeprecationWarning, match=r"Provenance\.text"):
-        assert entry.said == entry.text == "a manual; page 3"
-    with pytest.warns(DeprecationWarning, match=r"Provenance\.value"):
-        assert entry.shown == "min -120"

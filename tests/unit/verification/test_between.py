@@ -14,7 +14,7 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Box, Machine
 from fiveaxis.motion import Motion, follow, motion_digest
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
-from fiveaxis.verification import CheckedInterpolation, verify
+from fiveaxis.verification import verify
 
 # A link across the table's centre while the table turns by half a turn: with TCP the tool passes the
 # centre, with axes linear it goes around it.
@@ -79,9 +79,3 @@ def test_a_digest_depends_on_positions_kinds_and_chain(motion, hayashi):
 def test_an_unknown_interpolation_is_refused(path, motion, hayashi):
     with pytest.raises(SettingError, match="write joint or tcp"):
         verify(motion, hayashi, path, between="tips")
-
-
-@pytest.mark.parametrize(("former", "now"), [("axes", "joint"), ("led", "tcp")])
-def test_the_former_words_still_work_and_warn(former, now):
-    with pytest.warns(DeprecationWarning, match=f"is now '{now}'"):
-        assert CheckedInterpolation.of(former) == CheckedInterpolation.of(now)

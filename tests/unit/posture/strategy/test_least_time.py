@@ -10,8 +10,8 @@ import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.job import make_job, run_job
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Interpolation, follow, time_motion
-from fiveaxis.nc import DIALECTS, Clock
+from fiveaxis.motion import Clock, Interpolation, follow, time_motion
+from fiveaxis.nc import DIALECTS
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds

@@ -11,8 +11,8 @@ from trapezoids import rest_times
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import linear_positions
 from fiveaxis.machine import load_machine
-from fiveaxis.motion import Motion, time_motion
-from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, find_dialect, predicted_time, read_program
+from fiveaxis.motion import Motion, predicted_time, time_motion
+from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, find_dialect, read_program
 
 TRUNNION = load_machine("linuxcnc-xyzac-trt")
 LINUXCNC = DIALECTS["linuxcnc"]

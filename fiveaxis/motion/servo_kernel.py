@@ -12,7 +12,7 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array
-from fiveaxis.nc.servo_queue import (
+from fiveaxis.motion.servo_queue import (
     EXACT,
     PARABOLIC,
     STOP,

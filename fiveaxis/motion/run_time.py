@@ -3,22 +3,64 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, Protocol
 
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import PATH_TOLERANCE, Motion, time_motion
-from fiveaxis.nc.own_header import stated
-from fiveaxis.nc.servo_cycles import servo_times
-from fiveaxis.nc.source import Source
-from fiveaxis.nc.writing.table_parts import Coordinates
-from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect
+from fiveaxis.motion.deviation import PATH_TOLERANCE
+from fiveaxis.motion.motion import Motion
+from fiveaxis.motion.servo_cycles import servo_times
+from fiveaxis.motion.time_law import time_motion
 
-COORDINATES: tuple[Coordinates, ...] = get_args(Coordinates)
+# Words of a program: axis positions, the tool tip and angles, or the tip and a direction.
+Coordinates = Literal["axes", "tip", "vector"]
+
+
+class Decimals(Protocol):
+    """Decimals of a program's words."""
+
+    @property
+    def linear(self) -> int:
+        """Of mm."""
+
+    @property
+    def rotary(self) -> int:
+        """Of deg."""
+
+
+class ControlTiming(Protocol):
+    """What the table of a control says about time (`fiveaxis.nc.Dialect`)."""
+
+    @property
+    def name(self) -> str:
+        """As in the library."""
+
+    @property
+    def title(self) -> str:
+        """Full name."""
+
+    @property
+    def corners(self) -> float | Literal["exact-path", "blended"] | None:
+        """How moves join; a number is a tolerance in mm, None a setting of the machine."""
+
+    @property
+    def blend(self) -> float:
+        """Distance by which blended moves may pass a corner, mm; 0 where nothing but speed counts."""
+
+    @property
+    def cycle(self) -> float:
+        """Cycle of the control's clock, s."""
+
+    @property
+    def limited(self) -> Literal["axes", "words"]:
+        """What highest speeds and accelerations apply to under TCP control."""
+
+    @property
+    def number(self) -> Decimals:
+        """How words are written."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +97,7 @@ class Clock:
     coordinates : of the program
     """
 
-    dialect: Dialect | None = None
+    dialect: ControlTiming | None = None
     coordinates: Coordinates = "axes"
 
     @property
@@ -102,24 +144,8 @@ class Clock:
 USUAL_CLOCK = Clock()
 
 
-def stated_clock(source: Source, control: str | Path | None = None) -> Clock:
-    """Return the clock of the control that a program's header names, or of another one.
-
-    The coordinates are those that the header states, axis positions by default. A table of its own that the
-    header names isn't at hand: then the corners count as unknown.
-
-    Raises
-    ------
-    SettingError
-        `control` is unknown.
-    """
-    name, _, words = (stated(source, "control") or "").rpartition(" ")
-    coordinates: Coordinates = next((known for known in COORDINATES if known == words), "axes")
-    return Clock(DIALECTS.get(name) if control is None else find_dialect(control), coordinates)
-
-
 def predicted_time(
-    motion: Motion, machine: Machine, dialect: Dialect | None = None, coordinates: Coordinates = "axes"
+    motion: Motion, machine: Machine, dialect: ControlTiming | None = None, coordinates: Coordinates = "axes"
 ) -> PredictedTime:
     """Predict the time that a control takes for the moves of a program.
 
@@ -166,7 +192,7 @@ def predicted_time(
     )
 
 
-def _is_programmed(machine: Machine, dialect: Dialect | None) -> bool:
+def _is_programmed(machine: Machine, dialect: ControlTiming | None) -> bool:
     """Whether too few accelerations are known: none, or not all that a planner in cycles works with."""
     known = [axis.max_acceleration is not None for axis in machine.axes]
     in_cycles = dialect is not None and isinstance(dialect.corners, str)

@@ -6,10 +6,10 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
 from fiveaxis.motion.bounds import axis_bounds
-from fiveaxis.nc.servo_kernel import STATE, run_cycles
-from fiveaxis.nc.servo_queue import EXACT, PARABOLIC, SPAN, queue_moves
+from fiveaxis.motion.motion import Motion
+from fiveaxis.motion.servo_kernel import STATE, run_cycles
+from fiveaxis.motion.servo_queue import EXACT, PARABOLIC, SPAN, queue_moves
 
 # mm or rad: an axis that moves by less stands (CART_FUZZ of LinuxCNC's posemath.h).
 STANDS = 1e-8

@@ -12,7 +12,7 @@ from trapezoids import rest_times
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc.servo_cycles import servo_times
+from fiveaxis.motion.servo_cycles import servo_times
 
 TRUNNION = load_machine("linuxcnc-xyzac-trt")
 CYCLE = 1e-3
