@@ -41,7 +41,7 @@ WORTHWHILE, FEW = 2e-3, 1e-3
 BLUNT = (0.3, 0.1, 0.03, 0.01)
 POLISHES = (BLUNT[1:], BLUNT[-1:])
 # Rounds continue up to this many while postures break a bound; searches of one corridor, and refinements.
-MOST_ROUNDS, SETTLING, POLISHING = 12, 8, 2
+MOST_ROUNDS, SETTLING, POLISHING = 12, 8, 1
 # The corridor in which inserted locations settle.
 SETTLED = grain(0.2, 0.7, 8, 1.5)
 # Locations to each side of an inserted one that settle with it.
@@ -271,7 +271,7 @@ class Delivery:
         most = (1.0 + self.steady) * least.cost
         if before is not None and not before.broken:
             most = min(most, before.cost)
-        found.append(self._final(self._polished(self._near(best, grain))))
+        found.append(self._final(self._refined(self._near(best, grain), POLISHES[-1])))
         return min((one for one in found if not one.broken and one.cost <= most), key=unrest)
 
     def _rounds(self, best: Delivered) -> Delivered:
