@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fiveaxis.job import Gate
     from fiveaxis.machine import Machine
 
-FIRST_RUN = "compiling, once per installation: this first run takes about a quarter of a minute longer"
+FIRST_RUN = "compiling, once per installation: this first run takes about half a minute longer"
 
 
 class Terminal(Console):
