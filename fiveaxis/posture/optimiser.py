@@ -212,7 +212,7 @@ def optimise(
             options.steady if mask is None else 0.0,
             options.clock,
             constraints.turn_rate is not None,
-            progress,
+            progress=progress,
         )
         if options.start is not None and mask is None and not options.free_start:
             others = {"the start given": options.start}
@@ -340,6 +340,6 @@ def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem
     """Return a function that refines a path, (n, 2) rad, of a given problem."""
 
     def refine(problem: Problem, start: Array) -> Array:
-        return Portfolio(problem, effort, progress).refined_from(name, start)
+        return Portfolio(problem, effort, progress=progress).refined_from(name, start)
 
     return refine

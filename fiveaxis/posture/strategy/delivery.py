@@ -8,8 +8,8 @@ and clearance hold there, and the objective is that of the program's blocks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import attrgetter
 from typing import Literal, Protocol
@@ -27,9 +27,8 @@ from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_en
 from fiveaxis.posture.strategy.effort import Effort, grain
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
+from fiveaxis.posture.strategy.recording import Recorded, side_by_side
 from fiveaxis.posture.strategy.turn_bounds import shared
-from fiveaxis.progress import Progress, unheard
-from fiveaxis.threads import at_once
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
@@ -75,7 +74,7 @@ class Near(Protocol):
 
 
 @dataclass(eq=False)
-class Delivery:
+class Delivery(Recorded):
     """Solves a path on the locations of its program.
 
     Parameters
@@ -90,8 +89,6 @@ class Delivery:
     steady : share of the least energy that may be spent on fewer starts and reversals
     clock : how long the control takes for blocks
     by_length : whether turns are bounded over the length of a move's parts
-    progress : called with what is being done, steps done and steps in all
-    stages : what was done so far
     """
 
     given: Toolpath
@@ -104,8 +101,6 @@ class Delivery:
     steady: float = 0.0
     clock: Clock = USUAL_CLOCK
     by_length: bool = False
-    progress: Progress = unheard
-    stages: list[Stage] = field(default_factory=list)
 
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
@@ -157,7 +152,8 @@ class Delivery:
         near = partial(Delivery._searched_near, start=start, after=efforts[0].after)
         grains = [(e.everywhere, e.after) for e in efforts if everywhere and e.everywhere is not None]
         far = [partial(Delivery._searched_everywhere, grain=grain, after=after) for grain, after in grains]
-        found, *others = self._at_once([near, *far])
+        tasks: list[Callable[[Delivery], Delivered | None]] = [near, *far]
+        found, *others = side_by_side(self, tasks)
         best, steadiest = found or start, None
         for effort in efforts:
             if everywhere and effort.everywhere is not None:
@@ -165,16 +161,6 @@ class Delivery:
             best = self._polished(reduce(self._settled, effort.corridors, best))
             steadiest = self._steadied(self._final(best), steadiest, effort.steadying)
         return steadiest or best
-
-    def _at_once(self, searches: Sequence[Callable[[Delivery], Delivered | None]]) -> list[Delivered | None]:
-        """Run searches in threads; their stages are recorded one after the other."""
-        # Only the first reports progress.
-        parts = [
-            replace(self, stages=[], progress=unheard if n else self.progress) for n in range(len(searches))
-        ]
-        found = at_once([partial(search, part) for search, part in zip(searches, parts, strict=True)])
-        self.stages += [stage for part in parts for stage in part.stages]
-        return found
 
     def _searched_near(self, start: Delivered, after: tuple[Grain, ...]) -> Delivered:
         """Refine a path for the program's blocks, and search corridors about it."""

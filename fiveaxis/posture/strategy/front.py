@@ -158,7 +158,7 @@ def find_front(
     effort = options.counts()
 
     def found(number: int, start: Array | None) -> Array | None:
-        run = Portfolio(problems[number], effort, of_run)
+        run = Portfolio(problems[number], effort, progress=of_run)
         try:
             path = (
                 run.best_path({}) if start is None else run.refined_from(f"point {number + 1} of {n}", start)

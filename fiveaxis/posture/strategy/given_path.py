@@ -126,11 +126,11 @@ def _solve(given: GivenProblem, mask: Mask | None) -> GivenSolution:
     if mask is not None:
         compared, refused = moved_clear(compared, problem, toolpath, bounds, mask)
         missing = missing | refused
-    run = Portfolio(problem, effort, progress)
+    run = Portfolio(problem, effort, progress=progress)
     found: dict[str, Array] = {}
 
     def solve(bounded: Problem, start: Array) -> Array:
-        again = Portfolio(bounded, effort, progress, run.stages)
+        again = Portfolio(bounded, effort, progress=progress, stages=run.stages)
         near = again.refined_from("path within wider bounds", start)
         return near if bounded.violation(near) <= ALLOWED else again.best_path(starts)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
@@ -30,8 +30,7 @@ from fiveaxis.posture.search.lattice import (
 from fiveaxis.posture.search.shortest import LONG, density, refill, shortest_path, thin
 from fiveaxis.posture.solution import Baseline, Stage
 from fiveaxis.posture.strategy.effort import DEGREE, ROUGH, ROUND, Effort, LatticeSearch
-from fiveaxis.progress import Progress, unheard
-from fiveaxis.threads import at_once
+from fiveaxis.posture.strategy.recording import Recorded, side_by_side
 
 T = TypeVar("T")
 
@@ -58,22 +57,18 @@ COARSE_ROUNDS, ROUNDS, LONG_ROUNDS = 1, 4, 2
 
 
 @dataclass(eq=False)
-class Portfolio:
+class Portfolio(Recorded):
     """Searches of some of the locations, each refined; the best is extended to all of them.
 
     Parameters
     ----------
     problem : what to solve
     effort : how much may be done
-    progress : called with a stage's name, steps done and total steps
-    stages : what was done so far
     clear : what a mask admits; None without one
     """
 
     problem: Problem
     effort: Effort
-    progress: Progress = unheard
-    stages: list[Stage] = field(default_factory=list)
     clear: Clearance | None = None
 
     def best_path(self, compared: Mapping[str, Baseline]) -> Array:
@@ -157,21 +152,11 @@ class Portfolio:
         return self._refined("refine, all locations", None, rotary, near=True)
 
     def _at_once(self, tasks: Sequence[Callable[[Portfolio], T]]) -> list[T]:
-        """Run independent tasks, on a long path in as many threads as there are cores.
-
-        Each has its own portfolio, and the stages are recorded in the order of the tasks: the result doesn't
-        depend on which one ends first, or how many run at once.
-        """
+        """Run independent tasks, on a long path in threads."""
         # A mask need not be safe for threads.
         if len(self.problem) <= LONG or self.effort.solver != STRUCTURED or self.clear is not None:
             return [task(self) for task in tasks]
-        # Only the first reports progress.
-        parts = [
-            replace(self, stages=[], progress=unheard if i else self.progress) for i in range(len(tasks))
-        ]
-        answers = at_once([partial(task, part) for task, part in zip(tasks, parts, strict=True)])
-        self.stages += [stage for part in parts for stage in part.stages]
-        return answers
+        return side_by_side(self, tasks)
 
     def _search(
         self, search: LatticeSearch, rows: IntArray, coordinates: Coordinates, number: int
