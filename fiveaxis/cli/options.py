@@ -10,6 +10,9 @@ from typing import Annotated, Any, Literal, TypeVar, get_type_hints
 import typer
 from rich.markup import escape
 
+from fiveaxis.cli.terminal import parse_numbers, parse_positions
+from fiveaxis.options import Bounds, options_of
+
 Verb = TypeVar("Verb", bound=Callable[..., None])
 
 
@@ -50,6 +53,42 @@ AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document an
 UNIT = optional(str, "mm, inch or, for meshes, m: unit of the input, in place of what it states")
 CREASE = optional(float, "facets of a mesh that meet at a smaller angle are one smooth surface, deg")
 
+
+def flags_of(group: type) -> dict[str, Any]:
+    """Make the flags of a group of options, in a panel of their own, by name."""
+    panel = (inspect.getdoc(group) or "").rstrip(".")
+    flags: dict[str, Any] = {}
+    for name, (kind, option) in options_of(group).items():
+        plain = kind | None if not option.written else str | None
+        text = f"{option.about}: {option.written}" if option.written else option.about
+        flags[name] = Annotated[plain, typer.Option(help=escape(text), rich_help_panel=panel)]
+    return flags
+
+
+def read_flags(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Read what flags of a group give; what isn't given is left out.
+
+    Raises
+    ------
+    SettingError
+        A text that isn't written as its option asks.
+    """
+    found = {}
+    for name, (_, option) in options_of(group).items():
+        value = given.get(name)
+        if value is None:
+            continue
+        if option.written.startswith("MIN:MAX"):
+            value = tuple(parse_numbers(value, 2, "MIN:MAX", ":"))
+        elif option.written.startswith("X,Y,Z"):
+            value = tuple(parse_numbers(value, 3, "X,Y,Z"))
+        elif option.written:
+            value = parse_positions(f"--{name.replace('_', '-')}", value)
+        found[name] = value
+    return found
+
+
+BOUNDS = flags_of(Bounds)
 # Groups of options, by the name of the setting.
 PLANNING: Mapping[str, Any] = {
     "tool": optional(str, "ball:10, bull:16:4 or a .toml file; default: the input's tool"),
@@ -90,12 +129,7 @@ READING: Mapping[str, Any] = {
 }
 POSTURE: Mapping[str, Any] = {
     "machine": MachineName,
-    "tilt": optional(str, "angle to the surface normal, MIN:MAX in deg"),
-    "cone": optional(float, "largest angle to the programmed tool axis, deg"),
-    "lead": optional(str, "tip the tool forwards along the feed, MIN:MAX in deg"),
-    "lean": optional(str, "tip the tool to the left of the feed, MIN:MAX in deg"),
-    "plane": optional(str, "X,Y,Z: normal of a plane that the tool axis stays in"),
-    "hold": optional(str, "hold rotary axes at an angle: C30 (4-axis), A-20,C30 (3+2)"),
+    **BOUNDS,
     "part": optional(Path, "mesh of the part: surface normals, gouge check, preview"),
     "stock": optional(Path, "mesh of the stock, for collisions"),
     "part_unit": optional(
@@ -114,15 +148,11 @@ POSTURE: Mapping[str, Any] = {
         "between locations: smooth (a curve where they are its samples) or chord; default: as the path says",
     ),
     "up_penalty": optional(float, "extra cost of what linear axes lift, tool or table, J/mm"),
-    "max_turn": optional(float, "largest rotary turn in a cutting move, deg; default: 180 deg/s"),
-    "turn_rate": optional(float, "largest rotary turn along a cut, deg/mm"),
     "smoothing": optional(float, "price of squared rotary turns, J/rad2; steadier postures"),
     "steady": optional(
         float, "share of the energy spent on fewer starts and reversals; default: 0.01, 0: none"
     ),
     "time_price": optional(float, "W, for time lost to slow axes; default: base power"),
-    "singular_cone": optional(float, "hold the first rotary axis within this angle of it, deg"),
-    "singular_rate": optional(float, "largest turn of that axis in the cone, deg/mm"),
     "effort": optional(str, "quick, normal or thorough search"),
     "solver": optional(str, "structured, or ipopt as a second opinion"),
     "bound": optional(

@@ -24,6 +24,7 @@ from fiveaxis.cli.options import (
     Override,
     Thin,
     Winding,
+    read_flags,
     takes,
 )
 from fiveaxis.cli.terminal import (
@@ -44,6 +45,7 @@ from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import group_findings, has_errors
+from fiveaxis.options import Bounds
 
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
@@ -179,16 +181,11 @@ def job_of(options: Mapping[str, Any]) -> Job:
     settings["nc"], settings["coordinates"] = given_settings(options), coordinates_of(options)
     if settings.get("columns") is not None:
         settings["columns"] = parse_words(settings["columns"])
-    for name in ("tilt", "lead", "lean"):
-        if settings.get(name) is not None:
-            settings[name] = tuple(parse_numbers(settings[name], 2, "MIN:MAX", ":"))
-    if settings.get("plane") is not None:
-        settings["plane"] = tuple(parse_numbers(settings["plane"], 3, "X,Y,Z"))
+    settings |= read_flags(Bounds, options)
     # A job file may set a flag that isn't given here.
     for name in ("free_start", "free_direction"):
         settings[name] = settings.get(name) or None
     settings["override"] = tuple(settings.get("override") or ()) or None
-    settings["hold"] = parse_positions("--hold", settings.get("hold"))
     if options.get("fixtures") is not None:
         settings |= read_fixtures(options["fixtures"])
     source = options["source"]

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, takes
+from fiveaxis.cli.options import BOUNDS, PLANNING, POSTURE, READING, AsJson, read_flags, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
@@ -25,6 +25,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
+from fiveaxis.options import Bounds
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -39,18 +40,15 @@ PROGRAM: Mapping[str, Any] = {
     name: READING[name]
     for name in ("unit", "positions", "program_zero", "start", "rapid", "block_delete", "harmless", "wrap")
 }
-_BOUNDS = ("tilt", "cone", "lead", "lean", "plane", "hold", "max_turn", "singular_cone", "singular_rate")
 _AROUND = ("stock", "part_unit", "fixtures", "surface_tolerance", "gouge_tolerance")
 CHECKING: Mapping[str, Any] = {
     "machine": POSTURE["machine"],
     "tool": PLANNING["tool"],
     "crease": PLANNING["crease"],
-    **{name: POSTURE[name] for name in ("path_shape", *_BOUNDS, *_AROUND)},
+    **{name: POSTURE[name] for name in ("path_shape", *BOUNDS, *_AROUND)},
     **PROGRAM,
     **{name: POSTURE[name] for name in ("tool_length", "work_offset", "part_rotation")},
 }
-# deg and deg/mm: cone about the singular direction and rate of turn in it, if neither options nor job say.
-SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 
 
 Part = Annotated[Path | None, typer.Option("--part", help="mesh of the finished part, to check for gouges")]
@@ -113,20 +111,20 @@ def load_checked(
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.contour import on_part
     from fiveaxis.job import Against, ProgramOptions, load_placed, load_surroundings, part_unit, read_job
+    from fiveaxis.job.verifying import singular_told
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import read_toolpath
     from fiveaxis.toolpath import Constraints, parse_tool
 
     tool = None if options["tool"] is None else parse_tool(options["tool"])
     around, toolpath, asked = _surroundings(part, options), None, None
-    given = _constraints(options)
-    singular = {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE}
+    given = read_flags(Bounds, options)
     gouge = options["gouge_tolerance"]
     meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
     findings: tuple[Finding, ...] = ()
     if path is not None and path.suffix.lower() == ".toml":
         placed = load_placed(_moved(read_job(path), options))
-        job, machine, toolpath, singular = placed.job, placed.machine, placed.toolpath, {}
+        job, machine, toolpath = placed.job, placed.machine, placed.toolpath
         findings = tuple(finding for finding in toolpath.findings if finding.code == "part-placed")
         around = around or load_surroundings(job)
         given = job.bounds | given
@@ -150,7 +148,7 @@ def load_checked(
         toolpath,
         cutter,
         around,
-        Constraints.of_degrees(**(singular | given)),
+        Constraints.of_degrees(**singular_told(given)),
         program=asked,
         **tolerance,
         **meshes,
@@ -201,17 +199,6 @@ def _surroundings(part: Path | None, options: Mapping[str, Any]) -> Surroundings
 def _triple(text: str) -> tuple[float, float, float]:
     x, y, z = parse_numbers(text, 3, "X,Y,Z")
     return x, y, z
-
-
-def _constraints(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Collect the bounds that the options give, by name."""
-    given = {name: options[name] for name in ("cone", "max_turn", "singular_cone", "singular_rate")}
-    for name in ("tilt", "lead", "lean"):
-        text = options[name]
-        given[name] = None if text is None else tuple(parse_numbers(text, 2, "MIN:MAX", ":"))
-    given["plane"] = None if options["plane"] is None else _triple(options["plane"])
-    given["hold"] = parse_positions("--hold", options["hold"])
-    return {name: value for name, value in given.items() if value is not None}
 
 
 def _print_report(report: Report) -> None:

@@ -10,7 +10,7 @@ from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
     from fiveaxis.motion import Coordinates
-from fiveaxis.nc import ProgramSettings
+    from fiveaxis.nc import ProgramSettings
 
 WRITING: Mapping[str, Any] = {
     "tcp": optional(bool, "NC with tool tip and rotary angles (TCP), not axis positions", "--tcp"),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
+from fiveaxis.options import Bounds, spelled_out
 from fiveaxis.posture import STEADY, Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
@@ -70,17 +71,12 @@ class Cleared:
     rounds: int
 
 
+@spelled_out(Bounds)
 def optimise(
     toolpath: Toolpath,
     machine: Machine,
     *,
     path_shape: PathShape | None = None,
-    tilt: tuple[float, float] | None = None,
-    cone: float | None = None,
-    lead: tuple[float, float] | None = None,
-    lean: tuple[float, float] | None = None,
-    plane: tuple[float, float, float] | None = None,
-    hold: Mapping[str, float] | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
     stock: str | Path | trimesh.Trimesh | None = None,
     fixtures: tuple[Fixture, ...] = (),
@@ -88,13 +84,9 @@ def optimise(
     mask: MaskFunction | None = None,
     objective: Objective = "energy",
     up_penalty: float = 0.0,
-    max_turn: float | None = None,
-    turn_rate: float | None = None,
     smoothing: float = 0.0,
     steady: float = STEADY,
     time_price: float | None = None,
-    singular_cone: float | None = None,
-    singular_rate: float = 0.0,
     free_start: bool | Passes = False,
     free_direction: bool = False,
     effort: str | Effort = "normal",
@@ -104,6 +96,7 @@ def optimise(
     start: Array | None = None,
     bound: bool | None = None,
     progress: Progress = unheard,
+    **bounds: Unpack[Bounds],
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
@@ -117,14 +110,6 @@ def optimise(
     toolpath, machine : the path, and the machine with its bodies
     path_shape : what lies between locations: a ``smooth`` curve where they are its samples, or the ``chord``;
         by default as the path has it (`Toolpath.shape`)
-    tilt : smallest and largest angle between tool axis and surface normal, **degrees**
-    cone : largest angle between tool axis and programmed axis, **degrees**; replaces `tilt`
-    lead, lean : smallest and largest angle, **degrees**, by which the tool is tipped forwards into the feed,
-        seen from the side, and to its left, seen along it (`fiveaxis.toolpath.lead_lean`); alone or together
-        with other bounds
-    plane : a vector, workpiece frame, at right angles to a plane that the tool axis stays in; alone or
-        together with other bounds
-    hold : angles of held rotary axes, **degrees** by letter: one for 4-axis machining, both for 3+2
     part, stock : meshes in mm, workpiece frame, or their files
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
@@ -138,19 +123,12 @@ def optimise(
         (`fiveaxis.posture.strategy.least_time`)
     up_penalty : J/mm, extra price of what linear axes lift against gravity, by the machine's `vertical`: of
         the tool going up, or on a table of the workpiece, whose axis value falls then
-    max_turn : largest turn of a rotary axis in one cutting move, **degrees**; by default 180 deg/s at the
-        programmed feed. Links may turn three times as far, and farther only where nothing else is possible
-    turn_rate : largest turn of a rotary axis over the path of the contact in cutting moves, **deg/mm**
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: a steadier posture at the cost of more travel
     steady : share of the energy that may be spent on fewer starts and reversals of axes, with the objective
         ``energy`` and where nothing has to be kept clear of; 0 for none
     time_price : W, price of time beyond that at the programmed feed, where an axis is too slow for it; by
         default the machine's base power, 0 if that is unknown. Not with the objective ``time``, which has a
         price of its own
-    singular_cone : half angle, **degrees**, of a cone about the direction of the first rotary axis: while the
-        tool axis is inside it in a cut, that axis is held, or turns by at most `singular_rate`. A finding
-        names each cut where that is impossible
-    singular_rate : **deg/mm** over the path of the contact
     free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the solution's
         path then starts them at other locations. Passes that links lead to can do so only if the plan's
         `Plan.passes` (`fiveaxis.contour.plan_passes`), from which new links are laid, are given instead of
@@ -169,6 +147,10 @@ def optimise(
     bound : whether to compute a lower bound of what any posture costs (`Solution.bound`, about a minute); by
         default only with the effort ``thorough``
     progress : called with what is being done, steps done and steps in all
+    bounds : of postures and turns, **degrees** (`fiveaxis.options.Bounds`), at least one of `tilt`, `cone`,
+        `lead` and `lean`. Links may turn three times as far as `max_turn`, and farther only where nothing
+        else is possible; a finding names each cut in which the first rotary axis turns within
+        `singular_cone`, where that is impossible to avoid
 
     Raises
     ------
@@ -179,18 +161,7 @@ def optimise(
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
-    constraints = Constraints.of_degrees(
-        tilt=tilt,
-        cone=cone,
-        lead=lead,
-        lean=lean,
-        plane=plane,
-        hold=hold,
-        max_turn=max_turn,
-        turn_rate=turn_rate,
-        singular_cone=singular_cone,
-        singular_rate=singular_rate,
-    )
+    constraints = Constraints.of_degrees(**bounds)
     if control is None:
         clock = Clock(None, coordinates or "axes")
         interpolation = Interpolation.JOINT if clock.coordinates == "axes" else Interpolation.TCP

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
@@ -15,6 +14,7 @@ from fiveaxis.errors import FiveAxisError
 from fiveaxis.machine.chain import Triple
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings, find_dialect
+from fiveaxis.options import Bounds, options_of, table_of
 from fiveaxis.posture import STEADY
 from fiveaxis.posture.strategy.delivery import Objective
 from fiveaxis.settings import StrictModel
@@ -31,8 +31,8 @@ LARGEST_SWEEP = 10_000
 # What the optimiser may choose of a setup.
 SEARCHED = ("x", "y", "z", "angle")
 
-# Settings that bound postures and turns, under the names of the record's fields.
-BOUNDS = tuple(each.name for each in fields(Constraints))
+# Settings that bound postures and turns.
+BOUNDS = tuple(options_of(Bounds))
 
 
 class PlanTable(StrictModel):
@@ -153,9 +153,7 @@ class FactorsTable(StrictModel):
     source: str = Field(min_length=1, description="where price and emission come from")
 
 
-class Job(StrictModel):
-    """What to optimise, for which machine, within which bounds."""
-
+class _Input(StrictModel):
     input: Path = Field(description="mesh, list of points, APT file or NC program")
     machine: str | None = Field(
         None, min_length=1, description="name of a library machine, or a machine file"
@@ -163,20 +161,17 @@ class Job(StrictModel):
     tool: str | None = Field(
         None, description="ball:10, bull:16:4, a tool file…; by default the input's tool"
     )
-    tilt: tuple[float, float] | None = Field(
-        None, description="smallest and largest angle to the surface normal, deg"
-    )
-    cone: float | None = Field(
-        None, gt=0.0, le=180.0, description="largest angle to the programmed tool axis, deg"
-    )
-    lead: tuple[float, float] | None = Field(
-        None, description="smallest and largest angle by which the tool tips forwards along the feed, deg"
-    )
-    lean: tuple[float, float] | None = Field(
-        None, description="smallest and largest angle by which the tool tips to the left of the feed, deg"
-    )
-    plane: Triple | None = Field(None, description="vector normal to a plane that the tool axis stays in")
-    hold: dict[str, float] = Field({}, description="rotary axes held at an angle, by letter, deg")
+
+
+if TYPE_CHECKING:
+    _Bounded = _Input
+else:
+    _Bounded = table_of(Bounds, _Input)
+
+
+class Job(_Bounded):
+    """What to optimise, for which machine, within which bounds."""
+
     feed: float | None = Field(None, gt=0.0, description="mm/min; replaces the input's feed")
     unit: Unit | None = Field(
         None, description="unit of lengths of an input that doesn't state it; m for meshes only"
@@ -227,10 +222,6 @@ class Job(StrictModel):
         description="what lies between locations: a smooth curve if they tell one, or the chord; by default "
         "smooth for planned paths and points with normals, programs and CL files as they state it",
     )
-    max_turn: float | None = Field(
-        None, gt=0.0, description="largest rotary turn in a cutting move, deg; 180 deg/s by default"
-    )
-    turn_rate: float | None = Field(None, gt=0.0, description="largest rotary turn along a cut, deg/mm")
     smoothing: float = Field(
         0.0, ge=0.0, description="price of squared turns of the rotary axes, for steadier postures, J/rad2"
     )
@@ -243,14 +234,6 @@ class Job(StrictModel):
     time_price: float | None = Field(
         None, ge=0.0, description="W, for time lost to slow axes; by default the machine's base power"
     )
-    singular_cone: float | None = Field(
-        None,
-        gt=0.0,
-        lt=90.0,
-        description="half angle of a cone about the first rotary axis; with the tool inside, that axis is "
-        "held, deg",
-    )
-    singular_rate: float = Field(0.0, ge=0.0, description="largest turn of that axis in the cone, deg/mm")
     effort: Literal["quick", "normal", "thorough"] = Field(
         "normal", description="how thorough the search for the best postures is"
     )

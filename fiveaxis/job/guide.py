@@ -6,6 +6,7 @@ import inspect
 import json
 import os
 import re
+from collections import abc
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -281,7 +282,7 @@ def _kind(annotation: Any, metadata: list[Any]) -> str:
     if get_origin(annotation) is tuple:
         inner = [_kind(part, []) for part in parts if part is not Ellipsis]
         return f"[{', '.join(inner)}{', ...' if Ellipsis in parts else ''}]"
-    if get_origin(annotation) is dict:
+    if get_origin(annotation) in (dict, abc.Mapping):
         return f"table of a {_kind(parts[1], [])} by letter"
     plain = _PLAIN.get(annotation) or (_kind(parts[0], []) if parts else str(annotation))
     return f"{plain} {bounds_text(metadata)}".strip()

@@ -81,7 +81,7 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     where the job doesn't bound the tool axis
     """
     said = "offset" in job.setup.model_fields_set or job.setup.search is not None
-    if said or job.hold or not job.constraints.bounds_angle:
+    if said or job.constraints.hold or not job.constraints.bounds_angle:
         return job, ()
     reach = Reach.of(toolpath, machine, job.constraints, job.setup.rotation)
     centre = table_centre(machine)
@@ -100,7 +100,7 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
 
 def advised(fault: Infeasible, job: Job, machine: Machine, toolpath: Toolpath) -> Infeasible:
     """Add to a fault where the part could stand so that every location is reached; unchanged if nowhere."""
-    if job.hold or not any(finding.code == "no-posture" for finding in fault.findings):
+    if job.constraints.hold or not any(finding.code == "no-posture" for finding in fault.findings):
         return fault
     reach = Reach.of(toolpath, machine, job.constraints, job.setup.rotation)
     if not len(reach) or reach.reached(job.setup.offset).all():

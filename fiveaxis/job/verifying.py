@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour.options import CREASE
@@ -16,6 +16,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.options import Positions, Wrap
+from fiveaxis.options import Bounds, spelled_out
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import Report, Tolerances
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, GOUGE_TOLERANCE
@@ -23,7 +24,11 @@ from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, GOUGE_TOLERA
 if TYPE_CHECKING:
     import trimesh
 
+# deg and deg/mm: turns of a program that are told, within this angle of the first rotary axis.
+SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 
+
+@spelled_out(Bounds)
 def verify_program(
     program: str | Path,
     machine: Machine,
@@ -31,15 +36,6 @@ def verify_program(
     tool: Tool | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
     toolpath: Toolpath | None = None,
-    tilt: tuple[float, float] | None = None,
-    cone: float | None = None,
-    lead: tuple[float, float] | None = None,
-    lean: tuple[float, float] | None = None,
-    plane: tuple[float, float, float] | None = None,
-    hold: Mapping[str, float] | None = None,
-    max_turn: float | None = None,
-    singular_cone: float | None = 5.0,
-    singular_rate: float = 5.0,
     surface_tolerance: float = SURFACE_TOLERANCE,
     surroundings: Surroundings | None = None,
     crease: float = CREASE,
@@ -56,6 +52,7 @@ def verify_program(
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     settings: ProgramSettings | None = None,
     control: str | Path = "linuxcnc",
+    **bounds: Unpack[Bounds],
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
 
@@ -72,10 +69,6 @@ def verify_program(
     part : mesh of the finished part in mm, or its file; checked for gouges
     toolpath : that the program should follow: its tool's centre keeps to the path within
         `Tolerances.deviation` and passes all of its locations in order
-    tilt, lead, lean : degrees, relative to the surface normals of `toolpath`, or else to those of the part
-    cone : degrees, about the axes of `toolpath`
-    plane : a vector normal to a plane that the tool axis stays in
-    hold, max_turn, singular_cone, singular_rate : as for `verify`
     surface_tolerance : mm, gap between cutter and part that counts as touching
     crease : degrees; facets of the part that meet at a smaller angle are one smooth surface
     part_unit : of the part's file: ``mm``, ``inch`` or ``m``; a mesh is in mm
@@ -88,6 +81,9 @@ def verify_program(
     settings : of the program that was asked for: spindle, tool, offsets and coolant have to be in force in
         every cut
     control : whose words the settings are, as for `compose_program`
+    bounds : of postures and turns, **degrees** (`fiveaxis.options.Bounds`): tilt, lead and lean relative to
+        the surface normals of `toolpath`, or else to those of the part, a cone about the axes of `toolpath`.
+        Without `singular_cone`, fast turns within `SINGULAR_CONE` are told
 
     Returns
     -------
@@ -107,18 +103,7 @@ def verify_program(
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
     reading |= {"positions": positions, "harmless": tuple(harmless)}
-    constraints = Constraints.of_degrees(
-        tilt=tilt,
-        cone=cone,
-        lead=lead,
-        lean=lean,
-        plane=plane,
-        hold=hold,
-        max_turn=max_turn,
-        singular_cone=singular_cone,
-        # The rate has a default, and means nothing without the cone.
-        singular_rate=0.0 if singular_cone is None else singular_rate,
-    )
+    constraints = Constraints.of_degrees(**singular_told(bounds))
     program_asked = None if settings is None else ProgramOptions(control=control, settings=settings)
     around = surroundings or Surroundings.load(part, unit=part_unit)
     against = Against(
@@ -126,6 +111,13 @@ def verify_program(
     )
     check = ProgramCheck(machine, against, tolerances.with_gouge(gouge_tolerance), surface_tolerance)
     return check.report(load_program(program, machine, against.cutter, reading))
+
+
+def singular_told(bounds: Mapping[str, Any]) -> dict[str, Any]:
+    """Add the cone in which turns of a program are told, unless the bounds have one, or None."""
+    if bounds.get("singular_cone", SINGULAR_CONE) is None:
+        return dict(bounds)
+    return {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE, **bounds}
 
 
 def check_program(

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Unpack
 
 import numpy as np
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import angle_between
+from fiveaxis.options import Bounds, completed, spelled_out
 from fiveaxis.toolpath.bounds import TiltBounds
 from fiveaxis.toolpath.lead_lean import Range, lead_lean_bounds, require_lead_lean, tilt_of
 from fiveaxis.toolpath.path import SHORTEST_DIRECTION, Toolpath
@@ -50,20 +52,8 @@ class Constraints:
     singular_rate: float = 0.0
 
     @classmethod
-    def of_degrees(
-        cls,
-        *,
-        tilt: Range | None = None,
-        cone: float | None = None,
-        lead: Range | None = None,
-        lean: Range | None = None,
-        plane: Sequence[float] | None = None,
-        hold: Mapping[str, float] | None = None,
-        max_turn: float | None = None,
-        turn_rate: float | None = None,
-        singular_cone: float | None = None,
-        singular_rate: float = 0.0,
-    ) -> Constraints:
+    @spelled_out(Bounds)
+    def of_degrees(cls, **bounds: Unpack[Bounds]) -> Constraints:
         """Convert bounds in degrees and deg/mm.
 
         Raises
@@ -73,6 +63,10 @@ class Constraints:
             −90…90°); a zero plane vector; a bound on turns that isn't positive; a singular rate without its
             cone.
         """
+        given = completed(Bounds, bounds)
+        tilt, cone, lead, lean, plane = (given[name] for name in ("tilt", "cone", "lead", "lean", "plane"))
+        max_turn, turn_rate = given["max_turn"], given["turn_rate"]
+        singular_cone, singular_rate = given["singular_cone"], given["singular_rate"]
         if tilt is not None and cone is not None:
             raise SettingError(EITHER)
         if tilt is not None:
@@ -107,7 +101,7 @@ class Constraints:
             lead=_radians_of(lead),
             lean=_radians_of(lean),
             plane=None if across is None else (float(across[0]), float(across[1]), float(across[2])),
-            hold={letter: math.radians(angle) for letter, angle in (hold or {}).items()},
+            hold={letter: math.radians(angle) for letter, angle in (given["hold"] or {}).items()},
             max_turn=None if max_turn is None else math.radians(max_turn),
             turn_rate=None if turn_rate is None else math.radians(turn_rate),
             singular_cone=None if singular_cone is None else math.radians(singular_cone),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
+from fiveaxis.options import Bounds, spelled_out
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification.between import CheckedInterpolation, check_gouges
 from fiveaxis.verification.check_context import (
@@ -47,26 +48,18 @@ NOT_CHECKED = (
 TIP = 0.0
 
 
+@spelled_out(Bounds)
 def verify(
     motion: Motion,
     machine: Machine,
     toolpath: Toolpath,
     *,
-    tilt: tuple[float, float] | None = None,
-    cone: float | None = None,
-    lead: tuple[float, float] | None = None,
-    lean: tuple[float, float] | None = None,
-    plane: tuple[float, float, float] | None = None,
-    hold: Mapping[str, float] | None = None,
-    max_turn: float | None = None,
-    turn_rate: float | None = None,
-    singular_cone: float | None = None,
-    singular_rate: float = 0.0,
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     between: Interpolation | str | CheckedInterpolation | None = None,
     gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
+    **bounds: Unpack[Bounds],
 ) -> Report:
     """Check a motion against its machine, its path and its constraints, with independent kinematics.
 
@@ -78,16 +71,6 @@ def verify(
     motion : axis values and durations, one row per location
     machine : chain, limits, highest speeds
     toolpath : the path that the motion follows
-    tilt : smallest and largest angle between tool axis and surface normal, degrees
-    cone : largest angle between tool axis and programmed axis, degrees
-    lead, lean : smallest and largest angle of the tool forwards into the feed and to its left, degrees
-    plane : normal of a plane that the tool axis stays in, besides the others; with none of them, tilt isn't
-        checked
-    hold : degrees by letter, at which rotary axes are held
-    max_turn : largest turn of a rotary axis in one cutting move, degrees; else `Tolerances.jump`
-    turn_rate : largest turn of a rotary axis per length of the pivot's path in cuts, deg/mm
-    singular_cone, singular_rate : half angle, degrees, of a cone about the first rotary axis; inside it that
-        axis turns by at most this many deg/mm in cuts
     part : mesh of the finished part in mm, or its file; without it, gouges aren't checked
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep away from, instead of
         `part`; the bodies of the machine are checked against each other in any case
@@ -97,6 +80,8 @@ def verify(
     gouge_tolerance : mm, allowed depth of the cutter in the part at a location; within a move 0.01 mm more,
         as the move is the chord of a curve
     tolerances : bounds beyond which any other difference is a finding
+    bounds : of postures and turns, **degrees** (`fiveaxis.options.Bounds`); without `max_turn`,
+        `Tolerances.jump` bounds the turn in a cutting move
 
     Returns
     -------
@@ -122,18 +107,7 @@ def verify(
         pinocchio isn't installed.
     """
     toolpath = located(toolpath, motion)
-    constraints = Constraints.of_degrees(
-        tilt=tilt,
-        cone=cone,
-        lead=lead,
-        lean=lean,
-        plane=plane,
-        hold=hold,
-        max_turn=max_turn,
-        turn_rate=turn_rate,
-        singular_cone=singular_cone,
-        singular_rate=singular_rate,
-    )
+    constraints = Constraints.of_degrees(**bounds)
     toolpath = constraints.zoned(toolpath)
     applied = PathConstraints.of(toolpath, machine, constraints)
     around = surroundings or Surroundings.load(part)
