@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import abc
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -218,7 +219,7 @@ def _kind(annotation: Any, metadata: Sequence[Any] = ()) -> str:
         if origin is not tuple or Ellipsis in parts:
             return f"list: {_kind(parts[0])}"
         return f"{len(parts)} values in a list: {_kind(parts[0])}"
-    if origin is dict:
+    if origin in (dict, abc.Mapping):
         return f"table: {_kind(parts[1])} by {_kind(parts[0])}"
     if origin in (Union, UnionType):
         return ", or ".join(_kind(part, metadata) for part in parts)
