@@ -28,7 +28,8 @@ autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
 # Said by name; what numpy makes of the first fills lines.
 autodoc_type_aliases = {name: name for name in ("ArrayLike", "Array", "BoolArray", "IntArray")}
-autodoc_preserve_defaults = True
+# Options of a record (`fiveaxis.options`) have no default in the source.
+autodoc_preserve_defaults = False
 autodoc_member_order = "bysource"
 autodoc_default_options = {
     "members": True,

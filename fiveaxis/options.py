@@ -87,12 +87,11 @@ def spelled_out(group: type) -> Callable[[F], F]:
     heading = "Other Parameters"
     lines = [heading, "-" * len(heading)]
     lines += [f"{name} : {option.about}" for name, (_, option) in options_of(group).items()]
-    section = "".join(f"    {line}\n" for line in lines)
+    section = "\n".join(lines)
 
     def spell(function: F) -> F:
-        text = function.__doc__ or ""
-        at = text.find("    Raises\n")
-        function.__doc__ = f"{text[:at]}{section}\n{text[at:]}" if at >= 0 else f"{text}\n\n{section}"
+        before, raises, after = inspect.cleandoc(function.__doc__ or "").partition("\n\nRaises\n")
+        function.__doc__ = f"{before}\n\n{section}{raises}{after}"
         own = inspect.signature(function)
         named = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
         named += [
