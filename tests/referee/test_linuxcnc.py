@@ -221,6 +221,7 @@ def test_a_joint_path_meets_the_ends_of_its_blocks():
 
 
 @pytest.mark.parametrize("n", [pytest.param(60, marks=simulated)])
+@pytest.mark.slow
 def test_on_a_coarsely_sampled_cone_the_ball_stays_between_the_circle_and_its_chords(n, tmp_path):
     """The circle is the cone's own, not the curve that was found through the samples."""
     machine, angle = measured_machine(), 2.0 * np.pi * np.arange(n + 1) / n

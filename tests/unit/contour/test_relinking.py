@@ -107,6 +107,7 @@ def test_where_arcs_were_asked_for_a_start_without_room_for_one_has_no_link(part
     assert plan.passes.relink(None, wedged) is not None
 
 
+@pytest.mark.slow
 def test_islands_in_a_cup_cost_less_with_a_free_start(part, hayashi):
     plan = planned(part)
     options = {"tilt": (10, 80), "effort": "quick"}

@@ -201,6 +201,7 @@ def rings(tool):
     return fx.Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (26, 1)), tool)
 
 
+@pytest.mark.slow
 def test_passes_that_begin_elsewhere_are_kept_clear_too(rings, machine, block):
     clear = Clearances(0.0, 0.5, 0.0, 0.0)
     asked = {"tilt": TILT, "effort": "quick", "fixtures": (block,), "clearances": clear}

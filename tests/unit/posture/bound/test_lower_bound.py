@@ -87,6 +87,7 @@ def priced(problem: Problem, i: int, step: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("tool", ["ball:6", "flat:12", "bull:16:3"])
 @pytest.mark.parametrize("code", ["640123", "601234", "214035"])
+@pytest.mark.slow
 def test_no_admissible_path_costs_less_than_the_bound(code, tool):
     machine, rng = powered(code), np.random.default_rng(3)
     for seed in range(3):
@@ -122,6 +123,7 @@ def test_axis_limits_raise_the_bound_and_it_stays_below_every_path():
     assert bound.total <= cheapest(problem, layers) + ROUNDING
 
 
+@pytest.mark.slow
 def test_bounded_turns_raise_the_bound_and_it_stays_below_what_is_found_within_them(hayashi, dome):
     """Half a turn of C while A swings through is cheap, but far from one location to the next."""
     tilt, turns = tilt_bounds(dome, (10, 70)), turn_bounds(dome, Constraints.of_degrees(tilt=(10, 70)))
@@ -254,6 +256,7 @@ def test_a_load_that_depends_on_the_posture_allows_no_bound_if_the_drive_returns
     assert [f.code for f in found.toolpath.findings].count("no-bound") == 1
 
 
+@pytest.mark.slow
 def test_a_bound_is_computed_where_it_is_asked_for():
     path, machine = wandering("ball:6", 3, 5), powered("640123")
     without = fx.optimise(path, machine, tilt=TILT, effort="quick", objective="travel")

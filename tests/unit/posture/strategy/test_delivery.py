@@ -118,11 +118,13 @@ def test_the_energy_of_the_program_is_minimal(path, hayashi):
         assert all(solution.energy.total < energy.total for energy in solution.baselines.values())
 
 
+@pytest.mark.slow
 def test_the_result_doesnt_depend_on_how_densely_a_path_is_given(hayashi):
     energies = [fx.optimise(lobes(n), hayashi, tilt=(15.0, 75.0)).energy.total for n in (121, 241, 481)]
     assert max(energies) < 1.02 * min(energies), energies
 
 
+@pytest.mark.slow
 def test_nor_on_how_the_part_is_turned_on_the_table(hayashi):
     turns = (0.0, 0.7, 4.0)
     energies = [fx.optimise(lobes(181, turn), hayashi, tilt=(15.0, 75.0)).energy.total for turn in turns]

@@ -314,6 +314,7 @@ def test_verification_finds_nothing_wrong_with_a_rewound_path(hayashi, helix):
     assert "axis-limit" in {f.code for f in less.findings}
 
 
+@pytest.mark.slow
 def test_free_starts_are_chosen_before_the_rewinds(hayashi):
     """Three closed rings, begun far from the turn change; free starts need no more rewinds."""
     angle = np.radians(200.0) + np.arange(48) * TURN / 48
