@@ -54,11 +54,16 @@ def completed(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
     TypeError
         An option that the group doesn't have.
     """
+    require_known(group, given)
+    return {name: option.default for name, (_, option) in options_of(group).items()} | dict(given)
+
+
+def require_known(group: type, given: Mapping[str, Any]) -> None:
+    """Raise `TypeError` for an option that a group doesn't have."""
     known = options_of(group)
     for name in given:
         if name not in known:
             raise TypeError(f"unexpected keyword argument {name!r}; there are {', '.join(known)}")
-    return {name: option.default for name, (_, option) in known.items()} | dict(given)
 
 
 def table_of(group: type, base: type[BaseModel]) -> type[BaseModel]:
@@ -104,8 +109,8 @@ def spelled_out(group: type) -> Callable[[F], F]:
     return spell
 
 
-class Bounds(TypedDict, total=False):
-    """Bounds on postures and turns."""
+class ProgramBounds(TypedDict, total=False):
+    """Bounds on postures and turns, as far as they can be checked in a program of any source."""
 
     tilt: Annotated[
         tuple[float, float] | None,
@@ -140,7 +145,6 @@ class Bounds(TypedDict, total=False):
         float | None,
         Option("largest rotary turn in a cutting move, deg; 180 deg/s by default", above=0.0),
     ]
-    turn_rate: Annotated[float | None, Option("largest rotary turn along a cut, deg/mm", above=0.0)]
     singular_cone: Annotated[
         float | None,
         Option(
@@ -152,3 +156,9 @@ class Bounds(TypedDict, total=False):
     singular_rate: Annotated[
         float, Option("largest turn of that axis in the cone, deg/mm", default=0.0, least=0.0)
     ]
+
+
+class Bounds(ProgramBounds, total=False):
+    """Bounds on postures and turns."""
+
+    turn_rate: Annotated[float | None, Option("largest rotary turn along a cut, deg/mm", above=0.0)]

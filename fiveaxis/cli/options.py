@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
-from fiveaxis.options import Bounds, options_of
+from fiveaxis.options import Bounds, ProgramBounds, options_of
 
 Verb = TypeVar("Verb", bound=Callable[..., None])
 
@@ -88,7 +88,7 @@ def read_flags(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-BOUNDS = flags_of(Bounds)
+BOUNDS, PROGRAM_BOUNDS = flags_of(Bounds), flags_of(ProgramBounds)
 # Groups of options, by the name of the setting.
 PLANNING: Mapping[str, Any] = {
     "tool": optional(str, "ball:10, bull:16:4 or a .toml file; default: the input's tool"),

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import BOUNDS, PLANNING, POSTURE, READING, AsJson, read_flags, takes
+from fiveaxis.cli.options import PLANNING, POSTURE, PROGRAM_BOUNDS, READING, AsJson, read_flags, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
@@ -25,7 +25,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
-from fiveaxis.options import Bounds
+from fiveaxis.options import ProgramBounds
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -45,7 +45,8 @@ CHECKING: Mapping[str, Any] = {
     "machine": POSTURE["machine"],
     "tool": PLANNING["tool"],
     "crease": PLANNING["crease"],
-    **{name: POSTURE[name] for name in ("path_shape", *BOUNDS, *_AROUND)},
+    **{name: POSTURE[name] for name in ("path_shape", *_AROUND)},
+    **PROGRAM_BOUNDS,
     **PROGRAM,
     **{name: POSTURE[name] for name in ("tool_length", "work_offset", "part_rotation")},
 }
@@ -118,7 +119,7 @@ def load_checked(
 
     tool = None if options["tool"] is None else parse_tool(options["tool"])
     around, toolpath, asked = _surroundings(part, options), None, None
-    given = read_flags(Bounds, options)
+    given = read_flags(ProgramBounds, options)
     gouge = options["gouge_tolerance"]
     meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
     findings: tuple[Finding, ...] = ()

@@ -54,7 +54,7 @@ class BlockCosts:
     def near(self, travel: Array, sharpness: float) -> tuple[Array, Array]:
         """Compute prices of travel near a solution: what stands is dear, what moves has all but paid.
 
-        They are the slopes of a concave cost which tends to that of a block as the sharpness tends to 0.
+        At the solution itself, price times travel tends to what a block costs as the sharpness tends to 0.
 
         Parameters
         ----------

@@ -16,7 +16,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.options import Positions, Wrap
-from fiveaxis.options import Bounds, spelled_out
+from fiveaxis.options import ProgramBounds, require_known, spelled_out
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import Report, Tolerances
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, GOUGE_TOLERANCE
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 
 
-@spelled_out(Bounds)
+@spelled_out(ProgramBounds)
 def verify_program(
     program: str | Path,
     machine: Machine,
@@ -52,7 +52,7 @@ def verify_program(
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     settings: ProgramSettings | None = None,
     control: str | Path = "linuxcnc",
-    **bounds: Unpack[Bounds],
+    **bounds: Unpack[ProgramBounds],
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
 
@@ -81,8 +81,9 @@ def verify_program(
     settings : of the program that was asked for: spindle, tool, offsets and coolant have to be in force in
         every cut
     control : whose words the settings are, as for `compose_program`
-    bounds : of postures and turns, **degrees** (`fiveaxis.options.Bounds`): tilt, lead and lean relative to
-        the surface normals of `toolpath`, or else to those of the part, a cone about the axes of `toolpath`.
+    bounds : of postures and turns, **degrees** (`fiveaxis.options.ProgramBounds`): tilt, lead and lean
+        relative to the surface normals of `toolpath`, or else to those of the part, a cone about the axes of
+        `toolpath`.
         Without `singular_cone`, fast turns within `SINGULAR_CONE` are told
 
     Returns
@@ -103,6 +104,7 @@ def verify_program(
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
     reading |= {"positions": positions, "harmless": tuple(harmless)}
+    require_known(ProgramBounds, bounds)
     constraints = Constraints.of_degrees(**singular_told(bounds))
     program_asked = None if settings is None else ProgramOptions(control=control, settings=settings)
     around = surroundings or Surroundings.load(part, unit=part_unit)

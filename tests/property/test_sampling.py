@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import cone, dome, ellipse, sampled, wave
+from shapes import cone, dome, ellipse, sampled, torus, wave
 
 import fiveaxis as fx
 from fiveaxis.errors import SettingError
@@ -18,7 +18,7 @@ MOST_BOW = 0.05
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("surface", "n"),
-    [(cone, 60), (ellipse, 70), (wave, 40)],
+    [(cone, 60), (ellipse, 70), (wave, 40), (torus, 60)],
 )
 def test_result_and_baselines_cost_the_same_at_any_density(hayashi, surface, n):
     paths = [sampled(surface, n * times, rings=2) for times in (1, 2, 4)]

@@ -137,7 +137,7 @@ def path_anywhere(problem: Problem, costs: BlockCosts, grain: Grain) -> Array | 
 def turning_rows(problem: Problem, least: int = 0) -> Array:
     """Divide moves in which the direction of the lean turns far; fractional indices of locations.
 
-    Where a path has fewer locations than `least`, every move is divided.
+    Where a path has at most half as many locations as `least`, every move is divided.
     """
     few = np.clip(least // len(problem), 1, MOST_PARTS)
     parts = np.maximum(np.ceil(_turning(problem) / FAR_TURN), few).astype(np.int64)

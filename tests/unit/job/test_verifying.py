@@ -390,3 +390,8 @@ def test_cutter_locations_are_followed_and_a_fault_in_them_is_their_own(tmp_path
     path.write_text("\n".join([*lines, "GOTO/x,0,0,0,0,1"]))
     with pytest.raises(ToolpathError, match=r"p.apt:6: .*GOTO"):
         fx.verify_program(path, hayashi)
+
+
+def test_a_bound_that_no_program_can_be_checked_for_is_refused(tmp_path, hayashi):
+    with pytest.raises(TypeError, match="unexpected keyword argument 'turn_rate'"):
+        fx.verify_program(tmp_path / "part.ngc", hayashi, turn_rate=5.0)
