@@ -131,7 +131,6 @@ def test_nor_on_how_the_part_is_turned_on_the_table(hayashi):
     assert max(energies) < 1.02 * min(energies), energies
 
 
-@pytest.mark.xfail(reason="what stands is searched by the first reading of the power table alone")
 def test_least_energy_is_good_by_the_other_reading_too_with_hardly_more_travel(hayashi):
     by_energy, by_travel = (
         fx.optimise(s_wall(160), hayashi, tilt=(25.0, 75.0), effort="quick", objective=objective).energy
