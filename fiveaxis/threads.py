@@ -15,7 +15,7 @@ def at_once(tasks: Sequence[Callable[[], T]]) -> list[T]:
 
     Where one raises an error, those that haven't begun are dropped, and the first one's error is raised.
     """
-    if len(tasks) < 2:
+    if len(tasks) < 2 or os.cpu_count() == 1:
         return [task() for task in tasks]
     pool = ThreadPoolExecutor(os.cpu_count())
     try:

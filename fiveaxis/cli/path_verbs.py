@@ -215,9 +215,9 @@ def _program(options: Mapping[str, Any]) -> dict[str, Any]:
 def job_work(*, hidden: bool = False) -> Iterator[Work]:
     """Show the work on a job, imports included, and say at its end how long it took."""
     with shown_work(err, hidden=hidden) as work:
-        from fiveaxis.posture.search.kernel import relax_layer
+        from fiveaxis.posture.search.successor_kernel import advance
 
-        print_first_run(relax_layer)
+        print_first_run(advance)
         yield work
     err.print(f"done in {work.elapsed:.1f} s")
 

@@ -21,8 +21,8 @@ from fiveaxis.mesh import TriangleTree
 from fiveaxis.mesh.kernels import STACK
 from fiveaxis.threads import at_once
 
-# Tools per thread at once: enough for the work to outweigh the call.
-CHUNK = 250
+# Tools per thread at once: enough for the work to outweigh the thread.
+CHUNK = 2_000
 # A triangle clipped to a slab has no more corners than this.
 CORNERS = 8
 

@@ -37,6 +37,12 @@ class BlockCosts:
     reach: Array
     step: Array
 
+    @classmethod
+    def of_travel(cls, plus: Array, minus: Array) -> BlockCosts:
+        """Make costs in proportion to travel, (n, k) J/mm and J/rad."""
+        none = np.zeros_like(plus)
+        return cls(np.stack([plus, minus]), np.zeros((2, *plus.shape)), none, none)
+
     def thinned(self, rows: IntArray) -> BlockCosts:
         """Return the costs of moves between some of the locations, (m,), each of several blocks."""
 

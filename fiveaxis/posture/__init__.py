@@ -5,7 +5,7 @@ from fiveaxis.posture.optimiser import STEADY, Options, optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Solution, Stage
 from fiveaxis.posture.strategy.delivery import Objective
-from fiveaxis.posture.strategy.effort import EFFORTS, Effort, LatticeSearch
+from fiveaxis.posture.strategy.effort import EFFORTS, Effort
 from fiveaxis.posture.strategy.front import Front, FrontPoint, find_front
 
 __all__ = [
@@ -15,7 +15,6 @@ __all__ = [
     "Effort",
     "Front",
     "FrontPoint",
-    "LatticeSearch",
     "LowerBound",
     "Objective",
     "Options",

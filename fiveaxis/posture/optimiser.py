@@ -4,35 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import BlockCosts, power_findings
+from fiveaxis.energy import power_findings
 from fiveaxis.errors import Infeasible, SettingError, ToolpathError
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine, with_powers
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Interpolation
 from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
-from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.successors import Grain, cheapest_path
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.bounding import with_bound
-from fiveaxis.posture.strategy.delivery import Delivery, Objective, delivered, stands_pay
+from fiveaxis.posture.strategy.delivery import Delivery, Objective, delivered
 from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
-from fiveaxis.posture.strategy.given_path import GivenProblem, solve_given
-from fiveaxis.posture.strategy.least_time import by_time, time_findings
-from fiveaxis.posture.strategy.portfolio import Portfolio
-from fiveaxis.posture.strategy.program_path import Breach, Posed
-from fiveaxis.posture.strategy.singular import Cone, bounded_within, with_findings
+from fiveaxis.posture.strategy.given_path import GivenProblem, refusal, solve_given
+from fiveaxis.posture.strategy.least_time import time_findings
+from fiveaxis.posture.strategy.near import Near, refined
+from fiveaxis.posture.strategy.program_path import Breach
+from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
-from fiveaxis.posture.turns.winding import endless
+from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution, wrap_mask
+from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 from fiveaxis.toolpath.passes import Passes
@@ -42,8 +40,6 @@ from fiveaxis.toolpath.passes import Passes
 SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
 # Share of the energy that is spent on fewer starts and reversals, if nobody says otherwise.
 STEADY = 0.01
-# Locations to each side of a refused one that stay where they are, by attempt.
-REACHES = (6, 24, 96)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,11 +114,10 @@ def optimise(
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
-    Searches by the travel metric ``Σ W⁺Δq⁺ + W⁻Δq⁻``, on some of the locations, give paths to begin with,
-    each refined by the exact NLP. Where drives take a constant power, it is then searched which axes stand,
-    by the price of the program's blocks and on the locations that the program needs
-    (`fiveaxis.posture.search.successors`, `fiveaxis.posture.strategy.delivery`). The result is the best local
-    optimum found, not proven global.
+    Exact postures are searched, by the price of the program's blocks and by the travel metric
+    ``Σ W⁺Δq⁺ + W⁻Δq⁻``, and what is found is refined by the exact NLP, on the locations that the program
+    needs (`fiveaxis.posture.search.successors`, `fiveaxis.posture.strategy.delivery`). The result is the best
+    local optimum found, not proven global.
 
     Parameters
     ----------
@@ -155,8 +150,6 @@ def optimise(
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     options.require_consistent(constraints)
     effort = options.counts()
-    # Travel prices only provide the start for the prices of blocks.
-    given_effort = effort if options.objective == "travel" else effort.having(last_barrier=ROUGH)
     progress, smoothing, up_penalty = options.progress, options.smoothing, options.up_penalty
     cone = Cone.of(constraints)
     machine = holding.hold(with_powers(machine), constraints.hold)
@@ -176,49 +169,61 @@ def optimise(
             time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
             bend_price=smoothing,
         )
-        return by_time(built, up_penalty, smoothing) if options.is_timed else built, bounds
+        return built, bounds
 
     filling = Filling.of(constraints, options.interpolation)
 
     def solved(narrow: Narrow) -> _Attempt:
-        """Solve within narrower bounds."""
-        alone = options.mask is None and cone is None and options.start is None
+        """Solve within narrower bounds, if possible within the turns that the axes have."""
+        try:
+            return solved_on(narrow, options.mask)
+        except Infeasible:
+            if not winding_columns(narrow.machine):
+                raise
+        # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
+        function = None if options.mask is None else wrap_mask(machine, options.mask)
+        attempt = solved_on(replace(narrow, machine=endless(narrow.machine)), function)
+        return replace(attempt, found=replace(attempt.found, machine=endless(machine)))
+
+    def solved_on(narrow: Narrow, function: MaskFunction | None) -> _Attempt:
+        """Solve on the machine of the bounds."""
+        mask = None if function is None else Mask(function)
         problem, bounds = build(narrow, toolpath)
-        # What stands is searched from what the smallest effort finds by travel.
-        stands = alone and options.objective == "energy" and stands_pay(problem, toolpath)
-        starting = given_effort.nested[0] if stands else given_effort
-        given = GivenProblem(problem, bounds, toolpath, options.start, starting, progress, cone)
-        first = solve_given(given, options.mask)
-        found, mask, others = first.solution, first.mask, first.others
+        starting = effort.nested[0].having(last_barrier=ROUGH)
+        given = GivenProblem(problem, bounds, toolpath, options.start, starting, progress)
+        found = solve_given(given, mask)
 
         def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-            problem, bounds = build(narrow, path, location)
-            return replace(problem, machine=found.machine), bounds
+            return build(narrow, path, location)
 
         if options.free_start:
-            again = _refiner(effort, progress, "another start")
             passes = None if options.free_start is True else options.free_start
-            found = free_starts(found, rebuild, again, passes=passes, both_directions=options.free_direction)
-            others = {}
+            again, both = partial(refined, effort=starting), options.free_direction
+            found = free_starts(found, rebuild, again, passes=passes, both_directions=both)
         delivery = Delivery(
             found.toolpath,
             rebuild,
-            _Near(effort, cone, mask),
+            Near(effort, cone, mask),
             filling,
             effort,
             up_penalty,
+            smoothing,
             options.objective,
-            # Within a mask nothing is spent: between locations, a path that cuts corners comes nearer.
-            options.steady if mask is None else 0.0,
+            options.steady,
             options.clock,
             constraints.turn_rate is not None,
             progress=progress,
         )
-        if options.start is not None and mask is None and not options.free_start:
-            others = {"the start given": options.start}
-        found, rank, breach = delivered(found, delivery, others, everywhere=alone)
-        wide = machine if found.machine is narrow.machine else endless(machine)
-        return _Attempt(replace(found, machine=wide), mask, rank, breach)
+        others = {} if options.start is None or options.free_start else {"the start given": options.start}
+        found, rank, breach = delivered(found, delivery, others, everywhere=True)
+        if mask is not None:
+            rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
+            rotary = rotary if location is None else rotary[location == np.floor(location)]
+            refused = ~mask.admits(np.arange(len(toolpath)), rotary)
+            if refused.any():
+                raise refusal(problem, toolpath, rotary, refused, mask)
+        # Without the narrower limits.
+        return _Attempt(replace(found, machine=machine), mask, rank, breach)
 
     # The linear solvers work on small blocks, for which threads of the BLAS only wait for each other.
     with threadpool_limits(limits=1):
@@ -228,7 +233,7 @@ def optimise(
             rotary = found.motion.positions[:, machine.rotary_columns]
             admits = None if mask is None else mask.along(found.motion.location).admits
             keeps = path_check(found.toolpath, found.machine, rotary, cone, admits)
-            found = rewind_solution(found, machine, _refiner(effort, progress, "one turn less"), keeps)
+            found = rewind_solution(found, machine, partial(refined, effort=effort), keeps)
         found = with_findings(found, cone)
         return with_bound(found, constraints, options.objective, progress) if options.is_bounded else found
 
@@ -293,53 +298,3 @@ def _best_attempt(solved: Callable[[Narrow], _Attempt], given: Narrow) -> _Attem
     best = min(attempts, key=lambda one: one.rank)
     stages = [stage for attempt in attempts for stage in attempt.found.stages]
     return replace(best, found=replace(best.found, stages=tuple(stages)))
-
-
-@dataclass(frozen=True, eq=False)
-class _Near:
-    """What is done near a path on the locations of its program, within the mask and the singular cone."""
-
-    effort: Effort
-    cone: Cone | None
-    mask: Mask | None
-
-    def refined(self, posed: Posed, problem: Problem, start: Array) -> Array:
-        """Solve a problem of posed locations near a start, (n, 2) rad."""
-        problem = self._within_cone(posed, problem, start)
-        clear = None if self.mask is None else Clearance.of(self.mask.along(posed.location), problem)
-        return Portfolio(problem, self.effort, clear=clear).refined_near(start)
-
-    def searched(
-        self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
-    ) -> Array:
-        """Search for what stands in a corridor about a start, (n, 2) rad; where that is refused, it stays."""
-        problem = self._within_cone(posed, posed.problem, start)
-        free = np.ones(len(start), dtype=bool) if free is None else free
-        if self.mask is None:
-            found = cheapest_path(problem, costs, grain, start, free)
-            return start if found is None else found
-        clear = Clearance.of(self.mask.along(posed.location), problem)
-        refused_before = ~clear.admits(start)
-        for reach in REACHES:
-            found = cheapest_path(problem, costs, grain, start, free)
-            refused = refused_before if found is None else ~clear.admits(found) & ~refused_before
-            if found is None or not refused.any():
-                return start if found is None else found
-            free = free & ~binary_dilation(refused, iterations=reach)
-        return start
-
-    def _within_cone(self, posed: Posed, problem: Problem, start: Array) -> Problem:
-        if self.cone is None:
-            return problem
-        problem = bounded_within(problem, posed.path, start, self.cone)
-        turned = np.abs(np.diff(start, axis=0))
-        return replace(problem, max_turn=np.maximum(problem.max_turn, turned))
-
-
-def _refiner(effort: Effort, progress: Progress, name: str) -> Callable[[Problem, Array], Array]:
-    """Return a function that refines a path, (n, 2) rad, of a given problem."""
-
-    def refine(problem: Problem, start: Array) -> Array:
-        return Portfolio(problem, effort, progress=progress).refined_from(name, start)
-
-    return refine

@@ -1,22 +1,24 @@
-"""Laws of the optimiser, through `optimise` on tiny paths with every term of the objective at work.
+"""Laws of the objective and its exact local solver, on tiny paths with every term of the objective at work.
 
 The objective is written here once more, from the design and not from the problem's code.
 """
 
 import itertools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from by_travel import optimise
+from by_degrees import tilt_bounds
 from scipy.optimize import minimize
 
-from fiveaxis.energy import travel_costs
+from fiveaxis.energy import motion_energy, travel_costs
 from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.posture.problem import ROTARY_EXCESS_PRICE
-from fiveaxis.posture.strategy import delivery
+from fiveaxis.motion import follow
+from fiveaxis.posture.local.refinement import refine
+from fiveaxis.posture.problem import ROTARY_EXCESS_PRICE, Problem
 from fiveaxis.toolpath import Tool, Toolpath
 
 TILT = (10.0, 45.0)
@@ -57,11 +59,18 @@ def bumps(seed: int, n: int = 4) -> Toolpath:
     return Toolpath.from_contacts(contact, out, Tool.ball(6.0), feed_mm_min=3000.0)
 
 
-def found(path: Toolpath, machine: Machine, **more):
-    """Optimise at the given locations alone: these laws are of the objective there."""
-    with pytest.MonkeyPatch.context() as context:
-        context.setattr(delivery, "MOST_ROUNDS", 0)
-        return optimise(path, machine, tilt=TILT, max_turn=TURN, steady=0.0, **PRICES | more)
+def found(path: Toolpath, machine: Machine, start: np.ndarray | None = None, **more):
+    """Solve at the given locations alone, from the best path of a grid."""
+    prices = PRICES | more
+    build = {"time_price": prices["time_price"], "bend_price": prices["smoothing"]}
+    bounds = tilt_bounds(path, tilt=TILT)
+    problem = Problem.build(path, machine, bounds, max_turn=np.radians(TURN), **build)
+    start = Objective(path, machine).best_on_grid() if start is None else start
+    rotary = refine(problem, start, iterations=200, barrier=4e-2).rotary
+    motion = follow(path, machine, rotary)
+    return SimpleNamespace(
+        problem=problem, motion=motion, machine=machine, energy=motion_energy(machine, motion)
+    )
 
 
 def rotary_of(solution) -> np.ndarray:
@@ -247,7 +256,8 @@ def swapped(machine: Machine) -> Machine:
 def test_a_path_run_backwards_costs_the_same_with_swapped_powers(machine, seed):
     path = bumps(seed)
     there = found(path, machine)
-    back = found(path.at(np.arange(len(path))[::-1]), swapped(machine))
+    start = Objective(path, machine).best_on_grid()[::-1]
+    back = found(path.at(np.arange(len(path))[::-1]), swapped(machine), start)
     costs = [s.problem.cost(s.motion.positions) for s in (there, back)]
     assert costs[1] == pytest.approx(costs[0], rel=EXACT)
     # Each is the other one, backwards.
@@ -265,8 +275,9 @@ def test_powers_and_prices_scaled_alike_scale_the_cost_and_change_nothing_else(m
     free = [
         replace(m, axes=tuple(replace(a, max_acceleration=None) for a in m.axes)) for m in (machine, scaled)
     ]
-    once = found(bumps(1), free[0])
-    other = found(bumps(1), free[1], **{name: factor * price for name, price in PRICES.items()})
+    start = Objective(bumps(1), machine).best_on_grid()
+    once = found(bumps(1), free[0], start)
+    other = found(bumps(1), free[1], start, **{name: factor * price for name, price in PRICES.items()})
     assert other.energy.total == pytest.approx(factor * once.energy.total, rel=1e-4)
     np.testing.assert_allclose(rotary_of(other), rotary_of(once), atol=np.radians(0.05))
 
@@ -279,14 +290,16 @@ def test_a_part_turned_about_an_endless_c_costs_the_same_and_c_alone_turns_with_
     turned = Toolpath.from_contacts(
         path.contact @ turn.T, path.normal @ turn.T, path.tool, feed_mm_min=60.0 * path.feed
     )
-    one, other = found(path, machine), found(turned, machine)
-    costs = [s.problem.cost(s.motion.positions) for s in (one, other)]
-    assert costs[1] == pytest.approx(costs[0], rel=EXACT)
+    one = found(path, machine)
     # The same motion but for C is a path of the turned part, at the same cost.
     for sign in (1.0, -1.0):
-        shifted = rotary_of(one) + np.array([sign * angle, 0.0])
+        shift = np.array([sign * angle, 0.0])
+        shifted = rotary_of(one) + shift
         if np.allclose(tool_axes(machine, shifted), tool_axes(machine, rotary_of(one)) @ turn.T):
             break
+    other = found(turned, machine, Objective(path, machine).best_on_grid() + shift)
+    costs = [s.problem.cost(s.motion.positions) for s in (one, other)]
+    assert costs[1] == pytest.approx(costs[0], rel=EXACT)
     assert other.problem.violation(shifted) <= 1e-9
     positions = other.problem.positions(slice(None), shifted)
     assert other.problem.cost(positions) == pytest.approx(costs[0], rel=1e-12)

@@ -15,7 +15,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular, product
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import TURN
-from fiveaxis.posture.masks.clearance import Clearance
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.strategy.effort import DEGREE
 from fiveaxis.toolpath import TiltBounds
@@ -89,13 +89,13 @@ class Confinement:
     Parameters
     ----------
     problem : what to solve
-    clearance : of its locations
+    mask : of its locations
     solve : refines without a mask
     iterations : so far
     """
 
     problem: Problem
-    clearance: Clearance
+    mask: Mask
     solve: Solver
     iterations: int = field(default=0, init=False)
 
@@ -126,15 +126,18 @@ class Confinement:
                 break
         return path
 
+    def _admits(self, path: Array) -> BoolArray:
+        return self.mask.admits(np.arange(len(path)), path)
+
     def _round(self, path: Array) -> Array | None:
         """Refine once, with as many planes as needed; None if that fails."""
         n = len(path)
         everywhere = np.arange(n)
-        admitted = self.clearance.admits(path)
+        admitted = self._admits(path)
         planes, found = Planes.none(n), self._solved(self.problem, path, (False, False))
         changed = everywhere
         for number in range(MOST_PLANES + PINCHES):
-            clean = self.clearance.exactly(changed, found[changed])
+            clean = self.mask.admits(changed, found[changed])
             refused = changed[~clean & admitted[changed]]
             if not len(refused):
                 return found
@@ -155,13 +158,13 @@ class Confinement:
         """Return the refined path with the admitted one wherever it is refused, without refining again."""
         far = np.zeros(0, dtype=np.int64)
         for reach in REACHES:
-            refused = np.flatnonzero(~self.clearance.admits(found) & admitted)
+            refused = np.flatnonzero(~self._admits(found) & admitted)
             if not len(refused):
                 return found
             far = np.union1d(far, refused)
             spread = np.unique(np.clip(far[:, None] + np.arange(-reach, reach + 1), 0, len(path) - 1))
             found = blended(found, path, spread)
-        return None if np.any(~self.clearance.admits(found) & admitted) else found
+        return None if np.any(~self._admits(found) & admitted) else found
 
     def _solved(self, problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
         found, taken = self.solve(problem, start, held)
@@ -202,7 +205,7 @@ class Confinement:
         offset = refused - clean
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
-            is_clean = self.clearance.exactly(rows, clean + middle[:, None] * offset)
+            is_clean = self.mask.admits(rows, clean + middle[:, None] * offset)
             low, high = np.where(is_clean, middle, low), np.where(is_clean, high, middle)
         edge: Array = clean + low[:, None] * offset
         return edge
@@ -216,7 +219,7 @@ class Confinement:
         turn = np.arange(PROBES) * TURN / PROBES
         ring = PROBE * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         tried = (edge[:, None] + ring).reshape(-1, 2)
-        clean = self.clearance.exactly(np.repeat(rows, PROBES), tried).reshape(len(rows), PROBES)
+        clean = self.mask.admits(np.repeat(rows, PROBES), tried).reshape(len(rows), PROBES)
         axis = tool_axes(machine, edge)
         across = perpendicular(axis)
         plane = np.stack([across, np.cross(axis, across)], axis=-1)

@@ -63,6 +63,9 @@ class Locations(NamedTuple):
     low, high : (k,), mm and rad
     rotary : (2,), columns of the rotary axes
     turn : (n − 1, 2), rad, largest of each step
+    singular : (3,), direction of the tool axis along which the first rotary axis turns nothing but the part
+    cone : cosine of the angle to it within which that axis is bounded; above 1 for none
+    held : (n − 1,), rad, its largest turn there
     """
 
     given: Array
@@ -72,6 +75,9 @@ class Locations(NamedTuple):
     high: Array
     rotary: IntArray
     turn: Array
+    singular: Array
+    cone: float
+    held: Array
 
 
 class Prices(NamedTuple):
@@ -227,6 +233,36 @@ def step_price(
 
 
 @compiled
+def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: float, turn2: float) -> float:
+    """Compute by how much a move from state j turns the first axis too far within the cone, rad."""
+    over = abs(turn1) - locations.held[i]
+    if over <= 0.0 or locations.cone > 1.0:
+        return 0.0
+    axes = len(locations.low)
+    for share in (0.0, 0.5, 1.0):
+        first, second, cosine = share * turn1, share * turn2, 0.0
+        for c in range(3):
+            along = 0.0
+            for d in range(6):
+                weight = 1.0
+                if d == 1:
+                    weight = first
+                elif d == 2:
+                    weight = second
+                elif d == 3:
+                    weight = 0.5 * first * first
+                elif d == 4:
+                    weight = first * second
+                elif d == 5:
+                    weight = 0.5 * second * second
+                along += weight * bows[j, d * (axes + 3) + axes + c]
+            cosine += locations.singular[c] * along
+        if abs(cosine) > locations.cone:
+            return over
+    return 0.0
+
+
+@compiled
 def competes(found: Found, count: int, key: int, cost: float) -> int:
     """Look up the candidate that a cheaper one of its cell replaces; `count` for a new one, −1 for none."""
     mask = len(found.table) - 1
@@ -352,6 +388,7 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
                     continue
             angle1, angle2 = layer.rotary[j, 0] + turn1, layer.rotary[j, 1] + turn2
             over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
+            over = max(over, turned_within(locations, bows, j, i, turn1, turn2))
             if v == ONTO:
                 over = max(over, corridor.excess[i + 1])
             elif over > ROUNDING:
@@ -463,7 +500,14 @@ def kept(found: Found, count: int, most: int, wide: IntArray, used: IntArray, ke
 
 @compiled
 def solved(
-    task: Task, layer: Layer, found: Found, keep: IntArray, i: int, then: Layer, parents: IntArray
+    task: Task,
+    layer: Layer,
+    found: Found,
+    keep: IntArray,
+    i: int,
+    bows: Array,
+    then: Layer,
+    parents: IntArray,
 ) -> int:
     """Solve the candidates that were chosen exactly, and fill in the states of location i + 1; their number.
 
@@ -505,6 +549,7 @@ def solved(
             angle1, angle2 = given[n, 0] + first, given[n, 1] + second
             turn1, turn2 = angle1 - layer.rotary[j, 0], angle2 - layer.rotary[j, 1]
             over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
+            over = max(over, turned_within(locations, bows, j, i, turn1, turn2))
             for a in range(axes):
                 there[a] = values[n, a] + values[n, rows + a] * first + values[n, 2 * rows + a] * second
                 if v != ONTO:
@@ -566,39 +611,54 @@ def residual(
     return value, slope1, slope2
 
 
-@compiled
-def search(task: Task, first: Array, start: Array, most: int) -> tuple[Array, float, int]:
-    """Find the cheapest path from location to location, over the `most` best states of each.
+class Trail(NamedTuple):
+    """All states kept, and work space: those of location i are rows ``begin[i]`` to ``begin[i + 1]``.
+
+    Parameters
+    ----------
+    states, parents : (t, 2) rad, and (t,), row of the state that each comes from
+    begin : (n + 1,)
+    layers : states of the last two locations; those of location i are in ``layers[i % 2]``
+    found, wide, used, keep, origin : see `candidates`, `kept` and `solved`
+    given, bows : inputs and values of the model of second order
+    """
+
+    states: Array
+    parents: IntArray
+    begin: IntArray
+    layers: tuple[Layer, Layer]
+    found: Found
+    wide: IntArray
+    used: IntArray
+    keep: IntArray
+    origin: IntArray
+    given: Array
+    bows: Array
+
+
+def trail_of(task: Task, first: Array, start: Array, most: int) -> Trail:
+    """Make room for a search over the `most` best states of each location.
 
     Parameters
     ----------
     first, start : (s, 2) rad and (s, k), postures of the first location, and their axis values
-
-    Returns
-    -------
-    The path, (n, 2) rad; its price, J; and how many locations have states
     """
-    tapes, locations, moves = task.tapes, task.locations, task.moves
-    n, axes = len(locations.given), len(locations.low)
-    room = max(most, len(first))
-    here = Layer(np.empty((room, 2)), np.empty((room, axes)), np.empty(room), np.empty(room, np.int64))
-    then = Layer(np.empty((room, 2)), np.empty((room, axes)), np.empty(room), np.empty(room, np.int64))
-    size = len(first)
-    for j in range(size):
-        here.rotary[j, 0], here.rotary[j, 1] = first[j, 0], first[j, 1]
-        here.cost[j], here.moved[j] = 0.0, ALL_MOVE
-        for a in range(axes):
-            here.positions[j, a] = start[j, a]
-    total = size + (n - 1) * most
-    states, parents = np.empty((total, 2)), np.empty(total, np.int32)
-    begin = np.zeros(n + 1, np.int64)
-    for j in range(size):
-        states[j, 0], states[j, 1] = first[j, 0], first[j, 1]
-    begin[1] = size
-    many = room * (len(moves) + 2)
-    places = 64
-    while places < 2 * many:
-        places *= 2
+    n, axes, size = len(task.locations.given), len(task.locations.low), len(first)
+    room = max(most, size)
+    here, then = (
+        Layer(np.empty((room, 2)), np.empty((room, axes)), np.empty(room), np.empty(room, np.int64))
+        for _ in range(2)
+    )
+    here.rotary[:size], here.positions[:size], here.cost[:size], here.moved[:size] = (
+        first,
+        start,
+        0.0,
+        ALL_MOVE,
+    )
+    states, begin = np.empty((size + (n - 1) * most, 2)), np.zeros(n + 1, np.int64)
+    states[:size], begin[1] = first, size
+    many = room * (len(task.moves) + 2)
+    places = 1 << int(2 * many).bit_length()
     found = Found(
         np.empty(many),
         np.empty(many, np.int64),
@@ -608,34 +668,76 @@ def search(task: Task, first: Array, start: Array, most: int) -> tuple[Array, fl
         np.zeros(places, np.int64),
         np.empty(many, np.int64),
     )
-    wide, used = np.zeros(CELLS * CELLS, np.int64), np.empty(CELLS * CELLS, np.int64)
-    keep, origin = np.empty(room, np.int64), np.empty(room, np.int64)
-    given, bows = np.empty((room, 8)), np.empty((room, 6 * (axes + 3)))
-    margin = np.inf
-    for i in range(n - 1):
+    return Trail(
+        states,
+        np.empty(len(states), np.int32),
+        begin,
+        (here, then),
+        found,
+        np.zeros(CELLS * CELLS, np.int64),
+        np.empty(CELLS * CELLS, np.int64),
+        np.empty(room, np.int64),
+        np.empty(room, np.int64),
+        np.empty((room, 8)),
+        np.empty((room, 6 * (axes + 3))),
+    )
+
+
+@compiled
+def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: float) -> tuple[int, float]:
+    """Search on from location `begin`, whose states are known, to location `end`.
+
+    Parameters
+    ----------
+    most : states that each location keeps
+    margin : J, by which a candidate may cost more than the cheapest one; infinite at first
+
+    Returns
+    -------
+    The last location that has states, and the margin there
+    """
+    tapes, locations, found = task.tapes, task.locations, trail.found
+    for i in range(begin, end):
+        here, then = trail.layers[i % 2], trail.layers[(i + 1) % 2]
+        size = trail.begin[i + 1] - trail.begin[i]
         for j in range(size):
-            given[j, 0], given[j, 1] = here.rotary[j, 0], here.rotary[j, 1]
+            trail.given[j, 0], trail.given[j, 1] = here.rotary[j, 0], here.rotary[j, 1]
             for d in range(6):
-                given[j, 2 + d] = locations.given[i + 1, d]
-        play(tapes.bow_steps, tapes.bow_constants, tapes.bow_registers, given[:size], bows[:size])
-        count = candidates(task, here, size, bows, i, margin, found)
-        chosen = kept(found, count, most, wide, used, keep)
-        size = solved(task, here, found, keep[:chosen], i, then, origin)
+                trail.given[j, 2 + d] = locations.given[i + 1, d]
+        play(tapes.bow_steps, tapes.bow_constants, tapes.bow_registers, trail.given[:size], trail.bows[:size])
+        count = candidates(task, here, size, trail.bows, i, margin, found)
+        chosen = kept(found, count, most, trail.wide, trail.used, trail.keep)
+        size = solved(task, here, found, trail.keep[:chosen], i, trail.bows, then, trail.origin)
         for at in range(count):
             found.table[found.slots[at]] = 0
         if not size:
-            return states[:0], np.inf, i + 1
+            return i, margin
         costs = then.cost[:size]
         margin = SPARE * (costs.max() - costs.min()) if chosen == most else np.inf
+        at = trail.begin[i + 1]
         for j in range(size):
-            states[begin[i + 1] + j, 0], states[begin[i + 1] + j, 1] = then.rotary[j, 0], then.rotary[j, 1]
-            parents[begin[i + 1] + j] = begin[i] + origin[j]
-        begin[i + 2] = begin[i + 1] + size
-        here, then = then, here
-    best = np.argmin(here.cost[:size])
-    price, at = here.cost[best], begin[n - 1] + best
+            trail.states[at + j, 0], trail.states[at + j, 1] = then.rotary[j, 0], then.rotary[j, 1]
+            trail.parents[at + j] = trail.begin[i] + trail.origin[j]
+        trail.begin[i + 2] = at + size
+    return end, margin
+
+
+def keep_only(trail: Trail, i: int, stays: BoolArray) -> None:
+    """Keep some of the states of location i, the last one; (s,)."""
+    begin, size = int(trail.begin[i]), int(np.count_nonzero(stays))
+    rows = begin + np.flatnonzero(stays)
+    for column in (trail.states, trail.parents):
+        column[begin : begin + size] = column[rows]
+    for column in trail.layers[i % 2]:
+        column[:size] = column[: len(stays)][stays]
+    trail.begin[i + 1] = begin + size
+
+
+def traced(trail: Trail, n: int) -> Array:
+    """Trace the cheapest path back, (n, 2) rad."""
+    size = int(trail.begin[n] - trail.begin[n - 1])
+    at = int(trail.begin[n - 1]) + int(np.argmin(trail.layers[(n - 1) % 2].cost[:size]))
     path = np.empty((n, 2))
     for i in range(n - 1, -1, -1):
-        path[i, 0], path[i, 1] = states[at, 0], states[at, 1]
-        at = parents[at] if i else at
-    return path, price, n
+        path[i], at = trail.states[at], int(trail.parents[at])
+    return path

@@ -14,35 +14,95 @@ result is never dearer than it, and where the path breaks a bound, it is left as
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from fiveaxis.energy import BlockCosts
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, arccos
-from fiveaxis.kinematics.windings import TURN
+from fiveaxis.geometry import (
+    Array,
+    BoolArray,
+    IntArray,
+    angle_between,
+    arccos,
+    normalise,
+    perpendicular,
+    product,
+)
+from fiveaxis.kinematics import rotary_angles, singular_direction
+from fiveaxis.kinematics.windings import TURN, into_limits, one_turn_from
 from fiveaxis.motion import standing_speeds
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.lattice import spin_angles
-from fiveaxis.posture.search.successor_kernel import Cells, Corridor, Locations, Prices, Tapes, Task, search
+from fiveaxis.posture.search.successor_kernel import (
+    ALL_MOVE,
+    BROKEN,
+    ROUNDING,
+    Cells,
+    Corridor,
+    Locations,
+    Prices,
+    Tapes,
+    Task,
+    Trail,
+    advance,
+    keep_only,
+    traced,
+    trail_of,
+)
 from fiveaxis.posture.terms import location_tapes
 from fiveaxis.toolpath import divided_rows
 
+# A rotary axis with no more turns than this is searched over its whole range, including its ends.
+MOST_TURNS = 2
 # Share of the largest turn that a move takes which turns as far as allowed.
 FULL = 1.0 - 1e-4
 # rad by which states stay inside the bounds on the lean: between them the tool leans a little otherwise.
 INSIDE = np.radians(0.01)
 # Price of travel that a drive's constant power has paid already, as a share of that power.
 TIE = 1e-3
+# rad, between sampled postures; rings through a range of the lean.
+SAMPLED, RINGS = np.radians(3.0), 3
+# Divisors of cells where none of the larger ones lead through.
+FINER_SPIN = (2.5, 5.0)
 # First states per cell and direction, and to each side of a path.
 FINER, AROUND = 2, 12
 # Locations of a search everywhere lie no more than so many apart, and the normal turns no farther, rad.
 STRIDE, LARGEST_TURN = 8, np.radians(10.0)
 # rad: a move in which it turns farther is divided first; and a path of few locations into so many parts.
 FAR_TURN, MOST_PARTS = np.radians(4.0), 2
+# rad by which a move stays out of the cone in which it would turn too far.
+BESIDE_CONE = np.radians(0.05)
+# Excess that a posture counts as which a mask refuses.
+REFUSED = 1.0
+# rad: after a turn that is no larger, a mask is asked at its end alone.
+SMALL_TURN = np.radians(0.5)
+# rad: postures no farther apart are one.
+SAME = 1e-9
 # A search with fewer states a location isn't one; with more in all it would take too much memory.
 FEWEST, MOST = 8, 8_000_000
+
+# Which postures, (m, 2) rad, at locations, (m,), a mask admits; (m,).
+Admits = Callable[[IntArray, Array], BoolArray]
+
+
+@dataclass(frozen=True)
+class Holding:
+    """Directions about the singular one within which the first rotary axis is bounded.
+
+    Parameters
+    ----------
+    angle : rad
+    turns : (n − 1,), rad, largest turn of the axis in each step there
+    """
+
+    angle: float
+    turns: Array
+
+    def thinned(self, rows: IntArray) -> Holding:
+        """Return the bounds of moves between some of the locations, (m,)."""
+        return replace(self, turns=np.add.reduceat(self.turns[: rows[-1]], rows[:-1]))
 
 
 @dataclass(frozen=True)
@@ -65,6 +125,13 @@ class Grain:
     start: float = 0.02
     rows: int = 250
 
+    @property
+    def finer(self) -> tuple[Grain, ...]:
+        """What to try where a search found no sequence of postures."""
+        return tuple(
+            replace(self, spin=self.spin / by, states=round(1.6 * by * self.states)) for by in FINER_SPIN
+        )
+
 
 def cheapest_path(
     problem: Problem,
@@ -72,6 +139,8 @@ def cheapest_path(
     grain: Grain,
     known: Array | None = None,
     free: BoolArray | None = None,
+    admits: Admits | None = None,
+    holding: Holding | None = None,
 ) -> Array | None:
     """Find the cheapest path by the price of blocks.
 
@@ -81,6 +150,8 @@ def cheapest_path(
     costs : of its n − 1 steps
     known : (n, 2), rad, chain order, a path to stay near (`Grain.radius`); None for a search everywhere
     free : (n,), where the search may leave the known path; everywhere by default
+    admits : what a mask admits; where it refuses the known path, that counts as a broken bound
+    holding : bounds near the singular direction
 
     Returns
     -------
@@ -89,11 +160,12 @@ def cheapest_path(
     n, machine = len(problem), problem.machine
     linear, rotary = machine.linear_columns, machine.rotary_columns
     spin = int(np.argmax(machine.high[rotary] - machine.low[rotary]))
-    level = linear[int(np.argmax(costs.standing[..., linear].sum(axis=(0, 1))))]
+    dear = costs.standing if costs.standing.any() else costs.slope
+    level = linear[int(np.argmax(dear[..., linear].sum(axis=(0, 1))))]
     endless = not np.isfinite(machine.high[rotary[spin]] - machine.low[rotary[spin]])
     around = round(TURN / grain.spin) if endless else 0
     cells = Cells(level, spin, grain.level, TURN / around if around else grain.spin, around)
-    locations = _locations(problem)
+    locations = _locations(problem, holding)
     if known is None:
         path, radius, free = np.empty((0, 2)), np.full(2, np.inf), np.ones(n, dtype=bool)
     else:
@@ -105,22 +177,114 @@ def cheapest_path(
         return None
     tapes = location_tapes(machine, problem.zone)
     states = max(min(grain.states, MOST // n), FEWEST)
+    corridor = _corridor(problem, path, radius, free, admits)
     task = Task(
         Tapes(*tapes.slopes.parts, *tapes.bows.parts),
         locations,
         _prices(problem, costs, grain.start),
-        _corridor(problem, path, radius, free),
+        corridor,
         cells,
         _moves(problem, cells),
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
-    found, _, reached = search(task, first, start, states)
+    trail = trail_of(task, first, start, states)
+    if len(path) and corridor.excess[0] > 0.0:
+        trail.layers[0].cost[0] = BROKEN
+    if not _searched(problem, task, trail, states, admits):
+        return None
     # A held axis keeps its angle to the last digit.
-    return np.clip(found, machine.low[rotary], machine.high[rotary]) if reached == n else None
+    return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary])
 
 
-def path_anywhere(problem: Problem, costs: BlockCosts, grain: Grain) -> Array | None:
+def _searched(problem: Problem, task: Task, trail: Trail, most: int, admits: Admits | None) -> bool:
+    """Search from the first location to the last, if possible."""
+    last = len(task.locations.given) - 1
+    known, margin, i = task.corridor.path, np.inf, 0
+    # Where the path is held, there is nothing to ask a mask; in links, axes turn as far as they like.
+    stops = task.corridor.free.copy() if admits else np.zeros(last + 1, dtype=bool)
+    linked = np.append(False, ~problem.strict & (len(known) == 0))
+    stops |= linked
+    while True:
+        if admits and task.corridor.free[i]:
+            stays = _admitted(trail, i, admits)
+            if len(known):
+                # The path itself stays, at a price.
+                here = trail.states[trail.begin[i] : trail.begin[i + 1]]
+                stays |= (np.abs(here - known[i]) < SAME).all(axis=1)
+            keep_only(trail, i, stays)
+        if i == last or trail.begin[i + 1] == trail.begin[i]:
+            return bool(trail.begin[i + 1] > trail.begin[i])
+        following = min(i + 1 + int(np.argmax(np.append(stops[i + 1 :], True))), last)
+        reached, margin = advance(task, trail, i, following, most, margin)
+        if not len(known) and (reached < following or linked[following]):
+            reached, margin = min(reached + 1, following), np.inf
+            if not _bridged(problem, task, trail, reached, most):
+                return False
+        if reached < following and len(known):
+            return False
+        i = reached
+
+
+def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> bool:
+    """Add sampled postures to the states of location i: no move leads there, or from afar.
+
+    In a link they are those of the cut that it leads to.
+    """
+    trail.begin[i + 1] = max(trail.begin[i + 1], trail.begin[i])
+    costs = trail.layers[i % 2].cost[: trail.begin[i + 1] - trail.begin[i]]
+    if len(costs) > most // 2:
+        keep_only(trail, i, costs <= np.partition(costs, most // 2 - 1)[most // 2 - 1])
+    before, size = (int(trail.begin[k + 1] - trail.begin[k]) for k in (i - 1, i))
+    here, then = trail.layers[(i - 1) % 2], trail.layers[i % 2]
+    ahead = np.flatnonzero(problem.bound_rows[i:])
+    rotary = sampled(problem, i + int(ahead[0]) if len(ahead) else i)
+    rotary = rotary[:: -(-len(rotary) // (most - size)) or 1]
+    turned = np.abs(rotary[:, None] - here.rotary[:before])
+    possible = (turned <= task.locations.turn[i - 1] + ROUNDING).all(axis=-1)
+    positions = problem.positions(np.full(len(rotary), i), rotary)
+    travel = positions[:, None] - here.positions[:before]
+    standing = task.prices.standing[:, i - 1] / np.maximum(task.prices.reach[i - 1], ROUNDING)
+    plus, minus = task.prices.slope[:, i - 1] + np.where(np.isfinite(standing), standing, 0.0)
+    price = product(np.maximum(travel, 0.0), plus) + product(np.maximum(-travel, 0.0), minus)
+    cost = np.where(possible, here.cost[:before] + price, np.inf)
+    came = cost.argmin(axis=1)
+    kept = np.flatnonzero(np.isfinite(cost[np.arange(len(rotary)), came]))
+    begin = int(trail.begin[i]) + size
+    rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
+    trail.states[rows], trail.parents[rows] = rotary[kept], trail.begin[i - 1] + came[kept]
+    then.rotary[at], then.positions[at] = rotary[kept], positions[kept]
+    then.cost[at], then.moved[at] = cost[kept, came[kept]], ALL_MOVE
+    trail.begin[i + 1] = begin + len(kept)
+    return trail.begin[i + 1] > trail.begin[i]
+
+
+def _admitted(trail: Trail, i: int, admits: Admits) -> BoolArray:
+    """Find the states of location i that a mask admits, there and halfway on the way to them; (s,)."""
+    states = slice(trail.begin[i], trail.begin[i + 1])
+    here = trail.states[states]
+    stays = admits(np.full(len(here), i), here)
+    if i:
+        # Locations may be inserted, where both neighbours have to admit a posture.
+        turned = here - trail.states[trail.parents[states]]
+        far = np.flatnonzero(stays & (np.abs(turned).max(axis=1, initial=0.0) > SMALL_TURN))
+        halfway, rows = here[far] - turned[far] / 2.0, np.full(len(far), i)
+        stays[far] = admits(rows, halfway) & admits(rows - 1, halfway)
+    return stays
+
+
+def path_anywhere(
+    problem: Problem,
+    costs: BlockCosts,
+    grain: Grain,
+    admits: Admits | None = None,
+    holding: Holding | None = None,
+) -> Array | None:
     """Search the whole range of postures on some of the locations; straight lines lie between them.
+
+    Parameters
+    ----------
+    admits : what a mask admits
+    holding : bounds near the singular direction
 
     Returns
     -------
@@ -128,10 +292,28 @@ def path_anywhere(problem: Problem, costs: BlockCosts, grain: Grain) -> Array | 
     sequence of postures was found
     """
     rows, every = _sparse(problem, grain.rows), np.arange(len(problem))
-    found = cheapest_path(problem.thinned(rows), costs.thinned(rows), grain)
+    if len(rows) == len(problem):
+        return cheapest_path(problem, costs, grain, admits=admits, holding=holding)
+    there = None if admits is None else lambda at, rotary: admits(rows[at], rotary)
+    held = None if holding is None else holding.thinned(rows)
+    found = cheapest_path(problem.thinned(rows), costs.thinned(rows), grain, admits=there, holding=held)
     if found is None:
         return None
     return np.stack([np.interp(every, rows, angle) for angle in found.T], axis=1)
+
+
+def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]:
+    """Sample the range of a rotary axis, (a,) rad; of one with many turns, the turn next to 0.
+
+    The period, rad, is 0 for an axis that is sampled over its whole range.
+    """
+    column = problem.machine.rotary_columns[spin]
+    limits = problem.machine.axes[column].limits
+    if limits.span <= MOST_TURNS * TURN:
+        count = int(np.ceil((limits.span) / step)) + 1
+        return np.linspace(limits.low, limits.high, count), 0.0
+    low, count = one_turn_from(limits), int(np.ceil(TURN / step))
+    return np.linspace(low, low + TURN, count, endpoint=False), TURN
 
 
 def turning_rows(problem: Problem, least: int = 0) -> Array:
@@ -167,15 +349,20 @@ def _sparse(problem: Problem, least: int) -> IntArray:
     return np.unique([*rows, len(problem) - 1])
 
 
-def _corridor(problem: Problem, path: Array, radius: Array, free: BoolArray) -> Corridor:
+def _corridor(
+    problem: Problem, path: Array, radius: Array, free: BoolArray, admits: Admits | None
+) -> Corridor:
     if not len(path):
         return Corridor(path, path, np.empty(0), radius, free)
     # The path may lie on a bound, `INSIDE` which other states stay.
     positions, excess = problem.placed(slice(None), path)
-    return Corridor(path, positions, np.maximum(excess, problem.limit_excess(positions)), radius, free)
+    excess = np.maximum(excess, problem.limit_excess(positions))
+    if admits is not None:
+        excess[~admits(np.arange(len(path)), path)] = REFUSED
+    return Corridor(path, positions, excess, radius, free)
 
 
-def _locations(problem: Problem) -> Locations:
+def _locations(problem: Problem, holding: Holding | None) -> Locations:
     machine, n = problem.machine, len(problem)
     references = np.stack([bound.reference for bound in problem.bounds], axis=1)
     tied = np.isfinite(references).all(axis=2, keepdims=True)
@@ -189,6 +376,9 @@ def _locations(problem: Problem) -> Locations:
         machine.high,
         np.array(machine.rotary_columns, dtype=np.int64),
         np.ascontiguousarray(turn),
+        singular_direction(machine),
+        2.0 if holding is None else float(np.cos(holding.angle + BESIDE_CONE)),
+        np.full(max(n - 1, 0), np.inf) if holding is None else holding.turns,
     )
 
 
@@ -245,13 +435,47 @@ def _first_states(
         return path[:1]
     if len(path):
         steps = [path[0, r] + radius[r] * np.linspace(-1.0, 1.0, 2 * AROUND + 1) for r in range(2)]
+        rotary = _sound(problem, 0, np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2))
     else:
-        step = cells.spin_step / FINER
-        steps = [spin_angles(problem, r, step)[0] for r in range(2)]
-    rotary = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2)
-    positions, excess = problem.placed(np.zeros(len(rotary), dtype=np.int64), rotary)
-    sound = (excess <= 0.0) & (problem.limit_excess(positions) <= 0.0)
-    rotary, positions = rotary[sound], positions[sound]
+        rotary = sampled(problem, 0, cells.spin_step / FINER)
+    positions = problem.positions(np.zeros(len(rotary), dtype=np.int64), rotary)
     cell = np.stack([positions[:, cells.level] / cells.level_step, rotary[:, cells.spin] / cells.spin_step])
     _, one = np.unique(np.floor(cell), axis=1, return_index=True)
     return np.concatenate([path[:1], rotary[np.sort(one)]])
+
+
+def sampled(problem: Problem, row: int, step: float = SAMPLED) -> Array:
+    """List admissible postures of a location, (s, 2) rad: a grid of both angles, and rings about references.
+
+    In a narrow range of the lean the grid may have none.
+
+    Parameters
+    ----------
+    step : rad, between neighbours
+    """
+    grid = np.stack(
+        np.meshgrid(*(spin_angles(problem, r, step)[0] for r in range(2)), indexing="ij"), axis=-1
+    )
+    found = _sound(problem, row, grid.reshape(-1, 2))
+    around = np.arange(0.0, TURN, step)[:, None]
+    postures = [found]
+    for bound in problem.bounds:
+        reference = bound.reference[row]
+        if not np.isfinite(reference).all():
+            continue
+        across = normalise(perpendicular(reference))
+        side = np.cos(around) * across + np.sin(around) * np.cross(reference, across)
+        inside = min(INSIDE, (bound.high - bound.low) / 2.0)
+        for angle in np.linspace(bound.low + inside, bound.high - inside, RINGS):
+            axis = np.cos(angle) * reference + np.sin(angle) * side
+            postures += [
+                _sound(problem, row, into_limits(problem.machine, rotary[np.isfinite(rotary).all(axis=1)]))
+                for rotary in rotary_angles(problem.machine, axis)
+            ]
+    return np.concatenate(postures)
+
+
+def _sound(problem: Problem, row: int, rotary: Array) -> Array:
+    """Return those of the postures of a location, (s, 2) rad, that keep bounds and limits."""
+    positions, excess = problem.placed(np.full(len(rotary), row), rotary)
+    return rotary[(excess <= ROUNDING) & (problem.limit_excess(positions) <= ROUNDING)]

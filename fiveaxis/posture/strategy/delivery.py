@@ -8,11 +8,11 @@ and clearance hold there, and the objective is that of the program's blocks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import attrgetter
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -22,10 +22,11 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, feed_times, follow
 from fiveaxis.posture.baselines import NoBaseline, require_blocks
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import Grain, path_anywhere, turning_rows
+from fiveaxis.posture.search.successors import Grain, turning_rows
 from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy, timed_energy
 from fiveaxis.posture.strategy.effort import Effort, grain
-from fiveaxis.posture.strategy.least_time import TIME_PRICE, from_rest_to_rest
+from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
+from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
 from fiveaxis.posture.strategy.recording import Recorded, side_by_side
 from fiveaxis.posture.strategy.turn_bounds import shared
@@ -43,12 +44,16 @@ POLISHES = (BLUNT[1:], BLUNT[-1:])
 MOST_ROUNDS, SETTLING, POLISHING = 12, 8, 1
 # The corridor in which inserted locations settle.
 SETTLED = grain(0.2, 0.7, 8, 1.5)
+# The corridor around postures that a mask refuses, and the first number of locations to each side of them.
+WIDE, DETOUR = grain(0.5, 2.0, 400, 60.0), 12
 # Locations to each side of an inserted one that settle with it.
 AROUND = 3
 # A refinement may turn farther in a block by this factor, and by as many rad.
 FARTHER, LITTLE = 1.2, np.radians(0.2)
 # Fractional indices of locations that lie no farther apart are one.
 SAME = 1e-6
+# Terms of the objective that are priced at the given locations, beside the program's blocks.
+BESIDE = ("bends", "waits", "jerks")
 SEARCHING = "searching which axes can stand"
 
 # Keys by which the better and the steadier of two `Delivered` is smaller.
@@ -59,20 +64,6 @@ Objective = Literal["energy", "travel", "time"]
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
 
 
-class Near(Protocol):
-    """What is done near a path, (n, 2) rad, of posed locations, within the mask and the singular cone."""
-
-    def refined(self, posed: Posed, problem: Problem, start: Array) -> Array:
-        """Solve a problem, which has other prices than `posed`, near a start."""
-        ...
-
-    def searched(
-        self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
-    ) -> Array:
-        """Search for what stands in a corridor about a start, where that is free to change."""
-        ...
-
-
 @dataclass(eq=False)
 class Delivery(Recorded):
     """Solves a path on the locations of its program.
@@ -81,11 +72,12 @@ class Delivery(Recorded):
     ----------
     given : the path
     build : makes the problem of a path with inserted locations
-    near : what is done near a path
+    near : what is done near a path, within mask and cone
     filling : what inserted blocks keep
     effort : how much is done
     up_penalty : J/mm, extra price of lifting what a linear axis carries (`lifting_costs`)
-    objective : ``energy`` of the blocks; the others keep the problem's prices
+    smoothing : J/rad², price of bends
+    objective : what the program costs
     steady : share of the least energy that may be spent on fewer starts and reversals
     clock : how long the control takes for blocks
     by_length : whether turns are bounded over the length of a move's parts
@@ -97,6 +89,7 @@ class Delivery(Recorded):
     filling: Filling
     effort: Effort
     up_penalty: float = 0.0
+    smoothing: float = 0.0
     objective: Objective = "energy"
     steady: float = 0.0
     clock: Clock = USUAL_CLOCK
@@ -105,8 +98,8 @@ class Delivery(Recorded):
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
 
-        Where drives draw power while they move at all, it is searched which axes stand, as far as the effort
-        goes; else the path is refined for its blocks, until the program needs no more locations.
+        Energy and travel are searched, as far as the effort goes, for blocks that cost least. Least time is
+        refined from that path and from what has the least energy, until the program needs no more locations.
 
         Parameters
         ----------
@@ -114,11 +107,20 @@ class Delivery(Recorded):
         """
         here = self.priced(rotary)
         if len(rotary) == 1:
-            return self._final(here)
-        if not self._pays_standing:
-            return self._final(self._rounds(here))
-        found = self._by_standing(self._divided(here), everywhere)
-        return min(self._final(here), found, key=rank)
+            found = self.near.found_anywhere(here.posed, self._costs(here.posed), self.effort.everywhere)
+            return self._final(here if found is None or not here.broken else self.priced(found))
+        if self.objective != "time":
+            best = self._by_search(self._divided(here), everywhere)
+            return min((self._final(one) for one in (here, self._bare(best), best)), key=rank)
+        starts = [here]
+        if everywhere:
+            cheapest = replace(self, objective="energy").run(rotary, everywhere=True)
+            starts.append(self.priced(cheapest.rotary, self._posed(cheapest.posed.location)))
+        return self._final(min(map(self._rounds, starts), key=rank))
+
+    def _bare(self, program: Delivered) -> Delivered:
+        """Leave out inserted locations: where the path is straight in between, no program needs them."""
+        return self.priced(program.rotary[np.isin(program.posed.location, self._every)])
 
     def _divided(self, program: Delivered) -> Delivered:
         """Insert locations also where the direction of the lean turns far in a move."""
@@ -127,69 +129,109 @@ class Delivery(Recorded):
         if known.all():
             return program
         rows = np.union1d(location, further[~known])
-        path = refined(self.given, rows)
         rotary = np.stack([np.interp(rows, location, angle) for angle in program.filled.T], axis=1)
-        return self.priced(rotary, Posed(path, rows, *self.build(path, rows)))
+        return self.priced(rotary, self._posed(rows))
+
+    def _posed(self, location: Array, path: Toolpath | None = None) -> Posed:
+        """Make the problem of a path with inserted locations, by their fractional indices."""
+        path = refined(self.given, location) if path is None else path
+        problem, bounds = self.build(path, location)
+        if self.objective == "time":
+            problem = by_time(problem, self.up_penalty, self.smoothing)
+        return Posed(path, location, problem, bounds)
 
     @cached_property
     def _pays_standing(self) -> bool:
-        return self.objective == "energy" and stands_pay(self._given.problem, self.given)
+        """Whether a drive draws power for moving at all, so that the objective hangs on what stands."""
+        return self._costs(self._given).has_constant_power
+
+    @cached_property
+    def _every(self) -> Array:
+        """(n,), the indices of the given locations."""
+        return np.arange(len(self.given), dtype=float)
 
     @cached_property
     def _given(self) -> Posed:
         """The given locations."""
-        every = np.arange(len(self.given), dtype=float)
-        return Posed(self.given, every, *self.build(self.given, every))
+        return self._posed(self._every, self.given)
 
-    def _by_standing(self, start: Delivered, everywhere: bool) -> Delivered:
-        """Search what stands, effort by effort; each begins with what the smaller one found.
+    def _by_search(self, start: Delivered, everywhere: bool) -> Delivered:
+        """Search effort by effort; each begins with what the smaller one found.
 
         Returns
         -------
         The steadiest program that costs little more than the cheapest, and no more than a smaller effort's.
         """
         efforts = self.effort.nested
-        near = partial(Delivery._searched_near, start=start, after=efforts[0].after)
-        grains = [(e.everywhere, e.after) for e in efforts if everywhere and e.everywhere is not None]
-        far = [partial(Delivery._searched_everywhere, grain=grain, after=after) for grain, after in grains]
-        tasks: list[Callable[[Delivery], Delivered | None]] = [near, *far]
-        found, *others = side_by_side(self, tasks)
-        best, steadiest = found or start, None
+        tasks: list[Callable[[Delivery], Delivered | None]] = [
+            partial(Delivery._searched_near, start=start, after=efforts[0].after)
+        ]
+        owners = [efforts[0]]
+        for effort in efforts if everywhere else ():
+            # The smallest effort's start was found by travel.
+            known = effort is efforts[0] and self.objective == "energy"
+            ways = [] if known else [Delivery._searched_by_travel]
+            ways += [Delivery._searched_everywhere] if self.objective == "energy" else []
+            tasks += [partial(way, effort=effort) for way in ways]
+            owners += [effort] * len(ways)
+        found = self._at_once(tasks)
+        best, steadiest = start, None
         for effort in efforts:
-            if everywhere and effort.everywhere is not None:
-                best = min(filter(None, (best, others.pop(0))), key=rank)
+            own = [one for one, owner in zip(found, owners, strict=True) if owner is effort and one]
+            best = min((best, *own), key=rank)
             best = self._polished(reduce(self._settled, effort.corridors, best))
             steadiest = self._steadied(self._final(best), steadiest, effort.steadying)
         return steadiest or best
+
+    def _at_once(self, tasks: Sequence[Callable[[Delivery], Delivered | None]]) -> list[Delivered | None]:
+        """Run independent tasks in threads; a mask need not be safe for them."""
+        return [task(self) for task in tasks] if self.near.mask else side_by_side(self, tasks)
 
     def _searched_near(self, start: Delivered, after: tuple[Grain, ...]) -> Delivered:
         """Refine a path for the program's blocks, and search corridors about it."""
         return reduce(self._settled, after, self._refined(start, BLUNT))
 
-    def _searched_everywhere(self, grain: Grain, after: tuple[Grain, ...]) -> Delivered | None:
+    def _searched_by_travel(self, effort: Effort) -> Delivered | None:
+        """Search the whole range of postures by travel, and near what was found; None for no path."""
+        self.progress(SEARCHING, 0, 1)
+        posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
+        found = replace(self.near, effort=effort).by_travel(posed)
+        return None if found is None else self._searched_near(self.priced(found, posed), effort.after)
+
+    def _searched_everywhere(self, effort: Effort) -> Delivered | None:
         """Search the whole range of postures, then corridors about what was found; None for no path."""
         self.progress(SEARCHING, 0, 1)
-        rows = turning_rows(self._given.problem, grain.rows)
-        path = refined(self.given, rows)
-        posed = Posed(path, rows, *self.build(path, rows))
-        found = path_anywhere(posed.problem, self._costs(posed), grain)
+        posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
+        found = self.near.found_anywhere(posed, self._costs(posed), effort.everywhere)
         if found is None:
             return None
         here = self.priced(found, posed)
-        self.stages.append(Stage("search of what stands", self._status(here), 0, None, here.cost))
+        self.stages.append(Stage("search of all postures", self._status(here), 0, None, here.cost))
         # The program of a path with straight lines in between has locations that no other needs.
-        here = replace(here, denser=posed, filled=found, times=feed_times(posed.path))
-        return reduce(self._settled, after, here)
+        refused = self.near.refused(posed, found)
+        here = replace(here, denser=posed, filled=found, refused=refused, times=feed_times(posed.path))
+        return reduce(self._settled, effort.after, here)
 
     def _settled(self, best: Delivered, grain: Grain) -> Delivered:
         """Search a corridor about a program's postures; the program itself if it is better."""
         return min(best, self._near(best, grain), key=rank)
 
     def _near(self, here: Delivered, grain: Grain) -> Delivered:
-        """Search a corridor about a program's postures, and again while that breaks a bound."""
-        found = []
-        for _ in range(SETTLING):
-            here = self._with_inserted(self._corridor(here, grain))
+        """Search a corridor about a program's postures, and again while that breaks a bound.
+
+        Around postures that the mask refuses a wide corridor is searched, of more and more locations.
+        """
+        found, refused = [here], np.inf
+        for number in range(SETTLING):
+            if 0 < here.refused.sum() < refused:
+                refused = here.refused.sum()
+                around = binary_dilation(here.refused, iterations=DETOUR * 2**number)
+                here = self._corridor(here, WIDE, around)
+            elif here.refused.any():
+                break
+            else:
+                here = self._corridor(here, grain)
+            here = self._with_inserted(here)
             found.append(here)
             if not here.broken:
                 break
@@ -208,7 +250,8 @@ class Delivery(Recorded):
             around = binary_dilation(~known, iterations=AROUND)
             before, here = here, self._corridor(here, SETTLED, around)
             best = min(best, here, key=rank)
-            if not here.broken and before.cost - here.cost < WORTHWHILE * here.cost:
+            stays = before.cost - here.cost < WORTHWHILE * here.cost
+            if stays and (not here.broken or here.refused.sum() >= max(before.refused.sum(), 1)):
                 break
         return best
 
@@ -234,7 +277,7 @@ class Delivery(Recorded):
     def _refined(self, here: Delivered, sharpness: tuple[float, ...]) -> Delivered:
         """Refine a program by prices of blocks that are sharper from refinement to refinement."""
         near = len(sharpness) == 1
-        for share in sharpness:
+        for share in sharpness if self._pays_standing else sharpness[-1:]:
             self.progress(f"solving for the program's blocks, to {share:.0%}", 0, 1)
             posed, before = here.denser, here.cost
             problem = self._local(here, share, near=near)
@@ -252,7 +295,7 @@ class Delivery(Recorded):
         """
         found = [best] if before is None else [best, before]
         least = min(found, key=rank)
-        if self.steady == 0.0 or grain is None or least.broken:
+        if self.steady == 0.0 or self.objective != "energy" or grain is None or least.broken:
             return least
         most = (1.0 + self.steady) * least.cost
         if before is not None and not before.broken:
@@ -261,11 +304,11 @@ class Delivery(Recorded):
         return min((one for one in found if not one.broken and one.cost <= most), key=unrest)
 
     def _rounds(self, best: Delivered) -> Delivered:
-        """Refine round by round, on the locations that the program needs, and at its prices."""
+        """Refine round by round for least time, on the locations that the program needs."""
         here = best
         for number in range(MOST_ROUNDS):
             self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
-            if (number >= len(SHARPNESS) or self.objective == "travel") and not here.broken:
+            if number >= len(SHARPNESS) and not here.broken:
                 break
             posed, start, before = here.denser, here.filled, here.cost
             sharpness, coming = (SHARPNESS[min(n, len(SHARPNESS) - 1)] for n in (number, number + 1))
@@ -276,22 +319,21 @@ class Delivery(Recorded):
             gain, better = best.cost - here.cost, rank(here) < rank(best)
             best = here if better else best
             more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
-            adapts = self._prices_stops
-            if not more and not here.broken and (number >= 2 or not adapts):
+            if not more and not here.broken and (number >= 2 or not self._prices_stops):
                 break
             stays = here.inserted == 0 and np.array_equal(here.rotary, start)
-            if stays and (here.broken or not adapts or coming == sharpness):
+            if stays and (here.broken or not self._prices_stops or coming == sharpness):
                 break
         return best
 
     @property
     def _prices_stops(self) -> bool:
-        """Whether a block that turns costs a stop, so that its price hangs on the path.
+        """Whether, in least time, a block that turns costs a stop, so that prices hang on the path.
 
         Least time doesn't price the stops of a control with TCP that stops between blocks: concentrating
         turns in few blocks would need more blocks there, and so more stops.
         """
-        return self.objective == "time" and self.clock.stops_at_turns and not self.clock.limits_words
+        return self.clock.stops_at_turns and not self.clock.limits_words
 
     def admits(self, rotary: Array) -> bool:
         """Check whether a path, (n, 2) rad, keeps the bounds at all given locations."""
@@ -312,7 +354,7 @@ class Delivery(Recorded):
         row = np.interp(fill.row, np.arange(len(posed.location)), posed.location)
         path, filled = refined(self.given, row), fill.motion.positions
         between = filled[:, machine.rotary_columns]
-        denser = self._parts(posed, rotary, Posed(path, row, *self.build(path, row)), between)
+        denser = self._parts(posed, rotary, self._posed(row, path), between)
         positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
         jumps = np.floor(posed.location[fill.jumps]).astype(np.int64)
@@ -322,9 +364,13 @@ class Delivery(Recorded):
             fill = self.filling.thin(fill)
         taken = self.clock(fill.blocks, machine)
         energy = timed_energy(machine, fill.blocks, taken)
-        cost, times = self.cost(energy), fill.times(taken.times)
+        cost = self.cost(energy) + self._beside(rotary[np.isin(posed.location, self._every)])
+        times = fill.times(taken.times)
         solved = solved or posed.problem
-        return Delivered(posed, rotary, denser, between, past, jumps, energy, cost, times, solved)
+        refused, turned = self.near.refused(denser, between), self.near.turned(denser, between)
+        return Delivered(
+            posed, rotary, denser, between, past, jumps, refused, turned, energy, cost, times, solved
+        )
 
     def _parts(self, posed: Posed, rotary: Array, denser: Posed, filled: Array) -> Posed:
         """Let inserted locations turn as the path, (n, 2) rad, does that they come from."""
@@ -340,13 +386,22 @@ class Delivery(Recorded):
         motion = follow(path, machine, program.rotary)
         energy = program_energy(machine, path, motion, self.filling, self.clock)
         solved = program.solved
-        if self._pays_standing and solved is program.posed.problem:
+        if self.objective != "time" and solved is program.posed.problem:
             # It was searched: of these prices it is an optimum, as far as it is one.
             solved = self._repriced(program.posed, program.rotary, self._costs(program.posed))
-        return replace(program, energy=energy, cost=self.cost(energy), solved=solved)
+        beside = self._beside(program.rotary[np.isin(program.posed.location, self._every)])
+        return replace(program, energy=energy, cost=self.cost(energy) + beside, solved=solved)
+
+    def _beside(self, rotary: Array) -> float:
+        """Sum the prices of bends and delay of a path, (n, 2) rad, at the given locations, J."""
+        terms = [term for term in self._given.problem.terms if term.name in BESIDE and term.has_price]
+        if self.objective == "time" or not terms:
+            return 0.0
+        quantities = self._given.problem.quantities(self._given.problem.positions(slice(None), rotary))
+        return sum(term.cost(term.values(quantities)) for term in terms)
 
     def cost(self, energy: Energy) -> float:
-        """Compute the objective of a program, J."""
+        """Compute what a program costs by the objective, J, without the prices of bends and delay."""
         if self.objective == "time":
             # Rounded, so that of paths that no axis slows down the first one stays.
             return TIME_PRICE * round(energy.time, 6)
@@ -355,6 +410,8 @@ class Delivery(Recorded):
     def _costs(self, posed: Posed, program: Delivered | None = None) -> BlockCosts:
         """Compute what blocks cost, at the feed or as long as the control takes for those of a program."""
         machine = posed.problem.machine
+        if self.objective == "travel":
+            return BlockCosts.of_travel(posed.problem.plus, posed.problem.minus)
         slowed = program is not None and not self.clock.is_programmed(machine)
         times = program.times if program is not None and slowed else feed_times(posed.path)
         costs = _block_costs(posed.problem, posed.path, times)
@@ -394,11 +451,6 @@ class Delivery(Recorded):
     def _status(self, here: Delivered) -> str:
         broken = f", bounds broken by {here.broken:.2g}" if here.broken else ""
         return f"{len(here.posed.path)} locations, {here.inserted} more in the program{broken}"
-
-
-def stands_pay(problem: Problem, path: Toolpath) -> bool:
-    """Check whether drives draw power for moving at all, so that energy hangs on what stands."""
-    return _block_costs(problem, path, feed_times(path)).has_constant_power
 
 
 def _block_costs(problem: Problem, path: Toolpath, times: Array) -> BlockCosts:

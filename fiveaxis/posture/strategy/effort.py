@@ -11,24 +11,8 @@ from fiveaxis.errors import SettingError
 from fiveaxis.posture.search.successors import Grain
 
 DEGREE = np.pi / 180.0
-# J: last barrier parameters of what will be solved again on more locations, and of the program's rounds.
-ROUGH, ROUND = 1e-3, 1e-5
-
-
-@dataclass(frozen=True)
-class LatticeSearch:
-    """One search of the portfolio.
-
-    Parameters
-    ----------
-    stride : of the locations searched
-    step : rad, grid of the spin angle
-    levels : into which the range of the costliest axis is divided
-    """
-
-    stride: int
-    step: float
-    levels: int
+# J: last barrier parameter of a start, which will be solved again with other prices.
+ROUGH = 1e-3
 
 
 def grain(level: float, spin: float, states: int, radius: float = np.inf, **others: Any) -> Grain:
@@ -53,11 +37,10 @@ class Effort:
 
     Parameters
     ----------
+    everywhere, after : searches, the first over all postures, once by the program's prices and once by those
+        of travel; the others in corridors about what each found
     contains : the smaller effort; None for none
-    searches : by travel: the path of each is refined on its own locations, the best on all
-    everywhere, after : searches of what stands, the first over all postures, the others in corridors about
-        what it found, and in the smallest effort about the path found by travel
-    corridors : searches of what stands in corridors about the best path
+    corridors : searches in corridors about the best path
     steadying : the same with a price of starts and reversals
     last_barrier : the structured method's last one, J; it raises the cost by this times the number of steps
         of axes. `ROUGH` is enough for what will be solved again
@@ -65,9 +48,8 @@ class Effort:
     promise : what a user may expect
     """
 
+    everywhere: Grain
     contains: Effort | None = None
-    searches: tuple[LatticeSearch, ...] = (LatticeSearch(24, 6.0 * DEGREE, 36),)
-    everywhere: Grain | None = None
     after: tuple[Grain, ...] = ()
     corridors: tuple[Grain, ...] = ()
     steadying: Grain | None = None
@@ -89,24 +71,21 @@ class Effort:
 QUICK = Effort(
     everywhere=grain(1.0, 5.0, 400),
     after=(grain(0.2, 0.7, 16, 6.0),),
-    promise="one search by travel, and what stands is searched near its path: a sound path, never costlier "
-    "than a baseline, for quick trials",
+    promise="a search over all postures: a sound path, never costlier than a baseline, for quick trials",
 )
 NORMAL = replace(
     QUICK,
     contains=QUICK,
-    searches=(LatticeSearch(12, 4.0 * DEGREE, 36), LatticeSearch(8, 4.0 * DEGREE, 36)),
     everywhere=grain(0.5, 4.0, 800, rows=500),
     after=(grain(0.2, 0.7, 32, 6.0), grain(0.3, 1.0, 64, 8.0)),
     corridors=(grain(0.15, 0.5, 48, 4.0),),
     steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
-    promise="what quick does, and a search of what stands over all postures; never costlier than quick: for "
-    "everyday use",
+    promise="what quick does, and a finer search over all postures; never costlier than quick: for everyday "
+    "use",
 )
 THOROUGH = replace(
     NORMAL,
     contains=NORMAL,
-    searches=(LatticeSearch(4, 4.0 * DEGREE, 36), LatticeSearch(6, 4.0 * DEGREE, 48)),
     everywhere=grain(0.5, 2.0, 2400, rows=1000),
     after=(grain(0.2, 0.7, 150, 6.0), grain(0.3, 1.0, 200, 8.0)),
     corridors=random_grains(4, 200),

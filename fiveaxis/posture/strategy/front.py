@@ -18,7 +18,7 @@ from fiveaxis.posture.masks.mask import MaskFunction
 from fiveaxis.posture.optimiser import DEFAULTS, Options, optimise
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage
-from fiveaxis.posture.strategy.portfolio import Portfolio
+from fiveaxis.posture.strategy.near import by_travel, refined
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.turns.unwrapped import path_check, with_path, wrap_mask
 from fiveaxis.progress import Progress
@@ -158,15 +158,12 @@ def find_front(
     effort = options.counts()
 
     def found(number: int, start: Array | None) -> Array | None:
-        run = Portfolio(problems[number], effort, progress=of_run)
-        try:
-            path = (
-                run.best_path({}) if start is None else run.refined_from(f"point {number + 1} of {n}", start)
-            )
-        except Infeasible:
+        of_run("searching" if start is None else "refining", 0, 1)
+        problem = problems[number]
+        path = by_travel(problem, effort) if start is None else refined(problem, start, effort)
+        count_run()
+        if path is None or problem.violation(path) > ALLOWED:
             return None
-        finally:
-            count_run()
         return path if is_admissible(path) else None
 
     with threadpool_limits(limits=1):

@@ -1,50 +1,36 @@
-"""The cheapest path at the given locations, and the baselines it is compared with."""
+"""Where a search begins at the given locations: the baselines, and a path of little travel."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import find_baselines, moved_clear
-from fiveaxis.posture.masks.enforcement import Enforcement, Refused, or_cheaper_baseline
-from fiveaxis.posture.masks.mask import Mask, MaskFunction
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Baseline, Solution
+from fiveaxis.posture.search.successors import sampled
+from fiveaxis.posture.solution import Baseline, Solution, Stage
 from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.infeasibility import long_turns, unreachable
-from fiveaxis.posture.strategy.portfolio import Portfolio
-from fiveaxis.posture.strategy.singular import Cone, hold_in_cone
-from fiveaxis.posture.turns.unwrapped import wrap_mask
-from fiveaxis.posture.turns.winding import endless, winding_columns
+from fiveaxis.posture.strategy.near import by_travel, refined
 from fiveaxis.progress import Progress
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 logger = logging.getLogger(__name__)
 
+# Postures tried at a location before it is reported to have none that the mask admits.
+SAMPLES = 400
 
-@dataclass(frozen=True, eq=False)
-class GivenSolution:
-    """What was found at the given locations.
 
-    Parameters
-    ----------
-    solution : on the machine, or on the `endless` one
-    mask : with the number of its queries; None without one
-    others : (n, 2) rad each, the paths of other efforts' searches, by name
-    """
-
-    solution: Solution
-    mask: Mask | None
-    others: dict[str, Array]
+class Refused(Infeasible):
+    """There are locations at which the mask refuses every posture: no other turns would help."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +43,6 @@ class GivenProblem:
     start : (n, 2), rad, chain order, a path that is refined; None for a search
     effort : how much may be done
     progress : called with what is being done, steps done and steps in all
-    cone : in which the first rotary axis is bounded; None without one
     """
 
     problem: Problem
@@ -66,132 +51,78 @@ class GivenProblem:
     start: Array | None
     effort: Effort
     progress: Progress
-    cone: Cone | None
-
-    def endless(self) -> GivenProblem:
-        """Return the same problem with rotary axes of unlimited travel."""
-        return replace(self, problem=replace(self.problem, machine=endless(self.problem.machine)))
 
 
-def solve_given(given: GivenProblem, mask: MaskFunction | None) -> GivenSolution:
-    """Find the cheapest path, if possible within the turns that the axes have.
+def solve_given(given: GivenProblem, mask: Mask | None) -> Solution:
+    """Find the baselines and a path to begin with, which the mask needn't admit.
 
     Raises
     ------
     Infeasible
         Locations out of reach; moves that turn too far.
     """
-    toolpath, machine = given.toolpath, given.problem.machine
-    blocked = unreachable(toolpath, machine, given.bounds)
+    problem, toolpath, bounds, effort = given.problem, given.toolpath, given.bounds, given.effort
+    machine = problem.machine
+    blocked = unreachable(toolpath, machine, bounds)
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
-    try:
-        return _within_turns(given, mask)
-    except Refused:
-        raise
-    except Infeasible:
-        turning = long_turns(given.problem, toolpath)
-        if not turning:
-            raise
-        share = f"{len(turning)} of {len(toolpath) - 1} moves"
-        raise Infeasible(
-            f"no sequence of postures along the path: {share} exceed the largest turn in the best one found",
-            turning,
-        ) from None
-
-
-def _within_turns(given: GivenProblem, mask: MaskFunction | None) -> GivenSolution:
-    """Solve within the turns that the axes have, or where that fails, on the `endless` machine."""
-    machine, counted = given.problem.machine, None if mask is None else Mask(mask)
-    try:
-        return _solve(given, counted)
-    except Infeasible:
-        if not winding_columns(machine):
-            raise
-    # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
-    counted = None if mask is None else Mask(wrap_mask(machine, mask))
-    return _solve(given.endless(), counted)
-
-
-def _solve(given: GivenProblem, mask: Mask | None) -> GivenSolution:
-    """Find the baselines and the cheapest path of a problem."""
-    problem, toolpath, bounds = given.problem, given.toolpath, given.bounds
-    machine = problem.machine
-    effort, progress, cone = given.effort, given.progress, given.cone
-    progress("computing baselines", 0, 1)
+    given.progress("computing baselines", 0, 1)
     compared, missing = find_baselines(toolpath, machine, bounds)
-    # A baseline that the mask refuses is still a start.
-    starts = compared
+    baselines = compared
     if mask is not None:
         compared, refused = moved_clear(compared, problem, toolpath, bounds, mask)
         missing = missing | refused
-    run = Portfolio(problem, effort, progress=progress)
-    found: dict[str, Array] = {}
 
-    def solve(bounded: Problem, start: Array) -> Array:
-        again = Portfolio(bounded, effort, progress=progress, stages=run.stages)
-        near = again.refined_from("path within wider bounds", start)
-        return near if bounded.violation(near) <= ALLOWED else again.best_path(starts)
+    def searched() -> Array:
+        admits, found = None if mask is None else mask.roughly_admits, None
+        for grain in (effort.everywhere, *effort.everywhere.finer):
+            found = by_travel(problem, replace(effort, everywhere=grain), admits)
+            if found is not None and problem.violation(found) <= ALLOWED:
+                return found
+        kept = _cheapest(problem, baselines)
+        if kept is None:
+            raise _without_path(problem, found, toolpath)
+        return refined(problem, kept, effort)
 
-    if given.start is not None:
-        rotary = solve(problem, given.start)
-    else:
-        found = _searched(run, starts)
-        rotary = min(found.values(), key=partial(_rank, problem))
-    if cone is not None:
-        rotary = hold_in_cone(problem, toolpath, rotary, solve, cone)
-    if mask is not None:
-        rotary = Enforcement(run, mask).enforced(rotary, toolpath, compared)
-        rotary = or_cheaper_baseline(problem, rotary, compared)
-    for stage in run.stages:
-        logger.debug("%s: %s, %d steps, %.1f J", stage.name, stage.status, stage.iterations, stage.after)
-    _require_admissible(problem, rotary, toolpath)
+    given.progress("searching postures that travel little", 0, 1)
+    rotary = searched() if given.start is None else refined(problem, given.start, effort)
+    if given.start is not None and problem.violation(rotary) > ALLOWED:
+        rotary = searched()
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
-    logger.info("%d locations on %s: %.1f J", len(toolpath), machine.name, energy.total)
-    solution = Solution(
-        machine, toolpath, bounds, motion, energy, compared, missing, tuple(run.stages), problem
-    )
-    # Within a mask or a cone, a path is sound only after what was done to the best one.
-    alone = cone is None and mask is None
-    others = {name: path for name, path in found.items() if path is not rotary} if alone else {}
-    return GivenSolution(solution, mask, others)
+    logger.info("%d locations on %s: %.1f J to begin with", len(toolpath), machine.name, energy.total)
+    stages = (Stage("path of little travel", "found", 0, None, problem.path_cost(rotary)),)
+    return Solution(machine, toolpath, bounds, motion, energy, compared, missing, stages, problem)
 
 
-def _searched(run: Portfolio, compared: Mapping[str, Baseline]) -> dict[str, Array]:
-    """Find the path of every effort's searches, (n, 2) rad, from the smallest effort on.
-
-    Raises
-    ------
-    Infeasible
-        None of them leads to a path.
-    """
-    found: dict[str, Array] = {}
-    failure: Infeasible | None = None
-    for number, effort in enumerate(run.effort.nested, start=1):
-        try:
-            found[f"searches, set {number}"] = replace(run, effort=effort).best_path(compared)
-        except Infeasible as reason:
-            failure = failure or reason
-    if failure is not None and not found:
-        raise failure
-    return found
+def _cheapest(problem: Problem, compared: dict[str, Baseline]) -> Array | None:
+    """Find the rotary angles, (n, 2) rad, of the cheapest baseline that keeps all bounds."""
+    paths = [b.motion.positions[:, problem.machine.rotary_columns] for b in compared.values()]
+    return min((p for p in paths if problem.violation(p) <= ALLOWED), key=problem.path_cost, default=None)
 
 
-def _rank(problem: Problem, path: Array) -> tuple[float, float]:
-    violation = problem.violation(path)
-    return (violation if violation > ALLOWED else 0.0), problem.path_cost(path)
-
-
-def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> None:
-    """Raise `Infeasible` if a path breaks a bound by more than rounding, with a finding for each location."""
-    positions, excess = problem.placed(slice(None), rotary)
-    turned = np.concatenate([[0.0], problem.turn_excess(rotary)])
+def _without_path(problem: Problem, found: Array | None, toolpath: Toolpath) -> Infeasible:
+    """Say where no sequence of postures was found; the best path, (n, 2) rad, breaks bounds."""
+    turning = long_turns(problem, toolpath)
+    if turning:
+        share = f"{len(turning)} of {len(toolpath) - 1} moves"
+        return Infeasible(
+            f"no sequence of postures along the path: {share} exceed the largest turn in the best one found",
+            turning,
+        )
+    if found is None:
+        return Infeasible(
+            "every location has an admissible posture, but the search found no sequence of them along "
+            "the path; allow larger turns between locations (--max-turn), put the locations closer "
+            "together, or widen the tilt range",
+            (),
+        )
+    positions, excess = problem.placed(slice(None), found)
     broken = {
         "the tilt range": excess > ALLOWED,
         "an axis limit": problem.limit_excess(positions) > ALLOWED,
-        "the largest rotary step": turned > ALLOWED,
+        "the largest rotary step": np.concatenate([[0.0], problem.turn_excess(found)]) > ALLOWED,
     }
     findings = [
         Finding(
@@ -204,5 +135,30 @@ def _require_admissible(problem: Problem, rotary: Array, toolpath: Toolpath) -> 
         for what, rows in broken.items()
         for row in np.flatnonzero(rows)
     ]
-    if findings:
-        raise Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)
+    return Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)
+
+
+def refusal(
+    problem: Problem, toolpath: Toolpath, rotary: Array, refused: BoolArray, mask: Mask
+) -> Infeasible:
+    """Say of each refused location, (n,), whether the mask admits a posture there.
+
+    Parameters
+    ----------
+    rotary : (n, 2), rad, the path's postures, of which the mask refuses some
+    """
+    findings, kind = [], Infeasible
+    for row in np.flatnonzero(refused):
+        # Samples may miss a narrow tilt range; the path has a posture in it.
+        states = np.vstack([rotary[row], sampled(problem, int(row))])
+        states = states[np.unique(np.linspace(0, len(states) - 1, SAMPLES).astype(np.int64))]
+        if mask.admits(np.full(len(states), row), states).any():
+            text = "the mask admits postures here, but none was found within reach of its neighbours"
+        else:
+            kind = Refused
+            text = f"the mask refuses each of the admissible postures that were tried ({len(states)})"
+        remedy = "widen the tilt range, allow larger turns (--max-turn) or change what the mask stands for"
+        place = toolpath.place(int(row))
+        findings.append(Finding(Severity.ERROR, "no-posture", f"{text}; {remedy}", place))
+    share = f"{len(findings)} of {len(problem)} locations"
+    return kind(f"{share} have no posture in sequence that the mask admits", findings)

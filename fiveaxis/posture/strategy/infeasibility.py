@@ -17,7 +17,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import INSIDE, nearest_held, nearest_to_reference, postures
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.lattice import spin_angles
+from fiveaxis.posture.search.successors import spin_angles
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.energy import Energy
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -60,6 +60,8 @@ class Delivered:
     filled : (m, 2), rad, the postures there
     excess : largest violation between the locations; cosine, mm or rad; infinite where axes would jump
     jumps : moves of the given path in which they would, by the location at which they begin
+    refused : (m,), whether a mask refuses the posture there
+    turned : rad, by which the first rotary axis turns too far within the singular cone
     energy : of the program's blocks
     cost : J, the objective for them
     times : (m,), s, that the control takes for the moves to the denser path's locations
@@ -72,6 +74,8 @@ class Delivered:
     filled: Array
     excess: float
     jumps: IntArray
+    refused: BoolArray
+    turned: float
     energy: Energy
     cost: float
     times: Array
@@ -105,7 +109,8 @@ class Delivered:
     def broken(self) -> float:
         """By how much it breaks bounds, at its locations or between them; 0 if it keeps them."""
         broken = self.posed.problem.violation(self.rotary)
-        return (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
+        broken = (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
+        return broken + self.turned + int(np.count_nonzero(self.refused))
 
     @property
     def unrest(self) -> tuple[int, float]:
@@ -114,7 +119,7 @@ class Delivered:
 
     def findings(self) -> list[Finding]:
         """Report where postures between locations still break a bound."""
-        if self.excess <= BETWEEN:
+        if not self.broken:
             return []
         problem = self.denser.problem
         positions, excess = problem.placed(slice(None), self.filled)
@@ -125,6 +130,7 @@ class Delivered:
             (excess, "the tool leans out of its bounds", "widen the range of its lean"),
             (past, "an axis exceeds its limits", "move the part on the table (work_offset)"),
             (jumping, "axes would have to jump", "allow smaller turns only (--max-turn)"),
+            (1.0 * self.refused, "the mask refuses the posture", "change what the mask stands for"),
         ):
             rows = np.flatnonzero(off > BETWEEN)
             if len(rows):

@@ -1,34 +1,27 @@
 """Near the singular direction: the first rotary axis is held, and a turn that is too slow is reported.
 
 With the tool along the first rotary axis, that axis turns the part without changing the tool's direction;
-near it a small change of direction takes a large turn, ``1/sin`` of the angle. Whether a location is within
-the cone depends on its posture, so this takes rounds: solve, bound the moves that turn the axis within the
-cone, solve again. Bounds are never removed, so the rounds end. They are of the kinds that search and NLP
-handle anyway, on turns and on directions, and paths that stay out of the cone, nearly all, are solved once.
+near it a small change of direction takes a large turn, ``1/sin`` of the angle. Searches hold the axis within
+the cone or lead the path round it (`fiveaxis.posture.search.successors.Holding`); a refinement holds it where
+its start passes the cone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import singular_angles, singular_direction, tool_axes
+from fiveaxis.kinematics import singular_angles, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, feed_times, rapid_findings
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution
-from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
+from fiveaxis.toolpath import Constraints, Toolpath
 
-# Solves a problem from a path, (n, 2) rad, that keeps all but the last bounds added.
-Solve = Callable[[Problem, Array], Array]
-
-# Rounds of solving and bounding; each bounds more moves.
-MOST_ROUNDS = 4
 # A move that passes the singular direction closer than this is called a crossing (rad).
 NEAR = np.radians(10.0)
 # Relative: a move stretched by less keeps its feed.
@@ -83,53 +76,6 @@ def bounded_within(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Co
     turns = problem.max_turn.copy()
     turns[inside, 0] = np.minimum(turns[inside, 0], cone.rate * toolpath.lengths[1:][inside])
     return replace(problem, max_turn=turns)
-
-
-def kept_outside(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Cone) -> Problem:
-    """Keep the tool axis out of the cone at both ends of every cut of a path that turns the axis in it."""
-    moves = turning_within(toolpath, problem.machine, rotary, cone)
-    rows = np.append(moves, False) | np.append(False, moves)
-    reference = np.where(rows[:, None], singular_direction(problem.machine), np.nan)
-    bound = TiltBounds(reference, cone.angle, np.pi - cone.angle, "singular direction")
-    return replace(problem, bounds=(*problem.bounds, bound))
-
-
-def hold_in_cone(problem: Problem, toolpath: Toolpath, rotary: Array, solve: Solve, cone: Cone) -> Array:
-    """Solve again until no cut turns the first rotary axis within the singular cone.
-
-    Two remedies are tried: holding the axis where the path passes the cone (`bounded_within`), and avoiding
-    the cone where the axis turns (`kept_outside`).
-
-    Parameters
-    ----------
-    problem, toolpath : without bounds in the cone
-    rotary : (n, 2), rad, its path
-    solve : finds the path of a problem with bounds
-
-    Returns
-    -------
-    (n, 2), rad; of the admissible paths found, the one that turns least within the cone, then the cheapest.
-    `cone_findings` lists the moves where neither remedy helped.
-    """
-
-    def rank(path: Array) -> tuple[float, float]:
-        rows = turning_within(toolpath, problem.machine, path, cone)
-        turned = float(np.abs(np.diff(path[:, 0]))[rows].sum())
-        return turned, problem.path_cost(path)
-
-    found = [rotary]
-    for remedy in (bounded_within, kept_outside):
-        path, bounded = rotary, problem
-        for _ in range(MOST_ROUNDS):
-            if rank(path)[0] == 0.0:
-                break
-            bounded = remedy(bounded, toolpath, path, cone)
-            try:
-                path = solve(bounded, path)
-            except Infeasible:
-                break
-            found.append(path)
-    return min((p for p in found if p is rotary or problem.violation(p) <= ALLOWED), key=rank)
 
 
 def with_findings(solution: Solution, cone: Cone | None) -> Solution:

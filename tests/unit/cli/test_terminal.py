@@ -11,7 +11,7 @@ from fiveaxis.cli import app
 from fiveaxis.cli.terminal import FIRST_RUN, errors_explained, parse_positions, print_first_run
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.posture.search.kernel import relax_layer
+from fiveaxis.posture.search.successor_kernel import advance
 
 
 def test_brackets_in_help_are_no_markup():
@@ -35,16 +35,16 @@ def test_many_places_of_one_cause_are_one_line_and_json_lists_all(capsys):
 
 
 def test_the_first_run_says_that_it_compiles_until_something_compiled_is_kept(tmp_path, capsys):
-    kernel = SimpleNamespace(py_func=relax_layer.py_func, stats=SimpleNamespace(cache_path=str(tmp_path)))
+    kernel = SimpleNamespace(py_func=advance.py_func, stats=SimpleNamespace(cache_path=str(tmp_path)))
     print_first_run(kernel)
     assert capsys.readouterr().err.strip() == FIRST_RUN
-    (tmp_path / "kernel.relax_layer-59.py311.nbi").touch()
+    (tmp_path / "successor_kernel.advance-59.py311.nbi").touch()
     print_first_run(kernel)
     assert capsys.readouterr().err == ""
 
 
 def test_a_compiled_loop_says_where_it_is_kept():
-    assert relax_layer.stats.cache_path is not None
+    assert advance.stats.cache_path is not None
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ from by_degrees import tilt_bounds
 from fiveaxis.kinematics import axis_positions, tool_axes
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.local.refinement import refine
-from fiveaxis.posture.masks.clearance import Clearance
 from fiveaxis.posture.masks.confinement import PINCH, Confinement, Planes, blended, pinched, windows_around
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import Problem
@@ -40,7 +39,7 @@ def steady(problem: Problem) -> np.ndarray:
 
 
 def run(problem, function, start, rounds=4):
-    clear = Clearance.of(Mask(function), problem)
+    clear = Mask(function)
     return Confinement(problem, clear, solve).refined(start, rounds)
 
 

@@ -6,10 +6,11 @@ from by_travel import optimise
 from rings import ring
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture import Effort, LatticeSearch
+from fiveaxis.posture import Effort
+from fiveaxis.posture.strategy.effort import grain
 
-ONE = Effort(searches=(LatticeSearch(4, 0.1, 24),))
-MANY = Effort(contains=ONE, searches=(LatticeSearch(3, 0.12, 30), LatticeSearch(2, 0.06, 24)))
+ONE = Effort(grain(2.0, 8.0, 60))
+MANY = Effort(grain(1.0, 5.0, 200), contains=ONE)
 
 
 def test_many_searches_never_cost_more_than_one(hayashi):

@@ -9,7 +9,6 @@ from rings import ring
 
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.posture import Effort, LatticeSearch
 from fiveaxis.posture.strategy.holding import free_angles, hold, is_holding
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.verification import verify
@@ -65,7 +64,7 @@ def test_four_axes_are_as_good_as_brute_force(hayashi, letter, angle):
     solution = optimise(wave(), hayashi, tilt=(5, 50), hold={letter: angle}, max_turn=25.0)
     # Every degree of the axis that is free.
     choices = free_angles(solution.machine)[::4]
-    assert solution.energy.travel <= cheapest_of_all(solution, choices) * (1.0 + 1e-6) + 1e-6
+    assert solution.energy.travel <= cheapest_of_all(solution, choices) * (1.0 + 1e-3)
 
 
 def test_both_axes_held_are_3_plus_2(hayashi):
@@ -100,7 +99,7 @@ def test_a_plane_is_kept_and_as_good_as_brute_force(hayashi):
     choices = np.stack(
         np.meshgrid(np.radians([-90.0, -89.7, -90.3, 90.0]), tilted, indexing="ij"), axis=-1
     ).reshape(-1, 2)
-    assert solution.energy.travel <= cheapest_of_all(solution, choices) * (1.0 + 1e-6) + 1e-6
+    assert solution.energy.travel <= cheapest_of_all(solution, choices) * (1.0 + 1e-3)
 
 
 def test_lead_and_lean_are_kept_and_as_good_as_brute_force(hayashi):
@@ -110,14 +109,13 @@ def test_lead_and_lean_are_kept_and_as_good_as_brute_force(hayashi):
     assert verify(solution.motion, hayashi, solution.toolpath, **bounds).ok
     steps = (np.radians(np.arange(-180.0, 180.0, 3.0)), np.radians(np.arange(-60.0, 30.0, 1.5)))
     choices = np.array(list(itertools.product(*steps)))
-    assert solution.energy.travel <= cheapest_of_all(solution, choices) * (1.0 + 1e-6) + 1e-6
+    assert solution.energy.travel <= cheapest_of_all(solution, choices) * (1.0 + 1e-3)
     for name, energy in solution.baselines.items():
         assert solution.energy.travel <= energy.travel * (1.0 + 1e-9), name
 
 
 @pytest.mark.parametrize("lead", [(9.0, 11.0), (-11.0, -9.0)])
-def test_a_narrow_window_between_the_states_of_the_lattice_is_found(hayashi, lead):
-    effort = Effort(searches=(LatticeSearch(12, 4.0 * DEGREE, 36),))
-    solution = optimise(ring(40, 0.5), hayashi, lead=lead, lean=(19.0, 21.0), max_turn=30.0, effort=effort)
+def test_a_window_narrower_than_the_first_states_of_a_search_is_found(hayashi, lead):
+    solution = optimise(ring(40, 0.5), hayashi, lead=lead, lean=(19.0, 21.0), max_turn=30.0, effort="quick")
     assert max(solution.residuals().values()) <= 1e-9
     assert {"normal", "lead-lean"} <= set(solution.baselines)

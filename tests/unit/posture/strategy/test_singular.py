@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from by_degrees import tilt_bounds
 from by_travel import optimise
 
-from fiveaxis.errors import Infeasible, SettingError
+from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import follow
 from fiveaxis.posture import Problem
 from fiveaxis.posture.strategy.singular import (
-    MOST_ROUNDS,
     Cone,
     bounded_within,
-    hold_in_cone,
-    kept_outside,
     nearest_angles,
     slow_findings,
     turning_within,
@@ -67,21 +63,6 @@ def test_only_the_first_axis_of_cuts_within_the_cone_is_bounded(hayashi):
         np.testing.assert_array_equal(found.max_turn[:, 1], problem.max_turn[:, 1])
 
 
-def test_out_of_the_cone_is_a_bound_on_the_locations_that_turn_in_it(hayashi):
-    path = over_the_top()
-    rotary = along_the_normal(path)
-    problem = Problem.build(path, hayashi, tilt_bounds(path, cone=10))
-    found = kept_outside(problem, path, rotary, CONE)
-    turning = turning_within(path, hayashi, rotary, CONE)
-    ends = np.append(turning, False) | np.append(False, turning)
-    assert 0 < ends.sum() < len(ends)
-    np.testing.assert_array_equal(np.isfinite(found.bounds[-1].reference).all(axis=1), ends)
-    excess = found.placed(slice(None), rotary)[1]
-    # The move into the cone begins outside it; all others that turn in it break the bound at both ends.
-    assert (excess[1:-1][turning[1:] & turning[:-1]] > 0.0).all()
-    assert (excess[~ends] <= 1e-9).all()
-
-
 def test_links_turn_as_they_like(hayashi):
     path = over_the_top()
     rotary = along_the_normal(path)
@@ -112,36 +93,6 @@ def test_the_optimiser_keeps_c_still_in_the_cone_only_if_there_is_one(hayashi):
     assert bound.residuals()["tilt"] <= 1e-9
     assert bound.energy.travel >= free.energy.travel * (1.0 - 1e-9)
     assert "singular-turn" not in {f.code for f in bound.toolpath.findings}
-
-
-def test_where_c_cannot_be_held_the_path_stays_with_a_finding(hayashi):
-    path = over_the_top()
-    rotary = along_the_normal(path)
-    problem = Problem.build(path, hayashi, tilt_bounds(path, cone=10))
-
-    def solve(_: Problem, __: np.ndarray) -> np.ndarray:
-        raise Infeasible("no path", ())
-
-    np.testing.assert_array_equal(hold_in_cone(problem, path, rotary, solve, CONE), rotary)
-
-
-def test_bounds_are_kept_from_round_to_round(hayashi):
-    path = over_the_top()
-    rotary = along_the_normal(path)
-    problem = Problem.build(path, hayashi, tilt_bounds(path, cone=10))
-    seen = []
-
-    def solve(bounded: Problem, _: np.ndarray) -> np.ndarray:
-        seen.append(np.isfinite(bounded.max_turn[:, 0]))
-        # The next path comes into the cone elsewhere.
-        return np.roll(rotary, 8 * len(seen), axis=0)
-
-    hold_in_cone(problem, path, rotary, solve, CONE)
-    assert len(seen) > 1
-    seen = seen[:-MOST_ROUNDS]  # those of the other remedy
-    for before, after in pairwise(seen):
-        assert (after | ~before).all()
-        assert after.sum() > before.sum()
 
 
 def speed_of_c(machine, degrees):

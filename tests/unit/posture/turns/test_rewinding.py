@@ -286,9 +286,9 @@ def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
     assert [f for f in solution.toolpath.findings if f.code == "rewind"]
     assert solution.residuals()["limit"] <= 1e-9
     assert solution.unwrapped is not None
-    own = insert_rewinds(path, machine, solution.unwrapped.rotary).own
-    c = solution.motion.positions[own, machine.column("C")]
-    assert ahead_of_normal(path.normal, c).min() >= 10.0
+    cuts = solution.toolpath.cutting & ~solution.toolpath.inserted
+    c = solution.motion.positions[cuts, machine.column("C")]
+    assert ahead_of_normal(solution.toolpath.normal[cuts], c).min() >= 10.0
     # Without the mask C follows the normal, and so does the path that is drawn in.
     free = helix(0.0, 360.0)
     assert free.unwrapped is not None
