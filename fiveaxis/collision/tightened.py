@@ -34,11 +34,14 @@ class Tightened:
     spots: dict[int, list[tuple[Array, float]]] = field(default_factory=dict)
 
     def refuse(self, rows: IntArray, rotary: Array) -> None:
-        """Refuse postures, (m, 2) rad, at locations, (m,), and those near them."""
+        """Refuse postures, (m, 2) rad, at locations, (m,), and those near them.
+
+        What is refused at one call has the same radius, however many postures of a location it has.
+        """
+        last = {row: spots[-1][1] for row, spots in self.spots.items()}
         for row, posture in zip(rows.tolist(), rotary, strict=True):
-            known = self.spots.setdefault(row, [])
-            radius = RADIUS * 2.0 ** len(known)
-            known.append((np.array(posture, dtype=float), radius))
+            radius = 2.0 * last[row] if row in last else RADIUS
+            self.spots.setdefault(row, []).append((np.array(posture, dtype=float), radius))
 
     def __call__(self, rows: IntArray, rotary: Array) -> BoolArray:
         """Check exactly; see `fiveaxis.posture.masks.mask.RoughMask`."""

@@ -51,7 +51,7 @@ Solve = Callable[[Toolpath, MaskFunction | None, bool], Postures]
 logger = logging.getLogger(__name__)
 
 # How often the mask of a path that collides between locations is tightened and the path searched again.
-ROUNDS = 3
+ROUNDS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +250,8 @@ def keep_clear(
     opened = solve(toolpath, None, True)
     begun = opened.toolpath if opened.unwrapped is None else opened.unwrapped.toolpath
     try:
-        again = keep_order(begun)
+        # Its turns are bounded from one given location to the next.
+        again = keep_order(begun.at(np.flatnonzero(~begun.inserted)))
     except Infeasible as fault:
         return _with_note(
             kept, f"passes keep their start: with free starts the tool can't be kept clear: {fault}"
@@ -300,8 +301,8 @@ def _keep_order(
         logger.info("%d locations collide or lie beside one; searched again", len(rows))
         rotary = solution.motion.positions[:, machine.rotary_columns][rows]
         location = rows if solution.motion.location is None else solution.motion.location[rows]
-        for end in (np.floor, np.ceil):
-            mask.refuse(end(location).astype(np.int64), rotary)
+        ends = np.concatenate([np.floor(location), np.ceil(location)]).astype(np.int64)
+        mask.refuse(ends, np.concatenate([rotary, rotary]))
         rounds += 1
         try:
             solution = solve(toolpath, mask, False)

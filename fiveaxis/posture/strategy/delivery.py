@@ -281,7 +281,8 @@ class Delivery(Recorded):
             self.progress(f"solving for the program's blocks, to {share:.0%}", 0, 1)
             posed, before = here.denser, here.cost
             problem = self._local(here, share, near=near)
-            here = self.priced(self.near.refined(posed, problem, here.filled), posed, problem)
+            path = self.near.refined(posed, problem, here.filled)
+            here = self.priced(path, posed, replace(problem, max_turn=posed.problem.max_turn))
             status = self._status(here)
             self.stages.append(Stage(f"program, sharpness {share:g}", status, 0, before, here.cost))
         return here if here.broken else self._with_inserted(here)

@@ -76,8 +76,8 @@ class Front:
 
     Parameters
     ----------
-    points : by increasing cost, which is the energy if time has no price; the first is the solution, the last
-        the smoothest
+    points : by increasing energy, or cost with another objective; the first is the solution, the last the
+        smoothest
     dominated : how many solutions were left out because another one is better in everything
     solution : the cheapest path found for any point, with its baselines
     others : the solutions of the other points, in their order
@@ -171,7 +171,7 @@ def find_front(
     points = [
         _point(solution, rotary, priced, problem) for rotary, priced in zip(paths, problems, strict=True)
     ]
-    kept = undominated(points)
+    kept = undominated(points, by_energy=options.objective == "energy")
     solutions = [
         _with_path(solution, paths[points.index(p)], cone, number) for number, p in enumerate(kept, start=1)
     ]
@@ -324,12 +324,20 @@ def _bend(rotary: Array) -> float:
     return float((np.diff(rotary, axis=0) ** 2).sum())
 
 
-def undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
-    """Return the points that no other one dominates, cheapest first; of equals the first."""
-    figures = np.array([(p.cost, p.energy.total, p.bend, p.energy.time) for p in points])
+def undominated(points: Sequence[FrontPoint], *, by_energy: bool = False) -> list[FrontPoint]:
+    """Return the points that no other one dominates, cheapest first; of equals the first.
+
+    Parameters
+    ----------
+    by_energy : whether the cheapest takes the least energy of the program
+    """
+    costs = [p.energy.total if by_energy else p.cost for p in points]
+    figures = np.array(
+        [(c, p.energy.total, p.bend, p.energy.time) for c, p in zip(costs, points, strict=True)]
+    )
     kept = []
     for i, own in enumerate(figures):
         beaten = (figures <= own).all(axis=1) & ((figures < own).any(axis=1) | (np.arange(len(figures)) < i))
         if not beaten.any():
             kept.append(points[i])
-    return sorted(kept, key=lambda p: p.cost)
+    return sorted(kept, key=lambda p: p.energy.total if by_energy else p.cost)

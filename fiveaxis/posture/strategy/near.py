@@ -24,6 +24,8 @@ ITERATIONS, BARRIER, LAST = 40, 4e-2, 1e-5
 MORE_ITERATIONS = 120
 # States by which a path of little travel is searched: it is a start.
 ENOUGH = 300
+# Cells of the costliest axis are larger where prices are in proportion to travel: few levels are worth it.
+COARSER = 4.0
 # The corridor in which a path is extended from some of the locations to all, and how often.
 EXTENDED, MOST_EXTENDED = grain(0.3, 1.0, 24, 6.0), 3
 
@@ -127,7 +129,8 @@ def by_travel(problem: Problem, effort: Effort, admits: Admits | None = None) ->
     (n, 2), rad; None where no sequence of postures was found. It may break bounds
     """
     costs = BlockCosts.of_travel(problem.plus, problem.minus)
-    found = path_anywhere(problem, costs, effort.everywhere, admits)
+    grain = replace(effort.everywhere, level=COARSER * effort.everywhere.level)
+    found = path_anywhere(problem, costs, grain, admits)
     if found is None:
         return None
     for _ in range(MOST_EXTENDED):

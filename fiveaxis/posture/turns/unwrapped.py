@@ -8,6 +8,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN, into_limits
@@ -125,13 +126,25 @@ def rewind_solution(
         motion = follow(rewound, machine, other.found.rotary)
         energy = program_energy(machine, rewound, motion, solution.filling, solution.clock)
         compared[name] = Baseline(motion, energy, rewound, baseline.note)
-        if baseline.toolpath in (None, path) and problem.violation(rotary) <= ALLOWED and keeps(rotary):
+        same = baseline.toolpath in (None, path)
+        if same and _is_admissible(problem, rotary, solution.motion.location) and keeps(rotary):
             best = min(best, other, key=attrgetter("price"))
     kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance)
     limited = replace(
         solution, machine=machine, compared=compared, missing=missing, problem=None, unwrapped=kept
     )
     return with_path(limited, best.rotary)[0]
+
+
+def _is_admissible(problem: Problem, rotary: Array, location: Array | None) -> bool:
+    """Check whether a path, (n, 2) rad, keeps its bounds, those on turns from one given location to the next.
+
+    Inserted locations share the bound of their move as the path does for which they were inserted.
+    """
+    given = np.arange(len(rotary)) if location is None else np.flatnonzero(location == np.floor(location))
+    positions, excess = problem.placed(slice(None), rotary)
+    turned = problem.thinned(given).turn_excess(rotary[given])
+    return max(excess.max(), problem.limit_excess(positions).max(), turned.max(initial=0.0)) <= ALLOWED
 
 
 def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | None]:
@@ -205,7 +218,11 @@ class _Rewinder:
         prices = {"clearance": self.clearance, "time_price": problem.time_price}
         found = insert_rewinds(self.path, self.machine, rotary, tilt=self.tilt, **prices)
         marks = sum(r.in_cut for r in found.rewinds)
-        travel = problem.cost(problem.positions(slice(None), rotary))
+        if len(rotary) == len(problem):
+            travel = problem.cost(problem.positions(slice(None), rotary))
+        else:
+            motion = follow(self.path, problem.machine, rotary)
+            travel = motion_energy(problem.machine, motion).travel
         price = travel + found.energy + problem.time_price * found.time + CUT_PRICE * marks
         return _Candidate(problem, rotary, found, price)
 

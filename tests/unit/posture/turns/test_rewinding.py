@@ -292,7 +292,7 @@ def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
     # Without the mask C follows the normal, and so does the path that is drawn in.
     free = helix(0.0, 360.0)
     assert free.unwrapped is not None
-    assert ahead_of_normal(path.normal, free.unwrapped.rotary[:, 0]).min() < 5.0
+    assert ahead_of_normal(free.unwrapped.toolpath.normal, free.unwrapped.rotary[:, 0]).min() < 5.0
 
 
 def test_a_solution_has_the_path_that_it_was_rewound_from(helix):
@@ -328,9 +328,10 @@ def test_free_starts_are_chosen_before_the_rewinds(hayashi):
     )
     rewinds = [[f for f in s.toolpath.findings if f.code == "rewind"] for s in (kept, freed)]
     assert 1 <= len(rewinds[1]) <= len(rewinds[0])
-    assert freed.energy.travel < kept.energy.travel
+    assert freed.energy.travel <= kept.energy.travel
     assert max(freed.residuals().values()) <= 1e-9
-    own = insert_rewinds(freed.unwrapped.toolpath, machine, freed.unwrapped.rotary).own
     # Every contact is there once, in another order.
-    cut = np.round(freed.toolpath.contact[own], 9)
+    unwrapped = freed.unwrapped.toolpath
+    cut = np.round(unwrapped.contact[~unwrapped.inserted], 9)
+    assert len(cut) == len(contact)
     np.testing.assert_array_equal(np.unique(cut, axis=0), np.unique(np.round(contact, 9), axis=0))
