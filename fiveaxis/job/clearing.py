@@ -1,4 +1,4 @@
-"""Optimisation that keeps the tool clear: a mask first, then local replanning where moves collide."""
+"""Optimisation that keeps the tool clear: a mask first, then again where moves collide."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def optimise(
         the tool going up, or on a table of the workpiece, whose axis value falls then
     smoothing : J/rad², price μ of ‖Δρ‖² in each move: a steadier posture at the cost of more travel
     steady : share of the energy that may be spent on fewer starts and reversals of axes, with the objective
-        ``energy`` and where nothing has to be kept clear of; 0 for none
+        ``energy``; 0 for none
     time_price : W, price of time beyond that at the programmed feed, where an axis is too slow for it; by
         default the machine's base power, 0 if that is unknown. Not with the objective ``time``, which has a
         price of its own
@@ -143,7 +143,7 @@ def optimise(
         point control; by default the control's own, or ``axes``
     solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
         same terms (`fiveaxis.posture.local`); overrides the effort's own
-    start : (n, 2), rad, chain order, postures to refine instead of searching
+    start : (n, 2), rad, chain order, postures to begin from, beside those that are searched
     bound : whether to compute a lower bound of what any posture costs (`Solution.bound`, about a minute); by
         default only with the effort ``thorough``
     progress : called with what is being done, steps done and steps in all

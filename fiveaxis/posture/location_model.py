@@ -106,27 +106,6 @@ class LocationModel:
         slopes = found[:, end : 3 * end].reshape(len(found), end, ANGLES)
         return found[:, :end], slopes, found[:, 3 * end :]
 
-    def swing(self, rows: IntArray, column: int, angle: int, other: Array) -> tuple[Array, Array, Array]:
-        """Express a linear axis as ``a + b cos ρ + c sin ρ`` of one rotary angle (`LocationTapes.swings`).
-
-        Parameters
-        ----------
-        rows : (m,), locations
-        column : of the linear axis
-        angle : 0 or 1, the rotary axis of ρ, chain order
-        other : (m, ...), rad, angles of the other rotary axis
-
-        Returns
-        -------
-        a, b, c : (m, ...), mm
-        """
-        arguments = np.zeros((other.size, ARGUMENTS))
-        arguments[:, 1 - angle] = other.ravel()
-        arguments[:, ANGLES:] = np.repeat(self.given[rows], other.size // max(len(rows), 1), axis=0)
-        found = self.tapes.swings[angle](arguments)
-        a, b, c = (np.ascontiguousarray(part[:, column]) for part in np.split(found, 3, axis=1))
-        return a.reshape(other.shape), b.reshape(other.shape), c.reshape(other.shape)
-
 
 @compiled
 def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array, excess: Array) -> None:

@@ -305,15 +305,6 @@ class Problem:
         worst = (excess.max(), self.limit_excess(positions).max(), self.turn_excess(rotary).max(initial=0.0))
         return max(0.0, *(float(w) for w in worst))
 
-    def broken(self, rotary: Array) -> BoolArray:
-        """Find the locations of a path, (n, 2) rad, that break a bound, also by the step to or from them."""
-        positions, excess = self.placed(slice(None), rotary)
-        broken = (excess > ALLOWED) | (self.limit_excess(positions) > ALLOWED)
-        far = self.turn_excess(rotary) > ALLOWED
-        broken[:-1] |= far
-        broken[1:] |= far
-        return np.asarray(broken)
-
     def turn_excess(self, rotary: Array) -> Array:
         """Compute how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
         turns = (np.abs(np.diff(rotary, axis=0)) - self.max_turn).max(axis=1)

@@ -194,23 +194,6 @@ class LocationTapes:
             return Tape.of(argument, ca.vertcat(self.quantities, pairs, *bent))
 
     @cached_property
-    def swings(self) -> tuple[Tape, Tape]:
-        """Every quantity over one rotary angle, the first or the second, is ``a + b cos ρ + c sin ρ``.
-
-        (The same, ρ isn't read) → a, b, c, (k + 3) each, from value f and derivatives at 0: ``a = f + f″``,
-        ``b = −f″``, ``c = f′``. Not exact for an axis behind a linear one that turns with ρ, nor for a zone
-        with offset.
-        """
-        with WRITING:
-            tapes = []
-            for angle in range(2):
-                slope = self._slopes()[angle]
-                bow = ca.jtimes(slope, self.rotary, AHEAD[angle])
-                found = ca.vertcat(self.quantities + bow, -bow, slope)
-                tapes.append(self._tape(ca.substitute(found, self.rotary[angle], 0.0)))
-            return tapes[0], tapes[1]
-
-    @cached_property
     def function(self) -> ca.Function:
         """As `values`, for CasADi's own solvers."""
         with WRITING:

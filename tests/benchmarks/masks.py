@@ -84,7 +84,9 @@ def run(what: str, path: fx.Toolpath) -> None:
         found = optimise(path, MACHINE, Constraints.of_degrees(tilt=(15, 75)), Options(mask=mask))
         seconds = time.process_time() - started
         rotary = found.motion.positions[:, MACHINE.rotary_columns]
-        refused = int((~mask(np.arange(len(path)), rotary)).sum())
+        location = np.arange(len(rotary)) if found.motion.location is None else found.motion.location
+        ends = (np.floor(location).astype(int), np.ceil(location).astype(int))
+        refused = int((~mask(ends[0], rotary) | ~mask(ends[1], rotary)).sum())
         dearer = found.energy.total / free.energy.total - 1.0
         figures = f"{name:20} {seconds:6.1f} s {found.energy.total:9.0f} J {dearer:+7.2%}"
         print(f"{figures}  {found.stages[-1].status}, {refused} refused", flush=True)

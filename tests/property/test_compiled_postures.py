@@ -87,24 +87,6 @@ def test_a_posture_that_turns_linear_axes_into_one_plane_has_no_axis_values():
     np.testing.assert_array_equal(np.isnan(found).any(axis=-1), np.isnan(expected).any(axis=-1))
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.sampled_from(CODES), st.integers(0, 2**32 - 1), st.integers(0, 1), st.integers(0, 2))
-def test_an_angle_solved_from_a_level_puts_the_axis_on_it(code, seed, angle, linear):
-    rng = np.random.default_rng(seed)
-    machine, path = skewed(code, rng), wavy(rng, 20)
-    model = model_of(machine, path, BALL, tilt_bounds(path, (15, 75)))
-    rows, column = rng.integers(0, 20, 8), machine.linear_columns[linear]
-    other = rng.uniform(-10.0, 10.0, (8, 3))
-    a, b, c = model.swing(rows, column, angle, other)
-    amplitude = np.hypot(b, c)
-    level = a + rng.uniform(-1.0, 1.0, a.shape) * amplitude
-    half = np.arccos(np.clip((level - a) / np.maximum(amplitude, 1e-12), -1.0, 1.0))
-    for solved in (np.arctan2(c, b) + half, np.arctan2(c, b) - half):
-        pair = (solved, other) if angle == 0 else (other, solved)
-        positions, _ = model.placed(rows, np.stack(pair, axis=-1))
-        np.testing.assert_allclose(positions[..., column], level, rtol=0.0, atol=1e-6)
-
-
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt"])
 @pytest.mark.parametrize("tool", [Tool.ball(6), Tool.bull(10, 2)], ids=["ball", "bull"])
 def test_the_refinements_derivatives_are_finite_differences_of_its_quantities(name, tool):

@@ -47,25 +47,21 @@ class RoughMask(Protocol):
         """Return approximately which postures are admissible; same arguments and result.
 
         Wrong answers make a path more costly, never wrong. Err on the strict side: a posture that is admitted
-        here but refused exactly has to be replanned.
+        here but refused exactly makes a path dearer.
         """
         ...
 
 
 @dataclass(eq=False)
 class Mask:
-    """A mask with a count of its queries.
+    """A mask, and what follows from it.
 
     Parameters
     ----------
     function : as `RoughMask.__call__`
-    calls : of the function
-    queried : postures in them
     """
 
     function: MaskFunction
-    calls: int = 0
-    queried: int = 0
 
     @property
     def is_rough(self) -> bool:
@@ -82,8 +78,6 @@ class Mask:
         """
         if not len(rows):
             return np.zeros(0, dtype=bool)
-        self.calls += 1
-        self.queried += len(rows)
         return _query(self.function, rows, rotary)
 
     def along(self, location: Array | None) -> Mask:

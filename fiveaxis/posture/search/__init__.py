@@ -1,1 +1,1 @@
-"""Global search: lattices of postures, and the cheapest path through them."""
+"""Global search: from exact posture to exact posture, everywhere or near a path."""

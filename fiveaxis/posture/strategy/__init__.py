@@ -1,1 +1,1 @@
-"""The order of searches and refinements: portfolios, starts, fronts, the locations of the program."""
+"""The order of searches and refinements: efforts, starts, fronts, the locations of the program."""
