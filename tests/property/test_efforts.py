@@ -50,7 +50,7 @@ def test_a_better_start_is_not_thrown_away(hayashi, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["wave", "flutes"])
+@pytest.mark.parametrize("name", [pytest.param("wave", marks=OTHER_OPTIMA), "flutes"])
 def test_a_wider_range_is_not_worse(hayashi, name):
     ranges = (20, 60), (15, 70)
     narrow, wide = (fx.optimise(passes(name), hayashi, tilt=t, steady=0.0).energy.total for t in ranges)

@@ -62,7 +62,10 @@ def run(folder: Path, *words: object) -> tuple[list[float], str]:
 @pytest.mark.parametrize(
     ("words", "stages"),
     [
-        ((*OPTIMISE, "-o", "out"), ("refining postures", "verifying the program", "writing the report")),
+        (
+            (*OPTIMISE, "-o", "out"),
+            ("searching postures that travel little", "verifying the program", "writing the report"),
+        ),
         (("plan", PART, *LOOK, "-o", "path.csv"), ("starting", "planning passes")),
     ],
 )

@@ -46,9 +46,7 @@ def test_the_vase_ends_at_its_best_known_energy_and_does_so_again(hayashi, vase)
 @pytest.mark.slow
 def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
     free = optimise(dome, hayashi, tilt=(10, 70), max_turn=360.0)
-    # The search at the locations alone finds fast turns, over which the tool hops out of its range between
-    # two locations; so the path is solved again within smaller ones.
-    assert sum(stage.name == "path of little travel" for stage in free.stages) > 1
+    # Fast turns, over which the tool would hop out of its range between two locations, aren't taken.
     assert "between-locations" not in {finding.code for finding in free.toolpath.findings}
     assert_sound(free)
     bounded = optimise(dome, hayashi, tilt=(10, 70))
@@ -56,8 +54,6 @@ def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
     turns = np.abs(bounded.motion.moves[:, hayashi.rotary_columns])
     assert np.degrees(turns.max()) <= 15.0 + 1e-6
     assert bounded.energy.travel < 33_000.0
-    # At the locations alone fast turns are cheap; the program also drives in between.
-    assert bounded.energy.travel < free.energy.travel
 
 
 def test_a_small_path_is_sound_and_has_a_record_of_the_solver(plain):
