@@ -23,7 +23,7 @@ from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.posture.strategy.delivery import Delivery, Objective, delivered
 from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
-from fiveaxis.posture.strategy.given_path import GivenProblem, refusal, solve_given
+from fiveaxis.posture.strategy.given_path import GivenProblem, refusal, solve_given, without_path
 from fiveaxis.posture.strategy.least_time import time_findings
 from fiveaxis.posture.strategy.near import Near, refined
 from fiveaxis.posture.strategy.program_path import Breach
@@ -216,9 +216,11 @@ def optimise(
         )
         others = {} if options.start is None or options.free_start else {"the start given": options.start}
         found, rank, breach = delivered(found, delivery, others, everywhere=True)
+        rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
+        rotary = rotary if location is None else rotary[location == np.floor(location)]
+        if not delivery.admits(rotary):
+            raise without_path(rebuild(delivery.given)[0], rotary, delivery.given)
         if mask is not None:
-            rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
-            rotary = rotary if location is None else rotary[location == np.floor(location)]
             refused = ~mask.admits(np.arange(len(toolpath)), rotary)
             if refused.any():
                 raise refusal(problem, toolpath, rotary, refused, mask)

@@ -233,6 +233,35 @@ def step_price(
 
 
 @compiled
+def cheapest_steps(
+    task: Task, layer: Layer, size: int, i: int, rotary: Array, positions: Array
+) -> tuple[Array, IntArray, IntArray]:
+    """Price the cheapest step i to given postures, (m, 2) rad, with axis values (m, k), however far they are.
+
+    Returns
+    -------
+    (m,) each: the cost there, infinite where every state would have to turn too far; the state that the step
+    comes from; and the axes that it moves
+    """
+    turn, prices = task.locations.turn, task.prices
+    cost, came, moved = (
+        np.full(len(rotary), np.inf),
+        np.zeros(len(rotary), np.int64),
+        np.zeros(len(rotary), np.int64),
+    )
+    for s in range(len(rotary)):
+        for j in range(size):
+            turn1, turn2 = rotary[s, 0] - layer.rotary[j, 0], rotary[s, 1] - layer.rotary[j, 1]
+            if max(abs(turn1) - turn[i, 0], abs(turn2) - turn[i, 1]) > ROUNDING:
+                continue
+            turned = turn1 * turn1 + turn2 * turn2
+            price, moves = step_price(prices, i, layer.moved[j], layer.positions, j, positions[s], turned)
+            if layer.cost[j] + price < cost[s]:
+                cost[s], came[s], moved[s] = layer.cost[j] + price, j, moves
+    return cost, came, moved
+
+
+@compiled
 def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: float, turn2: float) -> float:
     """Compute by how much a move from state j turns the first axis too far within the cone, rad."""
     over = abs(turn1) - locations.held[i]

@@ -29,14 +29,12 @@ from fiveaxis.geometry import (
     arccos,
     normalise,
     perpendicular,
-    product,
 )
 from fiveaxis.kinematics import rotary_angles, singular_direction
 from fiveaxis.kinematics.windings import TURN, into_limits, one_turn_from
 from fiveaxis.motion import standing_speeds
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.successor_kernel import (
-    ALL_MOVE,
     BROKEN,
     ROUNDING,
     Cells,
@@ -47,6 +45,7 @@ from fiveaxis.posture.search.successor_kernel import (
     Task,
     Trail,
     advance,
+    cheapest_steps,
     keep_only,
     traced,
     trail_of,
@@ -188,7 +187,7 @@ def cheapest_path(
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
     trail = trail_of(task, first, start, states)
-    if len(path) and corridor.excess[0] > 0.0:
+    if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
     if not _searched(problem, task, trail, states, admits):
         return None
@@ -239,21 +238,14 @@ def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> b
     ahead = np.flatnonzero(problem.bound_rows[i:])
     rotary = sampled(problem, i + int(ahead[0]) if len(ahead) else i)
     rotary = rotary[:: -(-len(rotary) // (most - size)) or 1]
-    turned = np.abs(rotary[:, None] - here.rotary[:before])
-    possible = (turned <= task.locations.turn[i - 1] + ROUNDING).all(axis=-1)
     positions = problem.positions(np.full(len(rotary), i), rotary)
-    travel = positions[:, None] - here.positions[:before]
-    standing = task.prices.standing[:, i - 1] / np.maximum(task.prices.reach[i - 1], ROUNDING)
-    plus, minus = task.prices.slope[:, i - 1] + np.where(np.isfinite(standing), standing, 0.0)
-    price = product(np.maximum(travel, 0.0), plus) + product(np.maximum(-travel, 0.0), minus)
-    cost = np.where(possible, here.cost[:before] + price, np.inf)
-    came = cost.argmin(axis=1)
-    kept = np.flatnonzero(np.isfinite(cost[np.arange(len(rotary)), came]))
+    cost, came, moved = cheapest_steps(task, here, before, i - 1, rotary, positions)
+    kept = np.flatnonzero(np.isfinite(cost))
     begin = int(trail.begin[i]) + size
     rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
     trail.states[rows], trail.parents[rows] = rotary[kept], trail.begin[i - 1] + came[kept]
     then.rotary[at], then.positions[at] = rotary[kept], positions[kept]
-    then.cost[at], then.moved[at] = cost[kept, came[kept]], ALL_MOVE
+    then.cost[at], then.moved[at] = cost[kept], moved[kept]
     trail.begin[i + 1] = begin + len(kept)
     return trail.begin[i + 1] > trail.begin[i]
 

@@ -82,7 +82,7 @@ def solve_given(given: GivenProblem, mask: Mask | None) -> Solution:
                 return found
         kept = _cheapest(problem, baselines)
         if kept is None:
-            raise _without_path(problem, found, toolpath)
+            raise without_path(problem, found, toolpath)
         return refined(problem, kept, effort)
 
     given.progress("searching postures that travel little", 0, 1)
@@ -102,7 +102,7 @@ def _cheapest(problem: Problem, compared: dict[str, Baseline]) -> Array | None:
     return min((p for p in paths if problem.violation(p) <= ALLOWED), key=problem.path_cost, default=None)
 
 
-def _without_path(problem: Problem, found: Array | None, toolpath: Toolpath) -> Infeasible:
+def without_path(problem: Problem, found: Array | None, toolpath: Toolpath) -> Infeasible:
     """Say where no sequence of postures was found; the best path, (n, 2) rad, breaks bounds."""
     turning = long_turns(problem, toolpath)
     if turning:
