@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from fiveaxis.energy.drives import travel_costs
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, every_pair
 from fiveaxis.kinematics import linear_positions, require_orienting
 from fiveaxis.machine import Machine
 
@@ -82,7 +82,7 @@ def power_surface(
     if not np.isfinite(np.asarray(tip, dtype=float)).all():
         raise SettingError("the tip has a number that isn't finite; give X, Y, Z in mm")
     first, second = (np.asarray(g, dtype=float) for g in grid)
-    angles = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
+    angles = every_pair(first, second)
     points = np.asarray(tip, dtype=float)
     points = points if points.ndim > 2 else points[..., None, None, :]
     positions = linear_positions(machine, points, angles)

@@ -1,6 +1,6 @@
 """Vectors, rotations and rigid transforms."""
 
-from fiveaxis.geometry.arithmetic import arccos, arcsin, arctan2, product
+from fiveaxis.geometry.arithmetic import arccos, arcsin, arctan2, every_pair, product
 from fiveaxis.geometry.rotations import (
     frame_along,
     inverse_transform,
@@ -18,6 +18,7 @@ __all__ = [
     "arccos",
     "arcsin",
     "arctan2",
+    "every_pair",
     "frame_along",
     "inverse_transform",
     "line_rotation",

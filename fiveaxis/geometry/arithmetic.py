@@ -36,6 +36,11 @@ def _product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float
     return np.asarray(np.einsum(SUMS[min(a.ndim, 2), min(b.ndim, 2)], a, b))
 
 
+def every_pair(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
+    """Pair all values of two lists, (a,) and (b,); (a, b, 2)."""
+    return np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
+
+
 def arctan2(y: ArrayLike, x: ArrayLike) -> NDArray[np.float64]:
     """Compute the angles of points of a plane, rad in [−π, π], from their coordinates, (...)."""
     # Compiled code takes a third of a second to import, which reading a file doesn't need.

@@ -43,8 +43,8 @@ BODIES_FOR_MASK = {
     "posture in sequence that the mask admits": "posture in sequence that is clear of collisions",
     "the mask admits postures here, but": "some postures are clear of collisions here, but",
     "the mask refuses each of": "tool, holder or machine collide in each of",
-    " or change what the mask stands for": ", give the tool more stick-out or a thinner holder, or move part or "
-    "fixtures",
+    " or change what the mask stands for": ", give the tool more stick-out or a thinner holder, or move part "
+    "or fixtures",
 }
 # Solves a path with a mask or None; the third argument says whether starts are free, which masks don't allow.
 Solve = Callable[[Toolpath, MaskFunction | None, bool], Postures]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.energy import posture_costs
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, every_pair
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Axis, Machine
 from fiveaxis.posture import Solution
@@ -72,7 +72,7 @@ class PostureMap:
 def surface_at(solution: Solution, location: int, step: float = SURFACE_STEP) -> Surface:
     """Compute the power surface and the admissible region at one location, on a grid of a step in deg."""
     grid = rotary_grid(solution.machine, step, step)
-    angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
+    angles = every_pair(*grid)
     axes, at = tool_axes(solution.machine, angles), np.full(angles[..., 0].size, location)
     cost, inside = _evaluate(solution, solution.toolpath.at(at), axes.reshape(-1, 3), angles.reshape(-1, 2))
     shape = angles.shape[:2]
@@ -130,7 +130,7 @@ def _least(
     solution: Solution, locations: IntArray, grid: tuple[Array, Array], admits: Admits | None
 ) -> tuple[Array, BoolArray]:
     """Compute the least cost of each first angle, (m, g) J, and where only collisions leave none."""
-    angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
+    angles = every_pair(*grid)
     axes = tool_axes(solution.machine, angles)
     # Most of the grid leans too far; linear axes are solved for the rest only.
     row, first, second = np.nonzero(_tilt_holds(solution, locations, axes))

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fiveaxis.energy import PowerSurface, posture_costs, power_surface
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, normalise
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, every_pair, normalise
 from fiveaxis.kinematics import lean_range, linear_positions, require_orienting, rotary_angles, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution
@@ -192,7 +192,7 @@ def tip_surface(
     point = _vector("tip", tip)
     grid = rotary_grid(machine, step_deg, step_deg)
     power = power_surface(machine, point, feed_mm_min, grid)
-    angles = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1)
+    angles = every_pair(*grid)
     leans = _tip_leans(tool_axes(machine, angles), normal, tilt)
     positions = linear_positions(machine, point, angles)
     excess = machine.limit_excess(positions)[..., machine.linear_columns]
@@ -231,7 +231,7 @@ def location_surface(
         raise SettingError(f"location is {at}; it must be between 0 and {len(path) - 1}, the path's last")
     found = surface_at(solution, at, step_deg)
     grid = (found.first, found.second)
-    axes = tool_axes(machine, np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1))
+    axes = tool_axes(machine, every_pair(*grid))
     rows = np.full(axes[..., 0].size, at)
     tips = path.at(rows).tips(axes.reshape(-1, 3)).reshape(axes.shape)
     leans = (Lean(angle_between(axes, b.reference[at]), b.low, b.high, b.text) for b in solution.tilt.all)

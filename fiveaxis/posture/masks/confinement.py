@@ -8,7 +8,7 @@ adding a plane, only the path near it is refined again.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicul
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.masks.mask import Mask
-from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.effort import DEGREE
 from fiveaxis.toolpath import TiltBounds
 from fiveaxis.toolpath.bounds import INSIDE_OF
@@ -38,11 +38,9 @@ FLATTEST = 1e-3
 PINCH, CLOSER = 0.25 * DEGREE, 0.1
 # Resolution of the edge of the mask (rad).
 APART = 0.01 * DEGREE
-# A round that saves a smaller share of the cost is the last.
-WORTHWHILE = 1e-3
 
-# Refines a problem from a start, (n, 2) rad, with each end held or free; returns path and iterations.
-Solver = Callable[[Problem, Array, tuple[bool, bool]], tuple[Array, int]]
+# Refines a problem from a start, (n, 2) rad, with each end held or free.
+Solver = Callable[[Problem, Array, tuple[bool, bool]], Array]
 
 
 @dataclass(eq=False)
@@ -82,7 +80,7 @@ class Planes:
         return replace(part, bounds=(*part.bounds, *bounds))
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Confinement:
     """Refinement within a mask.
 
@@ -91,40 +89,21 @@ class Confinement:
     problem : what to solve
     mask : of its locations
     solve : refines without a mask
-    iterations : so far
     """
 
     problem: Problem
     mask: Mask
     solve: Solver
-    iterations: int = field(default=0, init=False)
 
-    def refined(self, start: Array, rounds: int) -> Array:
-        """Refine a path, (n, 2) rad, as long as that is worthwhile.
-
-        Parameters
-        ----------
-        start : the result is refused only where the start is
-        rounds : the most; each starts without planes
+    def refined(self, start: Array) -> Array:
+        """Refine a path, (n, 2) rad; the result is refused only where the start is.
 
         Returns
         -------
         (n, 2), rad; never costlier than a start that keeps all bounds
         """
-        path = start
-        for number in range(rounds):
-            before = self.problem.priced(path)
-            sound = self.problem.violation(path) <= ALLOWED
-            found = self._round(path)
-            if found is None or self.problem.priced(found) >= before:
-                break
-            path = found
-            if sound and self.problem.priced(found) > (1.0 - WORTHWHILE) * before:
-                break
-            if number and not sound:
-                # The solvers failed twice to satisfy the bounds: there is hardly a solution here.
-                break
-        return path
+        found = self._round(start)
+        return start if found is None or self.problem.priced(found) >= self.problem.priced(start) else found
 
     def _admits(self, path: Array) -> BoolArray:
         return self.mask.admits(np.arange(len(path)), path)
@@ -167,9 +146,7 @@ class Confinement:
         return None if np.any(~self._admits(found) & admitted) else found
 
     def _solved(self, problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
-        found, taken = self.solve(problem, start, held)
-        self.iterations += taken
-        return found.copy()
+        return self.solve(problem, start, held).copy()
 
     def _cut(self, planes: Planes, rows: IntArray, clean: Array, refused: Array, pinch: bool) -> None:
         machine = self.problem.machine

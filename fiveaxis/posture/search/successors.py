@@ -27,6 +27,7 @@ from fiveaxis.geometry import (
     IntArray,
     angle_between,
     arccos,
+    every_pair,
     normalise,
     perpendicular,
 )
@@ -427,7 +428,7 @@ def _first_states(
         return path[:1]
     if len(path):
         steps = [path[0, r] + radius[r] * np.linspace(-1.0, 1.0, 2 * AROUND + 1) for r in range(2)]
-        rotary = _sound(problem, 0, np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2))
+        rotary = _sound(problem, 0, every_pair(*steps).reshape(-1, 2))
     else:
         rotary = sampled(problem, 0, cells.spin_step / FINER)
     positions = problem.positions(np.zeros(len(rotary), dtype=np.int64), rotary)
@@ -445,9 +446,7 @@ def sampled(problem: Problem, row: int, step: float = SAMPLED) -> Array:
     ----------
     step : rad, between neighbours
     """
-    grid = np.stack(
-        np.meshgrid(*(spin_angles(problem, r, step)[0] for r in range(2)), indexing="ij"), axis=-1
-    )
+    grid = every_pair(*(spin_angles(problem, r, step)[0] for r in range(2)))
     found = _sound(problem, row, grid.reshape(-1, 2))
     around = np.arange(0.0, TURN, step)[:, None]
     postures = [found]

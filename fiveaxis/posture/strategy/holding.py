@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, every_pair
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, one_turn_from
 from fiveaxis.machine import Limits, Machine
 
@@ -65,4 +65,4 @@ def free_angles(machine: Machine, step: float = FREE_STEP) -> Array:
         if limits.span > TURN:
             high = low + TURN - step
         choices.append(np.linspace(low, high, math.ceil((high - low) / step) + 1))
-    return np.stack(np.meshgrid(*choices, indexing="ij"), axis=-1).reshape(-1, 2)
+    return every_pair(*choices).reshape(-1, 2)

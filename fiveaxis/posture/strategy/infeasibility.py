@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, arccos, perpendicular, product
+from fiveaxis.geometry import Array, BoolArray, IntArray, arccos, every_pair, perpendicular, product
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
@@ -313,7 +313,7 @@ def _finding(problem: Problem, toolpath: Toolpath, row: int, turns: Array, neede
 def _layers(problem: Problem, step: float) -> list[_Layer] | None:
     """Find the postures of every location with the least cost to reach each; None if a location has none."""
     grids = [spin_angles(problem, axis, step)[0] for axis in (0, 1)]
-    every = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1).reshape(-1, 2)
+    every = every_pair(*grids).reshape(-1, 2)
     layers: list[_Layer] = []
     for row in range(len(problem)):
         positions, excess = problem.placed(np.array([row]), every[None])

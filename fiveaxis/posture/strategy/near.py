@@ -50,8 +50,8 @@ class Near:
         problem = self._within_cone(posed, problem, start).eased(start)
         last = min(self.effort.last_barrier, LAST)
 
-        def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> tuple[Array, int]:
-            found = refine(
+        def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
+            return refine(
                 problem,
                 start,
                 iterations=ITERATIONS,
@@ -60,12 +60,11 @@ class Near:
                 near=True,
                 last=last,
                 solver=self.effort.solver,
-            )
-            return found.rotary, found.iterations
+            ).rotary
 
         if self.mask is None:
-            return solve(problem, start, (False, False))[0]
-        return Confinement(problem, self.mask.along(posed.location), solve).refined(start, 1)
+            return solve(problem, start, (False, False))
+        return Confinement(problem, self.mask.along(posed.location), solve).refined(start)
 
     def searched(
         self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None

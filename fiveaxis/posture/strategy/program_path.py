@@ -107,9 +107,12 @@ class Delivered:
 
     @cached_property
     def broken(self) -> float:
-        """By how much it breaks bounds, at its locations or between them; 0 if it keeps them."""
+        """By how much it breaks bounds, at its locations or between them; 0 if it keeps them.
+
+        A bound that is broken at a location counts as a posture that a mask refuses.
+        """
         broken = self.posed.problem.violation(self.rotary)
-        broken = (broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
+        broken = (1.0 + broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
         return broken + self.turned + int(np.count_nonzero(self.refused))
 
     @property

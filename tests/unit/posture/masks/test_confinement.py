@@ -24,8 +24,7 @@ def problem_of(n: int = 120) -> Problem:
 
 
 def solve(problem, start, held):
-    found = refine(problem, start, iterations=120, barrier=4e-2, held=held, near=True)
-    return found.rotary, found.iterations
+    return refine(problem, start, iterations=120, barrier=4e-2, held=held, near=True).rotary
 
 
 def steady(problem: Problem) -> np.ndarray:
@@ -38,9 +37,9 @@ def steady(problem: Problem) -> np.ndarray:
     return min(paths, key=problem.violation)
 
 
-def run(problem, function, start, rounds=4):
+def run(problem, function, start):
     clear = Mask(function)
-    return Confinement(problem, clear, solve).refined(start, rounds)
+    return Confinement(problem, clear, solve).refined(start)
 
 
 def test_planes_keep_a_refined_path_within_a_mask_and_cheaper():
@@ -53,7 +52,7 @@ def test_planes_keep_a_refined_path_within_a_mask_and_cheaper():
         return np.sum(tool_axes(MACHINE, rotary) * normal[rows], axis=1) > np.cos(np.radians(50.0))
 
     every = np.arange(len(problem))
-    free, _ = solve(problem, start, (False, False))
+    free = solve(problem, start, (False, False))
     assert not mask(every, free).all()
     found = run(problem, mask, start)
     assert mask(every, found).all()
@@ -69,14 +68,14 @@ def test_a_mask_that_admits_only_the_start_leaves_it():
     def mask(rows, rotary):
         return np.abs(rotary - start[rows]).max(axis=1) < 1e-9
 
-    np.testing.assert_allclose(run(problem, mask, start, rounds=2), start, atol=1e-9)
+    np.testing.assert_allclose(run(problem, mask, start), start, atol=1e-9)
 
 
 def test_a_location_that_is_refused_at_the_start_has_no_planes():
     problem = problem_of(40)
     start = steady(problem)
-    found = run(problem, lambda rows, _: rows != 7, start, rounds=1)
-    free, _ = solve(problem, start, (False, False))
+    found = run(problem, lambda rows, _: rows != 7, start)
+    free = solve(problem, start, (False, False))
     np.testing.assert_array_equal(found, free)
 
 
