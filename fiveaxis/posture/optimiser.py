@@ -175,10 +175,13 @@ def optimise(
 
     def solved(narrow: Narrow) -> _Attempt:
         """Solve within narrower bounds, if possible within the turns that the axes have."""
+        winding = winding_columns(narrow.machine)
         try:
-            return solved_on(narrow, options.mask)
+            attempt = solved_on(narrow, options.mask)
+            if attempt.fault is None or not winding:
+                return attempt
         except Infeasible:
-            if not winding_columns(narrow.machine):
+            if not winding:
                 raise
         # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
         function = None if options.mask is None else wrap_mask(machine, options.mask)
@@ -218,14 +221,15 @@ def optimise(
         found, rank, breach = delivered(found, delivery, others, everywhere=True)
         rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
         rotary = rotary if location is None else rotary[location == np.floor(location)]
+        fault = None
         if not delivery.admits(rotary):
-            raise without_path(rebuild(delivery.given)[0], rotary, delivery.given)
-        if mask is not None:
+            fault = without_path(rebuild(delivery.given)[0], rotary, delivery.given)
+        elif mask is not None:
             refused = ~mask.admits(np.arange(len(toolpath)), rotary)
             if refused.any():
                 raise refusal(problem, toolpath, rotary, refused, mask)
         # Without the narrower limits.
-        return _Attempt(replace(found, machine=machine), mask, rank, breach)
+        return _Attempt(replace(found, machine=machine), mask, rank, breach, fault)
 
     # The linear solvers work on small blocks, for which threads of the BLAS only wait for each other.
     with threadpool_limits(limits=1):
@@ -275,12 +279,14 @@ class _Attempt:
     found, mask : the solution, and the mask that it was found within
     rank : key by which the better of two is smaller: what is broken, then the cost
     breach : what the path that was solved breaks between locations, even if a baseline took its place
+    fault : why it can't be delivered; None where it can
     """
 
     found: Solution
     mask: Mask | None
     rank: tuple[float, float]
     breach: Breach | None
+    fault: Infeasible | None
 
 
 def _best_attempt(solved: Callable[[Narrow], _Attempt], given: Narrow) -> _Attempt:
@@ -298,5 +304,7 @@ def _best_attempt(solved: Callable[[Narrow], _Attempt], given: Narrow) -> _Attem
         except Infeasible:
             break
     best = min(attempts, key=lambda one: one.rank)
+    if best.fault is not None:
+        raise best.fault
     stages = [stage for attempt in attempts for stage in attempt.found.stages]
     return replace(best, found=replace(best.found, stages=tuple(stages)))
