@@ -316,18 +316,24 @@ def cell(cells: Cells, level: float, spin: float) -> int:
 
 
 @compiled
-def aimed(task: Task, layer: Layer, j: int, i: int, v: int, which: int) -> float:
-    """Compute the value that a move asks of one of its rows from state j; NaN where it has none."""
-    locations, moves = task.locations, task.moves
-    row, end = int(moves[v, which, ROW]), int(moves[v, which, END])
-    if end >= 0:
-        value = locations.within[i + 1, row - len(locations.low), end]
-        return value if np.isfinite(value) else np.nan
-    value = layer.positions[j, row] + moves[v, which, SHIFT]
-    if moves[v, which, FAR] != 0.0:
-        turn = locations.turn[i, 0 if row == locations.rotary[0] else 1]
-        value += moves[v, which, FAR] * turn if np.isfinite(turn) else np.nan
-    return value
+def asked(locations: Locations, moves: Array, i: int) -> Array:
+    """Compute what moves ask of their rows at location i + 1, (m, 2); NaN where there is none.
+
+    Where a move isn't to the end of a bound it is what is added to the state's own value.
+    """
+    values = np.empty((len(moves), 2))
+    for v in range(len(moves)):
+        for which in range(2):
+            row, end = int(moves[v, which, ROW]), int(moves[v, which, END])
+            if end >= 0:
+                value = locations.within[i + 1, row - len(locations.low), end]
+                values[v, which] = value if np.isfinite(value) else np.nan
+                continue
+            values[v, which] = moves[v, which, SHIFT]
+            if moves[v, which, FAR] != 0.0:
+                turn = locations.turn[i, 0 if row == locations.rotary[0] else 1]
+                values[v, which] += moves[v, which, FAR] * turn if np.isfinite(turn) else np.nan
+    return values
 
 
 @compiled
@@ -378,7 +384,7 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
     for b in range(bounds):
         farthest[axes + b] = farthest[locations.rotary[0]] + farthest[locations.rotary[1]]
     first_column, second_column = locations.rotary
-    near = len(corridor.path) > 0
+    near, aims = len(corridor.path) > 0, asked(locations, moves, i)
     onlys = near and not corridor.free[i + 1]
     for j in range(size):
         if layer.cost[j] > least + margin:
@@ -407,8 +413,9 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
                         continue
             else:
                 e, o = int(moves[v, 0, ROW]), int(moves[v, 1, ROW])
-                aim = aimed(task, layer, j, i, v, 0)
-                other = aimed(task, layer, j, i, v, 1)
+                aim, other = aims[v, 0], aims[v, 1]
+                aim += layer.positions[j, e] if e < axes else 0.0
+                other += layer.positions[j, o] if o < axes else 0.0
                 # Most moves are too far: that is seen before they are solved.
                 if not abs(model[e, 0] - aim) <= farthest[e] or not abs(model[o, 0] - other) <= farthest[o]:
                     continue
@@ -553,7 +560,7 @@ def solved(
         given[n, 0], given[n, 1] = found.rotary[keep[n], 0], found.rotary[keep[n], 1]
         for d in range(6):
             given[n, 2 + d] = locations.given[i + 1, d]
-    there, left = np.empty(axes), count
+    there, left, aims = np.empty(axes), count, asked(locations, moves, i)
     for _ in range(MOST):
         play(tapes.steps, tapes.constants, tapes.registers, given[:left], values[:left])
         again = 0
@@ -562,8 +569,16 @@ def solved(
             j, v = found.parent[at], found.move[at]
             first = second = 0.0
             if v != ONTO:
-                f, f1, f2 = residual(task, layer, j, i, v, 0, values, n)
-                g, g1, g2 = residual(task, layer, j, i, v, 1, values, n)
+                if v == BESIDE:
+                    e, o = cells.level, locations.rotary[cells.spin]
+                    aim, other = layer.positions[j, e], corridor.path[i + 1, cells.spin]
+                else:
+                    e, o = int(moves[v, 0, ROW]), int(moves[v, 1, ROW])
+                    aim, other = aims[v, 0], aims[v, 1]
+                    aim += layer.positions[j, e] if e < axes else 0.0
+                    other += layer.positions[j, o] if o < axes else 0.0
+                f, f1, f2 = residual(locations.references, i + 1, e, aim, values, n)
+                g, g1, g2 = residual(locations.references, i + 1, o, other, values, n)
                 area = f1 * g2 - f2 * g1
                 if not abs(area) > SINGULAR:
                     continue
@@ -618,22 +633,16 @@ def solved(
 
 @compiled
 def residual(
-    task: Task, layer: Layer, j: int, i: int, v: int, which: int, values: Array, n: int
+    references: Array, i: int, row: int, aim: float, values: Array, n: int
 ) -> tuple[float, float, float]:
-    """Compute what is left of one of a move's two rows, and its slopes by both angles."""
-    locations, corridor, cells, moves = task.locations, task.corridor, task.cells, task.moves
-    axes = len(locations.low)
-    rows = axes + 3
-    if v == BESIDE:
-        row = cells.level if which == 0 else locations.rotary[cells.spin]
-        aim = layer.positions[j, row] if which == 0 else corridor.path[i + 1, cells.spin]
-    else:
-        row, aim = int(moves[v, which, ROW]), aimed(task, layer, j, i, v, which)
+    """Compute what a row of the model lacks of what is asked of it at location i, and its slopes."""
+    rows = values.shape[1] // 3
+    axes = rows - 3
     if row < axes:
         return values[n, row] - aim, values[n, rows + row], values[n, 2 * rows + row]
     value, slope1, slope2 = -aim, 0.0, 0.0
     for c in range(3):
-        along = locations.references[i + 1, row - axes, c]
+        along = references[i, row - axes, c]
         value += along * values[n, axes + c]
         slope1 += along * values[n, rows + axes + c]
         slope2 += along * values[n, 2 * rows + axes + c]
