@@ -265,7 +265,7 @@ def cheapest_steps(
 def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: float, turn2: float) -> float:
     """Compute by how much a move from state j turns the first axis too far within the cone, rad."""
     over = abs(turn1) - locations.held[i]
-    if over <= 0.0 or locations.cone > 1.0:
+    if over <= 0.0:
         return 0.0
     axes = len(locations.low)
     for share in (0.0, 0.5, 1.0):
@@ -424,7 +424,8 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
                     continue
             angle1, angle2 = layer.rotary[j, 0] + turn1, layer.rotary[j, 1] + turn2
             over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
-            over = max(over, turned_within(locations, bows, j, i, turn1, turn2))
+            if locations.cone <= 1.0:
+                over = max(over, turned_within(locations, bows, j, i, turn1, turn2))
             if v == ONTO:
                 over = max(over, corridor.excess[i + 1])
             elif over > ROUNDING:
@@ -593,7 +594,8 @@ def solved(
             angle1, angle2 = given[n, 0] + first, given[n, 1] + second
             turn1, turn2 = angle1 - layer.rotary[j, 0], angle2 - layer.rotary[j, 1]
             over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
-            over = max(over, turned_within(locations, bows, j, i, turn1, turn2))
+            if locations.cone <= 1.0:
+                over = max(over, turned_within(locations, bows, j, i, turn1, turn2))
             for a in range(axes):
                 there[a] = values[n, a] + values[n, rows + a] * first + values[n, 2 * rows + a] * second
                 if v != ONTO:
