@@ -6,18 +6,17 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres
 from fiveaxis.collision.clearing import find_accessible
-from fiveaxis.collision.tightened import Tightened
 from fiveaxis.contour import on_part
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array
 from fiveaxis.job.colliding import colliding_rows, has_pairs
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
@@ -27,7 +26,7 @@ from fiveaxis.options import Bounds, spelled_out
 from fiveaxis.posture import STEADY, Effort, Objective, Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.masks.mask import MaskFunction
+from fiveaxis.posture.masks.mask import Mask, MaskFunction, Spots, Wording
 from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, PathShape, Toolpath
@@ -38,16 +37,16 @@ if TYPE_CHECKING:
 
 # Most locations without a posture whose blocking bodies are determined.
 MOST_EXPLAINED = 20
-# Phrases of the optimiser about a mask, and what to say where the mask stands for collisions.
-BODIES_FOR_MASK = {
-    "posture in sequence that the mask admits": "posture in sequence that is clear of collisions",
-    "the mask admits postures here, but": "some postures are clear of collisions here, but",
-    "the mask refuses each of": "tool, holder or machine collide in each of",
-    " or change what the mask stands for": ", give the tool more stick-out or a thinner holder, or move part "
-    "or fixtures",
-}
+# How it is said what a mask does that stands for collisions.
+OF_BODIES = Wording(
+    "that is clear of collisions",
+    "some postures are clear of collisions here",
+    "tool, holder or machine collide in each of the admissible postures that were tried",
+    "tool, holder or machine collide in the posture",
+    "give the tool more stick-out or a thinner holder, or move part or fixtures",
+)
 # Solves a path with a mask or None; the third argument says whether starts are free, which masks don't allow.
-Solve = Callable[[Toolpath, MaskFunction | None, bool], Postures]
+Solve = Callable[[Toolpath, Mask | None, bool], Postures]
 logger = logging.getLogger(__name__)
 
 # How often the mask of a path that collides between locations is tightened and the path searched again.
@@ -81,7 +80,7 @@ def optimise(
     stock: str | Path | trimesh.Trimesh | None = None,
     fixtures: tuple[Fixture, ...] = (),
     clearances: Clearances | None = None,
-    mask: MaskFunction | None = None,
+    mask: Mask | MaskFunction | None = None,
     objective: Objective = "energy",
     up_penalty: float = 0.0,
     smoothing: float = 0.0,
@@ -114,8 +113,9 @@ def optimise(
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
     mask : a function that takes locations (m,) and rotary angles (m, 2), rad, chain order, and returns which
-        postures are admissible, (m,) bool (`fiveaxis.posture.masks.mask`), in addition to the clearances. It
-        is called only for postures that a search is about to use. Where a rotary axis rewinds, the mask holds
+        postures are admissible, (m,) bool, in addition to the clearances; or a `Mask`, which can have a
+        quicker function for searches, too (`fiveaxis.posture.masks.mask`). It is called only for postures
+        that a search is about to use. Where a rotary axis rewinds, the mask holds
         at the locations of the path, not on the link off the part and back
     objective : what is minimised: ``energy``, ∫P dt of the feed drives over the program's blocks; ``travel``,
         the travel metric of form-shaping Eq. 1; ``time``, how long the control takes for the blocks with the
@@ -188,7 +188,7 @@ def optimise(
     toolpath = toolpath if path_shape is None else toolpath.shaped(path_shape)
     toolpath = on_part(constraints.zoned(toolpath), around.part)
 
-    def solve(path: Toolpath, own: MaskFunction | None, free: bool) -> Postures:
+    def solve(path: Toolpath, own: Mask | None, free: bool) -> Postures:
         chosen = options if free else options.without_free_start()
         return optimise_postures(path, machine, constraints, replace(chosen, mask=own, bound=False))
 
@@ -198,7 +198,7 @@ def optimise(
         machine,
         around,
         constraints,
-        mask=mask,
+        mask=Mask.of(mask),
         free_start=bool(free_start),
         progress=options.progress,
     )
@@ -213,7 +213,7 @@ def keep_clear(
     around: Surroundings,
     constraints: Constraints,
     *,
-    mask: MaskFunction | None = None,
+    mask: Mask | None = None,
     free_start: bool = False,
     progress: Progress = unheard,
 ) -> Cleared:
@@ -275,22 +275,26 @@ def _keep_order(
     machine: Machine,
     around: Surroundings,
     constraints: Constraints,
-    own: MaskFunction | None,
+    own: Mask | None,
     progress: Progress,
 ) -> Cleared:
     """Solve with the tool kept clear, on a path whose locations stay in their order."""
     progress("finding postures that are clear", 0, 1)
     admits = find_accessible(constraints.zoned(toolpath), machine, around)
-    mask = _join_masks(admits, own)
+    mask = own if admits is None else Mask(admits, admits.rough, OF_BODIES)
+    if own is not None and admits is not None:
+        # The mask for collisions is asked first: it is quick.
+        mask = Mask(admits, admits.rough).within(own)
     try:
-        solution = solve(toolpath, mask if mask.exact is not None else None, False)
+        solution = solve(toolpath, mask, False)
     except Infeasible as fault:
         if admits is None:
             raise
-        raise _explain(fault, admits, constraints.of_lean, masked=own is not None) from None
+        raise _explain(fault, admits, constraints.of_lean) from None
     if not has_pairs(machine, toolpath.tool, around):
         return Cleared(solution, _if_same_rows(admits, solution), 0)
-    best, fewest, rounds = solution, len(toolpath) + 1, 0
+    best, fewest, rounds, spots = solution, len(toolpath) + 1, 0, Spots()
+    mask = (mask or Mask(wording=OF_BODIES)).refusing(spots)
     while solution.unwrapped is None:  # with rewinds the path has other rows than the mask
         progress("checking the path for collisions", 0, 1)
         rows = colliding_rows(solution, around)
@@ -302,7 +306,7 @@ def _keep_order(
         rotary = solution.motion.positions[:, machine.rotary_columns][rows]
         location = rows if solution.motion.location is None else solution.motion.location[rows]
         ends = np.concatenate([np.floor(location), np.ceil(location)]).astype(np.int64)
-        mask.refuse(ends, np.concatenate([rotary, rotary]))
+        spots.add(ends, np.concatenate([rotary, rotary]))
         rounds += 1
         try:
             solution = solve(toolpath, mask, False)
@@ -318,9 +322,7 @@ def _if_same_rows(admits: Accessibility | None, solution: Postures) -> Accessibi
     return admits if same and solution.unwrapped is None else None
 
 
-def _explain(
-    fault: Infeasible, admits: Accessibility, constraints: Constraints, *, masked: bool
-) -> Infeasible:
+def _explain(fault: Infeasible, admits: Accessibility, constraints: Constraints) -> Infeasible:
     """Add to each location without a posture which bodies block the directions within its bounds."""
     bounds = constraints.lean_bounds(admits.toolpath)
     axes = cell_centres(np.arange(CELLS * CELLS), CELLS)
@@ -335,32 +337,7 @@ def _explain(
         pairs = ", ".join(f"{pair} in {100.0 * share:.0f} %" for pair, share in shares.items())
         more = f"; of the directions within the bounds, these collide: {pairs}" if pairs else ""
         findings.append(replace(finding, message=finding.message + more))
-    if masked:
-        return Infeasible(str(fault), findings)
-    # The user gave no mask, but a holder and obstacles.
-    findings = [replace(finding, message=_without_mask(finding.message)) for finding in findings]
-    return Infeasible(_without_mask(str(fault)), findings)
-
-
-def _without_mask(text: str) -> str:
-    """Replace phrases about the mask by what it stands for."""
-    for of_mask, of_bodies in BODIES_FOR_MASK.items():
-        text = text.replace(of_mask, of_bodies)
-    return text
-
-
-def _join_masks(admits: Accessibility | None, own: MaskFunction | None) -> Tightened:
-    """Join the mask for collisions, which is evaluated first because it is quick, and the user's."""
-    if admits is None or own is None:
-        return Tightened(admits or own, getattr(admits or own, "rough", None))
-
-    def both(rows: IntArray, rotary: Any) -> Any:
-        free = admits(rows, rotary)
-        at = np.flatnonzero(free)
-        free[at] = own(rows[at], rotary[at])
-        return free
-
-    return Tightened(both, admits.rough)
+    return Infeasible(str(fault), findings)
 
 
 def _with_note(cleared: Cleared, message: str) -> Cleared:

@@ -152,4 +152,4 @@ def clear_postures(outcome: Outcome) -> Admits | None:
     cleared, location = outcome.cleared, outcome.solution.motion.location
     if cleared is None or cleared.admits is None:
         return None
-    return Mask(cleared.admits).along(location).roughly_admits
+    return Mask(cleared.admits.rough).along(location).admits

@@ -35,7 +35,7 @@ from fiveaxis.motion import Clock
 from fiveaxis.nc import require_program
 from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.masks.mask import MaskFunction
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.progress import Progress, unheard
@@ -289,7 +289,7 @@ def solve(
         )
     fronts: list[Front] = []
 
-    def once(path: Toolpath, mask: MaskFunction | None, free: bool) -> Solution:
+    def once(path: Toolpath, mask: Mask | None, free: bool) -> Solution:
         chosen = replace(options, start=None) if free else options.without_free_start()
         chosen = replace(chosen, mask=mask, bound=False)
         if job.front is None:

@@ -29,7 +29,7 @@ from fiveaxis.posture.strategy.near import Near, refined
 from fiveaxis.posture.strategy.program_path import Breach
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution, wrap_mask
+from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
@@ -46,7 +46,7 @@ STEADY = 0.01
 class Options:
     """What is minimised and how: the keywords of `fiveaxis.optimise`, which documents each of them."""
 
-    mask: MaskFunction | None = None
+    mask: Mask | MaskFunction | None = None
     objective: Objective = "energy"
     up_penalty: float = 0.0
     smoothing: float = 0.0
@@ -171,26 +171,25 @@ def optimise(
         )
         return built, bounds
 
-    filling = Filling.of(constraints, options.interpolation)
+    own, filling = Mask.of(options.mask), Filling.of(constraints, options.interpolation)
 
     def solved(narrow: Narrow) -> _Attempt:
         """Solve within narrower bounds, if possible within the turns that the axes have."""
         winding = winding_columns(narrow.machine)
         try:
-            attempt = solved_on(narrow, options.mask)
+            attempt = solved_on(narrow, own)
             if attempt.fault is None or not winding:
                 return attempt
         except Infeasible:
             if not winding:
                 raise
         # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
-        function = None if options.mask is None else wrap_mask(machine, options.mask)
-        attempt = solved_on(replace(narrow, machine=endless(narrow.machine)), function)
+        mask = None if own is None else own.wrapped(machine)
+        attempt = solved_on(replace(narrow, machine=endless(narrow.machine)), mask)
         return replace(attempt, found=replace(attempt.found, machine=endless(machine)))
 
-    def solved_on(narrow: Narrow, function: MaskFunction | None) -> _Attempt:
+    def solved_on(narrow: Narrow, mask: Mask | None) -> _Attempt:
         """Solve on the machine of the bounds."""
-        mask = None if function is None else Mask(function)
         problem, bounds = build(narrow, toolpath)
         starting = effort.nested[0].having(last_barrier=ROUGH)
         given = GivenProblem(problem, bounds, toolpath, options.start, starting, progress)
@@ -237,8 +236,8 @@ def optimise(
         found, mask = attempt.found, attempt.mask
         if found.machine is not machine:
             rotary = found.motion.positions[:, machine.rotary_columns]
-            admits = None if mask is None else mask.along(found.motion.location).admits
-            keeps = path_check(found.toolpath, found.machine, rotary, cone, admits)
+            mask = None if mask is None else mask.along(found.motion.location)
+            keeps = path_check(found.toolpath, found.machine, rotary, cone, mask)
             found = rewind_solution(found, machine, partial(refined, effort=effort), keeps)
         found = with_findings(found, cone)
         return with_bound(found, constraints, options.objective, progress) if options.is_bounded else found

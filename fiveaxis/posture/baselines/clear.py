@@ -149,7 +149,7 @@ class _Clear:
         positions = linear_positions(machine, self.toolpath.at(rows).tips(axis), rotary)
         admitted: BoolArray = within_limits(machine, positions) & self.bounds.admits(axis, rows)
         at = np.flatnonzero(admitted)
-        if self.mask.is_rough:
+        if self.mask.rough is not None:
             at = at[self.mask.roughly_admits(rows[at], rotary[at])]
         admitted[:] = False
         admitted[at] = self.mask.admits(rows[at], rotary[at])

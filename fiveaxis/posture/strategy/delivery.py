@@ -21,6 +21,7 @@ from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, feed_times, follow
 from fiveaxis.posture.baselines import NoBaseline, require_blocks
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Grain, turning_rows
 from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy, timed_energy
@@ -520,9 +521,10 @@ def delivered(
             energy = program_energy(machine, path, motion, filling, delivery.clock)
         compared[name] = replace(baseline, motion=motion, energy=energy)
     motion = replace(follow(path, machine, best.rotary), location=location)
+    findings = best.findings(delivery.near.mask or Mask())
     found = replace(
         solution,
-        toolpath=replace(path, findings=(*path.findings, *best.findings())),
+        toolpath=replace(path, findings=(*path.findings, *findings)),
         tilt=best.posed.bounds,
         motion=motion,
         energy=best.energy,

@@ -14,13 +14,13 @@ from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, follow, peak_rates
-from fiveaxis.posture.masks.mask import MaskFunction
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.optimiser import DEFAULTS, Options, optimise
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage
 from fiveaxis.posture.strategy.near import by_travel, refined
 from fiveaxis.posture.strategy.singular import Cone, with_findings
-from fiveaxis.posture.turns.unwrapped import path_check, with_path, wrap_mask
+from fiveaxis.posture.turns.unwrapped import path_check, with_path
 from fiveaxis.progress import Progress
 from fiveaxis.toolpath import Constraints, Toolpath
 
@@ -154,7 +154,7 @@ def find_front(
     cone = Cone.of(constraints)
     problem, start = _solved(solution)
     problems = _priced(problem, _prices(solution, start, n, smoothest), solution)
-    is_admissible = _make_check(solution, cone, options.mask)
+    is_admissible = _make_check(solution, cone, Mask.of(options.mask))
     effort = options.counts()
 
     def found(number: int, start: Array | None) -> Array | None:
@@ -203,7 +203,7 @@ def _solved(solution: Solution) -> tuple[Problem, Array]:
     return problem, solution.motion.positions[:, solution.machine.rotary_columns]
 
 
-def _make_check(solution: Solution, cone: Cone | None, mask: MaskFunction | None) -> Callable[[Array], bool]:
+def _make_check(solution: Solution, cone: Cone | None, mask: Mask | None) -> Callable[[Array], bool]:
     """Return a check of a path, (n, 2) rad, for what isn't in the problem: cone, mask, interrupted cuts.
 
     A path that is rewound may interrupt no more cuts than the solution's.
@@ -211,7 +211,7 @@ def _make_check(solution: Solution, cone: Cone | None, mask: MaskFunction | None
     unwrapped, (problem, start) = solution.unwrapped, _solved(solution)
     path = solution.toolpath if unwrapped is None else unwrapped.toolpath
     if unwrapped is not None and mask is not None:
-        mask = wrap_mask(solution.machine, mask)
+        mask = mask.wrapped(solution.machine)
     keeps = path_check(path, problem.machine, start, cone, mask)
     most = _interrupted_cuts(solution, start)
 

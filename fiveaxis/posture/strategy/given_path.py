@@ -153,12 +153,12 @@ def refusal(
         states = np.vstack([rotary[row], sampled(problem, int(row))])
         states = states[np.unique(np.linspace(0, len(states) - 1, SAMPLES).astype(np.int64))]
         if mask.admits(np.full(len(states), row), states).any():
-            text = "the mask admits postures here, but none was found within reach of its neighbours"
+            text = f"{mask.wording.some}, but none was found within reach of its neighbours"
         else:
             kind = Refused
-            text = f"the mask refuses each of the admissible postures that were tried ({len(states)})"
-        remedy = "widen the tilt range, allow larger turns (--max-turn) or change what the mask stands for"
+            text = f"{mask.wording.none} ({len(states)})"
+        remedy = f"widen the tilt range, allow larger turns (--max-turn) or {mask.wording.remedy}"
         place = toolpath.place(int(row))
         findings.append(Finding(Severity.ERROR, "no-posture", f"{text}; {remedy}", place))
     share = f"{len(findings)} of {len(problem)} locations"
-    return kind(f"{share} have no posture in sequence that the mask admits", findings)
+    return kind(f"{share} have no posture in sequence {mask.wording.admitted}", findings)

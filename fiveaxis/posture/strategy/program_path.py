@@ -10,6 +10,7 @@ import numpy as np
 from fiveaxis.energy import Energy
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -120,7 +121,7 @@ class Delivered:
         """Key by which the steadier of two is smaller: starts and reversals, then the travel metric."""
         return self.energy.steadiness.events, self.energy.travel
 
-    def findings(self) -> list[Finding]:
+    def findings(self, mask: Mask) -> list[Finding]:
         """Report where postures between locations still break a bound."""
         if not self.broken:
             return []
@@ -133,7 +134,7 @@ class Delivered:
             (excess, "the tool leans out of its bounds", "widen the range of its lean"),
             (past, "an axis exceeds its limits", "move the part on the table (work_offset)"),
             (jumping, "axes would have to jump", "allow smaller turns only (--max-turn)"),
-            (1.0 * self.refused, "the mask refuses the posture", "change what the mask stands for"),
+            (1.0 * self.refused, mask.wording.refused, mask.wording.remedy),
         ):
             rows = np.flatnonzero(off > BETWEEN)
             if len(rows):

@@ -10,11 +10,11 @@ import numpy as np
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible, SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics.windings import TURN, into_limits
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.masks.mask import MaskFunction, RoughMask
+from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Solution, Unwrapped, program_energy
 from fiveaxis.posture.strategy.singular import Cone, turning_within
@@ -33,37 +33,8 @@ PathCheck = Callable[[Array], bool]
 MOST_ROUNDS = 20
 
 
-@dataclass(frozen=True, eq=False)
-class _WrappedMask:
-    """A mask for unwrapped angles, evaluated within the limits of a machine."""
-
-    machine: Machine
-    mask: MaskFunction
-
-    def __call__(self, rows: IntArray, rotary: Array, /) -> BoolArray:
-        return self.mask(rows, into_limits(self.machine, rotary))
-
-
-@dataclass(frozen=True, eq=False)
-class _WrappedRoughMask(_WrappedMask):
-    """The same for a mask with a rough map."""
-
-    mask: RoughMask
-
-    def rough(self, rows: IntArray, rotary: Array, /) -> BoolArray:
-        return self.mask.rough(rows, into_limits(self.machine, rotary))
-
-
-def wrap_mask(machine: Machine, mask: MaskFunction) -> MaskFunction:
-    """Make a mask of postures within the machine's limits one for unwrapped paths.
-
-    A whole turn leaves the tool where it is, but a mask may count angles as the machine does.
-    """
-    return _WrappedRoughMask(machine, mask) if isinstance(mask, RoughMask) else _WrappedMask(machine, mask)
-
-
 def path_check(
-    toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone | None, mask: MaskFunction | None
+    toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone | None, mask: Mask | None
 ) -> PathCheck:
     """Make the check of what no problem states: the singular cone and the mask.
 
@@ -77,7 +48,7 @@ def path_check(
         return float(np.abs(np.diff(path[:, 0]))[turning_within(toolpath, machine, path, cone)].sum())
 
     most = turned(rotary)
-    return lambda path: turned(path) <= most and (mask is None or bool(np.all(mask(rows, path))))
+    return lambda path: turned(path) <= most and (mask is None or bool(np.all(mask.admits(rows, path))))
 
 
 def rewind_solution(

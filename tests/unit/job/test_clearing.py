@@ -111,7 +111,9 @@ def test_what_collides_between_locations_is_refused_and_searched_again(
     assert asked[0] is None
     assert len(asked) == 1 + cleared.rounds
     place = before if free.motion.location is None else free.motion.location[before]
-    assert {*np.floor(place).astype(int), *np.ceil(place).astype(int)} <= set(asked[1].spots)
+    rotary = free.motion.positions[before][:, machine.rotary_columns]
+    for rows in (np.floor(place), np.ceil(place)):
+        assert not asked[1].admits(rows.astype(int), rotary).any()
     assert len(before) > 10
     assert len(after) == 0
 
