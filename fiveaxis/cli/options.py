@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
-from fiveaxis.options import Bounds, ProgramBounds, options_of
+from fiveaxis.options import Bounds, Meshes, Planning, ProgramBounds, Search, options_of
 
 Verb = TypeVar("Verb", bound=Callable[..., None])
 
@@ -49,9 +49,7 @@ Override = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 
-# Meshes: the unit of their files, and where their facets are one surface.
 UNIT = optional(str, "mm, inch or, for meshes, m: unit of the input, in place of what it states")
-CREASE = optional(float, "facets of a mesh that meet at a smaller angle are one smooth surface, deg")
 
 
 def flags_of(group: type) -> dict[str, Any]:
@@ -59,9 +57,11 @@ def flags_of(group: type) -> dict[str, Any]:
     panel = (inspect.getdoc(group) or "").rstrip(".")
     flags: dict[str, Any] = {}
     for name, (kind, option) in options_of(group).items():
-        plain = kind | None if not option.written else str | None
-        text = f"{option.about}: {option.written}" if option.written else option.about
-        flags[name] = Annotated[plain, typer.Option(help=escape(text), rich_help_panel=panel)]
+        written = option.written or ", ".join(option.words(kind))
+        plain = str | None if written else kind | None
+        text = f"{option.sentence}: {written}" if written else option.sentence
+        own = [option.flags] if option.flags else []
+        flags[name] = Annotated[plain, typer.Option(*own, help=escape(text), rich_help_panel=panel)]
     return flags
 
 
@@ -93,22 +93,9 @@ BOUNDS, PROGRAM_BOUNDS = flags_of(Bounds), flags_of(ProgramBounds)
 PLANNING: Mapping[str, Any] = {
     "tool": optional(str, "ball:10, bull:16:4 or a .toml file; default: the input's tool"),
     "feed": optional(float, "mm/min, replaces the input's feed"),
-    "strategy": optional(str, "waterline or raster passes"),
-    "stepdown": optional(float, "distance of waterlines in Z, mm"),
-    "stepover": optional(float, "distance of the sections of a raster, mm"),
-    "scallop": optional(float, "highest ridge between passes, mm"),
-    "raster_angle": optional(float, "direction of a raster, from X towards Y, deg"),
-    "spacing": optional(float, "largest distance of contact points, mm"),
-    "overhang": optional(bool, "plan overhanging walls only, or all (default)", "--overhang/--all-walls"),
-    "spiral": optional(bool, "join closed waterlines into spirals, or not (default)", "--spiral/--rings"),
-    "direction": optional(str, "cutting direction: climb, conventional or zigzag"),
-    "order": optional(str, "levels (level by level) or islands (shorter links)"),
-    "lead_in": optional(float, "radius of the arc at the start of a pass, mm"),
-    "lead_out": optional(float, "radius of the arc at the end of a pass, mm"),
-    "min_length": optional(float, "shortest pass that is cut, mm"),
-    "allow_open": optional(bool, "accept a mesh that isn't watertight", "--allow-open"),
+    **flags_of(Planning),
     "unit": UNIT,
-    "crease": CREASE,
+    **flags_of(Meshes),
 }
 READING: Mapping[str, Any] = {
     "unit": UNIT,
@@ -142,28 +129,13 @@ POSTURE: Mapping[str, Any] = {
     "surface_tolerance": optional(float, "gap between cutter and part that counts as touching, mm"),
     "gouge_tolerance": optional(float, "how deep the cutter may reach into the part, mm; default: 0.01"),
     "drives": Drives,
-    "objective": optional(str, "what to minimise: energy or time of the program, or travel (metric)"),
     "path_shape": optional(
         str,
         "between locations: smooth (a curve where they are its samples) or chord; default: as the path says",
     ),
-    "up_penalty": optional(float, "extra cost of what linear axes lift, tool or table, J/mm"),
-    "smoothing": optional(float, "price of squared rotary turns, J/rad2; steadier postures"),
-    "steady": optional(
-        float, "share of the energy spent on fewer starts and reversals; default: 0.01, 0: none"
-    ),
-    "time_price": optional(float, "W, for time lost to slow axes; default: base power"),
-    "effort": optional(str, "quick, normal or thorough search"),
-    "solver": optional(str, "structured, or ipopt as a second opinion"),
-    "bound": optional(
-        bool,
-        "compute how much any posture could still save, about a minute; default: with --effort thorough",
-        "--bound/--no-bound",
-    ),
+    **flags_of(Search),
     "front": optional(int, "find N solutions, from the cheapest path to the steadiest"),
     "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
-    "free_start": optional(bool, "let closed passes begin elsewhere, with new links", "--free-start"),
-    "free_direction": optional(bool, "with --free-start: let passes run backwards too", "--free-direction"),
     "tool_length": ToolLength,
     "work_offset": optional(str, "workpiece zero in the machine frame: X,Y,Z in mm"),
     "part_rotation": optional(str, "rotation of the part on the table: about machine X,Y,Z in deg"),

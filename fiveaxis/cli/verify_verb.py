@@ -130,7 +130,7 @@ def load_checked(
         around = around or load_surroundings(job)
         given = job.bounds | given
         gouge = gouge or job.gouge_tolerance
-        meshes = {"crease": job.crease, "part_unit": part_unit(job)} | meshes
+        meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job)} | meshes
         asked = ProgramOptions(control=options["control"] or job.control, settings=job.nc)
     else:
         machine = load_machine(require_machine(options["machine"]))

@@ -4,78 +4,62 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Unpack
 
 import numpy as np
 
 from fiveaxis.contour.walls import FLATTEST_WALL
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.geometry import Array
-from fiveaxis.mesh.surface import SHARP_EDGE, require_crease
+from fiveaxis.options import Direction, Order, PlanContour, Strategy, completed, options_of
 from fiveaxis.toolpath import Tool
 
-Strategy = Literal["waterline", "raster"]
-Direction = Literal["climb", "conventional", "zigzag"]
-Order = Literal["levels", "islands"]
-# Units of the options that must be above 0 if given.
-UNITS = {
-    "stepdown": "mm", "stepover": "mm", "scallop": "mm", "spacing": "mm", "feed_mm_min": "mm/min",
-    "clearance": "mm",
-}  # fmt: skip
-# Options that may be 0, for none.
-MAY_BE_ZERO = ("lead_in", "lead_out", "min_length")
-CHOICES = {"strategy": Strategy, "direction": Direction, "order": Order}
 # mm, default distance of the sections.
 STEP = 1.0
-# deg, default angle of facets that meet at an edge of the part.
-CREASE = math.degrees(SHARP_EDGE)
 # Finest step and spacing, as a share of the part's extent.
 FINEST_SHARE = 1e-5
 
 
 @dataclass(frozen=True)
 class PlanOptions:
-    """The numbers and words among the arguments of `plan_contour`, in the same units.
+    """The options of `plan_contour`, in the same units.
 
     Raises
     ------
     SettingError
-        An option out of range, an unknown word, options that exclude each other.
+        Options that exclude each other.
     """
 
-    strategy: Strategy = "waterline"
-    stepdown: float | None = None
-    stepover: float | None = None
-    scallop: float | None = None
-    raster_angle: float | None = None
-    spacing: float = 0.5
-    overhang: bool = False
-    spiral: bool = False
-    direction: Direction = "climb"
-    order: Order = "levels"
-    lead_in: float = 0.0
-    lead_out: float = 0.0
-    min_length: float = 0.0
-    feed_mm_min: float = 1000.0
-    clearance: float = 5.0
-    crease: float = CREASE
+    strategy: Strategy
+    stepdown: float | None
+    stepover: float | None
+    scallop: float | None
+    raster_angle: float | None
+    spacing: float
+    overhang: bool
+    spiral: bool
+    direction: Direction
+    order: Order
+    lead_in: float
+    lead_out: float
+    min_length: float
+    allow_open: bool
+    feed_mm_min: float
+    clearance: float
+    crease: float
+
+    @classmethod
+    def of(cls, **options: Unpack[PlanContour]) -> PlanOptions:
+        """Add the defaults to what is given.
+
+        Raises
+        ------
+        SettingError
+            An option out of range, an unknown word, options that exclude each other.
+        """
+        return cls(**completed(PlanContour, options))
 
     def __post_init__(self) -> None:
-        require_crease(self.crease)
-        for name, unit in UNITS.items():
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise SettingError(f"{name} = {value:g} {unit} is out of range; give more than 0 {unit}")
-        for name in MAY_BE_ZERO:
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise SettingError(f"{name} = {value:g} mm is out of range; give 0 mm or more")
-        if self.raster_angle is not None and not math.isfinite(self.raster_angle):
-            raise SettingError(f"raster_angle = {self.raster_angle:g} deg is no angle; give a finite number")
-        for name, words in CHOICES.items():
-            if getattr(self, name) not in get_args(words):
-                known = " or ".join(repr(word) for word in get_args(words))
-                raise SettingError(f"{name} = {getattr(self, name)!r} is unknown; give {known}")
         self._check_strategy()
 
     def _check_strategy(self) -> None:
@@ -84,7 +68,7 @@ class PlanOptions:
         for name in foreign:
             if getattr(self, name) is not None:
                 other = "stepover" if raster else "strategy = 'raster' or leave it out"
-                unit = UNITS.get(name, "deg")
+                unit = options_of(PlanContour)[name][1].unit
                 raise SettingError(
                     f"{name} = {getattr(self, name):g} {unit} is no option of the {self.strategy} strategy; "
                     f"give {other}"

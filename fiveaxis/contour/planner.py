@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NoReturn, Unpack
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from fiveaxis.contour.linking import (
     open_passes,
     shorten_links,
 )
-from fiveaxis.contour.options import Direction, Order, PlanOptions, Strategy
+from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
 from fiveaxis.contour.passes import Pass, split_passes
 from fiveaxis.contour.routes import Linker
@@ -33,6 +33,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh import Surface, TriangleTree, Unit, mesh_size, size_findings, size_text, take_mesh
 from fiveaxis.mesh.sections import section_loops
 from fiveaxis.mesh.surface import surface_normals
+from fiveaxis.options import PlanContour, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 from fiveaxis.toolpath.passes import Passes
 
@@ -54,68 +55,37 @@ class Plan:
     passes: Passes
 
 
+@spelled_out(PlanContour)
 def plan_contour(
     part: str | Path | trimesh.Trimesh,
     tool: Tool,
     *,
-    strategy: Strategy = "waterline",
-    stepdown: float | None = None,
-    stepover: float | None = None,
-    scallop: float | None = None,
-    raster_angle: float | None = None,
-    spacing: float = 0.5,
-    overhang: bool = False,
-    spiral: bool = False,
-    direction: Direction = "climb",
-    order: Order = "levels",
-    lead_in: float = 0.0,
-    lead_out: float = 0.0,
-    min_length: float = 0.0,
-    feed_mm_min: float = 1000.0,
-    clearance: float = 5.0,
-    crease: float = 30.0,
     unit: Unit = "mm",
-    allow_open: bool = False,
     progress: Progress | None = None,
+    **options: Unpack[PlanContour],
 ) -> Toolpath:
     """Plan finishing passes over a part's walls with a ball end mill.
 
     The contacts lie on plane sections of the mesh: horizontal ones (waterlines), or vertical parallel ones
-    (a raster), which also cut floors. In cuts and links the ball sinks into the mesh by at most 0.01 mm.
+    (a raster), which also cut floors. Faces within 10 degrees of the section planes are left out, and so are
+    faces that point straight down. In cuts and links the ball sinks into the mesh by at most 0.01 mm.
     Contacts where it would sink deeper are removed, and the pass is split there. Around a sharp convex edge
     the ball rolls without cutting, as a link. Only the ball is checked: not shank, holder, table or fixture.
     The postures are chosen later, so the path has no tool axes.
+
+    A scallop sets the distance of the sections by the slope and curvature of the walls
+    (`fiveaxis.contour.levels`), up to stepdown or stepover if given. A climbing waterline has the material to
+    the right of the feed, seen from above. Islands go down one wall as long as that shortens the links, and
+    never before the passes above are done. Arcs before and after passes are tangential, in the plane of feed
+    and normal; where not even a quarter of one has room, the ball moves along the normal, and such leads are
+    counted. Normals are smoothed across facets that are one surface (`fiveaxis.mesh.surface`), and the ball
+    rolls about sharper edges.
 
     Parameters
     ----------
     part : mesh file or mesh, workpiece frame with z up
     tool : ball end mill or lollipop
-    strategy : ``waterline`` or ``raster``. Faces within 10 degrees of the section planes are left out, and
-        so are faces that point straight down
-    stepdown : mm, between a waterline's sections; 1 mm unless `scallop` is given
-    stepover : mm, between a raster's sections; 1 mm unless `scallop` is given
-    scallop : mm, highest ridge between neighbouring passes. It sets the distance of the sections by the
-        slope and curvature of the walls (`fiveaxis.contour.levels`), up to stepdown or stepover if given
-    raster_angle : **degrees**, direction of a raster's passes, from x towards y; 0 by default
-    spacing : mm, largest distance between contacts along a section
-    overhang : only walls whose normals point downward
-    spiral : join closed waterlines of one wall into one that descends without a link
-    direction : ``climb`` or ``conventional`` for a spindle that turns clockwise, or ``zigzag``: open passes
-        are cut in the direction with the shorter link. A climbing waterline has the material to the right of
-        the feed, seen from above
-    order : ``levels`` cuts every section before the next; ``islands`` goes down one wall as long as that
-        shortens the links, and never before the passes above are done
-    lead_in, lead_out : mm, radius of the arcs before and after passes, tangential, in the plane of feed and
-        normal; 0 for none. Where not even a quarter of it has room, the ball moves along the normal; such
-        leads are counted
-    min_length : mm, shorter passes are left out
-    feed_mm_min : mm/min, of cuts and links
-    clearance : mm, between the part's top and the ball while it crosses over. The ball also lifts off the
-        surface by this, but at most by its diameter, where there is room
-    crease : **degrees**; facets that meet at a smaller angle are one smooth surface. Normals are smoothed
-        across them (`fiveaxis.mesh.surface`), and the ball rolls about sharper edges
     unit : of a mesh file: ``mm``, ``inch`` or ``m``; a mesh is in mm
-    allow_open : accept a mesh that isn't watertight
     progress : called with the sections done and their number
 
     Returns
@@ -136,26 +106,22 @@ def plan_contour(
     ToolError
         The cutter isn't a ball.
     """
-    options = PlanOptions(
-        strategy, stepdown, stepover, scallop, raster_angle, spacing, overhang, spiral, direction, order,
-        lead_in, lead_out, min_length, feed_mm_min, clearance, crease,
-    )  # fmt: skip
-    return plan_passes(part, tool, options, unit=unit, allow_open=allow_open, progress=progress).toolpath
+    return plan_passes(part, tool, unit=unit, progress=progress, **options).toolpath
 
 
 def plan_passes(
     part: str | Path | trimesh.Trimesh,
     tool: Tool,
-    options: PlanOptions,
     *,
     unit: Unit = "mm",
-    allow_open: bool = False,
     progress: Progress | None = None,
+    **given: Unpack[PlanContour],
 ) -> Plan:
-    """Plan as `plan_contour` does, and return the passes too, for ``optimise(..., free_start=...)``."""
+    """Plan as `plan_contour` does, and return the passes too, for ``optimise(..., passes=...)``."""
+    options = PlanOptions.of(**given)
     options.check_tool(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
-    mesh = take_mesh(part, name=name, unit=unit, allow_open=allow_open)
+    mesh = take_mesh(part, name=name, unit=unit, allow_open=options.allow_open)
     surface = Surface.from_mesh(mesh, crease=np.radians(options.crease))
     options.check_size(float(np.ptp(surface.bounds, axis=0).max()), tool.radius)
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.contour.ball_space import CHORD_GOUGE
-from fiveaxis.contour.options import PlanOptions, Strategy
+from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.walls import Walls
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, product
 from fiveaxis.mesh import TriangleTree, Unit, facet_normals, mesh_size, take_mesh, tree_of
+from fiveaxis.options import Strategy
 from fiveaxis.toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def path_quality(
         raise ToolError(f"tool {toolpath.tool}: ridges are measured for balls only; give for example ball:10")
     mesh = take_mesh(part, unit=unit, allow_open=allow_open)
     tree, facets = tree_of(mesh), facet_normals(np.array(mesh.triangles, dtype=float))
-    options = PlanOptions(strategy, raster_angle=raster_angle, overhang=overhang)
+    options = PlanOptions.of(strategy=strategy, raster_angle=raster_angle, overhang=overhang)
     cuts = _Cuts.of(toolpath, tree)
     heights, rows = _ridges(cuts, tree, facets, Walls(options.frame[2], overhang))
     weight = cuts.weight[rows]

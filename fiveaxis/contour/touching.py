@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.contour.contacts import lean_limit, lean_normals
-from fiveaxis.contour.options import CREASE
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpendicular
 from fiveaxis.mesh import Surface, Unit, take_mesh, tree_of
 from fiveaxis.mesh.distance import AT_SURFACE, SignedSurface
-from fiveaxis.mesh.surface import require_crease, surface_normals
+from fiveaxis.mesh.surface import surface_normals
+from fiveaxis.options import CREASE, Meshes, completed
 from fiveaxis.toolpath import MoveKind, Toolpath, Zone
 from fiveaxis.toolpath.cutter import ROUNDING
 
@@ -121,7 +121,7 @@ def find_contacts(
         raise SettingError(f"surface tolerance is {tolerance:g} mm; it must be a number above 0")
     if not toolpath.has_axes:
         raise ToolpathError("has no tool axes, so where it touches isn't known", file=toolpath.name)
-    require_crease(crease)
+    completed(Meshes, {"crease": crease})
     rows = np.flatnonzero(toolpath.cutting)
     mesh = take_mesh(part, name="part", unit=unit, allow_open=True)
     touch = _touches(toolpath.at(rows), SignedSurface.of(mesh))

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
-from fiveaxis.options import Bounds, spelled_out
-from fiveaxis.posture import STEADY, Effort, Objective, Options
+from fiveaxis.options import Bounds, Search, options_of, require_known, spelled_out
+from fiveaxis.posture import Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import Mask, MaskFunction, Spots, Wording
@@ -47,6 +47,8 @@ OF_BODIES = Wording(
 )
 # Solves a path with a mask or None; the third argument says whether starts are free, which masks don't allow.
 Solve = Callable[[Toolpath, Mask | None, bool], Postures]
+# Solves a path on a machine within constraints, as `fiveaxis.posture.optimise` does.
+Find = Callable[[Toolpath, Machine, Constraints, Options], Postures]
 logger = logging.getLogger(__name__)
 
 # How often the mask of a path that collides between locations is tightened and the path searched again.
@@ -70,7 +72,11 @@ class Cleared:
     rounds: int
 
 
-@spelled_out(Bounds)
+class Optimising(Bounds, Search, total=False):
+    """Bounds on postures and turns, what is minimised, and how it is searched."""
+
+
+@spelled_out(Optimising)
 def optimise(
     toolpath: Toolpath,
     machine: Machine,
@@ -81,21 +87,12 @@ def optimise(
     fixtures: tuple[Fixture, ...] = (),
     clearances: Clearances | None = None,
     mask: Mask | MaskFunction | None = None,
-    objective: Objective = "energy",
-    up_penalty: float = 0.0,
-    smoothing: float = 0.0,
-    steady: float = STEADY,
-    time_price: float | None = None,
-    free_start: bool | Passes = False,
-    free_direction: bool = False,
-    effort: str | Effort = "normal",
+    passes: Passes | None = None,
     control: str | Path | None = None,
     coordinates: Coordinates | None = None,
-    solver: str = "structured",
     start: Array | None = None,
-    bound: bool | None = None,
     progress: Progress = unheard,
-    **bounds: Unpack[Bounds],
+    **given: Unpack[Optimising],
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
@@ -103,6 +100,14 @@ def optimise(
     the machine are excluded. Where the motion still collides, between locations or at particular axis values,
     those postures are refused and the path is searched again, at most `ROUNDS` times; `verify` reports what
     is left.
+
+    The energy is ∫P dt of the feed drives over the program's blocks; ``travel`` is the travel metric of
+    form-shaping Eq. 1; ``time`` is how long the control takes for the blocks with the axes' highest speeds
+    and accelerations, and among postures of equal time the steadiest counts
+    (`fiveaxis.posture.strategy.least_time`). Angles are in **degrees**. At least one of `tilt`, `cone`,
+    `lead` and `lean` has to bound the postures. Links may turn three times as far as `max_turn`, and farther
+    only where nothing else is possible; a finding names each cut in which the first rotary axis turns within
+    `singular_cone`, where that is impossible to avoid.
 
     Parameters
     ----------
@@ -115,42 +120,17 @@ def optimise(
     mask : a function that takes locations (m,) and rotary angles (m, 2), rad, chain order, and returns which
         postures are admissible, (m,) bool, in addition to the clearances; or a `Mask`, which can have a
         quicker function for searches, too (`fiveaxis.posture.masks.mask`). It is called only for postures
-        that a search is about to use. Where a rotary axis rewinds, the mask holds
-        at the locations of the path, not on the link off the part and back
-    objective : what is minimised: ``energy``, ∫P dt of the feed drives over the program's blocks; ``travel``,
-        the travel metric of form-shaping Eq. 1; ``time``, how long the control takes for the blocks with the
-        axes' highest speeds and accelerations, and among postures of equal time the steadiest
-        (`fiveaxis.posture.strategy.least_time`)
-    up_penalty : J/mm, extra price of what linear axes lift against gravity, by the machine's `vertical`: of
-        the tool going up, or on a table of the workpiece, whose axis value falls then
-    smoothing : J/rad², price μ of ‖Δρ‖² in each move: a steadier posture at the cost of more travel
-    steady : share of the energy that may be spent on fewer starts and reversals of axes, with the objective
-        ``energy``; 0 for none
-    time_price : W, price of time beyond that at the programmed feed, where an axis is too slow for it; by
-        default the machine's base power, 0 if that is unknown. Not with the objective ``time``, which has a
-        price of its own
-    free_start : whether closed passes may begin elsewhere (`fiveaxis.posture.starts.passes`); the solution's
-        path then starts them at other locations. Passes that links lead to can do so only if the plan's
-        `Plan.passes` (`fiveaxis.contour.plan_passes`), from which new links are laid, are given instead of
-        True
-    free_direction : whether those passes may also be reversed, from climb to conventional milling
-    effort : ``quick``, ``normal`` or ``thorough`` (`fiveaxis.posture.EFFORTS` has what each promises), or an
-        `Effort`
+        that a search is about to use. Where a rotary axis rewinds, the mask holds at the locations of the
+        path, not on the link off the part and back
+    passes : `Plan.passes` of a planned path (`fiveaxis.contour.plan_passes`), from which new links are laid
+        where passes may begin elsewhere (`free_start`); without them only passes that no link leads to do
     control : that the program is for, by name or table (`fiveaxis.nc.DIALECTS`): where the machine states
         accelerations, energies and times are those over the time that it takes; by default it is taken to
         pass corners within 5 µm
     coordinates : of the program: ``axes`` for joint interpolation, ``tip`` or ``vector`` for tool centre
         point control; by default the control's own, or ``axes``
-    solver : ``structured``, the interior-point method made for paths, or ``ipopt``, a second opinion on the
-        same terms (`fiveaxis.posture.local`); overrides the effort's own
     start : (n, 2), rad, chain order, postures to begin from, beside those that are searched
-    bound : whether to compute a lower bound of what any posture costs (`Solution.bound`, about a minute); by
-        default only with the effort ``thorough``
     progress : called with what is being done, steps done and steps in all
-    bounds : of postures and turns, **degrees** (`fiveaxis.options.Bounds`), at least one of `tilt`, `cone`,
-        `lead` and `lean`. Links may turn three times as far as `max_turn`, and farther only where nothing
-        else is possible; a finding names each cut in which the first rotary axis turns within
-        `singular_cone`, where that is impossible to avoid
 
     Raises
     ------
@@ -161,49 +141,69 @@ def optimise(
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
-    constraints = Constraints.of_degrees(**bounds)
+    require_known(Optimising, given)
+    bounds = {name: value for name, value in given.items() if name in options_of(Bounds)}
+    constraints = Constraints.of_degrees(**cast("Bounds", bounds))
     if control is None:
         clock = Clock(None, coordinates or "axes")
         interpolation = Interpolation.JOINT if clock.coordinates == "axes" else Interpolation.TCP
     else:
         wording = require_program(machine, control, coordinates)
         clock, interpolation = Clock(wording.dialect, wording.coordinates), wording.interpolation
+    search: dict[str, Any] = {name: value for name, value in given.items() if name not in bounds}
     options = Options(
-        objective=objective,
-        up_penalty=up_penalty,
-        smoothing=smoothing,
-        steady=steady,
-        time_price=time_price,
-        free_start=free_start,
-        free_direction=free_direction,
-        effort=effort,
+        **search,
+        mask=mask,
+        passes=passes,
         interpolation=interpolation,
         clock=clock,
-        solver=solver,
         start=start,
-        bound=bound,
         progress=progress,
     )
     around = Surroundings.load(part, stock, fixtures, clearances)
     toolpath = toolpath if path_shape is None else toolpath.shaped(path_shape)
     toolpath = on_part(constraints.zoned(toolpath), around.part)
+    cleared = solve_clear(toolpath, machine, constraints, options, around)
+    return Solution.of(cleared.solution, constraints, around)
+
+
+def solve_clear(
+    toolpath: Toolpath,
+    machine: Machine,
+    constraints: Constraints,
+    options: Options,
+    around: Surroundings | None,
+    find: Find = optimise_postures,
+) -> Cleared:
+    """Solve a path clear of what stands around it, and bound what is left to save where that is asked.
+
+    Parameters
+    ----------
+    around : part, stock and fixtures; None to keep clear of nothing
+    find : what solves it, as `fiveaxis.posture.optimise`
+
+    Raises
+    ------
+    FiveAxisError
+        As `fiveaxis.posture.optimise`.
+    """
 
     def solve(path: Toolpath, own: Mask | None, free: bool) -> Postures:
-        chosen = options if free else options.without_free_start()
-        return optimise_postures(path, machine, constraints, replace(chosen, mask=own, bound=False))
+        # Where passes begin elsewhere, a start has other locations.
+        chosen = replace(options, start=None) if free else options.without_free_start()
+        return find(path, machine, constraints, replace(chosen, mask=own, bound=False))
 
-    cleared = keep_clear(
-        solve,
-        toolpath,
-        machine,
-        around,
-        constraints,
-        mask=Mask.of(mask),
-        free_start=bool(free_start),
-        progress=options.progress,
-    )
-    found = Solution.of(cleared.solution, constraints, around)
-    return with_bound(found, constraints, objective, progress) if options.is_bounded else found
+    own, free_start, progress = Mask.of(options.mask), options.free_start, options.progress
+    if around is None:
+        cleared = Cleared(solve(toolpath, own, free_start), None, 0)
+    else:
+        cleared = keep_clear(
+            solve, toolpath, machine, around, constraints, mask=own, free_start=free_start, progress=progress
+        )
+    if not options.is_bounded:
+        return cleared
+    bounded = with_bound(cleared.solution, constraints, options.objective, progress)
+    return replace(cleared, solution=bounded)
 
 
 def keep_clear(

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
 from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
-from fiveaxis.contour.options import CREASE, Direction, Order, Strategy
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.machine.chain import Triple
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings, find_dialect
-from fiveaxis.options import Bounds, options_of, table_of
-from fiveaxis.posture import STEADY
-from fiveaxis.posture.strategy.delivery import Objective
+from fiveaxis.options import Bounds, Meshes, Planning, Search, options_of, table_of
 from fiveaxis.settings import StrictModel
 from fiveaxis.toolpath import Constraints, parse_tool, require_range
 from fiveaxis.verification.check_context import GOUGE_TOLERANCE
@@ -35,25 +33,10 @@ SEARCHED = ("x", "y", "z", "angle")
 BOUNDS = tuple(options_of(Bounds))
 
 
-class PlanTable(StrictModel):
-    """How passes are planned on a mesh."""
-
-    strategy: Strategy = Field("waterline", description="horizontal sections, or vertical parallel ones")
-    stepdown: float | None = Field(None, gt=0.0, description="distance of waterlines in z, mm; by default 1")
-    stepover: float | None = Field(
-        None, gt=0.0, description="distance of the sections of a raster, mm; by default 1"
-    )
-    scallop: float | None = Field(None, gt=0.0, description="highest ridge between passes, mm")
-    raster_angle: float | None = Field(None, description="direction of a raster, from X towards Y, deg")
-    spacing: float = Field(0.5, gt=0.0, description="largest distance of contact points along a pass, mm")
-    overhang: bool = Field(False, description="plan overhanging walls only")
-    spiral: bool = Field(False, description="join closed waterlines into spirals")
-    direction: Direction = Field("climb", description="cutting direction along the passes")
-    order: Order = Field("levels", description="level by level, or island by island, with short links")
-    lead_in: float = Field(0.0, ge=0.0, description="radius of the arc at the start of a pass, mm")
-    lead_out: float = Field(0.0, ge=0.0, description="radius of the arc at the end of a pass, mm")
-    min_length: float = Field(0.0, ge=0.0, description="shortest pass that is cut, mm")
-    allow_open: bool = Field(False, description="plan on a mesh that isn't watertight")
+if TYPE_CHECKING:
+    PlanTable = StrictModel
+else:
+    PlanTable = table_of(Planning, StrictModel)
 
 
 class ProgramTable(StrictModel):
@@ -166,7 +149,7 @@ class _Input(StrictModel):
 if TYPE_CHECKING:
     _Bounded = _Input
 else:
-    _Bounded = table_of(Bounds, _Input)
+    _Bounded = reduce(lambda base, group: table_of(group, base), (Bounds, Meshes, Search), _Input)
 
 
 class Job(_Bounded):
@@ -194,12 +177,6 @@ class Job(_Bounded):
     surface_tolerance: float = Field(
         0.05, gt=0.0, description="gap between cutter and part that counts as touching, mm"
     )
-    crease: float = Field(
-        CREASE,
-        gt=0.0,
-        le=90.0,
-        description="facets of a mesh that meet at a smaller angle are one smooth surface, deg",
-    )
     gouge_tolerance: float = Field(
         GOUGE_TOLERANCE,
         gt=0.0,
@@ -211,51 +188,16 @@ class Job(_Bounded):
         description="machine whose axis powers are used in place of the machine's own, by role or as named "
         "(`NAME:B=A`); `estimated` for estimates. By default missing powers are estimated",
     )
-    up_penalty: float = Field(
-        0.0, ge=0.0, description="extra cost of what linear axes lift, tool or table, J/mm"
-    )
-    objective: Objective = Field(
-        "energy", description="what to minimise: energy or time of the program, or the travel metric"
-    )
     path_shape: Literal["smooth", "chord"] | None = Field(
         None,
         description="what lies between locations: a smooth curve if they tell one, or the chord; by default "
         "smooth for planned paths and points with normals, programs and CL files as they state it",
-    )
-    smoothing: float = Field(
-        0.0, ge=0.0, description="price of squared turns of the rotary axes, for steadier postures, J/rad2"
-    )
-    steady: float = Field(
-        STEADY,
-        ge=0.0,
-        le=1.0,
-        description="share of the energy that may be spent on fewer starts and reversals of axes; 0 for none",
-    )
-    time_price: float | None = Field(
-        None, ge=0.0, description="W, for time lost to slow axes; by default the machine's base power"
-    )
-    effort: Literal["quick", "normal", "thorough"] = Field(
-        "normal", description="how thorough the search for the best postures is"
-    )
-    solver: Literal["structured", "ipopt"] = Field(
-        "structured", description="solver that refines the postures; ipopt as a second opinion"
-    )
-    bound: bool | None = Field(
-        None,
-        description="compute a lower bound of what any posture costs, about a minute; by default only with "
-        "effort thorough",
     )
     front: int | None = Field(
         None, ge=2, le=50, description="number of solutions from the cheapest path to the steadiest one"
     )
     pick: int | None = Field(
         None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"
-    )
-    free_start: bool = Field(
-        False, description="let closed passes begin where it is cheapest, with new links if they are planned"
-    )
-    free_direction: bool = Field(
-        False, description="with free_start: let passes run backwards, climb or conventional"
     )
     control: str = Field("linuxcnc", description="NC dialect, by name or as a control table (.toml)")
     coordinates: Literal["axes", "tip", "vector"] | None = Field(
@@ -300,7 +242,25 @@ class Job(_Bounded):
     @property
     def bounds(self) -> dict[str, Any]:
         """The bounds on postures and turns as given, in degrees."""
-        return {name: getattr(self, name) for name in BOUNDS}
+        return self._of(Bounds)
+
+    @property
+    def search(self) -> Search:
+        """What is minimised, and how it is searched."""
+        return cast("Search", self._of(Search))
+
+    @property
+    def meshes(self) -> Meshes:
+        """How meshes are taken."""
+        return cast("Meshes", self._of(Meshes))
+
+    @property
+    def planning(self) -> Planning:
+        """How passes are planned."""
+        return cast("Planning", self.plan.model_dump())
+
+    def _of(self, group: type) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in options_of(group)}
 
     @property
     def constraints(self) -> Constraints:

@@ -33,11 +33,6 @@ _PLAIN = {float: "number", int: "whole number", bool: "true or false", str: "tex
 SET = {"input": "part.stl", "machine": "hayashi-640123", "tool": "ball:10", "tilt": [15, 75]}
 # Examples for fields without a default, or with an empty one.
 EXAMPLES: Mapping[str, Any] = {
-    "cone": 20,
-    "lead": [0, 10],
-    "lean": [-5, 5],
-    "plane": [0, 1, 0],
-    "hold": {"C": 30},
     "feed": 1000,
     "unit": "mm",
     "columns": ["x", "y", "z", "nx", "ny", "nz"],
@@ -45,11 +40,6 @@ EXAMPLES: Mapping[str, Any] = {
     "stock": "stock.stl",
     "part_unit": "mm",
     "drives": "hayashi-640123",
-    "max_turn": 15,
-    "turn_rate": 5,
-    "time_price": 0,
-    "singular_cone": 5,
-    "bound": True,
     "front": 5,
     "pick": 2,
     "program.positions": "table",
@@ -68,10 +58,6 @@ EXAMPLES: Mapping[str, Any] = {
     "nc.line_numbers": 10,
     "nc.retract": 0,
     "nc.home": "Z XY",
-    "plan.stepdown": 1,
-    "plan.stepover": 1,
-    "plan.scallop": 0.01,
-    "plan.raster_angle": 0,
     "program.machine": "hayashi-640123",
     "program.start": {"X": 0, "Z": 100},
     "program.zero": {"X": 0, "Y": 0, "Z": 0},
@@ -117,6 +103,7 @@ class Entry:
     unit : of its numbers; empty where it has none
     default : as in TOML; None where it must be given, ``""`` where there is none
     description : its meaning
+    example : as in TOML, of a value; None where the default serves
     is_table, is_list : whether it is a table of further fields, and whether there may be several
     """
 
@@ -125,8 +112,14 @@ class Entry:
     unit: str
     default: str | None
     description: str
+    example: str | None = None
     is_table: bool = False
     is_list: bool = False
+
+    @property
+    def shown(self) -> str:
+        """What a starter file shows."""
+        return self.example or self.default or '""'
 
     def as_dict(self) -> dict[str, Any]:
         """Return the entry as plain data for JSON."""
@@ -227,7 +220,7 @@ def _starter_lines() -> Iterator[str]:
             yield f"# [[{entry.key}]]" if entry.is_list else f"# [{entry.key}]"
             continue
         examples = {**SET, **EXAMPLES}
-        value = to_toml(examples[entry.key]) if entry.key in examples else entry.default or '""'
+        value = to_toml(examples[entry.key]) if entry.key in examples else entry.shown
         parts = (entry.description, entry.unit, entry.kind if "|" in entry.kind else "")
         sign = "" if entry.key in SET else "# "
         yield f"{sign}{entry.key.rpartition('.')[2]} = {value}  # {'; '.join(filter(None, parts))}"
@@ -245,6 +238,7 @@ def _entry(name: str, field: FieldInfo, model: type[BaseModel], above: str) -> E
         unit="" if models or not found or not has_numbers(field.annotation) else found[1],
         default=_default(field, bool(models)),
         description=(text if models else without_unit or text).removesuffix("."),
+        example=to_toml(field.examples[0]) if field.examples else None,
         is_table=bool(models),
         is_list=bool(models) and _is_list(field.annotation),
     )

@@ -9,13 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.contour import (
-    Plan,
-    PlanOptions,
-    PlanReport,
-    path_quality,
-    plan_passes,
-)
+from fiveaxis.contour import Plan, PlanReport, path_quality, plan_passes
 from fiveaxis.energy import Cut, CuttingCoefficients, EndMill, Factors, Process
 from fiveaxis.errors import JobError, SettingError, ToolError
 from fiveaxis.job.description import TOOL_FILE, Job
@@ -149,7 +143,7 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
         job.surface_tolerance,
         lambda settings: _read_as(job, tool, settings),
         given,
-        crease=job.crease,
+        crease=job.meshes["crease"],
     )
 
 
@@ -196,29 +190,24 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan
             "out",
             file=job.input,
         )
-    feed = 1000.0 if job.feed is None else job.feed
-    options = PlanOptions(**job.plan.model_dump(exclude={"allow_open"}), feed_mm_min=feed, crease=job.crease)
-    return plan_passes(
-        job.input,
-        tool,
-        options,
-        unit=job.unit or "mm",
-        allow_open=job.plan.allow_open,
-        progress=partial(progress, "planning passes"),
-    )
+    options: dict[str, Any] = {**job.planning, **job.meshes}
+    if job.feed is not None:
+        options["feed_mm_min"] = job.feed
+    report = partial(progress, "planning passes")
+    return plan_passes(job.input, tool, unit=job.unit or "mm", progress=report, **options)
 
 
 def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
     """Measure the ridges and chords of the passes planned on a job's mesh."""
-    plan = job.plan
+    plan = job.planning
     return path_quality(
         toolpath,
         job.input,
-        strategy=plan.strategy,
-        raster_angle=plan.raster_angle,
-        overhang=plan.overhang,
+        strategy=plan["strategy"],
+        raster_angle=plan["raster_angle"],
+        overhang=plan["overhang"],
         unit=job.unit or "mm",
-        allow_open=plan.allow_open,
+        allow_open=plan["allow_open"],
     )
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
-from fiveaxis.contour.options import CREASE
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import BoolArray, IntArray
@@ -17,6 +16,7 @@ from fiveaxis.job.traced_program import TracedProgram, trace_tool
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit, mesh_size, size_findings
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Coordinates, Interpolation, Motion
+from fiveaxis.options import CREASE
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, interpolate
 from fiveaxis.verification import (
     CheckedInterpolation,

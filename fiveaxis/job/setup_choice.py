@@ -172,7 +172,7 @@ def _start_from(found: Outcome, given: Outcome) -> Array | None:
     path = solution.toolpath if solution.unwrapped is None else solution.unwrapped.toolpath
     own = solution.motion.positions[:, solution.machine.rotary_columns]
     rotary = own if solution.unwrapped is None else solution.unwrapped.rotary
-    if found.job.free_start:
+    if found.job.search["free_start"]:
         return None
     given_rows = np.flatnonzero(~path.inserted)
     try:
@@ -190,7 +190,7 @@ def _saving(found: Outcome, other: Outcome) -> float:
 def _full_cost(outcome: Outcome) -> float:
     """Compute what the program costs, J, with the price of its time."""
     energy, machine = outcome.solution.energy, outcome.solution.machine
-    price = outcome.job.time_price
+    price = outcome.job.search["time_price"]
     return energy.total + ((machine.base_power or 0.0) if price is None else price) * energy.time
 
 

@@ -97,15 +97,16 @@ class SetupCosts:
         bounds = job.constraints
         turn = None if bounds.max_turn is None else stride * bounds.max_turn
         self.constraints = replace(bounds, max_turn=turn if turn is None or turn < math.pi else 2.0 * math.pi)
+        price = job.search["time_price"]
         self.options = Options(
             # A thinned path has no program of its own.
             objective="travel",
-            up_penalty=job.up_penalty,
-            time_price=job.time_price,
+            up_penalty=job.search["up_penalty"],
+            time_price=price,
             effort="quick",
         )
         self.zoned = bounds.zoned(self.toolpath)
-        self.price = (machine.base_power or 0.0) if job.time_price is None else job.time_price
+        self.price = (machine.base_power or 0.0) if price is None else price
 
     @property
     def has_obstacles(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +15,7 @@ from fiveaxis.energy import Budget, job_budget
 from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
-from fiveaxis.job.clearing import Cleared, keep_clear
+from fiveaxis.job.clearing import Cleared, solve_clear
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import (
     describe_inputs,
@@ -35,17 +35,12 @@ from fiveaxis.motion import Clock
 from fiveaxis.nc import require_program
 from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.solution import blocks_energy
-from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import answers, report_document
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import DEFAULT_TOLERANCES, Report
-
-# Settings of a job that the optimiser takes under the same name, besides constraints.
-SOLVING = tuple(each.name for each in fields(Options) if each.name in Job.model_fields)
 
 # Name of the optimised result beside the baselines'.
 RESULT = "optimised"
@@ -160,7 +155,8 @@ def run_stages(
     constraints = job.constraints
     toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
     require_reached(toolpath, job.override)
-    solution, front, cleared = solve(job, constraints, toolpath, machine, progress, passes, around, start)
+    cleared, front = solve(job, constraints, toolpath, machine, progress, passes, around, start)
+    solution = cleared.solution
     inputs = describe_inputs(job)
 
     def finish(solution: Solution) -> Outcome:
@@ -263,22 +259,21 @@ def solve(
     passes: Passes | None = None,
     around: Surroundings | None = None,
     start: Array | None = None,
-) -> tuple[Solution, Front | None, Cleared | None]:
+) -> tuple[Cleared, Front | None]:
     """Optimise a job's path, clear of obstacles; with the front of solutions if the job asks for one.
 
     `passes` are those of a planned path: with a free start the links between them are planned anew.
     """
     wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
     options = Options(
-        **{name: getattr(job, name) for name in SOLVING},
+        **job.search,
+        passes=passes,
         interpolation=wording.interpolation,
         clock=Clock(wording.dialect, wording.coordinates),
         start=start,
         progress=progress,
     )
-    if job.free_start and passes is not None:
-        options = replace(options, free_start=passes)
-    if job.front is not None and job.smoothing:
+    if job.front is not None and options.smoothing:
         raise JobError("smoothing is varied along a front; leave out one of them", file=job.input)
     if job.pick is not None and job.pick > (job.front or 0):
         raise JobError(
@@ -289,24 +284,14 @@ def solve(
         )
     fronts: list[Front] = []
 
-    def once(path: Toolpath, mask: Mask | None, free: bool) -> Solution:
-        chosen = replace(options, start=None) if free else options.without_free_start()
-        chosen = replace(chosen, mask=mask, bound=False)
+    def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Solution:
         if job.front is None:
             return optimise_postures(path, machine, constraints, chosen)
         fronts.append(find_front(path, machine, constraints, job.front, chosen))
         return fronts[-1].pick(job.pick or 1)
 
-    cleared = None
-    if around is None or not job.keep_clear:
-        solution = once(toolpath, None, job.free_start)
-    else:
-        cleared = keep_clear(
-            once, toolpath, machine, around, constraints, free_start=job.free_start, progress=progress
-        )
-        solution = cleared.solution
+    cleared = solve_clear(toolpath, machine, constraints, options, around if job.keep_clear else None, find)
     # Several paths may have been searched; take the front of the chosen one.
-    front = next((f for f in fronts if any(s.motion is solution.motion for s in f.solutions)), None)
-    if options.is_bounded:
-        solution = with_bound(solution, constraints, options.objective, progress)
-    return solution, front, cleared
+    motion = cleared.solution.motion
+    front = next((f for f in fronts if any(s.motion is motion for s in f.solutions)), None)
+    return cleared, front

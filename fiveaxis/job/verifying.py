@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.contour.options import CREASE
 from fiveaxis.errors import SettingError
 from fiveaxis.job.program_check import SURFACE_TOLERANCE, Against, ProgramCheck
 from fiveaxis.job.program_options import ProgramOptions
@@ -16,7 +15,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.options import Positions, Wrap
-from fiveaxis.options import ProgramBounds, require_known, spelled_out
+from fiveaxis.options import Meshes, ProgramBounds, completed, options_of, spelled_out
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import Report, Tolerances
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, GOUGE_TOLERANCE
@@ -28,7 +27,11 @@ if TYPE_CHECKING:
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 
 
-@spelled_out(ProgramBounds)
+class Checking(ProgramBounds, Meshes, total=False):
+    """Bounds that are checked, and how meshes are taken."""
+
+
+@spelled_out(Checking)
 def verify_program(
     program: str | Path,
     machine: Machine,
@@ -38,7 +41,6 @@ def verify_program(
     toolpath: Toolpath | None = None,
     surface_tolerance: float = SURFACE_TOLERANCE,
     surroundings: Surroundings | None = None,
-    crease: float = CREASE,
     part_unit: Unit = "mm",
     unit: Literal["mm", "inch"] | None = None,
     start: Mapping[str, float] | None = None,
@@ -52,9 +54,13 @@ def verify_program(
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     settings: ProgramSettings | None = None,
     control: str | Path = "linuxcnc",
-    **bounds: Unpack[ProgramBounds],
+    **given: Unpack[Checking],
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
+
+    Bounds of postures are in **degrees**: tilt, lead and lean relative to the surface normals of
+    `toolpath`, or else to those of the part, a cone about the axes of `toolpath`. Without `singular_cone`,
+    fast turns within `SINGULAR_CONE` are told.
 
     Between two blocks all axes run linearly in time; moves under TCP are first split into parts in which such
     axes keep the tip on its path. Between two rows of a motion's table the tool's centre moves in a straight
@@ -70,7 +76,6 @@ def verify_program(
     toolpath : that the program should follow: its tool's centre keeps to the path within
         `Tolerances.deviation` and passes all of its locations in order
     surface_tolerance : mm, gap between cutter and part that counts as touching
-    crease : degrees; facets of the part that meet at a smaller angle are one smooth surface
     part_unit : of the part's file: ``mm``, ``inch`` or ``m``; a mesh is in mm
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep clear of, in place of
         `part`
@@ -81,10 +86,6 @@ def verify_program(
     settings : of the program that was asked for: spindle, tool, offsets and coolant have to be in force in
         every cut
     control : whose words the settings are, as for `compose_program`
-    bounds : of postures and turns, **degrees** (`fiveaxis.options.ProgramBounds`): tilt, lead and lean
-        relative to the surface normals of `toolpath`, or else to those of the part, a cone about the axes of
-        `toolpath`.
-        Without `singular_cone`, fast turns within `SINGULAR_CONE` are told
 
     Returns
     -------
@@ -104,12 +105,19 @@ def verify_program(
     reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
     reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
     reading |= {"positions": positions, "harmless": tuple(harmless)}
-    require_known(ProgramBounds, bounds)
+    crease = completed(Checking, given)["crease"]
+    bounds = {name: value for name, value in given.items() if name in options_of(ProgramBounds)}
     constraints = Constraints.of_degrees(**singular_told(bounds))
     program_asked = None if settings is None else ProgramOptions(control=control, settings=settings)
     around = surroundings or Surroundings.load(part, unit=part_unit)
     against = Against(
-        toolpath, tool, around, constraints, program=program_asked, crease=crease, part_unit=part_unit
+        toolpath,
+        tool,
+        around,
+        constraints,
+        program=program_asked,
+        crease=crease,
+        part_unit=part_unit,
     )
     check = ProgramCheck(machine, against, tolerances.with_gouge(gouge_tolerance), surface_tolerance)
     return check.report(load_program(program, machine, against.cutter, reading))

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
+from fiveaxis.options import CREASE
 
 if TYPE_CHECKING:
     import trimesh
 
 # Facets at a larger angle meet at an edge of the part; smaller angles come from the tessellation.
-SHARP_EDGE = np.radians(30.0)
+SHARP_EDGE = np.radians(CREASE)
 # Barycentric coordinate below which a point lies on the edge opposite a corner.
 ON_EDGE = 1e-6
 # Triangles whose normals and angles are computed at a time.
@@ -174,12 +174,6 @@ def triangle_areas(triangles: Array) -> Array:
     """Compute the areas of triangles, (f, 3, 3) mm → (f,) mm²."""
     doubled = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     return np.asarray(np.linalg.norm(doubled, axis=1) / 2.0)
-
-
-def require_crease(crease: float) -> None:
-    """Raise `SettingError` unless a crease angle in degrees is above 0 and at most 90."""
-    if not 0.0 < crease <= 90.0:
-        raise SettingError(f"crease is {crease:g} deg; it must be above 0 and at most 90")
 
 
 def surface_normals(crease: float) -> str:

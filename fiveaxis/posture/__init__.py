@@ -1,22 +1,19 @@
 """Choice of the rotary angles of every cutter location."""
 
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
-from fiveaxis.posture.optimiser import STEADY, Options, optimise
+from fiveaxis.posture.optimiser import Options, optimise
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Baseline, Solution, Stage
-from fiveaxis.posture.strategy.delivery import Objective
 from fiveaxis.posture.strategy.effort import EFFORTS, Effort
 from fiveaxis.posture.strategy.front import Front, FrontPoint, find_front
 
 __all__ = [
     "EFFORTS",
-    "STEADY",
     "Baseline",
     "Effort",
     "Front",
     "FrontPoint",
     "LowerBound",
-    "Objective",
     "Options",
     "Problem",
     "Solution",

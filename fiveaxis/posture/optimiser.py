@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import cast
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -14,14 +15,15 @@ from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine, with_powers
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Interpolation
-from fiveaxis.posture.local.refinement import STRUCTURED, require_solver
+from fiveaxis.options import Objective, Search, defaults
+from fiveaxis.posture.local.refinement import require_solver
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.bounding import with_bound
-from fiveaxis.posture.strategy.delivery import Delivery, Objective, delivered
+from fiveaxis.posture.strategy.delivery import Delivery, delivered
 from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
 from fiveaxis.posture.strategy.given_path import GivenProblem, refusal, solve_given, without_path
 from fiveaxis.posture.strategy.least_time import time_findings
@@ -38,28 +40,38 @@ from fiveaxis.toolpath.passes import Passes
 # Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
 # from the ends of travel; attempts.
 SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
-# Share of the energy that is spent on fewer starts and reversals, if nobody says otherwise.
-STEADY = 0.01
+SEARCH = cast("Search", defaults(Search))
 
 
 @dataclass(frozen=True, eq=False)
 class Options:
-    """What is minimised and how: the keywords of `fiveaxis.optimise`, which documents each of them."""
+    """What is minimised and how: the options of `fiveaxis.options.Search`, and what only code can give.
 
+    Parameters
+    ----------
+    mask : which postures are admissible; a function that `Mask.of` takes, too
+    passes : closed passes from which new links are laid, where these may begin elsewhere; by default the
+        path's rings
+    interpolation, clock : of the program
+    start : (n, 2), rad, chain order, postures to begin from beside those that are searched
+    progress : called with what is being done, steps done and steps in all
+    """
+
+    objective: Objective = SEARCH["objective"]
+    up_penalty: float = SEARCH["up_penalty"]
+    smoothing: float = SEARCH["smoothing"]
+    steady: float = SEARCH["steady"]
+    time_price: float | None = SEARCH["time_price"]
+    effort: str | Effort = SEARCH["effort"]
+    solver: str = SEARCH["solver"]
+    bound: bool | None = SEARCH["bound"]
+    free_start: bool = SEARCH["free_start"]
+    free_direction: bool = SEARCH["free_direction"]
     mask: Mask | MaskFunction | None = None
-    objective: Objective = "energy"
-    up_penalty: float = 0.0
-    smoothing: float = 0.0
-    steady: float = STEADY
-    time_price: float | None = None
-    free_start: bool | Passes = False
-    free_direction: bool = False
-    effort: str | Effort = "normal"
+    passes: Passes | None = None
     interpolation: Interpolation = Interpolation.JOINT
     clock: Clock = USUAL_CLOCK
-    solver: str = STRUCTURED
     start: Array | None = None
-    bound: bool | None = None
     progress: Progress = unheard
 
     @property
@@ -199,9 +211,8 @@ def optimise(
             return build(narrow, path, location)
 
         if options.free_start:
-            passes = None if options.free_start is True else options.free_start
             again, both = partial(refined, effort=starting), options.free_direction
-            found = free_starts(found, rebuild, again, passes=passes, both_directions=both)
+            found = free_starts(found, rebuild, again, passes=options.passes, both_directions=both)
         delivery = Delivery(
             found.toolpath,
             rebuild,

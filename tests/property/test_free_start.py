@@ -10,7 +10,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fiveaxis.contour import Plan, PlanOptions, plan_passes
+from fiveaxis.contour import Plan, plan_passes
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.mesh import Surface, TriangleTree
 from fiveaxis.posture.starts.reopening import Layout, Reopened, reopen
@@ -33,7 +33,7 @@ def part() -> trimesh.Trimesh:
 def plans() -> list[Plan]:
     shape = part()
     leads = [{}, {"lead_in": 1.0, "lead_out": 0.5}]
-    return [plan_passes(shape, BALL, PlanOptions(stepdown=4.0, spacing=2.0, **lead)) for lead in leads]
+    return [plan_passes(shape, BALL, stepdown=4.0, spacing=2.0, **lead) for lead in leads]
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.batch import run_batch
+from fiveaxis.options import Search, defaults
 from fiveaxis.posture import Options
 from fiveaxis.toolpath import Constraints
 
@@ -52,11 +53,10 @@ def test_optimise_says_each_of_its_options_with_its_type():
     clear = {"toolpath", "path_shape", "machine", "part", "stock", "fixtures", "clearances"}
     # The program's control and coordinates decide what its blocks are and how long they take.
     program, decided = {"control", "coordinates"}, {"interpolation", "clock"}
-    options = {name: option for name, option in options.items() if name not in decided}
-    assert set(own) == clear | set(options) | bounds | program
+    assert set(own) == clear | (set(options) - decided) | bounds | program
     assert bounds == set(inspect.signature(Constraints.of_degrees).parameters)
-    for name, option in options.items():
-        assert (own[name].default, own[name].annotation) == (option.default, option.type), name
+    for name, default in defaults(Search).items():
+        assert own[name].default == options[name].default == default, name
     for parameter in own.values():
         assert parameter.kind is not inspect.Parameter.VAR_KEYWORD
         assert parameter.annotation is not inspect.Parameter.empty

@@ -10,9 +10,9 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
+from fiveaxis.options import Objective
 from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
 from fiveaxis.posture.solution import Solution
-from fiveaxis.posture.strategy.delivery import Objective
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints

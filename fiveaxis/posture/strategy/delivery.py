@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import attrgetter
-from typing import Literal
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -20,6 +19,7 @@ from scipy.ndimage import binary_dilation
 from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, feed_times, follow
+from fiveaxis.options import Objective
 from fiveaxis.posture.baselines import NoBaseline, require_blocks
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
@@ -60,7 +60,6 @@ SEARCHING = "searching which axes can stand"
 # Keys by which the better and the steadier of two `Delivered` is smaller.
 rank, unrest = attrgetter("rank"), attrgetter("unrest")
 
-Objective = Literal["energy", "travel", "time"]
 # Makes the problem of a path with inserted locations from their fractional indices, (n,), in the given path.
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
 

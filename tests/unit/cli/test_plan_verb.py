@@ -12,9 +12,8 @@ from typer.testing import CliRunner
 import fiveaxis
 from fiveaxis.cli import app
 from fiveaxis.contour import path_quality
-from fiveaxis.contour.options import PlanOptions
 from fiveaxis.errors import Infeasible
-from fiveaxis.job import PlanTable, load_job_toolpath, make_job, read_job, run_job
+from fiveaxis.job import load_job_toolpath, make_job, read_job, run_job
 
 PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 RASTER: dict[str, Any] = {
@@ -53,12 +52,6 @@ def test_options_have_the_names_of_the_keywords_and_of_the_job_files_keys(option
     by_file = load_job_toolpath(read_job(tmp_path / "job.toml"))
     assert document["locations"] == len(direct) == len(by_file)
     assert by_file.pivot.tobytes() == direct.pivot.tobytes()
-
-
-def test_the_plan_tables_keys_are_the_planners_options():
-    # The crease is of every mesh of a job, not of planning alone.
-    planner = set(PlanOptions.__dataclass_fields__) - {"feed_mm_min", "clearance", "crease"}
-    assert set(PlanTable.model_fields) - {"allow_open"} == planner
 
 
 def test_a_plan_prints_the_ridges_and_chords_that_were_measured():

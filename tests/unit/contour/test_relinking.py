@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from by_degrees import optimise
 
-from fiveaxis.contour import Plan, PlanOptions, plan_contour, plan_passes
+from fiveaxis.contour import Plan, plan_contour, plan_passes
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.job import make_job, run_job
 from fiveaxis.mesh import Surface, TriangleTree
@@ -35,7 +35,7 @@ def part() -> trimesh.Trimesh:
 
 
 def planned(part: trimesh.Trimesh, **options) -> Plan:
-    return plan_passes(part, BALL, PlanOptions(stepdown=6.0, spacing=2.0, **options))
+    return plan_passes(part, BALL, stepdown=6.0, spacing=2.0, **options)
 
 
 def end(plan: Plan, row: int, inner: int) -> PassEnd:
@@ -112,7 +112,7 @@ def test_islands_in_a_cup_cost_less_with_a_free_start(part, hayashi):
     plan = planned(part)
     options = {"tilt": (10, 80), "effort": "quick"}
     bound = optimise(plan.toolpath, hayashi, **options)
-    free = optimise(plan.toolpath, hayashi, **options, free_start=plan.passes)
+    free = optimise(plan.toolpath, hayashi, **options, free_start=True, passes=plan.passes)
     assert free.energy.total < bound.energy.total
     assert free.residuals()["tilt"] <= 1e-9
     [told] = [f.message for f in free.toolpath.findings if f.code == "free-start"]

@@ -250,7 +250,10 @@ def test_lengths_below_zero_are_named_with_their_unit(name, value):
             {"strategy": "raster", "stepdown": 1.0},
             "stepdown = 1 mm is no option of the raster .* give stepover",
         ),
-        ({"strategy": "raster", "raster_angle": np.nan}, "raster_angle = nan deg is no angle"),
+        (
+            {"strategy": "raster", "raster_angle": np.nan},
+            "raster_angle = nan deg is out of range; give a finite number",
+        ),
         ({"strategy": "raster", "spiral": True}, "spiral joins closed waterlines"),
         ({"scallop": 2.0}, "scallop = 2 mm must be less than the ball's radius, 2 mm"),
         ({"scallop": 1e-13}, r"scallop = 1e-13 mm needs steps of .* finest for a part of 1 mm"),

@@ -332,7 +332,7 @@ def given(solution):
 def test_linked_passes_of_a_plan_begin_where_it_is_cheaper_and_stay_whole(hayashi):
     path, passes = linked()
     bound = optimise(path, hayashi, tilt=(15, 75), effort="quick")
-    free = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes)
+    free = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=passes)
     assert free.energy.travel <= bound.energy.travel
     assert steps_cut(given(free)) == steps_cut(path)
     assert free.residuals()["tilt"] <= 1e-9
@@ -341,8 +341,10 @@ def test_linked_passes_of_a_plan_begin_where_it_is_cheaper_and_stay_whole(hayash
 
 def test_a_free_direction_costs_no_more_than_the_given_one(hayashi):
     path, passes = linked()
-    forward = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes)
-    both = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=passes, free_direction=True)
+    forward = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=passes)
+    both = optimise(
+        path, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=passes, free_direction=True
+    )
     assert both.energy.travel <= forward.energy.travel
     assert steps_cut(given(both)) == steps_cut(path)
 
@@ -352,7 +354,7 @@ def test_open_passes_stay_as_they_are(hayashi):
     half = path.at(np.array([*range(14), *range(27, len(path))]))
     known = Passes(np.array([1, 15]), np.array([13, 39]), len(half), passes.relink)
     assert [ring.closed for ring in known_rings(half, known)] == [False, True]
-    found = optimise(half, hayashi, tilt=(15, 75), effort="quick", free_start=known)
+    found = optimise(half, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=known)
     np.testing.assert_array_equal(given(found).contact[1:14], half.contact[1:14])
     assert "of 1 closed passes" in free_start_message(found)
 
@@ -361,7 +363,7 @@ def test_passes_of_another_path_are_refused(hayashi):
     path, passes = linked()
     fewer = path.at(np.arange(len(path) - 1))
     with pytest.raises(SettingError, match="planned with it"):
-        optimise(fewer, hayashi, tilt=(15, 75), effort="quick", free_start=passes)
+        optimise(fewer, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=passes)
 
 
 def test_passes_out_of_order_are_refused():

@@ -1,16 +1,16 @@
-"""Options, each said once: a field of a `TypedDict`, with type, default, range and one sentence.
-
-From it come the keywords of functions (`spelled_out`), which editors complete and mypy checks, the tables of
-job files (`table_of`) and the flags of commands.
-"""
+"""What an option is, and what is made of groups of options."""
 
 from __future__ import annotations
 
 import inspect
+import math
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, TypedDict, TypeVar, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -24,19 +24,38 @@ class Option:
 
     Parameters
     ----------
-    about : what it says, with its unit
+    about : what it says
+    unit : of its numbers; empty where they have none
     default : where nobody gives it
     above, least, below, most : open and closed ends of its range
     written : how a command line writes it, ``MIN:MAX`` or ``X,Y,Z``; empty for a plain number or word
+    flags : of a command line, ``--on/--off``; by default its name
+    example : for a starter file, where the default is none
     """
 
     about: str
+    unit: str = ""
     default: Any = None
     above: float | None = None
     least: float | None = None
     below: float | None = None
     most: float | None = None
     written: str = ""
+    flags: str = ""
+    example: Any = None
+
+    @property
+    def sentence(self) -> str:
+        """What it says, with its unit, which stands before the first semicolon."""
+        fact, stop, rest = self.about.partition("; ")
+        return f"{fact}, {self.unit}{stop}{rest}" if self.unit else self.about
+
+    @staticmethod
+    def words(kind: Any) -> list[str]:
+        """List the words that a type allows; none for other types."""
+        return [
+            word for part in (kind, *get_args(kind)) if get_origin(part) is Literal for word in get_args(part)
+        ]
 
 
 @cache
@@ -46,6 +65,11 @@ def options_of(group: type) -> dict[str, tuple[Any, Option]]:
     return {name: get_args(hint)[:2] for name, hint in hints.items()}
 
 
+def defaults(group: type) -> dict[str, Any]:
+    """Return the defaults of a group's options, by name."""
+    return {name: option.default for name, (_, option) in options_of(group).items()}
+
+
 def completed(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
     """Add the defaults of a group to what is given.
 
@@ -53,9 +77,35 @@ def completed(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
     ------
     TypeError
         An option that the group doesn't have.
+    SettingError
+        A value out of its range, or an unknown word.
     """
     require_known(group, given)
-    return {name: option.default for name, (_, option) in options_of(group).items()} | dict(given)
+    for name, (kind, option) in options_of(group).items():
+        if given.get(name) is not None:
+            _require_valid(name, kind, option, given[name])
+    return defaults(group) | dict(given)
+
+
+def _require_valid(name: str, kind: Any, option: Option, value: Any) -> None:
+    words = option.words(kind)
+    if words and value not in words:
+        known = " or ".join(repr(word) for word in words)
+        raise SettingError(f"{name} = {value!r} is unknown; give {known}")
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return
+    unit = f" {option.unit}" if option.unit else ""
+    wrong = f"{name} = {value:g}{unit} is out of range"
+    for end, is_within, text in (
+        (option.above, operator.gt, "more than {:g}{}"),
+        (option.least, operator.ge, "{:g}{} or more"),
+        (option.below, operator.lt, "less than {:g}{}"),
+        (option.most, operator.le, "{:g}{} or less"),
+    ):
+        if end is not None and not (math.isfinite(value) and is_within(value, end)):
+            raise SettingError(f"{wrong}; give {text.format(end, unit)}")
+    if not math.isfinite(value):
+        raise SettingError(f"{wrong}; give a finite number")
 
 
 def require_known(group: type, given: Mapping[str, Any]) -> None:
@@ -79,19 +129,20 @@ def table_of(group: type, base: type[BaseModel]) -> type[BaseModel]:
                 ge=option.least,
                 lt=option.below,
                 le=option.most,
-                description=option.about,
+                description=option.sentence,
+                examples=None if option.example is None else [option.example],
             ),
         )
         for name, (kind, option) in options_of(group).items()
     }
-    return create_model(group.__name__, __base__=base, **fields)
+    return create_model(group.__name__, __base__=base, __doc__=group.__doc__, **fields)
 
 
 def spelled_out(group: type) -> Callable[[F], F]:
     """Let a function's signature and docstring name each option of a group that it takes as ``**``."""
     heading = "Other Parameters"
     lines = [heading, "-" * len(heading)]
-    lines += [f"{name} : {option.about}" for name, (_, option) in options_of(group).items()]
+    lines += [f"{name} : {option.sentence}" for name, (_, option) in options_of(group).items()]
     section = "\n".join(lines)
 
     def spell(function: F) -> F:
@@ -107,58 +158,3 @@ def spelled_out(group: type) -> Callable[[F], F]:
         return function
 
     return spell
-
-
-class ProgramBounds(TypedDict, total=False):
-    """Bounds on postures and turns, as far as they can be checked in a program of any source."""
-
-    tilt: Annotated[
-        tuple[float, float] | None,
-        Option("smallest and largest angle to the surface normal, deg", written="MIN:MAX"),
-    ]
-    cone: Annotated[
-        float | None, Option("largest angle to the programmed tool axis, deg", above=0.0, most=180.0)
-    ]
-    lead: Annotated[
-        tuple[float, float] | None,
-        Option(
-            "smallest and largest angle by which the tool tips forwards along the feed, deg",
-            written="MIN:MAX",
-        ),
-    ]
-    lean: Annotated[
-        tuple[float, float] | None,
-        Option(
-            "smallest and largest angle by which the tool tips to the left of the feed, deg",
-            written="MIN:MAX",
-        ),
-    ]
-    plane: Annotated[
-        tuple[float, float, float] | None,
-        Option("vector normal to a plane that the tool axis stays in", written="X,Y,Z"),
-    ]
-    hold: Annotated[
-        Mapping[str, float] | None,
-        Option("rotary axes held at an angle, by letter, deg", written="C30 (4-axis) or A-20,C30 (3+2)"),
-    ]
-    max_turn: Annotated[
-        float | None,
-        Option("largest rotary turn in a cutting move, deg; 180 deg/s by default", above=0.0),
-    ]
-    singular_cone: Annotated[
-        float | None,
-        Option(
-            "half angle of a cone about the first rotary axis; with the tool inside, that axis is held, deg",
-            above=0.0,
-            below=90.0,
-        ),
-    ]
-    singular_rate: Annotated[
-        float, Option("largest turn of that axis in the cone, deg/mm", default=0.0, least=0.0)
-    ]
-
-
-class Bounds(ProgramBounds, total=False):
-    """Bounds on postures and turns."""
-
-    turn_rate: Annotated[float | None, Option("largest rotary turn along a cut, deg/mm", above=0.0)]

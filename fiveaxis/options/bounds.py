@@ -1,0 +1,79 @@
+"""Bounds on postures and turns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, TypedDict
+
+from fiveaxis.options.option import Option
+
+
+class ProgramBounds(TypedDict, total=False):
+    """Bounds on postures and turns, as far as they can be checked in a program of any source."""
+
+    tilt: Annotated[
+        tuple[float, float] | None,
+        Option("smallest and largest angle to the surface normal", unit="deg", written="MIN:MAX"),
+    ]
+    cone: Annotated[
+        float | None,
+        Option("largest angle to the programmed tool axis", unit="deg", above=0.0, most=180.0, example=20),
+    ]
+    lead: Annotated[
+        tuple[float, float] | None,
+        Option(
+            "smallest and largest angle by which the tool tips forwards along the feed",
+            unit="deg",
+            written="MIN:MAX",
+            example=(0, 10),
+        ),
+    ]
+    lean: Annotated[
+        tuple[float, float] | None,
+        Option(
+            "smallest and largest angle by which the tool tips to the left of the feed",
+            unit="deg",
+            written="MIN:MAX",
+            example=(-5, 5),
+        ),
+    ]
+    plane: Annotated[
+        tuple[float, float, float] | None,
+        Option("vector normal to a plane that the tool axis stays in", written="X,Y,Z", example=(0, 1, 0)),
+    ]
+    hold: Annotated[
+        Mapping[str, float] | None,
+        Option(
+            "rotary axes held at an angle, by letter",
+            unit="deg",
+            written="C30 (4-axis) or A-20,C30 (3+2)",
+            example={"C": 30},
+        ),
+    ]
+    max_turn: Annotated[
+        float | None,
+        Option(
+            "largest rotary turn in a cutting move; 180 deg/s by default", unit="deg", above=0.0, example=15
+        ),
+    ]
+    singular_cone: Annotated[
+        float | None,
+        Option(
+            "half angle of a cone about the first rotary axis; with the tool inside, that axis is held",
+            unit="deg",
+            above=0.0,
+            below=90.0,
+            example=5,
+        ),
+    ]
+    singular_rate: Annotated[
+        float, Option("largest turn of that axis in the cone", unit="deg/mm", default=0.0, least=0.0)
+    ]
+
+
+class Bounds(ProgramBounds, total=False):
+    """Bounds on postures and turns."""
+
+    turn_rate: Annotated[
+        float | None, Option("largest rotary turn along a cut", unit="deg/mm", above=0.0, example=5)
+    ]

@@ -1,0 +1,98 @@
+"""How passes are planned on a mesh."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypedDict
+
+from fiveaxis.options.meshes import Meshes
+from fiveaxis.options.option import Option
+
+Strategy = Literal["waterline", "raster"]
+Direction = Literal["climb", "conventional", "zigzag"]
+Order = Literal["levels", "islands"]
+
+
+class Planning(TypedDict, total=False):
+    """How passes are planned on a mesh."""
+
+    strategy: Annotated[
+        Strategy, Option("horizontal sections, or vertical parallel ones", default="waterline")
+    ]
+    stepdown: Annotated[
+        float | None,
+        Option(
+            "distance of waterlines in z; 1 unless a scallop is given",
+            unit="mm",
+            above=0.0,
+            example=1,
+        ),
+    ]
+    stepover: Annotated[
+        float | None,
+        Option(
+            "distance of the sections of a raster; 1 unless a scallop is given",
+            unit="mm",
+            above=0.0,
+            example=1,
+        ),
+    ]
+    scallop: Annotated[
+        float | None,
+        Option(
+            "highest ridge between passes; it sets their distance by slope and curvature of the walls",
+            unit="mm",
+            above=0.0,
+            example=0.01,
+        ),
+    ]
+    raster_angle: Annotated[
+        float | None,
+        Option("direction of a raster, from X towards Y; by default 0", unit="deg", example=0),
+    ]
+    spacing: Annotated[
+        float,
+        Option("largest distance of contact points along a pass", unit="mm", default=0.5, above=0.0),
+    ]
+    overhang: Annotated[
+        bool,
+        Option("plan overhanging walls only", default=False, flags="--overhang/--all-walls"),
+    ]
+    spiral: Annotated[
+        bool,
+        Option("join closed waterlines into spirals", default=False, flags="--spiral/--rings"),
+    ]
+    direction: Annotated[
+        Direction,
+        Option(
+            "cutting direction along the passes, for a spindle that turns clockwise; with zigzag open passes "
+            "are cut in the direction with the shorter link",
+            default="climb",
+        ),
+    ]
+    order: Annotated[Order, Option("level by level, or island by island, with short links", default="levels")]
+    lead_in: Annotated[
+        float, Option("radius of the arc at the start of a pass", unit="mm", default=0.0, least=0.0)
+    ]
+    lead_out: Annotated[
+        float, Option("radius of the arc at the end of a pass", unit="mm", default=0.0, least=0.0)
+    ]
+    min_length: Annotated[float, Option("shortest pass that is cut", unit="mm", default=0.0, least=0.0)]
+    allow_open: Annotated[
+        bool, Option("plan on a mesh that isn't watertight", default=False, flags="--allow-open")
+    ]
+
+
+class PlanContour(Planning, Meshes, total=False):
+    """How passes are planned on a mesh, and cut."""
+
+    feed_mm_min: Annotated[float, Option("of cuts and links", unit="mm/min", default=1000.0, above=0.0)]
+    clearance: Annotated[
+        float,
+        Option(
+            "between the part's top and the ball while it crosses over; where there is room, the ball also "
+            "lifts off the surface by this, but at most by its diameter",
+            unit="mm",
+            default=5.0,
+            above=0.0,
+        ),
+    ]

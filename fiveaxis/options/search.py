@@ -1,0 +1,87 @@
+"""What is minimised, and how hard the optimiser searches."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypedDict
+
+from fiveaxis.options.option import Option
+
+Objective = Literal["energy", "travel", "time"]
+
+
+class Search(TypedDict, total=False):
+    """What is minimised, and how it is searched."""
+
+    objective: Annotated[
+        Objective,
+        Option("what to minimise: energy or time of the program, or the travel metric", default="energy"),
+    ]
+    up_penalty: Annotated[
+        float,
+        Option(
+            "extra price of what linear axes lift against gravity, tool or table",
+            unit="J/mm",
+            default=0.0,
+            least=0.0,
+        ),
+    ]
+    smoothing: Annotated[
+        float,
+        Option(
+            "price of squared turns of the rotary axes, for steadier postures",
+            unit="J/rad2",
+            default=0.0,
+            least=0.0,
+        ),
+    ]
+    steady: Annotated[
+        float,
+        Option(
+            "share of the energy that may be spent on fewer starts and reversals of axes; 0 for none",
+            default=0.01,
+            least=0.0,
+            most=1.0,
+        ),
+    ]
+    time_price: Annotated[
+        float | None,
+        Option(
+            "price of time lost to slow axes, not with objective time; by default the base power",
+            unit="W",
+            least=0.0,
+            example=0,
+        ),
+    ]
+    effort: Annotated[
+        Literal["quick", "normal", "thorough"],
+        Option("how thorough the search for the best postures is", default="normal"),
+    ]
+    solver: Annotated[
+        Literal["structured", "ipopt"],
+        Option("solver that refines the postures; ipopt as a second opinion", default="structured"),
+    ]
+    bound: Annotated[
+        bool | None,
+        Option(
+            "compute a lower bound of what any posture costs, about a minute; by default only with effort "
+            "thorough",
+            flags="--bound/--no-bound",
+            example=True,
+        ),
+    ]
+    free_start: Annotated[
+        bool,
+        Option(
+            "let closed passes begin where it is cheapest, with new links if they are planned",
+            default=False,
+            flags="--free-start",
+        ),
+    ]
+    free_direction: Annotated[
+        bool,
+        Option(
+            "with free_start: let passes run backwards, climb or conventional",
+            default=False,
+            flags="--free-direction",
+        ),
+    ]
