@@ -71,8 +71,6 @@ class Constraints:
             raise SettingError(EITHER)
         if tilt is not None:
             require_range(*tilt)
-        if cone is not None:
-            require_range(0.0, cone, "cone")
         for name, ends in (("lead", lead), ("lean", lean)):
             if ends is not None:
                 require_lead_lean(name, *ends)
@@ -84,17 +82,10 @@ class Constraints:
                 f"plane is {tuple(across.tolist())}; give the three components of a vector at right angles "
                 "to the plane, not all 0"
             )
-        for name, turn, unit in (("max_turn", max_turn, "deg"), ("turn_rate", turn_rate, "deg/mm")):
-            if turn is not None and not turn > 0.0:
-                raise SettingError(f"{name} is {turn:g} {unit}; it must be above 0")
-        if singular_cone is not None and not 0.0 < singular_cone < 90.0:
-            raise SettingError(f"singular_cone is {singular_cone:g} deg; it must be above 0 and below 90")
         if singular_cone is None and singular_rate:
             raise SettingError(
                 f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; set singular_cone too"
             )
-        if not singular_rate >= 0.0:
-            raise SettingError(f"singular_rate is {singular_rate:g} deg/mm; it can't be negative")
         return cls(
             tilt=_radians_of(tilt),
             cone=None if cone is None else math.radians(cone),

@@ -37,6 +37,8 @@ BROKEN, PER_EXCESS = 1e7, 1e6
 WIDE, CELLS = np.radians(5.0), 128
 # Makes numbers of cells positive.
 OFFSET = 1 << 24
+# rad: a long turn is priced in parts of this size, and in no more than so many; and from so many states.
+PART, MOST_PARTS, MOST_COURSES, TURN = np.radians(20.0), 9, 64, 2.0 * np.pi
 # A state of which nothing is known moved every axis, so that nothing starts.
 ALL_MOVE = (1 << 62) - 1
 
@@ -233,17 +235,46 @@ def step_price(
 
 
 @compiled
+def course_price(prices: Prices, i: int, before: int, course: Array, turned: float) -> tuple[float, int]:
+    """Price step i along a course of axis values, (p, k), as `step_price` prices a straight one."""
+    price, moves, late = prices.bend[i] * turned, 0, 0.0
+    for a in range(course.shape[1]):
+        up = down = 0.0
+        for p in range(1, len(course)):
+            travel = course[p, a] - course[p - 1, a]
+            up, down = up + max(travel, 0.0), down - min(travel, 0.0)
+        if up + down <= prices.least[i, a]:
+            continue
+        price += prices.slope[0, i, a] * up + prices.slope[1, i, a] * down
+        way = 0 if up > down else 1
+        bit, standing = 1 << (2 * a + way), prices.standing[way, i, a]
+        moves |= bit
+        if standing > 0.0:
+            price += standing * max(1.0, (up + down) / prices.reach[i, a])
+            if not before & bit:
+                price += prices.start[way, i, a]
+        late = max(late, prices.pace[a] * (up + down) - prices.time[i])
+    return price + prices.delay * late, moves
+
+
+@compiled
 def cheapest_steps(
     task: Task, layer: Layer, size: int, i: int, rotary: Array, positions: Array
 ) -> tuple[Array, IntArray, IntArray]:
     """Price the cheapest step i to given postures, (m, 2) rad, with axis values (m, k), however far they are.
+
+    On a long turn linear axes travel farther than from one end to the other: it is priced along its course.
+    An axis without limits turns the shorter way; the postures are put on the turn that the step leads to.
 
     Returns
     -------
     (m,) each: the cost there, infinite where every state would have to turn too far; the state that the step
     comes from; and the axes that it moves
     """
-    turn, prices = task.locations.turn, task.prices
+    locations, turn, prices, cells = task.locations, task.locations.turn, task.prices, task.cells
+    spin, axes = locations.rotary[cells.spin], positions.shape[1]
+    least, there = np.empty(size), np.empty(axes)
+    given, values = np.empty((MOST_PARTS, 8)), np.empty((MOST_PARTS, 3 * (axes + 3)))
     cost, came, moved = (
         np.full(len(rotary), np.inf),
         np.zeros(len(rotary), np.int64),
@@ -251,14 +282,58 @@ def cheapest_steps(
     )
     for s in range(len(rotary)):
         for j in range(size):
-            turn1, turn2 = rotary[s, 0] - layer.rotary[j, 0], rotary[s, 1] - layer.rotary[j, 1]
+            turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
+            least[j] = np.inf
             if max(abs(turn1) - turn[i, 0], abs(turn2) - turn[i, 1]) > ROUNDING:
                 continue
+            there[:] = positions[s]
+            there[spin] -= turns
             turned = turn1 * turn1 + turn2 * turn2
-            price, moves = step_price(prices, i, layer.moved[j], layer.positions, j, positions[s], turned)
+            price, moves = step_price(prices, i, layer.moved[j], layer.positions, j, there, turned)
+            price += layer.cost[j]
+            if max(abs(turn1), abs(turn2)) > PART:
+                least[j] = price
+            elif price < cost[s]:
+                cost[s], came[s], moved[s] = price, j, moves
+        for _ in range(MOST_COURSES):
+            j = int(np.argmin(least))
+            # The price from end to end is the least that a course can cost.
+            if not least[j] < cost[s]:
+                break
+            least[j] = np.inf
+            turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
+            parts = int(min(max(abs(turn1), abs(turn2)) // PART + 1, MOST_PARTS))
+            for p in range(parts):
+                share = (p + 1.0) / parts
+                given[p, 0] = layer.rotary[j, 0] + share * turn1
+                given[p, 1] = layer.rotary[j, 1] + share * turn2
+                for d in range(6):
+                    given[p, 2 + d] = (1.0 - share) * locations.given[i, d] + share * locations.given[
+                        i + 1, d
+                    ]
+            play(task.tapes.steps, task.tapes.constants, task.tapes.registers, given[:parts], values[:parts])
+            course = np.empty((parts + 1, axes))
+            course[0] = layer.positions[j]
+            course[1:] = values[:parts, :axes]
+            turned = turn1 * turn1 + turn2 * turn2
+            price, moves = course_price(prices, i, layer.moved[j], course, turned)
             if layer.cost[j] + price < cost[s]:
                 cost[s], came[s], moved[s] = layer.cost[j] + price, j, moves
+        if cost[s] < np.inf:
+            turns = shorter_turns(cells, layer.rotary, came[s], rotary, s)[2]
+            rotary[s, cells.spin] -= turns
+            positions[s, spin] -= turns
     return cost, came, moved
+
+
+@compiled
+def shorter_turns(cells: Cells, here: Array, j: int, there: Array, s: int) -> tuple[float, float, float]:
+    """Find the turns of both axes from posture j to posture s; and the whole turns left out of the second."""
+    turn1, turn2, turns = there[s, 0] - here[j, 0], there[s, 1] - here[j, 1], 0.0
+    if cells.around:
+        turns = TURN * np.round((turn1 if cells.spin == 0 else turn2) / TURN)
+        turn1, turn2 = (turn1 - turns, turn2) if cells.spin == 0 else (turn1, turn2 - turns)
+    return turn1, turn2, turns
 
 
 @compiled

@@ -251,7 +251,7 @@ class Delivery(Recorded):
             before, here = here, self._corridor(here, SETTLED, around)
             best = min(best, here, key=rank)
             stays = before.cost - here.cost < WORTHWHILE * here.cost
-            if stays and (not here.broken or here.refused.sum() >= max(before.refused.sum(), 1)):
+            if stays and (not here.broken or here.broken >= before.broken):
                 break
         return best
 

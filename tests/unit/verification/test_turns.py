@@ -127,11 +127,14 @@ def test_constraints_not_given_are_reported_as_unchecked(hayashi):
     ("bounds", "message"),
     [
         ({"hold": {"B": 1.0}}, "B can't be held: the rotary axes of .* are C, A"),
-        ({"max_turn": 0.0}, "max_turn is 0 deg; it must be above 0"),
-        ({"turn_rate": -1.0}, "turn_rate is -1 deg/mm; it must be above 0"),
-        ({"turn_rate": float("nan")}, "turn_rate is nan"),
-        ({"singular_cone": 90.0}, "singular_cone is 90 deg; it must be above 0 and below 90"),
-        ({"singular_cone": 5.0, "singular_rate": -1.0}, "singular_rate is -1 deg/mm; it can't be negative"),
+        ({"max_turn": 0.0}, "max_turn = 0 deg is out of range; give more than 0 deg"),
+        ({"turn_rate": -1.0}, "turn_rate = -1 deg/mm is out of range; give more than 0 deg/mm"),
+        ({"turn_rate": float("nan")}, "turn_rate = nan deg/mm is out of range"),
+        ({"singular_cone": 90.0}, "singular_cone = 90 deg is out of range; give less than 90 deg"),
+        (
+            {"singular_cone": 5.0, "singular_rate": -1.0},
+            "singular_rate = -1 deg/mm is out of range; give 0 deg/mm or more",
+        ),
         ({"singular_rate": 1.0}, "belongs to a singular cone"),
     ],
 )

@@ -48,5 +48,5 @@ def test_a_rate_bounds_the_turn_over_the_path_of_cuts():
 
 @pytest.mark.parametrize("bound", [{"max_turn": 0.0}, {"turn_rate": -1.0}])
 def test_a_bound_that_isnt_positive_is_refused(bound):
-    with pytest.raises(SettingError, match="must be above 0"):
+    with pytest.raises(SettingError, match="give more than 0 deg"):
         Constraints.of_degrees(**bound)
