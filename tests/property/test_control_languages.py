@@ -1,4 +1,4 @@
-"""Laws of Sinumerik and Klartext: one path in every language, short ways are right, nonsense gives errors."""
+"""Laws of Sinumerik and Klartext: one path in every language, runs are blocks, nonsense gives errors."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ import random
 
 import numpy as np
 import pytest
+from blocks import one_by_one
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.languages import klartext, sinumerik
 from fiveaxis.nc.languages.block import BlockError
 from fiveaxis.nc.languages.expressions import evaluate
 from fiveaxis.nc.languages.iso import split_blocks
 from fiveaxis.nc.languages.klartext import split_klartext
+from fiveaxis.nc.languages.runs import SHORTEST
 from fiveaxis.nc.languages.sinumerik import split_sinumerik
 from fiveaxis.nc.languages.sinumerik_state import State
 from fiveaxis.nc.source import Source
@@ -75,7 +76,7 @@ VECTOR = st.tuples(NUMBERS, NUMBERS, NUMBERS)
 
 @st.composite
 def plain_lines(draw, language):
-    """Lines that the short way may take, or nearly so."""
+    """Lines that are plain, or nearly so."""
     words = draw(st.dictionaries(st.sampled_from("XYZABCF"), NUMBERS, max_size=5))
     vectors = [draw(st.one_of(st.none(), VECTOR)) for _ in "TN"]
     if language == "mpf":
@@ -96,22 +97,22 @@ def outcome(split, lines):
     """The blocks up to the first error, and that error."""
     found = []
     try:
-        for block in split(Source("part", lines)):
+        for block in one_by_one(split(Source("part", lines))):
             found.append(block)
     except ToolpathError as fault:
-        return found, str(fault)
+        return found, str(fault).replace(";", "")
     return found, None
 
 
-@pytest.mark.parametrize(("language", "module"), [("mpf", sinumerik), ("h", klartext)])
+@pytest.mark.parametrize("language", SPLITTERS)
 @QUIET
 @given(data=st.data())
-def test_the_short_way_reads_what_the_long_way_reads(language, module, data):
-    lines = data.draw(st.lists(plain_lines(language), min_size=1, max_size=8))
-    quick = outcome(SPLITTERS[language], lines)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "_plain_block", lambda *_: None)
-        assert outcome(SPLITTERS[language], lines) == quick
+def test_a_run_is_the_blocks_of_its_lines(language, data):
+    """A comment makes a line one that is read by itself."""
+    drawn = data.draw(st.lists(plain_lines(language), min_size=1, max_size=8))
+    lines = [line for line in drawn for _ in range(SHORTEST)]
+    together = outcome(SPLITTERS[language], lines)
+    assert outcome(SPLITTERS[language], [f"{line};" for line in lines]) == together
 
 
 # Frames

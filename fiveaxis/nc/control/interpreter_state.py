@@ -47,13 +47,13 @@ class InterpreterState:
     ignored : counts of words without effect on the rows
     fixed_feed : whether the caller gives the feed, and the program needs none
     stand_in : whether the machine is a placeholder because none was given
-    quickly : whether to use the fast interpreter for plain blocks; the rows are the same
     findings : assumptions and omissions
     tools : tools of the program
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
     functions : M words
     tip_words : words that have switched TCP on
     lost : word and line of a move within a motion that ended where only the machine knows
+    suspended : line of a retract by G53 under TCP, until TCP is switched again
     """
 
     source: Source
@@ -63,13 +63,13 @@ class InterpreterState:
     ignored: Counter[str]
     fixed_feed: bool = False
     stand_in: bool = False
-    quickly: bool = True
     findings: list[Finding] = field(default_factory=list)
     noted: set[str] = field(default_factory=set)
     switch: Switch | None = None
     cycle: DrillingCycle | None = None
     line: int = 0
     machine_move_line: int = 0
+    suspended: int | None = None
     lost: str = ""
     tip_words: set[str] = field(default_factory=set)
     tools: Tools = field(default_factory=Tools)
@@ -115,7 +115,8 @@ class InterpreterState:
     def _target(self, block: Block, *, of_machine: bool = False) -> tuple[Values, Point]:
         """Return the target of a block: the row's values, and X, Y, Z as words; axes without a word stay."""
         at, track = self.coordinates, self.track
-        target, local = track.now.copy(), self.local.copy()
+        # In an unturned frame X, Y and Z as words follow from the target.
+        target, local = track.now.copy(), self.turned_local.copy()
         scale = MILLIMETRES[self.modes.units.now]
         for letter, word in block.words.items():
             column = self.columns.get(letter)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language, split_runs
+from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language, split_program
 from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.source import Source
 
@@ -145,10 +145,10 @@ class TechnologyReader:
 
     def take_run(self, run: Run) -> None:
         """Read a run of plain blocks, which only show the order of the approach."""
-        for row in range(len(run)):
+        for block in run.blocks():
             if self.cuts:
                 return
-            self.take(run.block(row))
+            self.take(block)
 
     @staticmethod
     def _of_feed(block: Block) -> dict[str, Any]:
@@ -232,9 +232,14 @@ def reader_for(source: Source) -> TechnologyReader:
     return TechnologyReader(find_language(source))
 
 
+def read_technology(source: Source) -> TechnologyReader:
+    """Read what a whole program puts in force."""
+    reader = reader_for(source)
+    for block in split_program(source):
+        reader.take(block) if isinstance(block, Block) else reader.take_run(block)
+    return reader
+
+
 def technology_of(source: Source, lines: IntArray) -> TechnologyTrack:
     """Return what is in force on lines of a program, (n,)."""
-    reader = reader_for(source)
-    for block in split_runs(source):
-        reader.take(block) if isinstance(block, Block) else reader.take_run(block)
-    return reader.track(lines)
+    return read_technology(source).track(lines)

@@ -21,10 +21,7 @@ from fiveaxis.nc.source import Source
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
 
-# Most lines are plain: G0, G1 or neither, and words of numbers.
-_LETTER = re.compile("([A-Z])")
-_PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
-_RUN = PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+")
+_RUNS = (PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+"),)
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (
@@ -65,10 +62,8 @@ _BRACKET = re.compile(r"[\[\]]")
 _FLOW = re.compile(r"IF|WHILE|GOTO|REPEAT|CALL|SUB|DO[0-9#\[]|END[0-9]|[<>]=|\bO<")
 
 
-def split_blocks(
-    source: Source, *, block_delete: bool = False, quickly: bool = True, runs: bool = False
-) -> Iterator[Block | Run]:
-    """Yield the blocks of a program; empty lines, comments and ``%`` make none.
+def split_blocks(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
+    """Yield the blocks of a program, and runs of plain ones; empty lines, comments and ``%`` make none.
 
     A line of ``O`` and text, which some CAM systems write for the operator to fill in, is a comment.
 
@@ -76,8 +71,6 @@ def split_blocks(
     ----------
     source : the file
     block_delete : whether to skip blocks that begin with ``/``
-    quickly : whether to use the fast parser for plain blocks; the result is the same
-    runs : whether to yield runs of plain blocks in their place
 
     Raises
     ------
@@ -85,19 +78,16 @@ def split_blocks(
         With file, line and text: not a word; a word with two values; a variable without a value.
     """
     macro, tip = Macro(), TipSwitch()
-    for line, text in lines_and_runs(source.lines, _RUN, lambda: runs):
+    for line, text in lines_and_runs(source.lines, _RUNS):
         if isinstance(text, Run):
             yield text
             continue
-        block = _plain_block(line, text) if quickly else None
-        if block is None:
-            try:
-                block = _any_block(line, text, macro, tip, block_delete)
-            except BlockError as fault:
-                raise block_error(source, line, fault) from None
-            if block is None:
-                continue
-        yield block
+        try:
+            block = _read_block(line, text, macro, tip, block_delete)
+        except BlockError as fault:
+            raise block_error(source, line, fault) from None
+        if block is not None:
+            yield block
 
 
 def compact_code(text: str) -> str:
@@ -110,33 +100,7 @@ def compact_code(text: str) -> str:
     return "".join(code.upper().split()) if code.isascii() else "".join(code.split())
 
 
-def _plain_block(line: int, text: str) -> Block | None:
-    """Read a block with one word per letter, and G0, G1 or neither; None for any other block.
-
-    `float` accepts the same numbers as `WORD` once lower case, underscores and non-ASCII characters are
-    excluded, and neither comments nor slashes.
-    """
-    if not (text.isascii() and text.isupper()) or "_" in text:
-        return None
-    parts = _LETTER.split(text)
-    letters, numbers = parts[1::2], parts[2::2]
-    try:
-        words = dict(zip(letters, map(float, numbers), strict=True))
-    except ValueError:
-        return None
-    if len(words) != len(letters) or parts[0].strip() or "M" in words or "O" in words:
-        return None
-    if len(text) > LONGEST_NUMBER and max(map(len, numbers)) > LONGEST_NUMBER:
-        return None
-    words.pop("N", None)
-    g = words.pop("G", None)
-    if g is None:
-        return Block(line, (), (), words) if words else None
-    plain = _PLAIN_G.get(g)
-    return None if plain is None else Block(line, plain, (), words)
-
-
-def _any_block(line: int, text: str, macro: Macro, tip: TipSwitch, block_delete: bool) -> Block | None:
+def _read_block(line: int, text: str, macro: Macro, tip: TipSwitch, block_delete: bool) -> Block | None:
     code = compact_code(text)
     if not code or code[0] == "%" or _is_title(text, code):
         _require_no_din(code)
@@ -212,7 +176,7 @@ def _parse_block(line: int, code: str) -> Block:
     words: dict[str, float] = {}
     tool = ""
     found = WORD.findall(code)
-    if sum(len(letter) + len(number) for letter, number in found) != len(code):
+    if "".join(map("".join, found)) != code:
         raise BlockError(_explain(code))
     for letter, number in found:
         if len(number) > LONGEST_NUMBER:

@@ -13,39 +13,39 @@ import re
 from collections.abc import Iterator
 from typing import cast
 
-from fiveaxis.nc.languages.block import Block, BlockError, Triple, block_error
-from fiveaxis.nc.languages.draft import LONGEST_BLOCK, NUMBER, require_short, strip_comment
+from fiveaxis.nc.languages.block import Block, BlockError, block_error
+from fiveaxis.nc.languages.draft import NUMBER, require_short, strip_comment
 from fiveaxis.nc.languages.klartext_move import MOVES, Move
 from fiveaxis.nc.languages.klartext_setup import SetUp
 from fiveaxis.nc.languages.klartext_state import Line, State
 from fiveaxis.nc.languages.klartext_words import IGNORED_LINES, refusal
-from fiveaxis.nc.languages.runs import PlainLines, Run, lines_and_runs
+from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Run, lines_and_runs
 from fiveaxis.nc.source import Source
 
-_LINE = re.compile(r"\s*(?:[0-9]+\s+)?LN?\s+(?=[XYZABCNTFR])")
-_PLAIN = re.compile(rf"([NT]?[XYZ]|[ABCF]|FMAX|R0(?=\s|$))({NUMBER}|)(?=\s|$)|\S")
-_RUN = PlainLines(
-    re.compile(
-        rf"(?:[ \t]*+(?:[0-9]++[ \t]++)?+L[ \t]++[XYZABC]{NUMBER}(?:[ \t]++[XYZABCF]{NUMBER})*+[ \t]*+\n)*+"
+_BEGIN, _WORDS = r"[ \t]*+(?:[0-9]++[ \t]++)?+LN?+[ \t]++", rf"[XYZABC]{NUMBER}(?:[ \t]++[XYZABCF]{NUMBER})*+"
+# A normal alone may be the tool direction, too: such lines aren't plain.
+_POINTING = rf"(?:[ \t]++N[XYZ]{NUMBER})*+(?:[ \t]++T[XYZ]{NUMBER})++(?:[ \t]++F{NUMBER})?+"
+_G1 = re.compile(r"^[ \t]*(?:[0-9]+[ \t]+)?LN?", re.MULTILINE)
+_RUNS = (
+    PlainLines(re.compile(rf"(?:{_BEGIN}{_WORDS}[ \t]*+\n)*+"), _G1),
+    PlainLines(
+        re.compile(rf"(?:{_BEGIN}{_WORDS}{_POINTING}[ \t]*+\n)*+"),
+        _G1,
+        dict(zip(("TX", "TY", "TZ", "NX", "NY", "NZ"), DIRECTION + NORMAL, strict=True)),
     ),
-    begin=re.compile(r"^[ \t]*(?:[0-9]+[ \t]+)?L", re.MULTILINE),
 )
-_FEED, _RAPID = ("G1",), ("G0",)
 _NUMBERED = re.compile(r"\s*(?:[0-9]+\s+|[0-9]+$)?")
 _SKIPPED = re.compile(r"\s*(?:[0-9]+\s*)?/\s*(?:[0-9]+\s+)?")
 _COMMA = re.compile(r"(?<=[0-9]),(?=[0-9])")
 
 
-def split_klartext(
-    source: Source, *, block_delete: bool = False, runs: bool = False
-) -> Iterator[Block | Run]:
-    """Yield the blocks of a program up to END PGM.
+def split_klartext(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
+    """Yield the blocks of a program up to END PGM, and runs of plain ones.
 
     Parameters
     ----------
     source : the file
     block_delete : whether to skip blocks that begin with ``/``
-    runs : whether to yield runs of plain blocks in their place
 
     Raises
     ------
@@ -53,19 +53,13 @@ def split_klartext(
         With file, line and text: an unsupported line, a word with two values, a circle without pole.
     """
     state = State()
-    lines = lines_and_runs(
-        source.lines, _RUN, lambda: runs and state.spatial is None and not state.positioned
-    )
+    lines = lines_and_runs(source.lines, _RUNS, lambda: state.spatial is None and not state.positioned)
     for line, text in lines:
         if isinstance(text, Run):
             words = text.last_words()
-            state.now.update((letter, words[letter]) for letter in words if letter != "G")
+            state.now.update((letter, words[letter]) for letter in words if letter in "XYZABC")
             state.moved = True
             yield text
-            continue
-        plain = _plain_block(state, line, text)
-        if plain is not None:
-            yield plain
             continue
         code = _join(text, lines)
         skipped = _SKIPPED.match(code)
@@ -99,41 +93,6 @@ def _read(source: Source, line: int, code: str, state: State) -> Line:
         raise BlockError(refusal(code))
     setup.draft.ignored.append(ignored[0])
     return setup
-
-
-def _plain_block(state: State, line: int, text: str) -> Block | None:
-    """Read a straight line of plain numbers; None for any other block, which `_read` reads."""
-    begin = _LINE.match(text)
-    if begin is None or state.spatial is not None or len(text) > LONGEST_BLOCK:
-        return None
-    found: list[tuple[str, str]] = _PLAIN.findall(text, begin.end())
-    given = dict(found)
-    if len(given) < len(found) or "" in given or given.pop("R0", "") or given.get("FMAX", ""):
-        return None
-    motion = _FEED if given.pop("FMAX", None) is None else _RAPID
-    if "" in given.values():
-        return None
-    vector = normal = None
-    if "N" in text or "T" in text:
-        vector, normal = _pop_direction(given, "T"), _pop_direction(given, "N")
-        if normal is not None and vector is None:
-            return None
-    words = {letter: float(number) for letter, number in given.items()}
-    if not words or words.keys() == {"F"}:
-        return None
-    if state.positioned and not words.keys().isdisjoint("ABC"):
-        return None
-    state.now.update(words)
-    state.moved = True
-    return Block(line, motion, (), words, vector=vector, normal=normal)
-
-
-def _pop_direction(given: dict[str, str], kind: str) -> Triple | None:
-    """Remove a direction from the words and return it; missing components are 0."""
-    x, y, z = given.pop(f"{kind}X", None), given.pop(f"{kind}Y", None), given.pop(f"{kind}Z", None)
-    if x is None and y is None and z is None:
-        return None
-    return float(x or 0.0), float(y or 0.0), float(z or 0.0)
 
 
 def _code_of(text: str) -> str:

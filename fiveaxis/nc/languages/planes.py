@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class Plane:
     origin: Array = field(default_factory=lambda: np.zeros(3))
     rotation: Array = field(default_factory=lambda: np.eye(3))
 
-    @property
+    @cached_property
     def is_unturned(self) -> bool:
         """Whether the rotation is the identity."""
         return bool(np.array_equal(self.rotation, np.eye(3)))

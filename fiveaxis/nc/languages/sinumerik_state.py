@@ -60,8 +60,8 @@ class State:
 
     @property
     def is_plain(self) -> bool:
-        """Whether a block of G0 to G3 and numbers needs no modal state."""
-        return self.hole is None and not self.incremental
+        """Whether blocks of axis words, directions and F mean what they say."""
+        return self.hole is None and not self.incremental and not self.positioned
 
     def frame(self, word: str) -> FrameChange:
         """Return the combined frame, set by `word`."""

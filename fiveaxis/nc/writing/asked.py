@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fiveaxis.nc.control.technology import Technology, reader_for
-from fiveaxis.nc.languages.choice import split_program
+from fiveaxis.nc.control.technology import Technology, read_technology
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.framing import Frame
 from fiveaxis.nc.writing.program_settings import ProgramSettings
@@ -40,9 +39,7 @@ class AskedTechnology:
         if dialect.language != "blocks":
             return None
         source = Source(f"program{dialect.suffix}", Frame(wording, settings, "unwound").before_cuts())
-        reader = reader_for(source)
-        for block in split_program(source):
-            reader.take(block)
+        reader = read_technology(source)
         technology = reader.now
         # Numbers are those of the settings, whatever the table makes of them.
         if settings.spindle_rpm is not None:
