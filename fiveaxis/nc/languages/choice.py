@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 from pkgutil import resolve_name
 
 from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.runs import Run
+from fiveaxis.nc.languages.runs import Reader, Run
 from fiveaxis.nc.source import Source
 
 
@@ -20,39 +20,37 @@ class Language:
     Parameters
     ----------
     name : for messages
-    splitter : module and function that yields the blocks of a program and runs of plain ones, as
-        `iso.split_blocks`; imported on use
+    reader : module and class of its `Reader`; imported on use
     signs : patterns that occur in no other language, in upper case lines without comments
     suffixes : suffixes that decide if no sign is found
     """
 
     name: str
-    splitter: str
+    reader: str
     signs: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
 
-    @property
-    def split(self) -> Callable[..., Iterator[Block | Run]]:
-        """The language's splitter."""
-        split: Callable[..., Iterator[Block | Run]] = resolve_name(self.splitter)
-        return split
+    def split(self, source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
+        """Yield the blocks of a program in this language, and runs of plain ones, as `split_program`."""
+        reader: Reader = resolve_name(self.reader)(source, block_delete=block_delete)
+        return reader.blocks()
 
 
-ISO = Language("ISO", "fiveaxis.nc.languages.iso:split_blocks")
+ISO = Language("ISO", "fiveaxis.nc.languages.iso:Iso")
 KLARTEXT = Language(
     "Heidenhain Klartext",
-    "fiveaxis.nc.languages.klartext:split_klartext",
+    "fiveaxis.nc.languages.klartext:Klartext",
     (r"\bBEGIN *PGM\b", r"\bTOOL +CALL\b", r"\bBLK +FORM\b"),
     (".h",),
 )
 MILLPLUS = Language(
     "MillPlus",
-    "fiveaxis.nc.languages.millplus:split_millplus",
+    "fiveaxis.nc.languages.millplus:MillPlus",
     (r"\bG141 *[LRF][0-9]=", r"\bG7 *[ABC]5=", r"[ABC] *= *E[0-9]", r"\bE[0-9]+ *="),
 )
 SINUMERIK = Language(
     "Sinumerik 840D",
-    "fiveaxis.nc.languages.sinumerik:split_sinumerik",
+    "fiveaxis.nc.languages.sinumerik:Sinumerik",
     (
         r"\bTRA(?:ORI|FOOF)\b",
         r"\bSUPA\b",

@@ -9,19 +9,17 @@ reason: a program is read completely or not at all.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
-from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError, block_error
+from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError
 from fiveaxis.nc.languages.draft import put_word
 from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
 from fiveaxis.nc.languages.iso_coordinates import PLANE_WORDS, TipSwitch, set_plane
-from fiveaxis.nc.languages.runs import PlainLines, Run, lines_and_runs
+from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
 
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
 
-_RUNS = (PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+"),)
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (
@@ -62,34 +60,6 @@ _BRACKET = re.compile(r"[\[\]]")
 _FLOW = re.compile(r"IF|WHILE|GOTO|REPEAT|CALL|SUB|DO[0-9#\[]|END[0-9]|[<>]=|\bO<")
 
 
-def split_blocks(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
-    """Yield the blocks of a program, and runs of plain ones; empty lines, comments and ``%`` make none.
-
-    A line of ``O`` and text, which some CAM systems write for the operator to fill in, is a comment.
-
-    Parameters
-    ----------
-    source : the file
-    block_delete : whether to skip blocks that begin with ``/``
-
-    Raises
-    ------
-    ToolpathError
-        With file, line and text: not a word; a word with two values; a variable without a value.
-    """
-    macro, tip = Macro(), TipSwitch()
-    for line, text in lines_and_runs(source.lines, _RUNS):
-        if isinstance(text, Run):
-            yield text
-            continue
-        try:
-            block = _read_block(line, text, macro, tip, block_delete)
-        except BlockError as fault:
-            raise block_error(source, line, fault) from None
-        if block is not None:
-            yield block
-
-
 def compact_code(text: str) -> str:
     """Return a line without comments and blanks, in upper case: ``x 1. (to)`` is ``X1.``.
 
@@ -100,25 +70,38 @@ def compact_code(text: str) -> str:
     return "".join(code.upper().split()) if code.isascii() else "".join(code.split())
 
 
-def _read_block(line: int, text: str, macro: Macro, tip: TipSwitch, block_delete: bool) -> Block | None:
-    code = compact_code(text)
-    if not code or code[0] == "%" or _is_title(text, code):
-        _require_no_din(code)
-        return None
-    if _NAMED.fullmatch(code):
-        return Block(line, words={"O": 0.0})
-    if code[0] == "/":
-        if block_delete:
-            return Block(line, skipped=True)
-        code = re.sub("^/[1-9]?", "", code)
-    if "#" in code or "[" in code:
-        code = macro.take(code)
-    block = _parse_block(line, code)
-    if block.g or block.m:
-        block = _without_fast_mode(block._replace(tip_control=tip.take(block)))
+class Iso(Reader):
+    """G-code; empty lines, comments and ``%`` make no blocks.
+
+    A line of ``O`` and text, which some CAM systems write for the operator to fill in, is a comment.
+    """
+
+    forms = (PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+"),)
+
+    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+        super().__init__(source, block_delete=block_delete)
+        self.macro, self.tip = Macro(), TipSwitch()
+
+    def read(self, line: int, text: str) -> list[Block]:
+        """Read a line."""
+        code = compact_code(text)
+        if not code or code[0] == "%" or _is_title(text, code):
+            _require_no_din(code)
+            return []
+        if _NAMED.fullmatch(code):
+            return [Block(line, words={"O": 0.0})]
+        if code[0] == "/":
+            if self.block_delete:
+                return [Block(line, skipped=True)]
+            code = re.sub("^/[1-9]?", "", code)
+        if "#" in code or "[" in code:
+            code = self.macro.take(code)
+        block = _parse_block(line, code)
+        if not (block.g or block.m):
+            return [block] if block.words else []
+        block = _without_fast_mode(block._replace(tip_control=self.tip.take(block)))
         block = _timed_by_x(block, text) if "G4" in block.g and "X" in block.words else block
-        return block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block)
-    return block if block.words else None
+        return [block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block)]
 
 
 def _without_fast_mode(block: Block) -> Block:

@@ -11,72 +11,69 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import cast
 
-from fiveaxis.nc.languages.block import Block, BlockError, block_error
+from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.draft import NUMBER, require_short, strip_comment
 from fiveaxis.nc.languages.klartext_move import MOVES, Move
 from fiveaxis.nc.languages.klartext_setup import SetUp
 from fiveaxis.nc.languages.klartext_state import Line, State
 from fiveaxis.nc.languages.klartext_words import IGNORED_LINES, refusal
-from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Run, lines_and_runs
+from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.source import Source
 
 _BEGIN, _WORDS = r"[ \t]*+(?:[0-9]++[ \t]++)?+LN?+[ \t]++", rf"[XYZABC]{NUMBER}(?:[ \t]++[XYZABCF]{NUMBER})*+"
 # A normal alone may be the tool direction, too: such lines aren't plain.
 _POINTING = rf"(?:[ \t]++N[XYZ]{NUMBER})*+(?:[ \t]++T[XYZ]{NUMBER})++(?:[ \t]++F{NUMBER})?+"
 _G1 = re.compile(r"^[ \t]*(?:[0-9]+[ \t]+)?LN?", re.MULTILINE)
-_RUNS = (
-    PlainLines(re.compile(rf"(?:{_BEGIN}{_WORDS}[ \t]*+\n)*+"), _G1),
-    PlainLines(
-        re.compile(rf"(?:{_BEGIN}{_WORDS}{_POINTING}[ \t]*+\n)*+"),
-        _G1,
-        dict(zip(("TX", "TY", "TZ", "NX", "NY", "NZ"), DIRECTION + NORMAL, strict=True)),
-    ),
-)
 _NUMBERED = re.compile(r"\s*(?:[0-9]+\s+|[0-9]+$)?")
 _SKIPPED = re.compile(r"\s*(?:[0-9]+\s*)?/\s*(?:[0-9]+\s+)?")
 _COMMA = re.compile(r"(?<=[0-9]),(?=[0-9])")
 
 
-def split_klartext(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
-    """Yield the blocks of a program up to END PGM, and runs of plain ones.
+class Klartext(Reader):
+    """Klartext, up to END PGM."""
 
-    Parameters
-    ----------
-    source : the file
-    block_delete : whether to skip blocks that begin with ``/``
+    forms = (
+        PlainLines(re.compile(rf"(?:{_BEGIN}{_WORDS}[ \t]*+\n)*+"), _G1),
+        PlainLines(
+            re.compile(rf"(?:{_BEGIN}{_WORDS}{_POINTING}[ \t]*+\n)*+"),
+            _G1,
+            dict(zip(("TX", "TY", "TZ", "NX", "NY", "NZ"), DIRECTION + NORMAL, strict=True)),
+        ),
+    )
 
-    Raises
-    ------
-    ToolpathError
-        With file, line and text: an unsupported line, a word with two values, a circle without pole.
-    """
-    state = State()
-    lines = lines_and_runs(source.lines, _RUNS, lambda: state.spatial is None and not state.positioned)
-    for line, text in lines:
-        if isinstance(text, Run):
-            words = text.last_words()
-            state.now.update((letter, words[letter]) for letter in words if letter in "XYZABC")
-            state.moved = True
-            yield text
-            continue
-        code = _join(text, lines)
+    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+        super().__init__(source, block_delete=block_delete)
+        self.state = State()
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether plain blocks mean what they say."""
+        return self.state.spatial is None and not self.state.positioned
+
+    def follow(self, run: Run) -> None:
+        """Remember the last words of a run."""
+        self.state.now.update((c, value) for c, value in run.last_words().items() if c in "XYZABC")
+        self.state.moved = True
+
+    def continues(self, text: str) -> bool:
+        """Whether the line ends with ``~``, which may follow a comment."""
+        return text.rstrip().endswith("~")
+
+    def read(self, line: int, text: str) -> Iterator[Block]:
+        """Read a line with its continuations."""
+        code = " ".join(_code_of(part).rstrip("~") for part in text.split("\n"))
         skipped = _SKIPPED.match(code)
-        if skipped is not None and block_delete:
+        if skipped is not None and self.block_delete:
             yield Block(line, skipped=True)
-            continue
-        try:
-            require_short(code)
-            numbered = _NUMBERED.match(code) if skipped is None else skipped
-            code = " ".join(code[0 if numbered is None else numbered.end() :].split())
-            read = _read(source, line, code, state) if code else None
-        except BlockError as fault:
-            raise block_error(source, line, fault) from None
-        if read is not None:
-            yield from (b for b in (read.before, read.draft.block(), read.after) if b is not None)
-        if code.startswith("END PGM"):
             return
+        require_short(code)
+        numbered = _NUMBERED.match(code) if skipped is None else skipped
+        code = " ".join(code[0 if numbered is None else numbered.end() :].split())
+        if code:
+            read = _read(self.source, line, code, self.state)
+            yield from (b for b in (read.before, read.draft.block(), read.after) if b is not None)
+        self.ended = code.startswith("END PGM")
 
 
 def _read(source: Source, line: int, code: str, state: State) -> Line:
@@ -99,13 +96,3 @@ def _code_of(text: str) -> str:
     """Return a line without its comment, in upper case, with decimal points instead of commas."""
     code = strip_comment(text)
     return _COMMA.sub(".", code) if "," in code else code
-
-
-def _join(text: str, lines: Iterator[tuple[int, str | Run]]) -> str:
-    """Join a line with its continuations: it ends with ``~``, which may follow a comment."""
-    parts = [_code_of(text)]
-    while text.rstrip().endswith("~"):
-        # A line after ~ never begins a run.
-        text = cast("str", next(lines, (0, ""))[1])
-        parts.append(_code_of(text))
-    return " ".join(part.rstrip("~") for part in parts)

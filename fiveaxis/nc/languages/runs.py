@@ -1,19 +1,22 @@
-"""Runs: long stretches of plain blocks, split into words together, as most lines of a program are."""
+"""Reading a program's lines: long runs of plain blocks together, as most are, and all others one by one."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate
 from types import MappingProxyType
+from typing import ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.nc.languages.block import Block, Triple
+from fiveaxis.nc.languages.block import Block, BlockError, Triple, block_error
 from fiveaxis.nc.languages.draft import NUMBER
+from fiveaxis.nc.source import Source
 
 # Lines that are searched for runs at a time: their arrays fit into the processor's cache.
 PART = 10_000
@@ -155,37 +158,82 @@ class PlainLines:
         return run.upto(int(row[order][1:][twice].min())) if twice.any() else run
 
 
-def lines_and_runs(
-    lines: Sequence[str], forms: Sequence[PlainLines], ready: Callable[[], bool] = lambda: True
-) -> Iterator[tuple[int, str | Run]]:
-    """Yield each line with its number, and runs of plain ones in their place.
+class Reader(ABC):
+    """Reads the blocks of a program in one language, line by line, and follows what they change.
 
     Parameters
     ----------
-    lines : of the program
-    forms : of its plain blocks
-    ready : whether plain blocks mean in the present state what they say; asked before each run
+    source : the file
+    block_delete : whether to skip blocks that begin with ``/``
     """
-    for first in range(0, len(lines), PART):
-        some = lines[first : first + PART]
-        text = "\n".join(some) + "\n"
-        text = text.upper() if text.isascii() else text
-        offsets = [0, *accumulate(len(line) + 1 for line in some)]
-        row = 0
-        while row < len(some):
-            line = first + row + 1
-            # In Klartext ~ continues a block on the next line.
-            continued = line > 1 and lines[line - 2].rstrip().endswith("~")
-            run, count = None, 0
-            if not continued and ready():
-                run, count = _run_at(text, offsets[row], line, forms)
-            if run is not None:
-                yield line, run
-                row += count
+
+    # The forms of the language's plain blocks.
+    forms: ClassVar[Sequence[PlainLines]] = ()
+
+    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+        self.source, self.block_delete, self.ended = source, block_delete, False
+
+    @abstractmethod
+    def read(self, line: int, text: str) -> Iterable[Block]:
+        """Read a line, or several that make one block; raises BlockError if it can't be read completely."""
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether plain blocks mean what they say, in the present state."""
+        return True
+
+    def follow(self, run: Run) -> None:  # noqa: B027
+        """Update the state by a run, as `read` does by its lines; by default there is none."""
+
+    def continues(self, text: str) -> bool:
+        """Whether a block goes on after this line."""
+        return False
+
+    def blocks(self) -> Iterator[Block | Run]:
+        """Yield the blocks of the program, and runs of plain ones in their place.
+
+        Raises
+        ------
+        ToolpathError
+            With file, line and text: a block that can't be read.
+        """
+        lines = self._lines_and_runs(self.source.lines)
+        for line, text in lines:
+            if isinstance(text, Run):
+                self.follow(text)
+                yield text
                 continue
-            for _ in range(min(count + 1, len(some) - row)):
-                yield first + row + 1, some[row]
-                row += 1
+            parts = [text]
+            while self.continues(parts[-1]):
+                # A line on which a block goes on never begins a run.
+                parts.append(cast("str", next(lines, (0, ""))[1]))
+            try:
+                yield from self.read(line, "\n".join(parts))
+            except BlockError as fault:
+                raise block_error(self.source, line, fault) from None
+            if self.ended:
+                return
+
+    def _lines_and_runs(self, lines: Sequence[str]) -> Iterator[tuple[int, str | Run]]:
+        """Yield each line with its number, and runs of plain ones in their place."""
+        for first in range(0, len(lines), PART):
+            some = lines[first : first + PART]
+            text = "\n".join(some) + "\n"
+            text = text.upper() if text.isascii() else text
+            offsets = [0, *accumulate(len(line) + 1 for line in some)]
+            row = 0
+            while row < len(some):
+                line = first + row + 1
+                run, count = None, 0
+                if self.is_plain and not (line > 1 and self.continues(lines[line - 2])):
+                    run, count = _run_at(text, offsets[row], line, self.forms)
+                if run is not None:
+                    yield line, run
+                    row += count
+                    continue
+                for _ in range(min(count + 1, len(some) - row)):
+                    yield first + row + 1, some[row]
+                    row += 1
 
 
 def _run_at(text: str, begin: int, line: int, forms: Sequence[PlainLines]) -> tuple[Run | None, int]:

@@ -12,66 +12,57 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.nc.languages.block import Block, BlockError, block_error
+from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.draft import require_short, strip_comment
-from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Run, lines_and_runs
+from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.languages.sinumerik_state import State
 from fiveaxis.nc.languages.sinumerik_statement import Statement
 from fiveaxis.nc.source import Source
 
 _DIRECTIONS = dict(zip(("A3=", "B3=", "C3=", "A5=", "B5=", "C5="), DIRECTION + NORMAL, strict=True))
-_RUNS = PlainLines.of_words("XYZABC", "=?"), PlainLines.of_words("XYZABC", "=?", _DIRECTIONS)
-
 _NUMBERED = re.compile(r"\s*(?:[N:]\s*[0-9]+)?\s*")
 _SKIPPED = re.compile(r"\s*(?:N[0-9]+\s*)?/[0-9]?(?![0-9])")
 
 
-def split_sinumerik(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
-    """Yield the blocks of a program, and runs of plain ones; a drilled hole is several blocks of one line.
+class Sinumerik(Reader):
+    """Sinumerik 840D; a drilled hole is several blocks of one line."""
 
-    Parameters
-    ----------
-    source : the file
-    block_delete : whether to skip blocks that begin with ``/``
+    forms = PlainLines.of_words("XYZABC", "=?"), PlainLines.of_words("XYZABC", "=?", _DIRECTIONS)
 
-    Raises
-    ------
-    ToolpathError
-        With file, line and text: an unsupported word, a word with two values, arithmetic without a result.
-    """
-    state = State()
-    for line, text in lines_and_runs(source.lines, _RUNS, lambda: state.is_plain):
-        if isinstance(text, Run):
-            _remember_run(state, text)
-            yield text
-            continue
+    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+        super().__init__(source, block_delete=block_delete)
+        self.state = State()
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether plain blocks mean what they say."""
+        return self.state.is_plain
+
+    def follow(self, run: Run) -> None:
+        """Remember the last words of a run."""
+        state, words = self.state, run.last_words()
+        if "G" in words:
+            state.motion = f"G{words.pop('G'):g}"
+        if run.points:
+            state.angles.clear()
+        state.remember(words)
+        state.moved = True
+
+    def read(self, line: int, text: str) -> Iterator[Block]:
+        """Read a line."""
         code = strip_comment(text)
         if not code or code[0] == "%":
-            continue
+            return
         skipped = _SKIPPED.match(code)
-        if skipped is not None and block_delete:
+        if skipped is not None and self.block_delete:
             yield Block(line, skipped=True)
-            continue
+            return
+        require_short(code)
         begin = 0 if skipped is None else skipped.end()
         numbered = _NUMBERED.match(code, begin)
-        statement = Statement(source, line, code[begin if numbered is None else numbered.end() :], state)
-        try:
-            require_short(code)
-            statement.read()
-        except BlockError as fault:
-            raise block_error(source, line, fault) from None
-        for block in (statement.before, statement.draft.block()):
-            if block is not None:
-                yield block
+        code = code[begin if numbered is None else numbered.end() :]
+        statement = Statement(self.source, line, code, self.state)
+        statement.read()
+        yield from (block for block in (statement.before, statement.draft.block()) if block is not None)
         if statement.hole is not None:
-            yield from state.drill(statement.hole, line)
-
-
-def _remember_run(state: State, run: Run) -> None:
-    words = run.last_words()
-    if "G" in words:
-        state.motion = f"G{words.pop('G'):g}"
-    if run.points:
-        state.angles.clear()
-    state.remember(words)
-    state.moved = True
+            yield from self.state.drill(statement.hole, line)
