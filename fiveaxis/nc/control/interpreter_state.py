@@ -14,7 +14,7 @@ from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.control.tool_changes import Tools
+from fiveaxis.nc.control.technology import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
@@ -91,8 +91,7 @@ class InterpreterState:
 
     def note(self, severity: Severity, code: str, message: str, line: int | None = None) -> None:
         """Add a finding, at the present line by default, unless there is one of its code."""
-        place = Place(line=self.line if line is None else line, file=self.source.name)
-        self._keep(Finding(severity, code, message, place))
+        self._keep(self.source.finding(severity, code, message, self.line if line is None else line))
 
     def report(
         self,

@@ -10,16 +10,32 @@ from __future__ import annotations
 
 import re
 
-from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError
-from fiveaxis.nc.languages.draft import put_word
+import numpy as np
+
+from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError, FrameChange, put_word
 from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
-from fiveaxis.nc.languages.iso_coordinates import PLANE_WORDS, TipSwitch, set_plane
+from fiveaxis.nc.languages.planes import turns
 from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
 
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
 
+
+# Word that switches TCP on -> words that switch it off. On Fanuc and Haas it is a kind of tool length
+# compensation, and those words replace one another. M428 and M429 (identity) are LinuxCNC's kinematics.
+_LENGTH_WORDS = frozenset(("G43", "G44", "G49"))
+TIP_WORDS: dict[str, frozenset[str]] = {
+    **dict.fromkeys(("G43.4", "G43.5", "G234"), _LENGTH_WORDS),
+    "G141": frozenset(("G40", "G140", "G174")),
+    "M128": frozenset(("M129",)),
+    "M428": frozenset(("M429",)),
+}
+
+# These switch off even if nothing was switched on.
+ALWAYS_OFF = frozenset(("M129", "M429"))
+
+PLANE_WORDS = frozenset(("G68.2", "G53.1", "G69"))
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (
@@ -186,6 +202,57 @@ def _explain(code: str) -> str:
             return f"{found[0]!r} {reason}"
     rest = next(part for part in WORD.split(code)[::3] if part)
     return f"{rest[:20]!r} isn't a word of a letter and a number; correct it"
+
+
+class TipSwitch:
+    """TCP state of an ISO program."""
+
+    def __init__(self) -> None:
+        self.word: str | None = None
+
+    def take(self, block: Block) -> bool | None:
+        """Return True if a block switches TCP on, False if off, None if neither."""
+        words = (*block.g, *block.m)
+        for word in words:
+            if word in TIP_WORDS:
+                self.word = word
+                return True
+        off = ALWAYS_OFF if self.word is None else TIP_WORDS[self.word] | ALWAYS_OFF
+        if off.isdisjoint(words):
+            return None
+        self.word = None
+        return False
+
+
+def set_plane(block: Block) -> Block:
+    """Return a block with its change of the working plane.
+
+    ``G68.2 X Y Z I J K`` puts the plane at X, Y, Z of the work offset and rotates it by Euler angles: I about
+    Z, J about the new X, K about the new Z. ``G53.1`` turns the tool normal to it. ``G69`` cancels it.
+
+    Raises
+    ------
+    BlockError
+        Another kind of G68.2 (P1 and so on), two of these words in one block.
+
+    References
+    ----------
+    Fanuc Series 30i-A, Descriptions B-63942EN, 5.44.
+    """
+    present = sorted(PLANE_WORDS.intersection(block.g))
+    if len(present) > 1:
+        raise BlockError(f"{' and '.join(present)} in one block; write one of them")
+    [word] = present
+    if word == "G53.1":
+        return block._replace(vector=(0.0, 0.0, 1.0))
+    if word == "G69":
+        return block._replace(frame=FrameChange("set", (0.0, 0.0, 0.0), np.eye(3), word))
+    if block.words.get("P", 0.0) != 0.0:
+        raise BlockError(f"G68.2 P{block.words['P']:g} isn't supported; post Euler angles I, J, K, without P")
+    x, y, z = (block.words.get(c, 0.0) for c in "XYZ")
+    rotation = turns("ZXZ", [block.words.get(c, 0.0) for c in "IJK"])
+    rest = {c: value for c, value in block.words.items() if c not in "XYZIJKP"}
+    return block._replace(words=rest, frame=FrameChange("set", (x, y, z), rotation, word))
 
 
 class Macro:

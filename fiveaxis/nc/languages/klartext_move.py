@@ -6,8 +6,7 @@ import math
 import re
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError
-from fiveaxis.nc.languages.draft import put_word
+from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, put_word
 from fiveaxis.nc.languages.klartext_state import VALUE, Line, State
 from fiveaxis.nc.languages.klartext_words import END_M, REFUSED_M
 from fiveaxis.nc.languages.planes import turns

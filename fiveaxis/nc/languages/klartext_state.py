@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.nc.languages.block import Block, BlockError, FrameChange
-from fiveaxis.nc.languages.draft import NUMBER, Draft, put_word
+from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Draft, FrameChange, put_word
 from fiveaxis.nc.languages.expressions import evaluate
 from fiveaxis.nc.languages.planes import Plane, forget_position, turns
 from fiveaxis.nc.source import Source

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple
 from fiveaxis.nc.languages.expressions import LONGEST_NUMBER
 from fiveaxis.nc.languages.iso import WORD_NUMBER, compact_code
@@ -112,7 +112,7 @@ class MillPlus(Reader):
         return block._replace(findings=self._warn(line, "plane-assumed", message))
 
     def _warn(self, line: int, code: str, message: str) -> tuple[Finding, ...]:
-        return (Finding(Severity.WARNING, code, message, Place(line=line, file=self.source.name)),)
+        return (self.source.finding(Severity.WARNING, code, message, line),)
 
     def _drill(self, line: int, words: dict[str, float]) -> Iterator[Block]:
         """Read ``G79 X Y Z``: the cycle in force, from a surface at Z.

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.nc.languages.block import Block, BlockError, Triple, block_error
-from fiveaxis.nc.languages.draft import NUMBER
+from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Triple, block_error
 from fiveaxis.nc.source import Source
 
 # Lines that are searched for runs at a time: their arrays fit into the processor's cache.

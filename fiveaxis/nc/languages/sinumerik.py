@@ -12,8 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.draft import require_short, strip_comment
+from fiveaxis.nc.languages.block import Block, require_short, strip_comment
 from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.languages.sinumerik_state import State
 from fiveaxis.nc.languages.sinumerik_statement import Statement

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError
-from fiveaxis.nc.languages.draft import Draft, put_word
+from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, Draft, put_word
 from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
 from fiveaxis.nc.languages.planes import AXES, forget_position
 from fiveaxis.nc.languages.sinumerik_cycles import (
