@@ -18,7 +18,6 @@ from fiveaxis.nc.control.interpreter_state import CUT, Switch
 from fiveaxis.nc.control.modal import (
     CYCLES,
     END,
-    FRAMES,
     G92_WORDS,
     HARMLESS,
     MOTION,
@@ -26,6 +25,7 @@ from fiveaxis.nc.control.modal import (
     unknown_word,
 )
 from fiveaxis.nc.control.run_moves import RunMoves
+from fiveaxis.nc.control.technology import FRAMES
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane
 from fiveaxis.nc.languages.runs import Run

@@ -11,16 +11,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.technology import TechnologyReader
+from fiveaxis.nc.control.technology import FEED_MODES, FRAMES, LENGTH_ON, MORE_FRAMES, TechnologyReader
 from fiveaxis.nc.languages.block import Block, BlockError
+from fiveaxis.nc.languages.iso import TIP_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
 
 MOTION = ("G0", "G1", "G2", "G3")
 UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
-FRAMES = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
-# With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
-MORE_FRAMES = ("G54.1", "G154")
+PLANES = ("G17", "G18", "G19")
 # M99 and M17 end a subprogram; M99 restarts a main program, with the same moves.
 END = ("M2", "M30", "M99", "M17")
 # Drilling, boring and tapping: word -> whether the tool returns at feed. Pecking (G73, G83) is omitted, as is
@@ -33,17 +32,16 @@ CYCLES = {
 # G92 shifts axes, G92.1 and G92.2 cancel the shifts.
 G92_WORDS = frozenset(("G92", "G92.1", "G92.2"))
 LEVELS = ("G98", "G99")
-TIP_ON = ("G43.4", "G43.5", "G234", "G141", "M128", "M428")
 
 # Words of one group exclude each other in a block.
 GROUPS: tuple[tuple[str, ...], ...] = (
     (*MOTION, *CYCLES),
-    ("G17", "G18", "G19"),
+    PLANES,
     tuple(UNIT),
     ("G90", "G91"),
-    ("G93", "G94", "G95"),
+    FEED_MODES,
     (*FRAMES, *MORE_FRAMES),
-    ("G43", "G43.4", "G43.5", "G234", "G49"),
+    (*LENGTH_ON, "G49"),
     ("G4", "G10", "G28", "G30", *sorted(G92_WORDS)),
 )
 
@@ -104,26 +102,10 @@ REFUSED_IN_MOTION = {
     **dict.fromkeys(("G68.2", "G53.1"), _SHIFT),
 }
 
-ACTING = frozenset(
-    (
-        *(
-            *MOTION,
-            *CYCLES,
-            "G4",
-            "G17",
-            "G18",
-            "G19",
-            *UNIT,
-            "G10",
-            "G28",
-            "G30",
-            "G53",
-            *FRAMES,
-            *MORE_FRAMES,
-        ),
-        *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69", *G92_WORDS),
-    )
-)
+ACTING = {
+    *(word for group in GROUPS for word in group if word not in HARMLESS),
+    *(*TIP_WORDS, "G53", "G68.2", "G53.1", "G69"),
+}
 
 
 @dataclass
@@ -244,11 +226,11 @@ class Modes:
         line = block.line
         if word in MOTION or word in CYCLES:
             self.motion, self.knows_motion = word, True
-        elif word in ("G17", "G18", "G19"):
+        elif word in PLANES:
             self.plane = word
         elif word in ("G90", "G91"):
             self.incremental = word == "G91"
-        elif word in ("G93", "G94", "G95"):
+        elif word in FEED_MODES:
             # F has another meaning in another mode, so controls reset it.
             self.feed = self.feed if word == self.feed_mode else None
             self.feed_mode = word
@@ -262,7 +244,7 @@ class Modes:
             self.to_initial = word == "G98"
         elif word in ("G43", "G49"):
             self.compensated, self.vectors = word == "G43", False
-        elif word in TIP_ON:
+        elif word in TIP_WORDS:
             self.vectors = word == "G43.5"
 
     def _set_frame(self, word: str, line: int) -> None:

@@ -26,12 +26,13 @@ AFTER_MOVE = frozenset(("M5", "M9", "M89"))
 CHANGES = ("M6", "TOOL CALL")
 # Length offset of whatever tool is in the spindle: G43 without H, as LinuxCNC reads it.
 OF_TOOL = "of the loaded tool"
-_LENGTH_ON = frozenset(("G43", "G43.4", "G43.5", "G234"))
-_FRAMES = frozenset(("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"))
-_NUMBERED_FRAMES = frozenset(("G54.1", "G154"))
+LENGTH_ON = ("G43", "G43.4", "G43.5", "G234")
+FRAMES = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+# With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
+MORE_FRAMES = ("G54.1", "G154")
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
-_FEED_MODES = frozenset(("G93", "G94", "G95"))
+FEED_MODES = ("G93", "G94", "G95")
 _LETTERS = frozenset("STHD")
 
 # An empty spindle.
@@ -160,7 +161,7 @@ class TechnologyReader:
 
     @staticmethod
     def _of_feed(block: Block) -> dict[str, Any]:
-        modes = [word for word in block.g if word in _FEED_MODES]
+        modes = [word for word in block.g if word in FEED_MODES]
         change: dict[str, Any] = {"feed_mode": modes[-1]} if modes else {}
         return change | ({"speed": block.words["S"]} if "S" in block.words else {})
 
@@ -183,14 +184,14 @@ class TechnologyReader:
         if letter in block.words:
             number = f"{block.words[letter]:g}"
             change["length"] = "" if number == "0" else number
-        elif not _LENGTH_ON.isdisjoint(block.g):
+        elif any(word in LENGTH_ON for word in block.g):
             change["length"] = OF_TOOL
         if "G49" in block.g:
             change["length"] = ""
         for word in block.g:
-            if word in _FRAMES:
+            if word in FRAMES:
                 change["work_offset"] = word
-            elif word in _NUMBERED_FRAMES:
+            elif word in MORE_FRAMES:
                 change["work_offset"] = f"{word} P{block.words.get('P', 1.0):g}"
         if block.work_offset:
             change["work_offset"] = block.work_offset

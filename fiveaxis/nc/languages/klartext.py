@@ -130,7 +130,7 @@ class SetUp(Line):
             state.tilt_plane(self._rotation(kind, angles))
         draft.frame = state.frame(f"PLANE {kind}")
         if ("MOVE" in words or "TURN" in words) and (kind != "RESET" or state.positioned):
-            self.stand_upright(f"PLANE {kind}", follows="MOVE" in words)
+            self.turn_into_plane(f"PLANE {kind}", follows="MOVE" in words)
 
     def _rotation(self, kind: str, angles: dict[str, float]) -> Array:
         def need(*keys: str) -> list[float]:

@@ -81,7 +81,7 @@ class Move(Line):
         letter = key[-1]
         if letter in _PLANE_ANGLES and text.lstrip("+") == _PLANE_ANGLES[letter]:
             draft.ignored.append(_PLANE_ANGLES[letter])
-            self.stand_upright(_PLANE_ANGLES[letter])
+            self.turn_into_plane(_PLANE_ANGLES[letter])
             return
         value = self.value(text)
         if key == "M":
@@ -137,9 +137,7 @@ class Move(Line):
             self._read_spatial(state.spatial)
         if self.function == "LN":
             self._follow_normal()
-        if state.positioned and not draft.vector and any(letter in "ABC" for letter in draft.words):
-            # The program states its angles again, and its positions mean what they meant before.
-            state.positioned, draft.tip_control = False, state.tip_control
+        self.end_positioning()
         axes = [letter for letter in draft.words if letter != "F"]
         if axes or draft.vector or self.function in ("C", "CR", "CP"):
             self._name_motion()

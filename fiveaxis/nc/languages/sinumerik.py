@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from fiveaxis.nc.languages.block import Block, require_short, strip_comment
 from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.languages.sinumerik_state import State
-from fiveaxis.nc.languages.sinumerik_statement import Statement
+from fiveaxis.nc.languages.sinumerik_statement import SinumerikStatement
 from fiveaxis.nc.source import Source
 
 _DIRECTIONS = dict(zip(("A3=", "B3=", "C3=", "A5=", "B5=", "C5="), DIRECTION + NORMAL, strict=True))
@@ -60,7 +60,7 @@ class Sinumerik(Reader):
         begin = 0 if skipped is None else skipped.end()
         numbered = _NUMBERED.match(code, begin)
         code = code[begin if numbered is None else numbered.end() :]
-        statement = Statement(self.source, line, code, self.state)
+        statement = SinumerikStatement(self.source, line, code, self.state)
         statement.read()
         yield from (block for block in (statement.before, statement.draft.block()) if block is not None)
         if statement.hole is not None:
