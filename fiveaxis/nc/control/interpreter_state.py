@@ -11,9 +11,8 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import product
 from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
-from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.machine_functions import MachineFunctions
-from fiveaxis.nc.control.modal import Modes
+from fiveaxis.nc.control.modal import DrillingCycle, Modes
 from fiveaxis.nc.control.technology import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple

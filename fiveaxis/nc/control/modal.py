@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.technology import FEED_MODES, FRAMES, LENGTH_ON, MORE_FRAMES, TechnologyReader
-from fiveaxis.nc.languages.block import Block, BlockError
+from fiveaxis.nc.languages.block import IS_CYCLE, Block, BlockError
 from fiveaxis.nc.languages.iso import TIP_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
@@ -76,7 +76,6 @@ PARAMETERS = {
     **dict.fromkeys(CYCLES, "RPQIJKL"),
 }
 
-_CYCLE = "is a cycle, which isn't expanded; post its moves"
 _RADIUS = "offsets the path by the tool radius; post the path of the tool centre"
 _CURVE = "is a curve or a thread, which isn't supported; post G1, G2 and G3"
 _PROBE = "moves until a probe touches, so its end isn't in the program; remove it"
@@ -98,7 +97,7 @@ REFUSED = {
 # Refused in a motion only: its rows are timed, and the duration of a cycle's pecks and returns depends on the
 # control's parameters.
 REFUSED_IN_MOTION = {
-    **dict.fromkeys(CYCLES, _CYCLE),
+    **dict.fromkeys(CYCLES, IS_CYCLE),
     **dict.fromkeys(("G68.2", "G53.1"), _SHIFT),
 }
 
@@ -282,3 +281,75 @@ def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool)
     else:
         fact = "doesn't belong to anything in its block; remove it if it moves nothing"
     return BlockError(f"{letter}{block.words[letter]:g}: {fact}")
+
+
+@dataclass
+class DrillingCycle:
+    """A series of cycles at successive positions, until G80 or a straight or circular move.
+
+    R and Z stay in force throughout, even if the cycle word changes (LinuxCNC requires them again then, Fanuc
+    doesn't), and G98 returns to the level before the first cycle.
+
+    Parameters
+    ----------
+    word : key of `CYCLES`
+    initial : mm, level before the first cycle; None if unknown
+    level, depth : mm, R and Z
+
+    References
+    ----------
+    Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 3.5.16 and 3.5.20.
+    """
+
+    word: str
+    initial: float | None
+    level: float | None = None
+    depth: float | None = None
+
+    def take(self, block: Block, scale: float, *, incremental: bool) -> None:
+        """Read the levels of a block; under G91, R is relative to the initial level, and Z to R.
+
+        Raises
+        ------
+        BlockError
+            Repetitions; an increment from an unknown level.
+        """
+        for letter in "KL":
+            if block.words.get(letter, 1.0) != 1.0:
+                raise BlockError(
+                    f"{self.word} {letter}{block.words[letter]:g} repeats the cycle, which isn't supported; "
+                    "write one block for each hole"
+                )
+        if "R" in block.words:
+            self.level = self._level(block.words["R"] * scale, self.initial, incremental=incremental)
+        if "Z" in block.words:
+            self.depth = self._level(block.words["Z"] * scale, self.level, incremental=incremental)
+
+    def levels(self, now: float | None, *, to_initial: bool) -> list[tuple[float, bool]]:
+        """Return the levels of Z, mm, and whether each is reached at feed; the first move positions X and Y.
+
+        Parameters
+        ----------
+        now : Z, mm; None if unknown
+        to_initial : G98, not G99
+        """
+        if self.level is None or self.depth is None:
+            raise BlockError(f"{self.word} needs depth Z and level R; write both")
+        if to_initial and self.initial is None:
+            raise BlockError(
+                f"{self.word} under G98 returns to the initial level, which isn't in the program; move Z "
+                "before, or write G99"
+            )
+        # A tool that started below R doesn't return below it.
+        back = max(self.initial, self.level) if to_initial and self.initial is not None else self.level
+        over = self.level if now is None else max(now, self.level)
+        moves = [(over, False), (self.level, False), (self.depth, True), (self.level, CYCLES[self.word])]
+        moves += [(back, False)]
+        return [move for i, move in enumerate(moves) if i == 0 or move[0] != moves[i - 1][0]]
+
+    def _level(self, value: float, begin: float | None, *, incremental: bool) -> float:
+        if not incremental:
+            return value
+        if begin is None:
+            raise BlockError(f"{self.word} under G91 from a level that isn't in the program; write G90")
+        return begin + value

@@ -14,9 +14,8 @@ from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.control.arcs import Arc, Pair, arc_about, arc_of_radius
 from fiveaxis.nc.control.axis_track import NO_MOVE, Values
 from fiveaxis.nc.control.coordinates import Point
-from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.interpreter_state import CUT, InterpreterState
-from fiveaxis.nc.control.modal import CYCLES, Modes
+from fiveaxis.nc.control.modal import CYCLES, DrillingCycle, Modes
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 

@@ -18,6 +18,16 @@ Triple = tuple[float, float, float]
 # Spindle M words; they mean the same in every language.
 SPINDLE_M = frozenset((3, 4, 5, 13, 14))
 
+# Characters: no control accepts longer numbers, and they are slow to convert.
+LONGEST_NUMBER = 40
+
+# Reasons of refusals that several languages have.
+IS_CYCLE = "is a cycle, which isn't expanded; post its moves"
+IS_JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves"
+
+# Patterns, and why what they match is refused.
+Reasons = tuple[tuple[re.Pattern[str], str], ...]
+
 NO_WORDS: Mapping[str, float] = MappingProxyType({})
 
 # Characters of a line that an error quotes.
@@ -163,6 +173,25 @@ class Draft:
         fields |= {"vector": direction_of(self.vector), "normal": direction_of(self.normal)}
         block = Block(**fields | {"centre": self.centre or None})
         return None if block == Block(self.line) else block
+
+
+def number_of(name: str, digits: str) -> float:
+    """Return the number of a word; raise BlockError if it is longer than `LONGEST_NUMBER`."""
+    if len(digits) > LONGEST_NUMBER:
+        raise BlockError(f"{name}{digits[:LONGEST_NUMBER]}… is longer than any number of a control")
+    return float(digits)
+
+
+def m_number(value: float) -> int:
+    """Return the number of an M word; raise BlockError if it isn't a whole one from 0."""
+    if value != int(value) or value < 0:
+        raise BlockError(f"M{value:g} isn't an M word; correct it")
+    return int(value)
+
+
+def reasons(*pairs: tuple[str, str]) -> Reasons:
+    """Return patterns of what is refused with their reasons, in the order in which they are tried."""
+    return tuple((re.compile(pattern), reason) for pattern, reason in pairs)
 
 
 def put_word(words: dict[str, float], letter: str, value: float) -> None:

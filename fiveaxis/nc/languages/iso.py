@@ -12,8 +12,17 @@ import re
 
 import numpy as np
 
-from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError, FrameChange, put_word
-from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
+from fiveaxis.nc.languages.block import (
+    IS_CYCLE,
+    NO_WORDS,
+    Block,
+    BlockError,
+    FrameChange,
+    number_of,
+    put_word,
+    reasons,
+)
+from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
 from fiveaxis.nc.languages.planes import turns
 from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
@@ -44,23 +53,20 @@ _DIN = (
 _SINUMERIK = "is Sinumerik code in an ISO program (Fanuc, Haas, LinuxCNC); post it in one language"
 
 # What a line that doesn't consist of words may be; the first match gives the reason.
-NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
-    (re.compile(pattern), reason)
-    for pattern, reason in (
-        (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is Heidenhain code in an ISO program; post it in one language"),
-        (r"M?CYCLE[0-9]*|MCALL", "is a cycle, which isn't expanded; post its moves"),
-        (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "changes the coordinates; post without it"),
-        (r"TRAFOOF|SUPA|DEF|MSG", _SINUMERIK),
-        (
-            r"(?:IF|WHILE|REPEAT|FOR)(?=[\[(#0-9XYZ]|$)|GOTO(?=[-+\[#0-9]|$)|(?:ENDFOR|CALL|SUB|DO[0-9]|END[0-9])$",
-            f"jumps or repeats, which isn't run; {_PLAIN}",
-        ),
-        (r"\*$", _DIN),
-        (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
-        (r"=", _SINUMERIK),
-        (r"[(]", "opens a comment that isn't closed on its line; close it"),
-        (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
-    )
+NOT_WORDS = reasons(
+    (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is Heidenhain code in an ISO program; post it in one language"),
+    (r"M?CYCLE[0-9]*|MCALL", IS_CYCLE),
+    (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "changes the coordinates; post without it"),
+    (r"TRAFOOF|SUPA|DEF|MSG", _SINUMERIK),
+    (
+        r"(?:IF|WHILE|REPEAT|FOR)(?=[\[(#0-9XYZ]|$)|GOTO(?=[-+\[#0-9]|$)|(?:ENDFOR|CALL|SUB|DO[0-9]|END[0-9])$",
+        f"jumps or repeats, which isn't run; {_PLAIN}",
+    ),
+    (r"\*$", _DIN),
+    (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
+    (r"=", _SINUMERIK),
+    (r"[(]", "opens a comment that isn't closed on its line; close it"),
+    (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
 )
 
 _CHANGES = re.compile("M0*6(?![0-9])")
@@ -178,9 +184,7 @@ def _parse_block(line: int, code: str) -> Block:
     if "".join(map("".join, found)) != code:
         raise BlockError(_explain(code))
     for letter, number in found:
-        if len(number) > LONGEST_NUMBER:
-            raise BlockError(f"{letter}{number[:LONGEST_NUMBER]}… is longer than any number of a control")
-        value = float(number)
+        value = number_of(letter, number)
         if letter == "G":
             g.append(f"G{value + 0.0:g}")
         elif letter == "M":

@@ -6,7 +6,7 @@ import math
 import re
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, put_word
+from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, m_number, put_word
 from fiveaxis.nc.languages.klartext_state import VALUE, Line, State
 from fiveaxis.nc.languages.klartext_words import END_M, REFUSED_M
 from fiveaxis.nc.languages.planes import turns
@@ -102,9 +102,7 @@ class Move(Line):
 
     def _take_m(self, value: float) -> None:
         draft = self.draft
-        if value != int(value) or value < 0:
-            raise BlockError(f"M{value:g} isn't an M word; correct it")
-        number = int(value)
+        number = m_number(value)
         if number in REFUSED_M:
             raise BlockError(f"M{number} {REFUSED_M[number]}")
         if number in END_M or number in SPINDLE_M:

@@ -13,8 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple
-from fiveaxis.nc.languages.expressions import LONGEST_NUMBER
+from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple, number_of
 from fiveaxis.nc.languages.iso import WORD_NUMBER, compact_code
 from fiveaxis.nc.languages.planes import Plane, turns
 from fiveaxis.nc.languages.runs import Reader
@@ -145,16 +144,15 @@ def _split_words(code: str) -> tuple[list[str], list[str], dict[str, float], dic
             break
         end = found.end()
         name, value = (found[1], found[2]) if found[1] else (found[3], found[4])
-        if len(value) > LONGEST_NUMBER:
-            raise BlockError(f"{name}{value[:LONGEST_NUMBER]}… is longer than any number of a control")
+        number = number_of(name, value.removeprefix("E"))
         if name in ("G", "M"):
-            (g if name == "G" else m).append(f"{name}{float(value) + 0.0:g}")
+            (g if name == "G" else m).append(f"{name}{number + 0.0:g}")
         elif name in words or name in indexed:
             raise BlockError(f"{name} has two values; write one of them")
         elif found[1] and (len(name) > 1 or value[0] == "E"):
-            indexed[name] = value if value[0] == "E" else float(value)
+            indexed[name] = value if value[0] == "E" else number
         else:
-            words[name] = float(value)
+            words[name] = number
     if end != len(code):
         raise BlockError(f"{code[end : end + 20]!r} isn't a word of MillPlus; correct it")
     _require_known(indexed)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, BlockError, put_word
-from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
+from fiveaxis.nc.languages.block import SPINDLE_M, BlockError, m_number, number_of, put_word
+from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
 from fiveaxis.nc.languages.planes import AXES, Statement
 from fiveaxis.nc.languages.sinumerik_cycles import (
     HOLES,
@@ -86,9 +86,7 @@ class SinumerikStatement(Statement[State]):
             return self._assign(found[1], found[2], found.end())
         found = _WORD.match(self.code, at)
         if found is not None:
-            if len(found[2]) > LONGEST_NUMBER:
-                raise BlockError(f"{found[0][:LONGEST_NUMBER]}… is longer than any number of a control")
-            self._word(found[1], float(found[2]))
+            self._word(found[1], number_of(found[1], found[2]))
             return found.end()
         found = _NAME.match(self.code, at)
         if found is None:
@@ -227,9 +225,7 @@ class SinumerikStatement(Statement[State]):
         self.draft.g.append(word)
 
     def _m(self, number: float) -> None:
-        if number != int(number):
-            raise BlockError(f"M{number:g} isn't an M word; correct it")
-        if number in _END:
+        if m_number(number) in _END:
             self.draft.m.append(_END[int(number)])
         elif number in SPINDLE_M:
             self.draft.m.append(f"M{number:g}")
