@@ -35,8 +35,7 @@ from fiveaxis.nc import NOT_VERIFIED, Program, ProgramSettings, compose_program,
 from fiveaxis.nc.kinds import require_program_suffix
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
-from fiveaxis.nc.writing.asked import AskedTechnology
-from fiveaxis.nc.writing.framing import Frame
+from fiveaxis.nc.writing.framing import AskedTechnology, Frame
 from fiveaxis.nc.writing.wording import Wording
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import (

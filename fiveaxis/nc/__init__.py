@@ -3,8 +3,14 @@
 from fiveaxis.nc.control.program_reader import ReadMotion, read_program
 from fiveaxis.nc.formats import read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
-from fiveaxis.nc.program import NOT_VERIFIED, Program, compose_program, require_motion, require_program
-from fiveaxis.nc.stated_clock import stated_clock
+from fiveaxis.nc.program import (
+    NOT_VERIFIED,
+    Program,
+    compose_program,
+    require_motion,
+    require_program,
+    stated_clock,
+)
 from fiveaxis.nc.table import write_toolpath
 from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
 from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect

@@ -1,25 +1,28 @@
-"""NC programs: a motion as the blocks of a control."""
+"""NC programs: a motion as the blocks of a control, or as a list of cutter locations for other posts."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Coordinates, Motion, ProgramMotion
+from fiveaxis.motion import STANDSTILL, Clock, Coordinates, Motion, ProgramMotion
 from fiveaxis.nc.control.program_reader import ReadMotion
+from fiveaxis.nc.source import Source
+from fiveaxis.nc.words import feed_text, fill_formats
 from fiveaxis.nc.writing.blocks import block_lines
-from fiveaxis.nc.writing.cutter_locations import location_lines
+from fiveaxis.nc.writing.feeds import SECONDS
 from fiveaxis.nc.writing.framing import NO_ROW, Frame, numbered
 from fiveaxis.nc.writing.header import Note, head_lines, machine_notes
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
-from fiveaxis.nc.writing.tables import find_dialect
+from fiveaxis.nc.writing.tables import DIALECTS, find_dialect
 from fiveaxis.nc.writing.turns import Winding, require_winding
 from fiveaxis.nc.writing.wording import Wording, require_expressible
 
@@ -35,6 +38,10 @@ NOT_VERIFIED = (
 
 # mm, rad: rounding of an axis value beyond its travel.
 BEYOND = 1e-6
+
+COLUMNS = "x,y,z,i,j,k,feed,cut,rapid"
+
+COORDINATES: tuple[Coordinates, ...] = get_args(Coordinates)
 
 
 @dataclass(frozen=True)
@@ -300,3 +307,64 @@ def _require_width(lines: Sequence[str], wording: Wording) -> None:
             f"{longest[:40]!r}… has {len(longest)} characters, and control {wording.dialect.name!r} reads "
             f"{wording.dialect.longest}; write fewer decimals, or no block numbers"
         )
+
+
+def location_lines(motion: Motion, wording: Wording, header: Sequence[str]) -> list[str]:
+    """Write every location of a motion, after the comment lines `header`."""
+    values = wording.rounded(wording.values(motion.positions))
+    if wording.dialect.language == "apt":
+        return [*header, "UNITS/MM", "MULTAX/ON", *_apt(motion, wording, values), "FINI"]
+    return [*header, COLUMNS, *_points(motion, wording, values)]
+
+
+def _apt(motion: Motion, wording: Wording, values: Array) -> list[str]:
+    """Write GOTO for each location, FEDRAT where the feed changes, RAPID before each rapid move."""
+    goto = "GOTO/" + ",".join(f"%.{int(d)}f" for d in wording.decimals)
+    rapid = motion.rapid
+    texts = _feeds(motion, wording)
+    formats, now = [], ""
+    for is_rapid, feed in zip(rapid.tolist(), texts, strict=True):
+        if is_rapid:
+            formats.append(f"RAPID\n{goto}")
+        elif feed != now:
+            formats.append(f"FEDRAT/{feed},MMPM\n{goto}")
+            now = feed
+        else:
+            formats.append(goto)
+    return _filled(formats, values)
+
+
+def _points(motion: Motion, wording: Wording, values: Array) -> list[str]:
+    row = ",".join(f"%.{int(d)}f" for d in wording.decimals)
+    kinds = [f"{int(cut)},{int(rapid)}" for cut, rapid in zip(motion.cutting, motion.rapid, strict=True)]
+    formats = [f"{row},{feed},{kind}" for feed, kind in zip(_feeds(motion, wording), kinds, strict=True)]
+    return _filled(formats, values)
+
+
+def _filled(formats: list[str], values: Array) -> list[str]:
+    kept = np.ones(values.shape, dtype=bool)
+    return [line for text in fill_formats(formats, values, kept) for line in text.split("\n")]
+
+
+def _feeds(motion: Motion, wording: Wording) -> list[str]:
+    """Format the feed of each location, mm/min; few are different."""
+    form = wording.dialect.feed["per_minute"]
+    values, owner = np.unique(motion.feed * SECONDS, return_inverse=True)
+    texts = [feed_text(value, form) for value in values.tolist()]
+    return [texts[i] for i in owner.reshape(-1).tolist()]
+
+
+def stated_clock(source: Source, control: str | Path | None = None) -> Clock:
+    """Return the clock of the control that a program's header names, or of another one.
+
+    The coordinates are those that the header states, axis positions by default. A table of its own that the
+    header names isn't at hand: then the corners count as unknown.
+
+    Raises
+    ------
+    SettingError
+        `control` is unknown.
+    """
+    name, _, words = (source.stated("control") or "").rpartition(" ")
+    coordinates: Coordinates = next((known for known in COORDINATES if known == words), "axes")
+    return Clock(DIALECTS.get(name) if control is None else find_dialect(control), coordinates)

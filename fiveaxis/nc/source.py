@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.files import MOST_PATH_BYTES, read_input
+from fiveaxis.findings import Finding, Place, Severity
 
 # Control characters but tab, line ends, form feed and the end mark of DOS: no text file has them.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
+
+# Lines that are searched for what a header states.
+HEAD = 100
+# A comment of any control; a second blank begins the continuation of a longer one.
+_COMMENT = r"\s*(?:N?[0-9]+ )?[(;] ?{}: ([^)]*?)\W*"
 
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
@@ -30,6 +37,21 @@ class Source:
     def error(self, message: str, line: int | None = None) -> ToolpathError:
         """Create the error for a fault on a line, counted from 1."""
         return ToolpathError(message, file=self.name, line=line)
+
+    def finding(
+        self, severity: Severity, code: str, message: str, line: int | None = None, value: float | None = None
+    ) -> Finding:
+        """Create a finding on a line."""
+        return Finding(severity, code, message, Place(line=line, file=self.name), value)
+
+    def stated(self, name: str) -> str | None:
+        """Return what the header of a program by this package states under a name, in lower case, or None.
+
+        Only a comment of its own counts, not the same words in the name of a file or a machine.
+        """
+        pattern = re.compile(_COMMENT.format(re.escape(name)), re.IGNORECASE)
+        found = (pattern.fullmatch(text[:200]) for text in self.lines[:HEAD])
+        return next((match[1].lower() for match in found if match is not None), None)
 
 
 def load_source(path: str | Path) -> Source:

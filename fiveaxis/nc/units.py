@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN
 from fiveaxis.nc.rows import MILLIMETRES
@@ -110,13 +110,12 @@ class Units:
                 f"lengths are read in {self.now}, {whose}, and {' and '.join(why)}: {figures}; set "
                 f"unit={other} (--unit {other}) if that is meant"
             )
-            return [
-                self._finding(Severity.WARNING, "unit-doubtful", text, self.stated_line or self.used_line)
-            ]
+            line = self.stated_line or self.used_line
+            return [self.source.finding(Severity.WARNING, "unit-doubtful", text, line)]
         if self.overridden is not None:
             unit, line = self.overridden
             text = f"the file states {unit}, and is read in {self.given} as asked for: {figures}"
-            return [self._finding(Severity.WARNING, "unit-overridden", text, line)]
+            return [self.source.finding(Severity.WARNING, "unit-overridden", text, line)]
         return []
 
     def better(self, size: Size, machine: Machine | None) -> str | None:
@@ -138,10 +137,7 @@ class Units:
             f"the file doesn't state its unit{how}; {self.now} is assumed, set unit={other} if it isn't: "
             f"{figures}"
         )
-        return self._finding(severity, "unit-assumed", text, self.used_line)
-
-    def _finding(self, severity: Severity, code: str, text: str, line: int | None) -> Finding:
-        return Finding(severity, code, text, Place(line=line, file=self.source.name))
+        return self.source.finding(severity, "unit-assumed", text, self.used_line)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
 from fiveaxis.nc.control.technology import TechnologyTrack
-from fiveaxis.nc.writing.asked import AskedTechnology
+from fiveaxis.nc.writing.framing import AskedTechnology
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses

@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.nc.control.technology import Technology, TechnologyTrack
-from fiveaxis.nc.writing.asked import AskedTechnology
+from fiveaxis.nc.writing.framing import AskedTechnology
 from fiveaxis.verification.report import Result
 
 # rev/min: decimals of S.

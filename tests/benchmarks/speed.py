@@ -26,8 +26,7 @@ from fiveaxis.machine import Limits
 from fiveaxis.mesh import TriangleTree, load_mesh
 from fiveaxis.motion import Motion, fill_in, thinned, time_motion
 from fiveaxis.nc import DIALECTS, compose_program
-from fiveaxis.nc.languages.klartext import split_klartext
-from fiveaxis.nc.languages.sinumerik import split_sinumerik
+from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK
 from fiveaxis.nc.source import Source
 from fiveaxis.posture import Options
 from fiveaxis.posture import optimise as optimise_postures
@@ -121,14 +120,14 @@ def time_languages() -> None:
     angle = np.linspace(0.0, 600.0, BLOCKS)
     rows = np.column_stack([50.0 * np.sin(angle), 50.0 * np.cos(angle), 0.01 * angle, 0.1 * angle, angle])
     for what, split, template in (
-        ("Sinumerik, blocks with angles", split_sinumerik, "N10 X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} C{:.3f}"),
+        ("Sinumerik, blocks with angles", SINUMERIK.split, "N10 X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} C{:.3f}"),
         (
             "Sinumerik, blocks with vectors",
-            split_sinumerik,
+            SINUMERIK.split,
             "N10 X{:.3f} Y{:.3f} Z{:.3f} A3={:.6f} C3={:.6f}",
         ),
-        ("Klartext, L blocks", split_klartext, "10 L X{:+.3f} Y{:+.3f} Z{:+.3f} A{:+.3f} C{:+.3f}"),
-        ("Klartext, LN blocks", split_klartext, "10 LN X{:+.3f} Y{:+.3f} Z{:+.3f} TX{:+.6f} TZ{:+.6f} F500"),
+        ("Klartext, L blocks", KLARTEXT.split, "10 L X{:+.3f} Y{:+.3f} Z{:+.3f} A{:+.3f} C{:+.3f}"),
+        ("Klartext, LN blocks", KLARTEXT.split, "10 LN X{:+.3f} Y{:+.3f} Z{:+.3f} TX{:+.6f} TZ{:+.6f} F500"),
     ):
         source = Source("synthetic", [template.format(*row) for row in rows.tolist()])
         rate(what, BLOCKS, lambda split=split, source=source: deque(split(source), maxlen=0))

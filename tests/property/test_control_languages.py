@@ -1,4 +1,4 @@
-"""Laws of Sinumerik and Klartext: one path in every language, short ways are right, nonsense gives errors."""
+"""Laws of Sinumerik and Klartext: one path in every language, runs are blocks, nonsense gives errors."""
 
 from __future__ import annotations
 
@@ -7,21 +7,20 @@ import random
 
 import numpy as np
 import pytest
+from blocks import one_by_one
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.languages import klartext, sinumerik
 from fiveaxis.nc.languages.block import BlockError
+from fiveaxis.nc.languages.choice import ISO, KLARTEXT, SINUMERIK
 from fiveaxis.nc.languages.expressions import evaluate
-from fiveaxis.nc.languages.iso import split_blocks
-from fiveaxis.nc.languages.klartext import split_klartext
-from fiveaxis.nc.languages.sinumerik import split_sinumerik
+from fiveaxis.nc.languages.runs import SHORTEST
 from fiveaxis.nc.languages.sinumerik_state import State
 from fiveaxis.nc.source import Source
 
 QUIET = settings(deadline=None, derandomize=True, max_examples=150)
-SPLITTERS = {"mpf": split_sinumerik, "h": split_klartext}
+SPLITTERS = {"mpf": SINUMERIK.split, "h": KLARTEXT.split}
 
 NUMBERS = st.decimals(-9999, 9999, places=4, allow_nan=False).map(lambda d: f"{d:+f}")
 ROWS = st.lists(
@@ -59,12 +58,12 @@ def line_of(row, template, feed):
 @QUIET
 @given(rows=ROWS)
 def test_straight_moves_are_the_same_blocks_in_every_language(rows):
-    iso = blocks_of(split_blocks, *(line_of(r, "{motion} {words}", "") for r in rows))
+    iso = blocks_of(ISO.split, *(line_of(r, "{motion} {words}", "") for r in rows))
     for split, template, rapid in (
-        (split_sinumerik, "N10 {motion} {words}", ""),
-        (split_sinumerik, "{motion} MSG() {words}", ""),
-        (split_klartext, "10 L {words}", " FMAX"),
-        (split_klartext, "L {words} M8", " FMAX"),
+        (SINUMERIK.split, "N10 {motion} {words}", ""),
+        (SINUMERIK.split, "{motion} MSG() {words}", ""),
+        (KLARTEXT.split, "10 L {words}", " FMAX"),
+        (KLARTEXT.split, "L {words} M8", " FMAX"),
     ):
         found = blocks_of(split, *(line_of(r, template, rapid) for r in rows))
         assert plain(found) == plain(iso)
@@ -75,7 +74,7 @@ VECTOR = st.tuples(NUMBERS, NUMBERS, NUMBERS)
 
 @st.composite
 def plain_lines(draw, language):
-    """Lines that the short way may take, or nearly so."""
+    """Lines that are plain, or nearly so."""
     words = draw(st.dictionaries(st.sampled_from("XYZABCF"), NUMBERS, max_size=5))
     vectors = [draw(st.one_of(st.none(), VECTOR)) for _ in "TN"]
     if language == "mpf":
@@ -96,22 +95,22 @@ def outcome(split, lines):
     """The blocks up to the first error, and that error."""
     found = []
     try:
-        for block in split(Source("part", lines)):
+        for block in one_by_one(split(Source("part", lines))):
             found.append(block)
     except ToolpathError as fault:
-        return found, str(fault)
+        return found, str(fault).replace(";", "")
     return found, None
 
 
-@pytest.mark.parametrize(("language", "module"), [("mpf", sinumerik), ("h", klartext)])
+@pytest.mark.parametrize("language", SPLITTERS)
 @QUIET
 @given(data=st.data())
-def test_the_short_way_reads_what_the_long_way_reads(language, module, data):
-    lines = data.draw(st.lists(plain_lines(language), min_size=1, max_size=8))
-    quick = outcome(SPLITTERS[language], lines)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "_plain_block", lambda *_: None)
-        assert outcome(SPLITTERS[language], lines) == quick
+def test_a_run_is_the_blocks_of_its_lines(language, data):
+    """A comment makes a line one that is read by itself."""
+    drawn = data.draw(st.lists(plain_lines(language), min_size=1, max_size=8))
+    lines = [line for line in drawn for _ in range(SHORTEST)]
+    together = outcome(SPLITTERS[language], lines)
+    assert outcome(SPLITTERS[language], [f"{line};" for line in lines]) == together
 
 
 # Frames
@@ -123,14 +122,14 @@ ANGLES = st.integers(-720, 720).map(lambda n: n / 2)
 @given(x=ANGLES, y=ANGLES, z=ANGLES)
 def test_all_ways_to_write_a_plane_turn_it_the_same(x, y, z):
     written = (
-        (split_sinumerik, f"ROT X{x} Y{y} Z{z}"),
-        (split_sinumerik, f'CYCLE800(1,"",0,27,0,0,0,{z},{y},{x})'),
-        (split_klartext, f"PLANE SPATIAL SPA{x:+} SPB{y:+} SPC{z:+} STAY"),
+        (SINUMERIK.split, f"ROT X{x} Y{y} Z{z}"),
+        (SINUMERIK.split, f'CYCLE800(1,"",0,27,0,0,0,{z},{y},{x})'),
+        (KLARTEXT.split, f"PLANE SPATIAL SPA{x:+} SPB{y:+} SPC{z:+} STAY"),
     )
     rotations = [blocks_of(split, text)[-1].frame.rotation for split, text in written]
-    rotations.append(blocks_of(split_sinumerik, f"ROT Z{z}", f"AROT Y{y}", f"AROT X{x}")[-1].frame.rotation)
+    rotations.append(blocks_of(SINUMERIK.split, f"ROT Z{z}", f"AROT Y{y}", f"AROT X{x}")[-1].frame.rotation)
     relative = (f"PLANE SPATIAL SPA+0 SPB+0 SPC{z:+}", f"PLANE RELATIV SPB{y:+}", f"PLANE RELATIV SPA{x:+}")
-    rotations.append(blocks_of(split_klartext, *relative)[-1].frame.rotation)
+    rotations.append(blocks_of(KLARTEXT.split, *relative)[-1].frame.rotation)
     for rotation in rotations[1:]:
         np.testing.assert_allclose(rotation, rotations[0], atol=1e-12)
     np.testing.assert_allclose(rotations[0] @ rotations[0].T, np.eye(3), atol=1e-12)
@@ -152,7 +151,7 @@ def test_steps_back_in_reverse_order_leave_no_frame(steps):
             lines.append(f"ATRANS X{-x} Y{-y} Z{-z}")
         else:
             lines += [f"AROT X{-x}", f"AROT Y{-y}", f"AROT Z{-z}"]
-    found = blocks_of(split_sinumerik, "TRANS", *lines)[-1].frame
+    found = blocks_of(SINUMERIK.split, "TRANS", *lines)[-1].frame
     np.testing.assert_allclose(found.rotation, np.eye(3), atol=1e-12)
     np.testing.assert_allclose(found.origin, 0.0, atol=1e-9)
 
@@ -280,7 +279,7 @@ def test_a_real_line_with_one_character_changed_is_read_or_refused(data, name):
         line = draw.choice(lines)
         at = draw.randrange(len(line) + 1)
         text = line[:at] + draw.choice(signs) + line[at + draw.randrange(2) :]
-        reached, seen = read_or_refuse(split_sinumerik, ["DEF REAL _CAMTOLERANCE", text])
+        reached, seen = read_or_refuse(SINUMERIK.split, ["DEF REAL _CAMTOLERANCE", text])
         code = text.partition(";")[0].strip()
         bare = code.lstrip("N0123456789:/ ").strip() == "" or code[0] == "%"
         assert reached < 2 or bare or 2 in seen, text

@@ -1,12 +1,14 @@
-"""Laws of programs as toolpaths: the short way is the long way, frames agree, nonsense is an error."""
+"""Laws of programs as toolpaths: runs are their blocks one by one, frames agree, nonsense is an error."""
 
 from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from blocks import one_by_one
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
@@ -16,10 +18,9 @@ from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program
-from fiveaxis.nc.languages.choice import split_program, split_runs
-from fiveaxis.nc.languages.iso import split_blocks
+from fiveaxis.nc.languages.choice import split_program
 from fiveaxis.nc.languages.runs import Run
-from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.options import ReadOptions, Wrap
 from fiveaxis.nc.source import Source, load_source
 
 QUIET = settings(
@@ -108,33 +109,7 @@ def path(tmp_path):
     return tmp_path / "part.nc"
 
 
-# The short way
-
-number = st.one_of(
-    st.floats(-50, 50).map(lambda x: f"{x:.3f}"),
-    st.sampled_from(["0", "-0", "1.", ".5", " 7", "1e3", "", "1_0", "9" * 45, "nan", "--1", "+3"]),
-)
-word = st.builds("{}{}".format, st.sampled_from("XYZACFGNSMTx"), number)
-text = st.one_of(
-    st.lists(word, max_size=5).map(" ".join),
-    st.sampled_from(
-        ["G0 X1 Y2 Z3 A4 C5", "G1 X2 F60", "G91", "G90", "G93", "G94", "G20", "(x) X1", "M428", "M429"]
-    ),
-)
-
-
-@settings(QUIET, max_examples=250)
-@given(line=text)
-@example(line="X1e5")
-@example(line="G-0 X1")
-def test_a_plain_block_is_the_same_the_short_way(line: str):
-    def cut(*, quickly: bool) -> object:
-        try:
-            return list(split_blocks(Source("part.nc", [line]), quickly=quickly))
-        except ToolpathError as fault:
-            return str(fault)
-
-    assert cut(quickly=True) == cut(quickly=False)
+# Runs of plain blocks
 
 
 def rows_of(ran: Interpreter) -> list[object]:
@@ -144,33 +119,6 @@ def rows_of(ran: Interpreter) -> list[object]:
     columns = ran.track.columns()
     arrays = [getattr(columns, f.name) for f in fields(columns) if f.name != "machine"]
     return [np.where(np.isnan(array), None, array).tolist() for array in arrays]
-
-
-@settings(QUIET, max_examples=200)
-@given(lines=st.lists(text, max_size=12), for_motion=st.booleans())
-@example(lines=["G21 G0 X1 Y2 Z3 A4 C5", "G1 X2 F60", "X2", "G93", "X3", "X4 F2"], for_motion=True)
-@example(lines=["G20 G0 X1 Y2 Z3 A4 C5", "F9", "G1", "Y3", "G0 A5 S3", "T2", "G1 C7"], for_motion=False)
-@example(lines=["G0 X1 Y2 Z3 A4 C5", "G1 X2", "G1 X2 F-1"], for_motion=False)
-def test_a_program_is_the_same_the_short_way(lines: list[str], for_motion: bool):
-    machine = load_machine("linuxcnc-xyzac-trt")
-    start = {"X": 0.0, "Y": 0.0, "Z": 0.0, "A": 0.0, "C": 0.0} if for_motion else {}
-
-    def run(*, quickly: bool) -> object:
-        try:
-            ran = run_program(
-                Source("part.nc", lines),
-                machine,
-                ReadOptions(machine=machine, start=start),
-                for_motion=for_motion,
-                quickly=quickly,
-            )
-        except ToolpathError as fault:
-            return str(fault)
-        ignored = {word: n for word, n in ran.ignored.items() if n}
-        modes = (ran.modes.motion, ran.modes.feed, ran.modes.feed_mode)
-        return rows_of(ran), ran.track.now, ran.track.approach, ignored, modes, ran.findings
-
-    assert run(quickly=True) == run(quickly=False)
 
 
 # What a long run of plain blocks may have in it, and what interrupts or spoils it.
@@ -196,20 +144,14 @@ BEGINNINGS = {"nc": "{}", "mpf": "N10 {}", "h": "7 L {}"}
     mode=st.sampled_from(["G94", "G93", "fixed", "wrap", "headless"]),
     for_motion=st.booleans(),
 )
-@example(lines=[("G1 ", "X1 Y2 Z3 A4 C5 F6")] * 40, others={}, suffix="nc", mode="G94", for_motion=True)
-@example(lines=[("", f"F{9 + i}") for i in range(30)], others={}, suffix="nc", mode="G94", for_motion=False)
-@example(lines=[("", f"X{i} C{i} F5") for i in range(40)], others={}, suffix="h", mode="G94", for_motion=True)
-@example(
-    lines=[*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")],
-    others={0: "G21 G90 G94"},
-    suffix="nc",
-    mode="headless",
-    for_motion=False,
-)
+@example([("G1 ", "X1 Y2 Z3 A4 C5 F6")] * 40, {}, "nc", "G94", True)
+@example([("", f"F{9 + i}") for i in range(30)], {}, "nc", "G94", False)
+@example([("", f"X{i} C{i} F5") for i in range(40)], {}, "h", "G94", True)
+@example([("G1 ", f"C{50 * i % 360} F5") for i in range(40)], {}, "nc", "wrap", True)
+@example([*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")], {0: "G21 G90 G94"}, "nc", "headless", False)
 def test_a_run_of_plain_blocks_is_the_same_block_by_block(
     lines: list[tuple[str, str]], others: dict[int, str], suffix: str, mode: str, for_motion: bool
 ):
-    machine = load_machine("linuxcnc-xyzac-trt")
     program = [
         BEGINNINGS[suffix].format(words if suffix == "h" else motion + words) for motion, words in lines
     ]
@@ -222,24 +164,75 @@ def test_a_run_of_plain_blocks_is_the_same_block_by_block(
     }
     begin = [] if mode == "headless" else head[suffix]
     program = [*begin, *([mode] if mode[0] == "G" and suffix != "h" else []), *program]
-    options = ReadOptions(
-        machine=machine,
-        feed_mm_min=500.0 if mode == "fixed" else None,
-        wrap="shorter" if mode == "wrap" and suffix != "mpf" else None,
-    )
+    wrap: Wrap | None = "shorter" if mode == "wrap" and suffix != "mpf" else None
+    feed = 500.0 if mode == "fixed" else None
+    require_same_block_by_block(f"part.{suffix}", program, for_motion, wrap=wrap, feed_mm_min=feed)
 
-    def run(*, quickly: bool) -> object:
+
+def require_same_block_by_block(name: str, program: list[str], for_motion: bool, **options: Any) -> None:
+    """Compare with a program in which a comment makes each line one that is read by itself."""
+    machine = load_machine("linuxcnc-xyzac-trt")
+
+    def run(end: str) -> object:
         try:
-            ran = run_program(
-                Source(f"part.{suffix}", program), machine, options, for_motion=for_motion, quickly=quickly
-            )
+            source = Source(name, [line + end for line in program])
+            ran = run_program(source, machine, ReadOptions(machine=machine, **options), for_motion=for_motion)
         except ToolpathError as fault:
-            return str(fault)
+            return str(fault).replace(";", "")
         ignored = {word: n for word, n in ran.ignored.items() if n}
         modes = (ran.modes.motion, ran.modes.feed, ran.modes.feed_mode)
-        return rows_of(ran), ran.track.now, ran.track.approach, ignored, modes, ran.findings
+        state = (ran.track.now, ran.track.vector, ran.track.approach)
+        return rows_of(ran), state, ignored, modes, ran.findings
 
-    assert run(quickly=True) == run(quickly=False)
+    assert run("") == run(";")
+
+
+linear_words = st.lists(
+    st.builds("{}{}".format, st.sampled_from("XYZ"), st.integers(-9, 9)),
+    min_size=1,
+    max_size=3,
+    unique_by=lambda word: word[0],
+).map(" ".join)
+KLARTEXT_WORDS = {"A3=": "TX", "B3=": "TY", "C3=": "TZ", "A5=": "NX", "B5=": "NY", "C5=": "NZ"}
+
+
+@settings(QUIET, max_examples=100)
+@given(
+    lines=st.lists(linear_words, min_size=20, max_size=60),
+    directions=st.lists(
+        st.sampled_from(
+            ["A3=0 B3=0.6 C3=0.8", "A3=1", "C3=1", "A5=0.6 C5=0.8 B3=0.6 C3=0.8", "A5=1 C3=1", "C3=1 F60"]
+        ),
+        min_size=1,
+        max_size=3,
+    ),
+    others=st.dictionaries(
+        st.integers(0, 60),
+        st.sampled_from(["", "X9", "A10 C5", "A3=1 A10", "F9", "G0 X7", "TRAFOOF"]),
+        max_size=2,
+    ),
+    suffix=st.sampled_from(["mpf", "h"]),
+    for_motion=st.booleans(),
+)
+@example(["X1"] * 40, ["C3=1"], {20: "X3"}, "mpf", False)
+@example(["X1", "X2"] * 30, ["C3=1", "A3=1"], {}, "h", False)
+def test_a_run_of_tool_directions_is_the_same_block_by_block(
+    lines: list[str], directions: list[str], others: dict[int, str], suffix: str, for_motion: bool
+):
+    program = [f"{words} {directions[i % len(directions)]}" for i, words in enumerate(lines)]
+    # Without words of a direction, the one in force holds.
+    program += lines
+    for place, other in others.items():
+        program.insert(place, other)
+    if suffix == "h":
+        for sinumerik, klartext in KLARTEXT_WORDS.items():
+            program = [line.replace(sinumerik, klartext) for line in program]
+        program = [f"LN {line.replace('G0', '')}" for line in program if line != "TRAFOOF"]
+    head = {
+        "mpf": ["G710 G90 G94", "TRAORI", "G0 X0 Y0 Z0 A3=0 B3=0 C3=1", "G1 F100"],
+        "h": ["M128", "LN X0 Y0 Z0 TZ1 FMAX", "L F100"],
+    }
+    require_same_block_by_block(f"part.{suffix}", [*head[suffix], *program], for_motion)
 
 
 REAL = Path(__file__).parents[3] / "shared" / "data" / "toolpaths"
@@ -250,45 +243,10 @@ def test_runs_of_real_programs_hold_the_blocks_that_they_stand_for(name: str):
     if not REAL.is_dir():
         pytest.skip("the shared programs are not beside the project")
     source = load_source(REAL / name)
-    found, together = [], 0
-    for item in split_runs(source):
-        together += len(item) if isinstance(item, Run) else 0
-        found += [item.block(row) for row in range(len(item))] if isinstance(item, Run) else [item]
-    assert repr(found) == repr(list(split_program(source)))
-    assert together > 600
-
-
-plain = st.sampled_from(
-    [
-        "G1 X1 Y2 Z3 F60", "X2 A3=0 B3=0.6 C3=0.8", "G0 Z9", "A3=1 B3=0 C3=0", "X4 A10", "A0 C5", "TRAFOOF",
-        "TRAORI", "G1 F0", "X1 Y1 Z1 A1 C1", "G93", "X5 F2 A3=0 B3=0 C3=1", "G91 X1", "G90",
-        "A3=0 B3=1 C3=0 C7",
-    ]
-)  # fmt: skip
-
-
-@settings(QUIET, max_examples=200)
-@given(lines=st.lists(plain, max_size=12))
-@example(lines=["X2 A3=0 B3=0.6 C3=0.8", "X3", "A3=0 B3=0.6 C3=0.8", "A3=1 B3=0 C3=0", "X4 A10", "X5"])
-def test_a_program_with_tool_directions_is_the_same_the_short_way(lines: list[str]):
-    machine = load_machine("linuxcnc-xyzac-trt")
-    program = ["G710 G90 G94", "TRAORI", "G0 X0 Y0 Z0 A3=0 B3=0 C3=1", "G1 F100", *lines]
-
-    def run(*, quickly: bool) -> object:
-        try:
-            ran = run_program(
-                Source("part.mpf", program),
-                machine,
-                ReadOptions(machine=machine),
-                for_motion=False,
-                quickly=quickly,
-            )
-        except ToolpathError as fault:
-            return str(fault)
-        ignored = {word: n for word, n in ran.ignored.items() if n}
-        return rows_of(ran), ran.track.now, ran.track.vector, ran.modes.feed, ignored, ran.findings
-
-    assert run(quickly=True) == run(quickly=False)
+    alone = Source(source.name, [f"{line};" for line in source.lines])
+    items = list(split_program(source))
+    assert repr(list(one_by_one(items))) == repr(list(split_program(alone)))
+    assert sum(len(item) for item in items if isinstance(item, Run)) > 600
 
 
 # Frames and units

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 from fiveaxis.findings import Finding
 from fiveaxis.nc.apt.feedrate import FEED_WORDS
-from fiveaxis.nc.apt.remarks import note
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, parse_minors
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind
@@ -184,4 +183,4 @@ def remark_on_cycle(cycle: Cycle, source: Source) -> list[Finding]:
         and cycle.rapto is None
         and "the cycle states no clearance: it feeds from its GOTO point",
     }
-    return [note(code, text, cycle.statement.line, source) for code, text in remarks.items() if text]
+    return [cycle.statement.note(source, code, text) for code, text in remarks.items() if text]

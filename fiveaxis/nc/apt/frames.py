@@ -8,13 +8,12 @@ in the first frame; locations in another one are mapped into it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, inverse_transform, product
-from fiveaxis.nc.apt.remarks import note
 from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, LONGEST_SHOWN, Statement
 from fiveaxis.nc.rows import LARGEST_POSITION
 from fiveaxis.nc.source import Source
@@ -82,8 +81,7 @@ class Frames:
                 f"TRANS/{','.join(statement.minors)[:LONGEST_SHOWN]} shifts what a post writes; the path is "
                 "read as written, without it"
             )
-            told = note("frame-unused", text, statement.line, self.source)
-            self.findings.append(replace(told, severity=Severity.WARNING))
+            self.findings.append(self.source.finding(Severity.WARNING, "frame-unused", text, statement.line))
 
     def _change(self, now: tuple[Statement, Array | None], rows: int) -> None:
         statement, transform = now
@@ -93,7 +91,7 @@ class Frames:
                 f"{statement.word} differs from the one on line {first.line}; it is ignored, because "
                 "TRNTYP/WORLD keeps coordinates in one frame"
             )
-            self.findings.append(note("frame-unused", text, statement.line, self.source))
+            self.findings.append(statement.note(self.source, "frame-unused", text))
             return
         if transform is None or base is None or len(self.last) > 1:
             raise statement.error(
@@ -103,7 +101,7 @@ class Frames:
         text = (
             f"{statement.word} changes the frame; locations after it are mapped to that of line {first.line}"
         )
-        self.findings.append(note("frame-mapped", text, statement.line, self.source))
+        self.findings.append(statement.note(self.source, "frame-mapped", text))
 
     def apply(self, positions: Array, vectors: Array) -> None:
         """Map locations after a change into the first frame, in place.

@@ -23,7 +23,6 @@ from fiveaxis.nc.apt.arcs import (
 from fiveaxis.nc.apt.cycles import Cycle, hole_points, read_cycle, remark_on_cycle
 from fiveaxis.nc.apt.feedrate import Feeds
 from fiveaxis.nc.apt.frames import Frames
-from fiveaxis.nc.apt.remarks import note
 from fiveaxis.nc.apt.statements import Statement
 from fiveaxis.nc.control.arcs import ROUNDING
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
@@ -264,7 +263,7 @@ class Moves:
                 f"the arc begins and ends {chord:.2g} mm apart; by its direction it turns by "
                 f"{math.degrees(sweep_to(arc, begin, end) or 0.0):.4g} deg"
             )
-            self.findings.append(note("arc-nearly-closed", text, statement.line, self.source))
+            self.findings.append(statement.note(self.source, "arc-nearly-closed", text))
         self._add_arc(arc, begin, end, kind, statement.line)
         self.rows.positions[-3:] = array("d", position)
         if sweep is not None:

@@ -23,12 +23,11 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.nc.apt.feedrate import Feeds
 from fiveaxis.nc.apt.frames import FRAME_WORDS, Frames
 from fiveaxis.nc.apt.moves import Moves
-from fiveaxis.nc.apt.remarks import assumed_axis, assumed_feeds, doubtful_arcs, note
 from fiveaxis.nc.apt.statements import CREO, LONGEST_SHOWN, Statement, statements
 from fiveaxis.nc.apt.tools import Tools
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.remarks import remark_on
-from fiveaxis.nc.rows import MILLIMETRES, require_finite, scale_positions, unit_axes
+from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, require_finite, scale_positions, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units, told_as
 from fiveaxis.toolpath import MoveKind, Toolpath
@@ -126,7 +125,7 @@ class _Reader:
         if statement.minors[:1] not in ([], ["OFF"]) and not self.compensated:
             self.compensated = True
             text = "CUTCOM is on; positions are read as written"
-            self.findings.append(note("cutter-compensation", text, statement.line, self.source))
+            self.findings.append(statement.note(self.source, "cutter-compensation", text))
 
     @property
     def _begun(self) -> bool:
@@ -167,22 +166,32 @@ class _Reader:
         )
         return replace(path, findings=path.findings + remark_on(path))
 
-    def _assumed_unit(self) -> list[Finding]:
-        """Note that the unit of lengths is unknown."""
-        if self.units.stated is not None or self.units.given is not None:
-            return []
-        return [self.units.assumed(self.size(), Severity.NOTE, " (UNITS)")]
-
     def _assumed(self, kinds: IntArray, feeds: Array, lines: IntArray) -> list[Finding]:
-        """Return findings on what the file leaves open."""
-        moves = self.moves
-        without_vector = 0 if moves.creo else moves.vector_row or 0
-        return [
-            *self._assumed_unit(),
-            *assumed_feeds(self.feeds, feeds, kinds, lines),
-            *assumed_axis(without_vector, int(lines[0]), self.source),
-            *doubtful_arcs(moves.along, moves.against, self.source),
-        ]
+        """Return findings on what the file leaves open.
+
+        Parameters
+        ----------
+        kinds, feeds, lines : (n,), of the locations; feeds in mm/min, NaN where none is in force
+        """
+        moves, source, found = self.moves, self.source, []
+        if self.units.stated is None and self.units.given is None:
+            found.append(self.units.assumed(self.size(), Severity.NOTE, " (UNITS)"))
+        unknown = np.flatnonzero(np.isnan(feeds) & (kinds == MoveKind.CUT))
+        if len(unknown) and self.feeds.override is None:
+            used = self.feeds.first or DEFAULT_FEED
+            text = f"{len(unknown)} cuts have no FEDRAT before them; {used:g} mm/min is used"
+            found.append(source.finding(Severity.NOTE, "feed-assumed", text, int(lines[unknown[0]])))
+        if moves.vector_row and not moves.creo:
+            text = f"{moves.vector_row} locations come before the first tool vector; 0, 0, 1 is used"
+            found.append(source.finding(Severity.NOTE, "axis-assumed", text, int(lines[0])))
+        if moves.against > moves.along:
+            text = (
+                f"{moves.against} arcs begin against the direction of the move before them, {moves.along} "
+                "along it: the file may mean the opposite direction of arcs; let the CAM system write GOTO "
+                "points"
+            )
+            found.append(source.finding(Severity.WARNING, "arc-direction", text, None, float(moves.against)))
+        return found
 
 
 Action = Callable[[_Reader, Statement], object]

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source
 
@@ -51,6 +52,10 @@ class Statement:
     def error(self, source: Source, fact: str) -> ToolpathError:
         """Create the error for a fault of this statement."""
         return source.error(f"{str(self)!r} {fact}", self.line)
+
+    def note(self, source: Source, code: str, text: str) -> Finding:
+        """Create a finding of this statement that needs no action."""
+        return source.finding(Severity.NOTE, code, text, self.line)
 
     def numbers(self, source: Source) -> list[float]:
         """Read all parts as numbers.

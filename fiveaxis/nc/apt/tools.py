@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from fiveaxis.errors import ToolError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.nc.apt.statements import Statement, numbers_and_words
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
@@ -138,7 +138,7 @@ class Tools:
         return self._warning("tool-change", text, statement.line)
 
     def _warning(self, code: str, text: str, line: int | None) -> Finding:
-        return Finding(Severity.WARNING, code, text, Place(line=line, file=self.source.name))
+        return self.source.finding(Severity.WARNING, code, text, line)
 
 
 def _key(stated: Figures | Statement | None) -> object:

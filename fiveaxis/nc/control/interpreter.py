@@ -13,35 +13,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.control.axis_track import NO_MOVE, Counting
-from fiveaxis.nc.control.interpreter_state import CUT, RAPID, Switch
+from fiveaxis.nc.control.axis_track import Counting
+from fiveaxis.nc.control.interpreter_state import CUT, Switch
 from fiveaxis.nc.control.modal import (
     CYCLES,
     END,
-    FRAMES,
     G92_WORDS,
     HARMLESS,
     MOTION,
     PARAMETERS,
     unknown_word,
 )
-from fiveaxis.nc.control.moves import STRAIGHT
 from fiveaxis.nc.control.run_moves import RunMoves
+from fiveaxis.nc.control.technology import FRAMES
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane
 from fiveaxis.nc.languages.runs import Run
-from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
+from fiveaxis.nc.rows import MILLIMETRES
 
 # Letters allowed in any block besides F; they are only counted.
 COUNTED = "STDHO"
 
 # s: a longer dwell is probably in ms, as P without a decimal point on Fanuc.
 LONGEST_DWELL = 60.0
-
-_PLAIN_MOTION = {(): None, ("G0",): "G0", ("G1",): "G1"}
-# The other fields of a block that has only motion, words and directions.
-_NOTHING_ELSE = list(Block(0)[8:])
-
 
 # L of G10: tables of tool lengths and radii. P of G10 L2: the work offset.
 TOOL_TABLES = (1.0, 10.0, 11.0, 12.0, 13.0)
@@ -58,9 +52,6 @@ def _shown(words: Mapping[str, float], letters: str) -> str:
 class Interpreter(RunMoves):
     """A control that records the positions of its axes."""
 
-    plain: bool = False
-    suspended: int | None = None
-
     def run(self, blocks: Iterable[Block | Run]) -> int | None:
         """Run blocks up to the end of the program; return the line of the block that ends it.
 
@@ -72,25 +63,24 @@ class Interpreter(RunMoves):
         try:
             for block in self._outside_runs(blocks):
                 self.line = block.line
-                if not (self.plain and self._take_plainly(block)) and self.take(block):
+                if self.take(block):
                     return block.line
         except BlockError as fault:
             raise self.source.error(str(fault), self.line) from None
         return None
 
     def _outside_runs(self, blocks: Iterable[Block | Run]) -> Iterator[Block]:
-        """Run the plain blocks of runs, and yield the others."""
+        """Take runs of plain straight moves together, and yield all other blocks."""
         for block in blocks:
             if isinstance(block, Block):
                 yield block
                 continue
             row = 0
-            while row < len(block) and not self.plain:
+            while row < len(block) and not self.is_plain(block):
                 yield block.block(row)
                 row += 1
-            if row < len(block) and self.plain and self.take_run(block.since(row)):
-                continue
-            yield from map(block.block, range(row, len(block)))
+            if row < len(block) and not self.take_run(rest := block.since(row)):
+                yield from rest.blocks()
 
     def take(self, block: Block) -> bool:
         """Run a block; return whether it ends the program."""
@@ -122,92 +112,7 @@ class Interpreter(RunMoves):
             self._move(axes, block)
         elif "G53" in block.g:
             self.ignored["G53"] += 1
-        self._allow_plain_blocks()
         return any(word in END for word in block.m)
-
-    def _allow_plain_blocks(self) -> None:
-        """Allow the fast interpreter if all axes are known and nothing special is in force."""
-        modes, track = self.modes, self.track
-        self.plain = (
-            self.quickly
-            and not modes.incremental
-            and not self.coordinates.turned
-            and not modes.vectors
-            and modes.feed_mode != "G95"
-            and bool(track.rows)
-            and not track.unknown(track.now)
-            and self.switch is None
-            and self.cycle is None
-            and modes.technology.cuts
-            and self.suspended is None
-        )
-        scale = MILLIMETRES[modes.units.now]
-        self.scales = [1.0 if a.is_rotary else scale for a in track.machine.axes]
-
-    def _take_plainly(self, block: Block) -> bool:
-        """Run a block of axis words, directions and F, with G0, G1 or neither; return whether it was one."""
-        line, g, m, words, skipped, switch, vector, normal, *rest = block
-        modes, track = self.modes, self.track
-        if m or skipped or switch is not None or rest != _NOTHING_ELSE or g not in _PLAIN_MOTION:
-            return False
-        if vector is None:
-            vector = track.vector
-        elif not self.coordinates.of_tip:
-            return False
-        motion = _PLAIN_MOTION[g] or modes.motion
-        feed = words.get("F")
-        if motion not in STRAIGHT or (feed is not None and feed <= 0.0):
-            return False
-        columns, scales, offsets = self.columns, self.scales, self.coordinates.offsets
-        wrapped = self.wrapped
-        target, named = track.now.copy(), 0
-        for letter, word in words.items():
-            column = columns.get(letter)
-            if column is None:
-                if letter != "F":
-                    return False
-                continue
-            if vector is not None and column in track.rotary:
-                return False
-            value = word * scales[column] + offsets[column]
-            if column in wrapped:
-                value = self._unwrapped(column, word, offsets[column]) + offsets[column]
-            if not -LARGEST_POSITION <= value <= LARGEST_POSITION:
-                return False
-            target[column] = value
-            named += 1
-        if vector is not None and track.vector is None:
-            target = track.without_rotary(target)
-        stays = target == track.now and vector == track.vector
-        time = speed = None
-        if motion == "G1" and not stays:
-            if self.fixed_feed:
-                speed = 1.0
-            elif modes.feed_mode == "G93":
-                if feed is None:
-                    return False
-                time = 60.0 / feed
-            else:
-                if (feed or modes.feed) is None:
-                    return False
-                speed = (feed or modes.feed) / 60.0  # type: ignore[operator]
-        modes.motion = motion
-        modes.feed = feed or modes.feed
-        if named == 0 and block.vector is None:
-            return True
-        if vector is not None and track.vector is None:
-            track.orient(vector, line)
-            self.named.update(track.rotary)
-        track.vector = vector
-        if stays:
-            self.ignored[NO_MOVE] += 1
-        elif motion == "G0":
-            track.rows.append((tuple(target), line, RAPID, None, None, track.counting, vector, None))
-            track.now = target
-        else:
-            track.rows.append((tuple(target), line, CUT, time, speed, track.counting, vector, normal))
-            track.now = target
-        return True
 
     def _suspend_tcp(self, block: Block) -> Block:
         """Switch TCP off for a retract by G53.
@@ -306,10 +211,10 @@ class Interpreter(RunMoves):
         if block.m or block.ignored:
             self.functions.take(block)
         switches = block.tip_control is not None
-        self.ignored.update(word for word in block.g if word in HARMLESS)
-        self.ignored.update(word for word in block.m if word not in END and not switches)
-        self.ignored.update(letter for letter in block.words if letter in COUNTED)
-        self.ignored.update(block.ignored)
+        counted = [word for word in block.g if word in HARMLESS]
+        counted += [word for word in block.m if word not in END and not switches]
+        counted += [letter for letter in block.words if letter in COUNTED]
+        self.ignored.update((*counted, *block.ignored))
 
     def _shift_rotary(self, axes: list[str], block: Block) -> None:
         """Shift rotary axes (G92), or cancel the shifts; nothing moves."""

@@ -11,10 +11,9 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import product
 from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
-from fiveaxis.nc.control.drilling import DrillingCycle
 from fiveaxis.nc.control.machine_functions import MachineFunctions
-from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.control.tool_changes import Tools
+from fiveaxis.nc.control.modal import DrillingCycle, Modes
+from fiveaxis.nc.control.technology import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
@@ -47,13 +46,13 @@ class InterpreterState:
     ignored : counts of words without effect on the rows
     fixed_feed : whether the caller gives the feed, and the program needs none
     stand_in : whether the machine is a placeholder because none was given
-    quickly : whether to use the fast interpreter for plain blocks; the rows are the same
     findings : assumptions and omissions
     tools : tools of the program
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
     functions : M words
     tip_words : words that have switched TCP on
     lost : word and line of a move within a motion that ended where only the machine knows
+    suspended : line of a retract by G53 under TCP, until TCP is switched again
     """
 
     source: Source
@@ -63,13 +62,13 @@ class InterpreterState:
     ignored: Counter[str]
     fixed_feed: bool = False
     stand_in: bool = False
-    quickly: bool = True
     findings: list[Finding] = field(default_factory=list)
     noted: set[str] = field(default_factory=set)
     switch: Switch | None = None
     cycle: DrillingCycle | None = None
     line: int = 0
     machine_move_line: int = 0
+    suspended: int | None = None
     lost: str = ""
     tip_words: set[str] = field(default_factory=set)
     tools: Tools = field(default_factory=Tools)
@@ -91,8 +90,7 @@ class InterpreterState:
 
     def note(self, severity: Severity, code: str, message: str, line: int | None = None) -> None:
         """Add a finding, at the present line by default, unless there is one of its code."""
-        place = Place(line=self.line if line is None else line, file=self.source.name)
-        self._keep(Finding(severity, code, message, place))
+        self._keep(self.source.finding(severity, code, message, self.line if line is None else line))
 
     def report(
         self,
@@ -115,7 +113,8 @@ class InterpreterState:
     def _target(self, block: Block, *, of_machine: bool = False) -> tuple[Values, Point]:
         """Return the target of a block: the row's values, and X, Y, Z as words; axes without a word stay."""
         at, track = self.coordinates, self.track
-        target, local = track.now.copy(), self.local.copy()
+        # In an unturned frame X, Y and Z as words follow from the target.
+        target, local = track.now.copy(), self.turned_local.copy()
         scale = MILLIMETRES[self.modes.units.now]
         for letter, word in block.words.items():
             column = self.columns.get(letter)

@@ -14,11 +14,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.nc.control.axis_track import AxisTrack
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.choice import ISO, KLARTEXT, MILLPLUS, SINUMERIK, Language
-from fiveaxis.nc.languages.iso_coordinates import ALWAYS_OFF, TIP_WORDS
+from fiveaxis.nc.languages.iso import ALWAYS_OFF, TIP_WORDS
 from fiveaxis.nc.source import Source
 
 
@@ -131,12 +131,12 @@ class MachineFunctions:
         named = [f"{each} ({count})" for each, (_, count) in self.unknown.items()]
         more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
         return [
-            Finding(
+            source.finding(
                 Severity.WARNING,
                 "unknown-codes",
                 f"{', '.join(named[:MOST_NAMED])}{more}: M words that aren't known in {self.language.name}; "
                 "they are taken to move and switch nothing, name them with harmless (--harmless) if so",
-                Place(line=line, file=source.name),
+                line,
                 float(sum(count for _, count in self.unknown.values())),
             )
         ]

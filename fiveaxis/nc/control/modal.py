@@ -11,16 +11,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.technology import TechnologyReader
-from fiveaxis.nc.languages.block import Block, BlockError
+from fiveaxis.nc.control.technology import FEED_MODES, FRAMES, LENGTH_ON, MORE_FRAMES, TechnologyReader
+from fiveaxis.nc.languages.block import IS_CYCLE, Block, BlockError
+from fiveaxis.nc.languages.iso import TIP_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
 
 MOTION = ("G0", "G1", "G2", "G3")
 UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
-FRAMES = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
-# With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
-MORE_FRAMES = ("G54.1", "G154")
+PLANES = ("G17", "G18", "G19")
 # M99 and M17 end a subprogram; M99 restarts a main program, with the same moves.
 END = ("M2", "M30", "M99", "M17")
 # Drilling, boring and tapping: word -> whether the tool returns at feed. Pecking (G73, G83) is omitted, as is
@@ -33,17 +32,16 @@ CYCLES = {
 # G92 shifts axes, G92.1 and G92.2 cancel the shifts.
 G92_WORDS = frozenset(("G92", "G92.1", "G92.2"))
 LEVELS = ("G98", "G99")
-TIP_ON = ("G43.4", "G43.5", "G234", "G141", "M128", "M428")
 
 # Words of one group exclude each other in a block.
 GROUPS: tuple[tuple[str, ...], ...] = (
     (*MOTION, *CYCLES),
-    ("G17", "G18", "G19"),
+    PLANES,
     tuple(UNIT),
     ("G90", "G91"),
-    ("G93", "G94", "G95"),
+    FEED_MODES,
     (*FRAMES, *MORE_FRAMES),
-    ("G43", "G43.4", "G43.5", "G234", "G49"),
+    (*LENGTH_ON, "G49"),
     ("G4", "G10", "G28", "G30", *sorted(G92_WORDS)),
 )
 
@@ -78,7 +76,6 @@ PARAMETERS = {
     **dict.fromkeys(CYCLES, "RPQIJKL"),
 }
 
-_CYCLE = "is a cycle, which isn't expanded; post its moves"
 _RADIUS = "offsets the path by the tool radius; post the path of the tool centre"
 _CURVE = "is a curve or a thread, which isn't supported; post G1, G2 and G3"
 _PROBE = "moves until a probe touches, so its end isn't in the program; remove it"
@@ -100,30 +97,14 @@ REFUSED = {
 # Refused in a motion only: its rows are timed, and the duration of a cycle's pecks and returns depends on the
 # control's parameters.
 REFUSED_IN_MOTION = {
-    **dict.fromkeys(CYCLES, _CYCLE),
+    **dict.fromkeys(CYCLES, IS_CYCLE),
     **dict.fromkeys(("G68.2", "G53.1"), _SHIFT),
 }
 
-ACTING = frozenset(
-    (
-        *(
-            *MOTION,
-            *CYCLES,
-            "G4",
-            "G17",
-            "G18",
-            "G19",
-            *UNIT,
-            "G10",
-            "G28",
-            "G30",
-            "G53",
-            *FRAMES,
-            *MORE_FRAMES,
-        ),
-        *("G90", "G91", "G93", "G94", "G95", *TIP_ON, "G68.2", "G53.1", "G69", *G92_WORDS),
-    )
-)
+ACTING = {
+    *(word for group in GROUPS for word in group if word not in HARMLESS),
+    *(*TIP_WORDS, "G53", "G68.2", "G53.1", "G69"),
+}
 
 
 @dataclass
@@ -244,11 +225,11 @@ class Modes:
         line = block.line
         if word in MOTION or word in CYCLES:
             self.motion, self.knows_motion = word, True
-        elif word in ("G17", "G18", "G19"):
+        elif word in PLANES:
             self.plane = word
         elif word in ("G90", "G91"):
             self.incremental = word == "G91"
-        elif word in ("G93", "G94", "G95"):
+        elif word in FEED_MODES:
             # F has another meaning in another mode, so controls reset it.
             self.feed = self.feed if word == self.feed_mode else None
             self.feed_mode = word
@@ -262,7 +243,7 @@ class Modes:
             self.to_initial = word == "G98"
         elif word in ("G43", "G49"):
             self.compensated, self.vectors = word == "G43", False
-        elif word in TIP_ON:
+        elif word in TIP_WORDS:
             self.vectors = word == "G43.5"
 
     def _set_frame(self, word: str, line: int) -> None:
@@ -300,3 +281,75 @@ def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool)
     else:
         fact = "doesn't belong to anything in its block; remove it if it moves nothing"
     return BlockError(f"{letter}{block.words[letter]:g}: {fact}")
+
+
+@dataclass
+class DrillingCycle:
+    """A series of cycles at successive positions, until G80 or a straight or circular move.
+
+    R and Z stay in force throughout, even if the cycle word changes (LinuxCNC requires them again then, Fanuc
+    doesn't), and G98 returns to the level before the first cycle.
+
+    Parameters
+    ----------
+    word : key of `CYCLES`
+    initial : mm, level before the first cycle; None if unknown
+    level, depth : mm, R and Z
+
+    References
+    ----------
+    Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, Version 3 (2000), 3.5.16 and 3.5.20.
+    """
+
+    word: str
+    initial: float | None
+    level: float | None = None
+    depth: float | None = None
+
+    def take(self, block: Block, scale: float, *, incremental: bool) -> None:
+        """Read the levels of a block; under G91, R is relative to the initial level, and Z to R.
+
+        Raises
+        ------
+        BlockError
+            Repetitions; an increment from an unknown level.
+        """
+        for letter in "KL":
+            if block.words.get(letter, 1.0) != 1.0:
+                raise BlockError(
+                    f"{self.word} {letter}{block.words[letter]:g} repeats the cycle, which isn't supported; "
+                    "write one block for each hole"
+                )
+        if "R" in block.words:
+            self.level = self._level(block.words["R"] * scale, self.initial, incremental=incremental)
+        if "Z" in block.words:
+            self.depth = self._level(block.words["Z"] * scale, self.level, incremental=incremental)
+
+    def levels(self, now: float | None, *, to_initial: bool) -> list[tuple[float, bool]]:
+        """Return the levels of Z, mm, and whether each is reached at feed; the first move positions X and Y.
+
+        Parameters
+        ----------
+        now : Z, mm; None if unknown
+        to_initial : G98, not G99
+        """
+        if self.level is None or self.depth is None:
+            raise BlockError(f"{self.word} needs depth Z and level R; write both")
+        if to_initial and self.initial is None:
+            raise BlockError(
+                f"{self.word} under G98 returns to the initial level, which isn't in the program; move Z "
+                "before, or write G99"
+            )
+        # A tool that started below R doesn't return below it.
+        back = max(self.initial, self.level) if to_initial and self.initial is not None else self.level
+        over = self.level if now is None else max(now, self.level)
+        moves = [(over, False), (self.level, False), (self.depth, True), (self.level, CYCLES[self.word])]
+        moves += [(back, False)]
+        return [move for i, move in enumerate(moves) if i == 0 or move[0] != moves[i - 1][0]]
+
+    def _level(self, value: float, begin: float | None, *, incremental: bool) -> float:
+        if not incremental:
+            return value
+        if begin is None:
+            raise BlockError(f"{self.word} under G91 from a level that isn't in the program; write G90")
+        return begin + value

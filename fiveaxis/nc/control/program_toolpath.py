@@ -7,19 +7,19 @@ no machine: the tool points along Z.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 
 from fiveaxis.errors import ToolError
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns, Counting
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
-from fiveaxis.nc.control.smoothing import smoothed_lines
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.control.travel import filled, travel_of
 from fiveaxis.nc.options import ReadOptions
@@ -34,13 +34,30 @@ LONG_TURN = 180.0
 MOST_REPORTED = 50
 
 
+# What switches smoothing off, then what switches it on; the first that is found in a block counts.
+# Sinumerik: compressor, and high-speed settings. Heidenhain: cycle 32 with a tolerance. Fanuc: AI contour
+# control and high-speed machining. What blends corners within a tolerance (G64, G187) leaves the chords.
+SMOOTHING_OFF = re.compile(
+    r"(?<![A-Z])COMPOF\b|(?<![A-Z])CYCLE832\s*\(\s*(?:\)|0?\.?0*\s*[,)]|[^,)]*,\s*(?:0|_OFF)\s*[,)])|(?<![A-Z])G0?5\.1\s*Q0\b"
+    r"|(?<![A-Z])G0?5\s*P0\b|\bCYCL DEF 32\.1\s*(?:T0*\.?0*\s*)?$",
+    re.IGNORECASE,
+)
+SMOOTHING_ON = re.compile(
+    r"(?<![A-Z])COMP(?:ON|CURV|CAD|SURF)\b|(?<![A-Z])CYCLE832\s*\(|(?<![A-Z])G0?5\.1\s*Q[1-9]"
+    r"|(?<![A-Z])G0?5\s*P[1-9]\d*\s*$|\bCYCL DEF 32\.1\s+T",
+    re.IGNORECASE,
+)
+# A comment, after a semicolon or in parentheses that aren't a word's arguments, or a text.
+COMMENT = re.compile(r";.*|(?<![A-Z0-9_])(?<!CYCLE832 )\([^)]*\)|\"[^\"]*\"", re.IGNORECASE)
+
+
 def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from an NC program of any supported language.
 
     The first location is the position to which the first moves have brought all axes. Moves in machine
     coordinates (G53, G28) whose position on the workpiece is unknown are omitted and counted. Blocks are
-    chords, except where the program switches smoothing on (`fiveaxis.nc.control.smoothing`). F is the feed
-    of the tip under TCP; otherwise, and with inverse time (G93), each move keeps its duration.
+    chords, except where the program switches smoothing on (`smoothed_lines`). F is the feed of the tip under
+    TCP; otherwise, and with inverse time (G93), each move keeps its duration.
 
     Parameters
     ----------
@@ -118,12 +135,12 @@ def _touching(path: Toolpath, columns: Columns, source: Source) -> Toolpath:
     try:
         return path.touching_at(normals)
     except ToolError as fault:
-        finding = Finding(
+        finding = source.finding(
             Severity.WARNING,
             "normals-unused",
             "the program's surface normals are unused, as the tool has no single contact point there: "
             f"{fault}",
-            Place(line=int(columns.lines[given][0]), file=source.name),
+            int(columns.lines[given][0]),
         )
         return replace(path, findings=(*path.findings, finding))
 
@@ -183,3 +200,13 @@ def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: 
     if not np.isfinite(feed).all():
         feed = np.full(len(path), DEFAULT_FEED / 60.0)
     return feed
+
+
+def smoothed_lines(source: Source) -> BoolArray:
+    """Find the lines, (n,), at whose end smoothing is on."""
+    on, lines = False, np.zeros(len(source.lines), dtype=bool)
+    for number, line in enumerate(source.lines):
+        text = COMMENT.sub("", line)
+        on = False if SMOOTHING_OFF.search(text) else True if SMOOTHING_ON.search(text) else on
+        lines[number] = on
+    return lines

@@ -20,7 +20,7 @@ from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
 from fiveaxis.nc.control.technology import reader_for
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.languages.choice import find_language, leader_length, split_program, split_runs
+from fiveaxis.nc.languages.choice import find_language, leader_length, split_program
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
@@ -38,7 +38,6 @@ def run_program(
     *,
     for_motion: bool,
     stand_in: bool = False,
-    quickly: bool = True,
 ) -> Interpreter:
     """Run a program to its end.
 
@@ -49,7 +48,6 @@ def run_program(
     options : what the program doesn't state
     for_motion : whether every row needs a start and a time
     stand_in : whether the machine is a placeholder because none was given
-    quickly : whether to use the fast interpreter for plain blocks; the rows are the same
 
     Raises
     ------
@@ -59,16 +57,14 @@ def run_program(
     ToolpathError
         With file and line: anything that can't be read completely.
     """
-    interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in, quickly=quickly)
+    interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
     known = None if stand_in else machine
     units, size = interpreter.modes.units, size_of(interpreter)
     other = units.better(size, known)
     doubt = units.findings(size, known)
     if other is not None:
         options = replace(options, unit=other)
-        interpreter = _run(
-            source, machine, options, for_motion=for_motion, stand_in=stand_in, quickly=quickly
-        )
+        interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
         doubt = told_as(other, doubt)
     interpreter.findings += doubt
     return interpreter
@@ -97,7 +93,6 @@ def _run(
     *,
     for_motion: bool,
     stand_in: bool,
-    quickly: bool,
 ) -> Interpreter:
     """Run a program as `run_program`, in the unit that it states."""
     wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
@@ -120,12 +115,10 @@ def _run(
         ignored,
         fixed_feed=options.feed_mm_min is not None,
         stand_in=stand_in,
-        quickly=quickly,
         wrapping=wrapping,
         functions=MachineFunctions(find_language(source), options.harmless),
     )
-    split = split_runs if quickly else split_program
-    end = interpreter.run(split(source, block_delete=options.block_delete))
+    end = interpreter.run(split_program(source, block_delete=options.block_delete))
     if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
         ignored["lines before the program"] += before
     if end is not None:

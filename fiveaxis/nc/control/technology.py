@@ -1,16 +1,18 @@
-"""What a program puts in force besides positions: spindle, tool, offsets, coolant, order of the approach."""
+"""What a program puts in force besides positions: spindle, tools, offsets, coolant, order of the approach."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language, split_runs
+from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language, split_program
 from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.source import Source
 
@@ -24,13 +26,20 @@ AFTER_MOVE = frozenset(("M5", "M9", "M89"))
 CHANGES = ("M6", "TOOL CALL")
 # Length offset of whatever tool is in the spindle: G43 without H, as LinuxCNC reads it.
 OF_TOOL = "of the loaded tool"
-_LENGTH_ON = frozenset(("G43", "G43.4", "G43.5", "G234"))
-_FRAMES = frozenset(("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"))
-_NUMBERED_FRAMES = frozenset(("G54.1", "G154"))
+LENGTH_ON = ("G43", "G43.4", "G43.5", "G234")
+FRAMES = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+# With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
+MORE_FRAMES = ("G54.1", "G154")
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
-_FEED_MODES = frozenset(("G93", "G94", "G95"))
+FEED_MODES = ("G93", "G94", "G95")
 _LETTERS = frozenset("STHD")
+
+# An empty spindle.
+EMPTY = ("T0", "TOOL CALL 0")
+
+# Line, name of the tool, word.
+_Change = tuple[int, str | None, str]
 
 
 class Technology(NamedTuple):
@@ -145,14 +154,14 @@ class TechnologyReader:
 
     def take_run(self, run: Run) -> None:
         """Read a run of plain blocks, which only show the order of the approach."""
-        for row in range(len(run)):
+        for block in run.blocks():
             if self.cuts:
                 return
-            self.take(run.block(row))
+            self.take(block)
 
     @staticmethod
     def _of_feed(block: Block) -> dict[str, Any]:
-        modes = [word for word in block.g if word in _FEED_MODES]
+        modes = [word for word in block.g if word in FEED_MODES]
         change: dict[str, Any] = {"feed_mode": modes[-1]} if modes else {}
         return change | ({"speed": block.words["S"]} if "S" in block.words else {})
 
@@ -175,14 +184,14 @@ class TechnologyReader:
         if letter in block.words:
             number = f"{block.words[letter]:g}"
             change["length"] = "" if number == "0" else number
-        elif not _LENGTH_ON.isdisjoint(block.g):
+        elif any(word in LENGTH_ON for word in block.g):
             change["length"] = OF_TOOL
         if "G49" in block.g:
             change["length"] = ""
         for word in block.g:
-            if word in _FRAMES:
+            if word in FRAMES:
                 change["work_offset"] = word
-            elif word in _NUMBERED_FRAMES:
+            elif word in MORE_FRAMES:
                 change["work_offset"] = f"{word} P{block.words.get('P', 1.0):g}"
         if block.work_offset:
             change["work_offset"] = block.work_offset
@@ -232,9 +241,69 @@ def reader_for(source: Source) -> TechnologyReader:
     return TechnologyReader(find_language(source))
 
 
+def read_technology(source: Source) -> TechnologyReader:
+    """Read what a whole program puts in force."""
+    reader = reader_for(source)
+    for block in split_program(source):
+        reader.take(block) if isinstance(block, Block) else reader.take_run(block)
+    return reader
+
+
 def technology_of(source: Source, lines: IntArray) -> TechnologyTrack:
     """Return what is in force on lines of a program, (n,)."""
-    reader = reader_for(source)
-    for block in split_runs(source):
-        reader.take(block) if isinstance(block, Block) else reader.take_run(block)
-    return reader.track(lines)
+    return read_technology(source).track(lines)
+
+
+@dataclass
+class Tools:
+    """The tools of a program, in order.
+
+    T selects a tool and M6 loads it. In a program without M6, as for turrets and some Sinumerik machines, T
+    changes the tool. TOOL CALL does both.
+
+    Parameters
+    ----------
+    selected : lines and names of selected tools
+    changed : lines, names and words of changes; the name is None if the program doesn't give it
+    """
+
+    selected: list[tuple[int, str]] = field(default_factory=list)
+    changed: list[_Change] = field(default_factory=list)
+
+    def take(self, block: Block) -> None:
+        """Read the tool words of a block."""
+        name = block.tool or (f"T{block.words['T']:g}" if "T" in block.words else None)
+        if name is not None:
+            self.selected.append((block.line, name))
+        for word in CHANGES:
+            if word in block.m or word in block.ignored:
+                # The tool is that of the last T; without T it is unknown.
+                latest = self.selected[-1][1] if self.selected else None
+                self.changed.append((block.line, latest, word))
+        if block.tool and "T" in block.words:
+            self.selected.append((block.line, f"T{block.words['T']:g}"))
+
+    def findings(self, source: Source, last: int) -> list[Finding]:
+        """Return a warning at the first change to a second tool: a path has one tool only.
+
+        Parameters
+        ----------
+        last : line of the last move; later tools and an empty spindle don't count
+        """
+        found: list[_Change] = self.changed or [(line, name, name) for line, name in self.selected]
+        found = [new for new in found if new[0] <= last and new[1] not in EMPTY]
+        others = [new for old, new in pairwise(found) if new[1] is None or new[1] != old[1]]
+        if not others:
+            return []
+        line, name, word = others[0]
+        what = word if name is None else name if word in name else f"{name} {word}"
+        more = f", the first of {len(others)} changes" if len(others) > 1 else ""
+        return [
+            source.finding(
+                Severity.WARNING,
+                "several-tools",
+                f"{what} loads another tool{more}, and the whole program is read with one tool; split it "
+                "into one program per tool",
+                line,
+            )
+        ]

@@ -17,7 +17,6 @@ from fiveaxis.machine import BED, Machine
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.options import Positions, ReadOptions
-from fiveaxis.nc.own_header import stated
 from fiveaxis.toolpath import MoveKind
 
 # Words that switch TCP on and leave the frame to a parameter of the control.
@@ -71,7 +70,7 @@ def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options
     carried[known] = carry_to_work(machine, tip[known], positions[known])
     is_open = not interpreter.tip_words.isdisjoint(OPEN_WORDS) and bool(known[columns.of_tip].all())
     readings: dict[Positions, Array] = {"table": tip, "machine": carried}
-    if options.positions is None and (own := stated(interpreter.source, "positions")) in readings:
+    if options.positions is None and (own := interpreter.source.stated("positions")) in readings:
         return readings[own]
     return readings[_choose(readings, columns, known, interpreter, options.positions, is_open=is_open)]
 

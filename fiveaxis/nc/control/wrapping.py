@@ -19,8 +19,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.languages.block import block_error
 from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK, find_language
 from fiveaxis.nc.options import Wrap
-from fiveaxis.nc.own_header import HEAD, stated
-from fiveaxis.nc.source import Source
+from fiveaxis.nc.source import HEAD, Source
 
 # deg
 TURN, HALF_TURN = 360.0, 180.0
@@ -127,7 +126,7 @@ def find_wrapping(source: Source, machine: Machine, wrap: Wrap | None, *, stand_
 
 def _stated(source: Source) -> tuple[Wrap, str] | None:
     """Return the rule and its axis letters from the header of a program written by this package."""
-    found = _STATED.fullmatch(stated(source, "winding") or "")
+    found = _STATED.fullmatch(source.stated("winding") or "")
     if found is not None:
         return ("signed" if found[1] == "signed" else "shorter"), found[2].upper()
     for line, text in enumerate(source.lines[:HEAD], start=1):

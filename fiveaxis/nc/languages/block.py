@@ -1,14 +1,15 @@
-"""One block of a program in ISO 6983 words, whatever language the program is written in."""
+"""One block of a program in ISO 6983 words, whatever language it is written in: complete, and being read."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.nc.source import Source
 
@@ -17,10 +18,28 @@ Triple = tuple[float, float, float]
 # Spindle M words; they mean the same in every language.
 SPINDLE_M = frozenset((3, 4, 5, 13, 14))
 
+# Characters: no control accepts longer numbers, and they are slow to convert.
+LONGEST_NUMBER = 40
+
+# Reasons of refusals that several languages have.
+IS_CYCLE = "is a cycle, which isn't expanded; post its moves"
+IS_JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves"
+
+# Patterns, and why what they match is refused.
+Reasons = tuple[tuple[re.Pattern[str], str], ...]
+
 NO_WORDS: Mapping[str, float] = MappingProxyType({})
 
 # Characters of a line that an error quotes.
 LONGEST_QUOTE = 60
+
+# Characters: the controls' own limits are lower (512 on a Sinumerik), but comments and strings may be long.
+LONGEST_BLOCK = 4096
+
+# Bounded, so that long strings of digits don't match and are looked at word by word.
+NUMBER = r"[+-]?(?:[0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})"
+
+_QUOTED = re.compile(r'"[^"]*"|;')
 
 
 class BlockError(ValueError):
@@ -96,3 +115,94 @@ class Block(NamedTuple):
     feed_step: float | None = None
     shorter: bool | None = None
     work_offset: str = ""
+
+
+def strip_comment(text: str) -> str:
+    """Return a line without its ``;`` comment, in upper case; semicolons in quoted strings are kept."""
+    if ";" in text:
+        found = next((m for m in _QUOTED.finditer(text) if m[0] == ";"), None)
+        text = text if found is None else text[: found.start()]
+    # `bytes.upper` changes ASCII only: characters like the long s must not become letters of words.
+    return text.encode("utf-8", "surrogatepass").upper().decode("utf-8", "surrogatepass").strip()
+
+
+def require_short(code: str) -> None:
+    """Raise BlockError if a block is longer than `LONGEST_BLOCK`."""
+    if len(code) > LONGEST_BLOCK:
+        raise BlockError(f"{len(code)} characters in a block, beyond {LONGEST_BLOCK}; correct it")
+
+
+@dataclass(slots=True)
+class Draft:
+    """A block under construction; fields as in `Block`.
+
+    Parameters
+    ----------
+    source, line : file and line of the block
+    vector, normal : components by letter, as read so far
+    """
+
+    source: Source
+    line: int
+    g: list[str] = field(default_factory=list)
+    m: list[str] = field(default_factory=list)
+    words: dict[str, float] = field(default_factory=dict)
+    tip_control: bool | None = None
+    vector: dict[str, float] = field(default_factory=dict)
+    normal: dict[str, float] = field(default_factory=dict)
+    centre: dict[str, float] = field(default_factory=dict)
+    frame: FrameChange | None = None
+    ignored: list[str] = field(default_factory=list)
+    increments: str = ""
+    absolutes: str = ""
+    turns: int = 0
+    findings: list[Finding] = field(default_factory=list)
+    tool: str = ""
+    feed_step: float | None = None
+    shorter: bool | None = None
+    work_offset: str = ""
+
+    def note(self, severity: Severity, code: str, message: str) -> None:
+        """Record an assumption or an omission."""
+        self.findings.append(self.source.finding(severity, code, message, self.line))
+
+    def block(self) -> Block | None:
+        """Return the complete block; None if nothing was read."""
+        fields = {name: getattr(self, name) for name in Block._fields if name != "skipped"}
+        fields |= {name: tuple(value) for name, value in fields.items() if isinstance(value, list)}
+        fields |= {"vector": direction_of(self.vector), "normal": direction_of(self.normal)}
+        block = Block(**fields | {"centre": self.centre or None})
+        return None if block == Block(self.line) else block
+
+
+def number_of(name: str, digits: str) -> float:
+    """Return the number of a word; raise BlockError if it is longer than `LONGEST_NUMBER`."""
+    if len(digits) > LONGEST_NUMBER:
+        raise BlockError(f"{name}{digits[:LONGEST_NUMBER]}… is longer than any number of a control")
+    return float(digits)
+
+
+def m_number(value: float) -> int:
+    """Return the number of an M word; raise BlockError if it isn't a whole one from 0."""
+    if value != int(value) or value < 0:
+        raise BlockError(f"M{value:g} isn't an M word; correct it")
+    return int(value)
+
+
+def reasons(*pairs: tuple[str, str]) -> Reasons:
+    """Return patterns of what is refused with their reasons, in the order in which they are tried."""
+    return tuple((re.compile(pattern), reason) for pattern, reason in pairs)
+
+
+def put_word(words: dict[str, float], letter: str, value: float) -> None:
+    """Add a word; raise BlockError if the letter already has a value."""
+    if letter in words:
+        raise BlockError(f"{letter} has two values, {words[letter]:g} and {value:g}; write one of them")
+    words[letter] = value
+
+
+def direction_of(components: dict[str, float]) -> Triple | None:
+    """Return a direction, None if no component is written; controls take a missing component as 0."""
+    if not components:
+        return None
+    return components.get("X", 0.0), components.get("Y", 0.0), components.get("Z", 0.0)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 from pkgutil import resolve_name
-from typing import cast
 
 from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.runs import Run
+from fiveaxis.nc.languages.runs import Reader, Run
 from fiveaxis.nc.source import Source
 
 
@@ -21,41 +20,37 @@ class Language:
     Parameters
     ----------
     name : for messages
-    splitter : module and function that yields the blocks of a program, as `iso.split_blocks`; imported on use
+    reader : module and class of its `Reader`; imported on use
     signs : patterns that occur in no other language, in upper case lines without comments
     suffixes : suffixes that decide if no sign is found
-    runs : whether the splitter can yield runs of plain blocks
     """
 
     name: str
-    splitter: str
+    reader: str
     signs: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
-    runs: bool = True
 
-    @property
-    def split(self) -> Callable[..., Iterator[Block | Run]]:
-        """The language's splitter."""
-        split: Callable[..., Iterator[Block | Run]] = resolve_name(self.splitter)
-        return split
+    def split(self, source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
+        """Yield the blocks of a program in this language, and runs of plain ones, as `split_program`."""
+        reader: Reader = resolve_name(self.reader)(source, block_delete=block_delete)
+        return reader.blocks()
 
 
-ISO = Language("ISO", "fiveaxis.nc.languages.iso:split_blocks")
+ISO = Language("ISO", "fiveaxis.nc.languages.iso:Iso")
 KLARTEXT = Language(
     "Heidenhain Klartext",
-    "fiveaxis.nc.languages.klartext:split_klartext",
+    "fiveaxis.nc.languages.klartext:Klartext",
     (r"\bBEGIN *PGM\b", r"\bTOOL +CALL\b", r"\bBLK +FORM\b"),
     (".h",),
 )
 MILLPLUS = Language(
     "MillPlus",
-    "fiveaxis.nc.languages.millplus:split_millplus",
+    "fiveaxis.nc.languages.millplus:MillPlus",
     (r"\bG141 *[LRF][0-9]=", r"\bG7 *[ABC]5=", r"[ABC] *= *E[0-9]", r"\bE[0-9]+ *="),
-    runs=False,
 )
 SINUMERIK = Language(
     "Sinumerik 840D",
-    "fiveaxis.nc.languages.sinumerik:split_sinumerik",
+    "fiveaxis.nc.languages.sinumerik:Sinumerik",
     (
         r"\bTRA(?:ORI|FOOF)\b",
         r"\bSUPA\b",
@@ -169,8 +164,8 @@ def _without_leader(source: Source) -> Source:
     return Source(source.name, [*([""] * count), *source.lines[count:]]) if count else source
 
 
-def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
-    """Yield the blocks of a program in any language.
+def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
+    """Yield the blocks of a program in any language, and runs of plain ones.
 
     Parameters
     ----------
@@ -183,17 +178,7 @@ def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Blo
         With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
     """
     _require_lines(source)
-    split = find_language(source).split(_without_leader(source), block_delete=block_delete)
-    return cast("Iterator[Block]", split)
-
-
-def split_runs(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
-    """Yield blocks as `split_program` does, and runs of plain ones in their place."""
-    language = find_language(source)
-    if not language.runs:
-        return split_program(source, block_delete=block_delete)
-    _require_lines(source)
-    return language.split(_without_leader(source), block_delete=block_delete, runs=True)
+    return find_language(source).split(_without_leader(source), block_delete=block_delete)
 
 
 def _require_lines(source: Source) -> None:

@@ -12,12 +12,9 @@ import operator
 import re
 from collections.abc import Callable
 
-from fiveaxis.nc.languages.block import BlockError
+from fiveaxis.nc.languages.block import BlockError, number_of
 
 Lookup = Callable[[str], float]
-
-# Characters: no control accepts longer numbers, and they are slow to convert.
-LONGEST_NUMBER = 40
 
 # Nested brackets: no post-processor writes more, and they would reach Python's recursion limit.
 DEEPEST = 40
@@ -129,18 +126,13 @@ class _Parser:
             raise BlockError(f"{rest!r} isn't a number or a variable" if rest else "a number is missing")
         self.end = found.end()
         if found["number"] is not None:
-            return self._number(found["number"])
+            return number_of("", found["number"])
         self.depth += 1
         if self.depth > DEEPEST:
             raise BlockError(f"more than {DEEPEST} brackets, signs and functions; write the number")
         value = self._signed(found["sign"]) if found["name"] is None else self._named(found["name"])
         self.depth -= 1
         return value
-
-    def _number(self, digits: str) -> float:
-        if len(digits) > LONGEST_NUMBER:
-            raise BlockError(f"{digits[:LONGEST_NUMBER]}… is longer than any number of a control")
-        return float(digits)
 
     def _signed(self, sign: str) -> float:
         if sign in "+-":

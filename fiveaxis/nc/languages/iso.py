@@ -9,22 +9,42 @@ reason: a program is read completely or not at all.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
-from fiveaxis.nc.languages.block import NO_WORDS, Block, BlockError, block_error
-from fiveaxis.nc.languages.draft import put_word
-from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
-from fiveaxis.nc.languages.iso_coordinates import PLANE_WORDS, TipSwitch, set_plane
-from fiveaxis.nc.languages.runs import PlainLines, Run, lines_and_runs
+import numpy as np
+
+from fiveaxis.nc.languages.block import (
+    IS_CYCLE,
+    NO_WORDS,
+    Block,
+    BlockError,
+    FrameChange,
+    number_of,
+    put_word,
+    reasons,
+)
+from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
+from fiveaxis.nc.languages.planes import turns
+from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
 
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
 
-# Most lines are plain: G0, G1 or neither, and words of numbers.
-_LETTER = re.compile("([A-Z])")
-_PLAIN_G = {0.0: ("G0",), 1.0: ("G1",)}
-_RUN = PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+")
+
+# Word that switches TCP on -> words that switch it off. On Fanuc and Haas it is a kind of tool length
+# compensation, and those words replace one another. M428 and M429 (identity) are LinuxCNC's kinematics.
+_LENGTH_WORDS = frozenset(("G43", "G44", "G49"))
+TIP_WORDS: dict[str, frozenset[str]] = {
+    **dict.fromkeys(("G43.4", "G43.5", "G234"), _LENGTH_WORDS),
+    "G141": frozenset(("G40", "G140", "G174")),
+    "M128": frozenset(("M129",)),
+    "M428": frozenset(("M429",)),
+}
+
+# These switch off even if nothing was switched on.
+ALWAYS_OFF = frozenset(("M129", "M429"))
+
+PLANE_WORDS = frozenset(("G68.2", "G53.1", "G69"))
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (
@@ -33,23 +53,20 @@ _DIN = (
 _SINUMERIK = "is Sinumerik code in an ISO program (Fanuc, Haas, LinuxCNC); post it in one language"
 
 # What a line that doesn't consist of words may be; the first match gives the reason.
-NOT_WORDS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
-    (re.compile(pattern), reason)
-    for pattern, reason in (
-        (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is Heidenhain code in an ISO program; post it in one language"),
-        (r"M?CYCLE[0-9]*|MCALL", "is a cycle, which isn't expanded; post its moves"),
-        (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "changes the coordinates; post without it"),
-        (r"TRAFOOF|SUPA|DEF|MSG", _SINUMERIK),
-        (
-            r"(?:IF|WHILE|REPEAT|FOR)(?=[\[(#0-9XYZ]|$)|GOTO(?=[-+\[#0-9]|$)|(?:ENDFOR|CALL|SUB|DO[0-9]|END[0-9])$",
-            f"jumps or repeats, which isn't run; {_PLAIN}",
-        ),
-        (r"\*$", _DIN),
-        (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
-        (r"=", _SINUMERIK),
-        (r"[(]", "opens a comment that isn't closed on its line; close it"),
-        (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
-    )
+NOT_WORDS = reasons(
+    (r"BEGINPGM|BLKFORM|TOOLCALL|FMAX", "is Heidenhain code in an ISO program; post it in one language"),
+    (r"M?CYCLE[0-9]*|MCALL", IS_CYCLE),
+    (r"A?ROTS?|A?TRANS|A?MIRROR|A?SCALE", "changes the coordinates; post without it"),
+    (r"TRAFOOF|SUPA|DEF|MSG", _SINUMERIK),
+    (
+        r"(?:IF|WHILE|REPEAT|FOR)(?=[\[(#0-9XYZ]|$)|GOTO(?=[-+\[#0-9]|$)|(?:ENDFOR|CALL|SUB|DO[0-9]|END[0-9])$",
+        f"jumps or repeats, which isn't run; {_PLAIN}",
+    ),
+    (r"\*$", _DIN),
+    (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
+    (r"=", _SINUMERIK),
+    (r"[(]", "opens a comment that isn't closed on its line; close it"),
+    (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
 )
 
 _CHANGES = re.compile("M0*6(?![0-9])")
@@ -65,41 +82,6 @@ _BRACKET = re.compile(r"[\[\]]")
 _FLOW = re.compile(r"IF|WHILE|GOTO|REPEAT|CALL|SUB|DO[0-9#\[]|END[0-9]|[<>]=|\bO<")
 
 
-def split_blocks(
-    source: Source, *, block_delete: bool = False, quickly: bool = True, runs: bool = False
-) -> Iterator[Block | Run]:
-    """Yield the blocks of a program; empty lines, comments and ``%`` make none.
-
-    A line of ``O`` and text, which some CAM systems write for the operator to fill in, is a comment.
-
-    Parameters
-    ----------
-    source : the file
-    block_delete : whether to skip blocks that begin with ``/``
-    quickly : whether to use the fast parser for plain blocks; the result is the same
-    runs : whether to yield runs of plain blocks in their place
-
-    Raises
-    ------
-    ToolpathError
-        With file, line and text: not a word; a word with two values; a variable without a value.
-    """
-    macro, tip = Macro(), TipSwitch()
-    for line, text in lines_and_runs(source.lines, _RUN, lambda: runs):
-        if isinstance(text, Run):
-            yield text
-            continue
-        block = _plain_block(line, text) if quickly else None
-        if block is None:
-            try:
-                block = _any_block(line, text, macro, tip, block_delete)
-            except BlockError as fault:
-                raise block_error(source, line, fault) from None
-            if block is None:
-                continue
-        yield block
-
-
 def compact_code(text: str) -> str:
     """Return a line without comments and blanks, in upper case: ``x 1. (to)`` is ``X1.``.
 
@@ -110,51 +92,38 @@ def compact_code(text: str) -> str:
     return "".join(code.upper().split()) if code.isascii() else "".join(code.split())
 
 
-def _plain_block(line: int, text: str) -> Block | None:
-    """Read a block with one word per letter, and G0, G1 or neither; None for any other block.
+class Iso(Reader):
+    """G-code; empty lines, comments and ``%`` make no blocks.
 
-    `float` accepts the same numbers as `WORD` once lower case, underscores and non-ASCII characters are
-    excluded, and neither comments nor slashes.
+    A line of ``O`` and text, which some CAM systems write for the operator to fill in, is a comment.
     """
-    if not (text.isascii() and text.isupper()) or "_" in text:
-        return None
-    parts = _LETTER.split(text)
-    letters, numbers = parts[1::2], parts[2::2]
-    try:
-        words = dict(zip(letters, map(float, numbers), strict=True))
-    except ValueError:
-        return None
-    if len(words) != len(letters) or parts[0].strip() or "M" in words or "O" in words:
-        return None
-    if len(text) > LONGEST_NUMBER and max(map(len, numbers)) > LONGEST_NUMBER:
-        return None
-    words.pop("N", None)
-    g = words.pop("G", None)
-    if g is None:
-        return Block(line, (), (), words) if words else None
-    plain = _PLAIN_G.get(g)
-    return None if plain is None else Block(line, plain, (), words)
 
+    forms = (PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+"),)
 
-def _any_block(line: int, text: str, macro: Macro, tip: TipSwitch, block_delete: bool) -> Block | None:
-    code = compact_code(text)
-    if not code or code[0] == "%" or _is_title(text, code):
-        _require_no_din(code)
-        return None
-    if _NAMED.fullmatch(code):
-        return Block(line, words={"O": 0.0})
-    if code[0] == "/":
-        if block_delete:
-            return Block(line, skipped=True)
-        code = re.sub("^/[1-9]?", "", code)
-    if "#" in code or "[" in code:
-        code = macro.take(code)
-    block = _parse_block(line, code)
-    if block.g or block.m:
-        block = _without_fast_mode(block._replace(tip_control=tip.take(block)))
+    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+        super().__init__(source, block_delete=block_delete)
+        self.macro, self.tip = Macro(), TipSwitch()
+
+    def read(self, line: int, text: str) -> list[Block]:
+        """Read a line."""
+        code = compact_code(text)
+        if not code or code[0] == "%" or _is_title(text, code):
+            _require_no_din(code)
+            return []
+        if _NAMED.fullmatch(code):
+            return [Block(line, words={"O": 0.0})]
+        if code[0] == "/":
+            if self.block_delete:
+                return [Block(line, skipped=True)]
+            code = re.sub("^/[1-9]?", "", code)
+        if "#" in code or "[" in code:
+            code = self.macro.take(code)
+        block = _parse_block(line, code)
+        if not (block.g or block.m):
+            return [block] if block.words else []
+        block = _without_fast_mode(block._replace(tip_control=self.tip.take(block)))
         block = _timed_by_x(block, text) if "G4" in block.g and "X" in block.words else block
-        return block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block)
-    return block if block.words else None
+        return [block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block)]
 
 
 def _without_fast_mode(block: Block) -> Block:
@@ -212,12 +181,10 @@ def _parse_block(line: int, code: str) -> Block:
     words: dict[str, float] = {}
     tool = ""
     found = WORD.findall(code)
-    if sum(len(letter) + len(number) for letter, number in found) != len(code):
+    if "".join(map("".join, found)) != code:
         raise BlockError(_explain(code))
     for letter, number in found:
-        if len(number) > LONGEST_NUMBER:
-            raise BlockError(f"{letter}{number[:LONGEST_NUMBER]}… is longer than any number of a control")
-        value = float(number)
+        value = number_of(letter, number)
         if letter == "G":
             g.append(f"G{value + 0.0:g}")
         elif letter == "M":
@@ -239,6 +206,57 @@ def _explain(code: str) -> str:
             return f"{found[0]!r} {reason}"
     rest = next(part for part in WORD.split(code)[::3] if part)
     return f"{rest[:20]!r} isn't a word of a letter and a number; correct it"
+
+
+class TipSwitch:
+    """TCP state of an ISO program."""
+
+    def __init__(self) -> None:
+        self.word: str | None = None
+
+    def take(self, block: Block) -> bool | None:
+        """Return True if a block switches TCP on, False if off, None if neither."""
+        words = (*block.g, *block.m)
+        for word in words:
+            if word in TIP_WORDS:
+                self.word = word
+                return True
+        off = ALWAYS_OFF if self.word is None else TIP_WORDS[self.word] | ALWAYS_OFF
+        if off.isdisjoint(words):
+            return None
+        self.word = None
+        return False
+
+
+def set_plane(block: Block) -> Block:
+    """Return a block with its change of the working plane.
+
+    ``G68.2 X Y Z I J K`` puts the plane at X, Y, Z of the work offset and rotates it by Euler angles: I about
+    Z, J about the new X, K about the new Z. ``G53.1`` turns the tool normal to it. ``G69`` cancels it.
+
+    Raises
+    ------
+    BlockError
+        Another kind of G68.2 (P1 and so on), two of these words in one block.
+
+    References
+    ----------
+    Fanuc Series 30i-A, Descriptions B-63942EN, 5.44.
+    """
+    present = sorted(PLANE_WORDS.intersection(block.g))
+    if len(present) > 1:
+        raise BlockError(f"{' and '.join(present)} in one block; write one of them")
+    [word] = present
+    if word == "G53.1":
+        return block._replace(vector=(0.0, 0.0, 1.0))
+    if word == "G69":
+        return block._replace(frame=FrameChange("set", (0.0, 0.0, 0.0), np.eye(3), word))
+    if block.words.get("P", 0.0) != 0.0:
+        raise BlockError(f"G68.2 P{block.words['P']:g} isn't supported; post Euler angles I, J, K, without P")
+    x, y, z = (block.words.get(c, 0.0) for c in "XYZ")
+    rotation = turns("ZXZ", [block.words.get(c, 0.0) for c in "IJK"])
+    rest = {c: value for c, value in block.words.items() if c not in "XYZIJKP"}
+    return block._replace(words=rest, frame=FrameChange("set", (x, y, z), rotation, word))
 
 
 class Macro:

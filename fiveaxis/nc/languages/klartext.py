@@ -11,78 +11,277 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import cast
 
-from fiveaxis.nc.languages.block import Block, BlockError, Triple, block_error
-from fiveaxis.nc.languages.draft import LONGEST_BLOCK, NUMBER, require_short, strip_comment
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array, product
+from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, require_short, strip_comment
 from fiveaxis.nc.languages.klartext_move import MOVES, Move
-from fiveaxis.nc.languages.klartext_setup import SetUp
-from fiveaxis.nc.languages.klartext_state import Line, State
-from fiveaxis.nc.languages.klartext_words import IGNORED_LINES, refusal
-from fiveaxis.nc.languages.runs import PlainLines, Run, lines_and_runs
+from fiveaxis.nc.languages.klartext_state import VALUE, Line, State
+from fiveaxis.nc.languages.klartext_words import IGNORED_CYCLES, IGNORED_LINES, refusal
+from fiveaxis.nc.languages.planes import turns
+from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.source import Source
 
-_LINE = re.compile(r"\s*(?:[0-9]+\s+)?LN?\s+(?=[XYZABCNTFR])")
-_PLAIN = re.compile(rf"([NT]?[XYZ]|[ABCF]|FMAX|R0(?=\s|$))({NUMBER}|)(?=\s|$)|\S")
-_RUN = PlainLines(
-    re.compile(
-        rf"(?:[ \t]*+(?:[0-9]++[ \t]++)?+L[ \t]++[XYZABC]{NUMBER}(?:[ \t]++[XYZABCF]{NUMBER})*+[ \t]*+\n)*+"
-    ),
-    begin=re.compile(r"^[ \t]*(?:[0-9]+[ \t]+)?L", re.MULTILINE),
-)
-_FEED, _RAPID = ("G1",), ("G0",)
+# inch/min: unit of F in inch programs (TNC 640 and TNC7 user's manuals, feed rate F).
+INCH_FEED = 0.1
+
+_PARAMETER = re.compile(r"(?:FN ?([0-7]) ?: ?)?(Q[LR]?[0-9]+) ?= ?(.+)")
+_ANGLE = re.compile(rf"(SP[ABC]|EUL(?:PR|NU|ROT)|[BN][XYZ]) ?({VALUE})")
+_CYCLE = re.compile(r"CYCL DEF ([0-9]{1,4})(?:\.([0-9]+))?(?![0-9])\s*(.*)")
+_TOOL = re.compile(r"TOOL CALL(?: (TEXT|Q[LRS]?[0-9]+|[0-9]+(?:\.[0-9]+)?))?(?: ([UVWXYZ])(?![0-9+.-]))?")
+_DELTA = re.compile(rf"(?<![A-Z])(DL|DR2?) ?[=:]? ?({VALUE})")
+_TOOL_FEED = re.compile(rf"\bF ?({VALUE})")
+_TOOL_SPEED = re.compile(rf"\bS ?({VALUE})")
+_TEXT = re.compile(r'"[^"]*"')
+_LAST_NUMBER = re.compile(rf"({VALUE})\s*$")
+
+
+class SetUp(Line):
+    """A block without moves."""
+
+    def read(self) -> bool:
+        """Read the block; return whether it is a set-up block."""
+        for begin, reader in (
+            ("BEGIN PGM", self._begin),
+            ("END PGM", lambda: self.draft.m.append("M30")),
+            ("TOOL CALL", self._call_tool),
+            ("FUNCTION TCPM", self._switch_tcp_on),
+            ("FUNCTION RESET TCPM", lambda: self.switch_tcp(on=False)),
+            ("PLANE", self._tilt),
+            ("TRANS DATUM", self._trans_datum),
+            ("CYCL DEF", self._cycle),
+        ):
+            if self.code.startswith(begin):
+                reader()
+                return True
+        parameter = _PARAMETER.fullmatch(self.code)
+        if parameter is not None:
+            self._set_parameter(parameter[1], parameter[2], parameter[3])
+        return parameter is not None
+
+    def _set_parameter(self, function: str | None, name: str, text: str) -> None:
+        """Read ``Q1 = …`` and the functions 0 to 7, in which DIV means /."""
+        self.state.parameters[name] = self.value(text.replace("DIV", "/"))
+        self.draft.ignored.append("=" if function is None else f"FN {function}")
+
+    def _begin(self) -> None:
+        unit = self.code.split()[-1]
+        if unit not in ("MM", "INCH"):
+            raise BlockError("BEGIN PGM must end with the unit, MM or INCH; write it")
+        if self.state.begun:
+            raise BlockError("a second program begins; split the file")
+        self.state.begun = True
+        self.draft.g.append("G21" if unit == "MM" else "G20")
+        if unit == "INCH":
+            self.draft.feed_step = INCH_FEED
+            self.draft.note(
+                Severity.NOTE,
+                "feed-unit-assumed",
+                f"F is in units of {INCH_FEED:g} inch/min, as in all inch programs of these controls: F100 "
+                "is 10 inch/min; check it if the post-processor wrote inch/min",
+            )
+
+    def _call_tool(self) -> None:
+        code = _TEXT.sub("TEXT", self.code)
+        found = _TOOL.match(code)
+        if found is not None and found[2] not in (None, "Z"):
+            raise BlockError(f"a tool along {found[2]} isn't supported; post for a tool along Z")
+        for key, value in _DELTA.findall(code):
+            if self.value(value) != 0.0:
+                raise BlockError(
+                    f"{key}{value} changes the tool that the program was posted for, which isn't supported; "
+                    "post without it, for the actual tool"
+                )
+        feed = _TOOL_FEED.search(code)
+        if feed is not None:
+            self.state.tool_feed = self.value(feed[1])
+        speed = _TOOL_SPEED.search(code)
+        if speed is not None:
+            self.draft.words["S"] = self.value(speed[1])
+        if found is None or found[1] is None:
+            self.draft.ignored.append("TOOL CALL without a tool")  # another speed or feed
+            return
+        text = _TEXT.search(self.code)
+        self.draft.tool = f"TOOL CALL {text[0] if text is not None and found[1] == 'TEXT' else found[1]}"
+        self.draft.ignored.append("TOOL CALL")
+
+    def _switch_tcp_on(self) -> None:
+        words = self.code.split()
+        if "REFPNT" in words and words[words.index("REFPNT") + 1 :][:1] != ["TIP-TIP"]:
+            raise BlockError("only REFPNT TIP-TIP is supported, positions of the tool tip; post with it")
+        self.switch_tcp(on=True)
+        if "SPAT" in words or "SPATIAL" in words:
+            self.state.spatial = {}
+
+    # Planes and shifts
+
+    def _tilt(self) -> None:
+        """Read PLANE; with MOVE and TURN the control turns its axes into the plane, with STAY it doesn't."""
+        state, draft, words = self.state, self.draft, self.code.split()
+        kind = words[1] if len(words) > 1 else ""
+        draft.ignored.append(f"PLANE {kind}")
+        if kind == "RESET":
+            state.tilt_plane(np.eye(3))
+            draft.tip_control = state.tip_control
+        else:
+            angles = {key: self.value(value) for key, value in _ANGLE.findall(self.code)}
+            state.tilt_plane(self._rotation(kind, angles))
+        draft.frame = state.frame(f"PLANE {kind}")
+        if ("MOVE" in words or "TURN" in words) and (kind != "RESET" or state.positioned):
+            self.turn_into_plane(f"PLANE {kind}", follows="MOVE" in words)
+
+    def _rotation(self, kind: str, angles: dict[str, float]) -> Array:
+        def need(*keys: str) -> list[float]:
+            missing = [key for key in keys if key not in angles]
+            if missing:
+                raise BlockError(f"PLANE {kind} needs {', '.join(missing)}; write it")
+            return [angles[key] for key in keys]
+
+        if kind == "SPATIAL":
+            # About fixed X, Y, Z, which equals about Z, Y', X''.
+            return turns("ZYX", need("SPA", "SPB", "SPC")[::-1])
+        if kind == "EULER":
+            return turns("ZXZ", need("EULPR", "EULNU", "EULROT"))
+        if kind == "RELATIV" and len(angles) == 1:
+            [(key, angle)] = angles.items()
+            return product(self.state.tilt, turns("XYZ"["ABC".index(key[-1])], [angle]))
+        if kind == "VECTOR":
+            return self._rotation_of(need("BX", "BY", "BZ"), need("NX", "NY", "NZ"))
+        raise BlockError(refusal("PLANE"))
+
+    def _rotation_of(self, base: list[float], normal: list[float]) -> Array:
+        """Return the rotation of Z into the normal, and of X into the base vector's part across it."""
+        z = np.array(normal)
+        x = np.array(base)
+        z = z / (np.linalg.norm(z, axis=-1) or 1.0)
+        x = x - product(x, z) * z
+        if not z.any() or np.linalg.norm(x, axis=-1) < 1e-9:
+            raise BlockError("PLANE VECTOR needs a base vector across its normal; correct them")
+        x = x / np.linalg.norm(x, axis=-1)
+        return np.column_stack([x, np.cross(z, x), z])
+
+    def _trans_datum(self) -> None:
+        words = self.code.split()
+        if words[2:3] == ["RESET"]:
+            self._shift({"X": 0.0, "Y": 0.0, "Z": 0.0}, "")
+        elif words[2:3] == ["AXIS"]:
+            self._read_shift(self.code.partition("AXIS")[2])
+        else:
+            raise BlockError(refusal("TRANS DATUM"))
+        self.draft.ignored.append("TRANS DATUM")
+
+    def _read_shift(self, text: str) -> None:
+        words, increments = self.axes_of(text)
+        if not set(words) <= set("XYZ"):
+            raise BlockError("a datum shift is supported for X, Y and Z; post without other axes")
+        self._shift(words, increments)
+
+    def _shift(self, words: dict[str, float], increments: str) -> None:
+        if self.state.zero.startswith("#"):
+            self.state.change_zero("a datum shift")
+        self.state.shift_datum(words, increments)
+        self.draft.frame = self.state.frame("datum shift")
+
+    def _cycle(self) -> None:
+        """Read a line of a cycle definition: a shift, a rotation, a dwell, or nothing that moves."""
+        found = _CYCLE.match(self.code)
+        if found is None:
+            raise BlockError("CYCL DEF must be followed by a number; write it")
+        number, part, rest = int(found[1]), int(found[2] or 0), found[3]
+        self.draft.ignored.append(f"CYCL DEF {number}")
+        if number == 247:
+            self.draft.work_offset = rest.partition("Q339")[2].strip(" =~+") or rest
+            self.state.change_zero(f"preset {self.draft.work_offset}")
+        elif number in IGNORED_CYCLES:
+            pass
+        elif number not in (7, 8, 9, 10, 11, 19):
+            raise BlockError(refusal(f"CYCL DEF {number}"))
+        elif part > 0:
+            self._cycle_part(number, rest)
+
+    def _cycle_part(self, number: int, rest: str) -> None:
+        state = self.state
+        if number == 7 and rest.startswith("#"):
+            state.change_zero(rest)
+        elif number == 7:
+            self._read_shift(rest)
+        elif number == 9:
+            self.draft.g.append("G4")
+            self.draft.words["P"] = self._last_number(rest)
+        elif number == 10:
+            angle = self._last_number(rest.replace("ROT", " "))
+            state.spin = angle + (state.spin if rest.startswith("IROT") else 0.0)
+            self.draft.frame = state.frame("cycle 10")
+        elif number == 19:
+            if any(self.axes_of(rest)[0].values()):
+                raise BlockError("cycle 19 angles depend on the machine; write PLANE SPATIAL")
+            state.tilt_plane(np.eye(3))
+            self.draft.frame = state.frame("cycle 19")
+        elif rest and not (number == 11 and self._last_number(rest.replace("SCL", " ")) == 1.0):
+            raise BlockError(f"cycle {number} mirrors or scales, which isn't supported; post without it")
+
+    def _last_number(self, text: str) -> float:
+        found = _LAST_NUMBER.search(text)
+        if found is None:
+            raise BlockError("a number is missing at the end; write it")
+        return self.value(found[1])
+
+
+_BEGIN, _WORDS = r"[ \t]*+(?:[0-9]++[ \t]++)?+LN?+[ \t]++", rf"[XYZABC]{NUMBER}(?:[ \t]++[XYZABCF]{NUMBER})*+"
+# A normal alone may be the tool direction, too: such lines aren't plain.
+_POINTING = rf"(?:[ \t]++N[XYZ]{NUMBER})*+(?:[ \t]++T[XYZ]{NUMBER})++(?:[ \t]++F{NUMBER})?+"
+_G1 = re.compile(r"^[ \t]*(?:[0-9]+[ \t]+)?LN?", re.MULTILINE)
 _NUMBERED = re.compile(r"\s*(?:[0-9]+\s+|[0-9]+$)?")
 _SKIPPED = re.compile(r"\s*(?:[0-9]+\s*)?/\s*(?:[0-9]+\s+)?")
 _COMMA = re.compile(r"(?<=[0-9]),(?=[0-9])")
 
 
-def split_klartext(
-    source: Source, *, block_delete: bool = False, runs: bool = False
-) -> Iterator[Block | Run]:
-    """Yield the blocks of a program up to END PGM.
+class Klartext(Reader):
+    """Klartext, up to END PGM."""
 
-    Parameters
-    ----------
-    source : the file
-    block_delete : whether to skip blocks that begin with ``/``
-    runs : whether to yield runs of plain blocks in their place
-
-    Raises
-    ------
-    ToolpathError
-        With file, line and text: an unsupported line, a word with two values, a circle without pole.
-    """
-    state = State()
-    lines = lines_and_runs(
-        source.lines, _RUN, lambda: runs and state.spatial is None and not state.positioned
+    forms = (
+        PlainLines(re.compile(rf"(?:{_BEGIN}{_WORDS}[ \t]*+\n)*+"), _G1),
+        PlainLines(
+            re.compile(rf"(?:{_BEGIN}{_WORDS}{_POINTING}[ \t]*+\n)*+"),
+            _G1,
+            dict(zip(("TX", "TY", "TZ", "NX", "NY", "NZ"), DIRECTION + NORMAL, strict=True)),
+        ),
     )
-    for line, text in lines:
-        if isinstance(text, Run):
-            words = text.last_words()
-            state.now.update((letter, words[letter]) for letter in words if letter != "G")
-            state.moved = True
-            yield text
-            continue
-        plain = _plain_block(state, line, text)
-        if plain is not None:
-            yield plain
-            continue
-        code = _join(text, lines)
+
+    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+        super().__init__(source, block_delete=block_delete)
+        self.state = State()
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether plain blocks mean what they say."""
+        return self.state.spatial is None and not self.state.positioned
+
+    def follow(self, run: Run) -> None:
+        """Remember the last words of a run."""
+        self.state.now.update((c, value) for c, value in run.last_words().items() if c in "XYZABC")
+        self.state.moved = True
+
+    def continues(self, text: str) -> bool:
+        """Whether the line ends with ``~``, which may follow a comment."""
+        return text.rstrip().endswith("~")
+
+    def read(self, line: int, text: str) -> Iterator[Block]:
+        """Read a line with its continuations."""
+        code = " ".join(_code_of(part).rstrip("~") for part in text.split("\n"))
         skipped = _SKIPPED.match(code)
-        if skipped is not None and block_delete:
+        if skipped is not None and self.block_delete:
             yield Block(line, skipped=True)
-            continue
-        try:
-            require_short(code)
-            numbered = _NUMBERED.match(code) if skipped is None else skipped
-            code = " ".join(code[0 if numbered is None else numbered.end() :].split())
-            read = _read(source, line, code, state) if code else None
-        except BlockError as fault:
-            raise block_error(source, line, fault) from None
-        if read is not None:
-            yield from (b for b in (read.before, read.draft.block(), read.after) if b is not None)
-        if code.startswith("END PGM"):
             return
+        require_short(code)
+        numbered = _NUMBERED.match(code) if skipped is None else skipped
+        code = " ".join(code[0 if numbered is None else numbered.end() :].split())
+        if code:
+            read = _read(self.source, line, code, self.state)
+            yield from (b for b in (read.before, read.draft.block(), read.after) if b is not None)
+        self.ended = code.startswith("END PGM")
 
 
 def _read(source: Source, line: int, code: str, state: State) -> Line:
@@ -101,52 +300,7 @@ def _read(source: Source, line: int, code: str, state: State) -> Line:
     return setup
 
 
-def _plain_block(state: State, line: int, text: str) -> Block | None:
-    """Read a straight line of plain numbers; None for any other block, which `_read` reads."""
-    begin = _LINE.match(text)
-    if begin is None or state.spatial is not None or len(text) > LONGEST_BLOCK:
-        return None
-    found: list[tuple[str, str]] = _PLAIN.findall(text, begin.end())
-    given = dict(found)
-    if len(given) < len(found) or "" in given or given.pop("R0", "") or given.get("FMAX", ""):
-        return None
-    motion = _FEED if given.pop("FMAX", None) is None else _RAPID
-    if "" in given.values():
-        return None
-    vector = normal = None
-    if "N" in text or "T" in text:
-        vector, normal = _pop_direction(given, "T"), _pop_direction(given, "N")
-        if normal is not None and vector is None:
-            return None
-    words = {letter: float(number) for letter, number in given.items()}
-    if not words or words.keys() == {"F"}:
-        return None
-    if state.positioned and not words.keys().isdisjoint("ABC"):
-        return None
-    state.now.update(words)
-    state.moved = True
-    return Block(line, motion, (), words, vector=vector, normal=normal)
-
-
-def _pop_direction(given: dict[str, str], kind: str) -> Triple | None:
-    """Remove a direction from the words and return it; missing components are 0."""
-    x, y, z = given.pop(f"{kind}X", None), given.pop(f"{kind}Y", None), given.pop(f"{kind}Z", None)
-    if x is None and y is None and z is None:
-        return None
-    return float(x or 0.0), float(y or 0.0), float(z or 0.0)
-
-
 def _code_of(text: str) -> str:
     """Return a line without its comment, in upper case, with decimal points instead of commas."""
     code = strip_comment(text)
     return _COMMA.sub(".", code) if "," in code else code
-
-
-def _join(text: str, lines: Iterator[tuple[int, str | Run]]) -> str:
-    """Join a line with its continuations: it ends with ``~``, which may follow a comment."""
-    parts = [_code_of(text)]
-    while text.rstrip().endswith("~"):
-        # A line after ~ never begins a run.
-        text = cast("str", next(lines, (0, ""))[1])
-        parts.append(_code_of(text))
-    return " ".join(part.rstrip("~") for part in parts)

@@ -6,8 +6,7 @@ import math
 import re
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError
-from fiveaxis.nc.languages.draft import put_word
+from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, m_number, put_word
 from fiveaxis.nc.languages.klartext_state import VALUE, Line, State
 from fiveaxis.nc.languages.klartext_words import END_M, REFUSED_M
 from fiveaxis.nc.languages.planes import turns
@@ -82,7 +81,7 @@ class Move(Line):
         letter = key[-1]
         if letter in _PLANE_ANGLES and text.lstrip("+") == _PLANE_ANGLES[letter]:
             draft.ignored.append(_PLANE_ANGLES[letter])
-            self.stand_upright(_PLANE_ANGLES[letter])
+            self.turn_into_plane(_PLANE_ANGLES[letter])
             return
         value = self.value(text)
         if key == "M":
@@ -103,9 +102,7 @@ class Move(Line):
 
     def _take_m(self, value: float) -> None:
         draft = self.draft
-        if value != int(value) or value < 0:
-            raise BlockError(f"M{value:g} isn't an M word; correct it")
-        number = int(value)
+        number = m_number(value)
         if number in REFUSED_M:
             raise BlockError(f"M{number} {REFUSED_M[number]}")
         if number in END_M or number in SPINDLE_M:
@@ -138,9 +135,7 @@ class Move(Line):
             self._read_spatial(state.spatial)
         if self.function == "LN":
             self._follow_normal()
-        if state.positioned and not draft.vector and any(letter in "ABC" for letter in draft.words):
-            # The program states its angles again, and its positions mean what they meant before.
-            state.positioned, draft.tip_control = False, state.tip_control
+        self.end_positioning()
         axes = [letter for letter in draft.words if letter != "F"]
         if axes or draft.vector or self.function in ("C", "CR", "CP"):
             self._name_motion()

@@ -10,11 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.nc.languages.block import Block, BlockError, FrameChange
-from fiveaxis.nc.languages.draft import NUMBER, Draft, put_word
+from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, FrameChange, put_word
 from fiveaxis.nc.languages.expressions import evaluate
-from fiveaxis.nc.languages.planes import Plane, forget_position, turns
-from fiveaxis.nc.source import Source
+from fiveaxis.nc.languages.planes import CoordinateState, Plane, Statement, turns
 
 VALUE = rf"(?:{NUMBER}|[+-]?Q[LR]?[0-9]+)(?![0-9.])"
 
@@ -22,7 +20,7 @@ _AXIS = re.compile(rf"\s*(I?)([XYZABCUVW]) ?({VALUE})")
 
 
 @dataclass
-class State:
+class State(CoordinateState):
     """Modal state of the control.
 
     Methods raise BlockError for what the program leaves undetermined, or what isn't supported.
@@ -36,30 +34,22 @@ class State:
     begun : whether BEGIN PGM was read
     parameters : values of the Q parameters
     tool_feed : of the last TOOL CALL, for F AUTO
-    tip_control : whether M128 or FUNCTION TCPM is in force
     spatial : A, B and C, deg, if FUNCTION TCPM takes them as spatial angles (AXIS SPAT); else None
-    positioned : whether the control has turned the tool into a plane by angles that aren't in the program
     now : last value of each axis word in the frame in force, if known
     pole : X and Y of the last CC
     datum, tilt, shift, spin : the four parts of the frame
-    zero : the preset or the datum table line in force
-    moved : whether the program has moved relative to it
     """
 
     begun: bool = False
     parameters: dict[str, float] = field(default_factory=dict)
     tool_feed: float | None = None
-    tip_control: bool = False
     spatial: dict[str, float] | None = None
-    positioned: bool = False
     now: dict[str, float] = field(default_factory=dict)
     pole: tuple[float, float] | None = None
     datum: Array = field(default_factory=lambda: np.zeros(3))
     tilt: Array = field(default_factory=lambda: np.eye(3))
     shift: Array = field(default_factory=lambda: np.zeros(3))
     spin: float = 0.0
-    zero: str = ""
-    moved: bool = False
 
     @property
     def is_tilted(self) -> bool:
@@ -93,15 +83,6 @@ class State:
             raise BlockError("a new plane while the last one is shifted or rotated; reset that before")
         self.tilt = rotation
 
-    def change_zero(self, name: str) -> None:
-        """Set the preset or the datum table line, unless the program has moved relative to another."""
-        if self.moved and name != self.zero:
-            raise BlockError(
-                f"{name} moves the program's zero away from {self.zero or 'where the program began'}, and "
-                "only the control knows how far; write one program for each"
-            )
-        self.zero = name
-
     def remember(self, words: Mapping[str, float], increments: str = "") -> None:
         """Update the axis positions by a block's words."""
         if not increments:
@@ -132,45 +113,25 @@ class State:
         return self.pole
 
 
-class Line:
-    """One block with its continuation lines; `before` and `after` are blocks inserted around it.
+class Line(Statement[State]):
+    """One block with its continuation lines: single blanks, decimal points."""
 
-    Its readers raise BlockError.
-
-    Parameters
-    ----------
-    source, line : file and first line of the block
-    code : upper case, single blanks, decimal points; without block number and comment
-    state : modal state, updated by reading
-    """
-
-    def __init__(self, source: Source, line: int, code: str, state: State) -> None:
-        self.code, self.state, self.draft = code, state, Draft(source, line)
-        self.before: Block | None = None
-        self.after: Block | None = None
+    # A block to insert after this one.
+    after: Block | None = None
 
     def value(self, text: str) -> float:
         """Evaluate a number, a Q parameter or arithmetic."""
         return evaluate(text, self.state.parameters.__getitem__)
 
-    def stand_upright(self, word: str, *, follows: bool = False) -> None:
-        """Point the tool along the plane's Z, whatever angles the machine takes for it.
-
-        Parameters
-        ----------
-        word : the word that turns the axes
-        follows : whether the control holds the tip meanwhile
-        """
-        if not follows and not self.state.tip_control:
-            self.before = forget_position(self.draft.line, word)
+    def turn_into_plane(self, word: str, *, follows: bool = False) -> None:
+        """Turn the tool along the plane's Z; under TCP the control holds the tip meanwhile."""
+        self.stand_upright(word, follows=follows or self.state.tip_control)
         self.draft.frame = self.state.frame(word)
-        self.draft.tip_control, self.draft.vector = True, {"Z": 1.0}
-        self.state.positioned = True
 
     def switch_tcp(self, *, on: bool) -> None:
         """Switch TCP."""
-        self.state.tip_control = self.draft.tip_control = on
-        self.state.spatial, self.state.positioned = None, False
+        super().switch_tcp(on=on)
+        self.state.spatial = None
 
     def axes_of(self, text: str) -> tuple[dict[str, float], str]:
         """Read a text of axis words only; return their values and the letters of increments."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 
+from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, reasons
+
 # Beginnings of lines without effect on the path.
 IGNORED_LINES = re.compile(
     r"\*|BLK FORM|TOOL DEF|STOP\b|LBL\b|SEL (?:CORR-)?TABLE|FUNCTION MODE MILL|FUNCTION RESET (?!TCPM)[A-Z]+"
@@ -15,29 +17,24 @@ IGNORED_LINES = re.compile(
     r"|FN ?1[56] ?:|FUNCTION PROG PATH IS TCP|MONITORING|QS[0-9]+ ?= ?\"[^\"]*\"$"
 )
 
-_JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves"
-_CYCLE = "is a cycle, which isn't expanded; post its moves"
 _EXTRA = "generates moves, which isn't supported; post L, C and CR"
 _TURN = "sets a coordinate system that isn't supported; post PLANE SPATIAL"
 _SYSTEM = "reads data of the control, which the program doesn't contain; write the number"
 
 # The first pattern that matches the beginning of a line gives the reason.
-REFUSED_LINES: tuple[tuple[re.Pattern[str], str], ...] = tuple(
-    (re.compile(pattern), reason)
-    for pattern, reason in (
-        (r"CALL LBL|CALL PGM|PGM CALL|CALL SELECTED|SEL PGM|CALL|IF\b", _JUMP),
-        (r"FN ?(?:9|1[012]) ?:", _JUMP),
-        (r"CYCL CALL|CYCL DEF|TCH PROBE|PATTERN DEF|SEL PATTERN|CONTOUR DEF|SEL CONTOUR", _CYCLE),
-        (r"RND|CHF|APPR|DEP|CT\b|FPOL|FL\b|FC\b|FLT|FCT|FSELECT|SPL", _EXTRA),
-        (r"PLANE|TRANS", _TURN),
-        (r"FN|SYSREAD|QS", _SYSTEM),
-        (r"FUNCTION (?:TURNDATA|MODE TURN|PARAX|POLARKIN|PROG PATH)", "changes what the words mean"),
-    )
+REFUSED_LINES = reasons(
+    (r"CALL LBL|CALL PGM|PGM CALL|CALL SELECTED|SEL PGM|CALL|IF\b", IS_JUMP),
+    (r"FN ?(?:9|1[012]) ?:", IS_JUMP),
+    (r"CYCL CALL|CYCL DEF|TCH PROBE|PATTERN DEF|SEL PATTERN|CONTOUR DEF|SEL CONTOUR", IS_CYCLE),
+    (r"RND|CHF|APPR|DEP|CT\b|FPOL|FL\b|FC\b|FLT|FCT|FSELECT|SPL", _EXTRA),
+    (r"PLANE|TRANS", _TURN),
+    (r"FN|SYSREAD|QS", _SYSTEM),
+    (r"FUNCTION (?:TURNDATA|MODE TURN|PARAX|POLARKIN|PROG PATH)", "changes what the words mean"),
 )
 
 # M words that change the path or the meaning of other words.
 REFUSED_M = {
-    **dict.fromkeys((89, 99), _CYCLE),
+    **dict.fromkeys((89, 99), IS_CYCLE),
     103: "reduces the feed of plunging moves, which isn't supported; write the feeds",
     112: "rounds the path, which isn't supported; post without it",
     114: "compensates the tilted axes as on older controls; post with M128",

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple, block_error
-from fiveaxis.nc.languages.expressions import LONGEST_NUMBER
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple, number_of
 from fiveaxis.nc.languages.iso import WORD_NUMBER, compact_code
 from fiveaxis.nc.languages.planes import Plane, turns
+from fiveaxis.nc.languages.runs import Reader
 from fiveaxis.nc.source import Source
 
 # A letter and a number, or a letter with an index, an equals sign and a number or a parameter.
@@ -31,144 +30,106 @@ _OFF = ("G40", "G140", "G174")
 CYCLES = ("G81", "G84")
 
 
-@dataclass
-class _State:
-    """Modal state: the shift of G93, the cycle that G79 calls, TCP."""
+class MillPlus(Reader):
+    """MillPlus; parameters other than the angles that G7 stores are refused."""
 
-    shift: Triple = (0.0, 0.0, 0.0)
-    tip_control: bool = False
-    cycle: dict[str, float] = field(default_factory=dict)
-    cycle_word: str = ""
+    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+        super().__init__(source, block_delete=block_delete)
+        # The shift of G93, and the cycle that G79 calls.
+        self.shift: Triple = (0.0, 0.0, 0.0)
+        self.tip_control = False
+        self.cycle: dict[str, float] = {}
+        self.cycle_word = ""
 
-
-def split_millplus(source: Source, *, block_delete: bool = False) -> Iterator[Block]:
-    """Yield the blocks of a program.
-
-    Parameters
-    ----------
-    source : the file
-    block_delete : whether to skip blocks that begin with ``/``
-
-    Raises
-    ------
-    ToolpathError
-        With file, line and text: not a word; a word with two values; a parameter other than the angles that
-        G7 stores.
-    """
-    state = _State()
-    for line, text in enumerate(source.lines, start=1):
+    def read(self, line: int, text: str) -> Iterator[Block]:
+        """Read a line."""
         code = compact_code(text)
         if not code or code[0] == "%":
-            continue
-        if code[0] == "/":
-            if block_delete:
-                yield Block(line, skipped=True)
-                continue
-            code = code[1:]
-        try:
-            blocks = list(_blocks(source, line, code, state))
-        except BlockError as fault:
-            raise block_error(source, line, fault) from None
-        yield from blocks
+            return
+        if code[0] == "/" and self.block_delete:
+            yield Block(line, skipped=True)
+            return
+        g, m, words, indexed = _split_words(code.removeprefix("/"))
+        words.pop("N", None)
+        # G54 I1 selects one of several work offset tables.
+        if "G54" in g or set(words) == {"I"}:
+            words.pop("I", None)
+        if "G93" in g:
+            yield self._shift(line, words)
+        elif "G7" in g:
+            yield self._tilt(line, indexed)
+        elif "G74" in g:
+            yield Block(line, ("G0", "G53"), (), {c: v for c, v in words.items() if c in "XYZABC"})
+        elif cycles := [w for w in g if w in CYCLES]:
+            self.cycle_word, self.cycle = cycles[0], words
+            yield Block(line, ignored=(cycles[0],))
+        elif "G79" in g:
+            yield from self._drill(line, words)
+        elif not indexed.keys().isdisjoint("ABC"):
+            # E254 and E255 hold the angles that G7 computed: the tool points along the plane's normal.
+            rest = {c: v for c, v in words.items() if c not in "ABC"}
+            yield Block(line, tuple(g), tuple(m), rest, vector=(0.0, 0.0, 1.0))
+        elif g or m or words:
+            yield self._plain(line, g, m, words)
 
+    def _plain(self, line: int, g: list[str], m: list[str], words: dict[str, float]) -> Block:
+        tip_control = None
+        if "G141" in g:
+            tip_control = self.tip_control = True
+        elif self.tip_control and not set(_OFF).isdisjoint(g):
+            tip_control = self.tip_control = False
+        centre = frozenset(c for c in "IJK" if c in words)
+        if not centre:
+            return Block(line, tuple(g), tuple(m), words, tip_control=tip_control)
+        # The letters give the plane of the arc, and the vector goes from its centre to its start.
+        words = {c: -value if c in centre else value for c, value in words.items()}
+        message = (
+            "I, J and K are taken from an arc's centre to its start, as NX writes them for this control; "
+            "check full circles, which also fit the reverse"
+        )
+        g = [_PLANES[centre], *g] if centre in _PLANES else g
+        findings = self._warn(line, "arc-centre-assumed", message)
+        return Block(line, tuple(g), tuple(m), words, tip_control=tip_control, findings=findings)
 
-def _blocks(source: Source, line: int, code: str, state: _State) -> Iterator[Block]:
-    g, m, words, indexed = _split_words(code)
-    words.pop("N", None)
-    # G54 I1 selects one of several work offset tables.
-    if "G54" in g or set(words) == {"I"}:
-        words.pop("I", None)
-    by_plane = {c for c in indexed if c in ("B", "C", "A")}
-    if "G93" in g:
-        yield _shift(line, words, state)
-    elif "G7" in g:
-        yield _tilt(line, indexed, state, source)
-    elif "G74" in g:
-        axes = {c: v for c, v in words.items() if c in "XYZABC"}
-        yield Block(line, ("G0", "G53"), (), axes)
-    elif cycles := [w for w in g if w in CYCLES]:
-        state.cycle_word, state.cycle = cycles[0], words
-        yield Block(line, ignored=(cycles[0],))
-    elif "G79" in g:
-        yield from _drill(line, words, state)
-    elif by_plane:
-        # E254 and E255 hold the angles that G7 computed: the tool points along the plane's normal.
-        rest = {c: v for c, v in words.items() if c not in "ABC"}
-        yield Block(line, tuple(g), tuple(m), rest, vector=(0.0, 0.0, 1.0))
-    elif g or m or words:
-        yield _plain(source, line, g, m, words, state)
+    def _shift(self, line: int, words: dict[str, float]) -> Block:
+        """Read ``G93 X Y Z``: the program zero relative to the work offset."""
+        x, y, z = (words.get(c, old) for c, old in zip("XYZ", self.shift, strict=True))
+        self.shift = (x, y, z)
+        return Block(line, frame=FrameChange("set", self.shift, np.eye(3), "G93"))
 
+    def _tilt(self, line: int, indexed: dict[str, float | str]) -> Block:
+        """Read ``G7 A5= B5= C5=``: angles about fixed X, Y and Z, in this order."""
+        a, b, c = (float(indexed.get(f"{letter}5", 0.0)) for letter in "ABC")
+        plane = Plane(np.array(self.shift), turns("ZYX", (c, b, a)))
+        block = Block(line, frame=plane.change("G7"))
+        if sum(v != 0.0 for v in (a, b, c)) <= 1:
+            return block
+        message = (
+            f"G7 A5={a:g} B5={b:g} C5={c:g} is taken as angles about X, then Y, then Z of the work offset; "
+            "check it if the machine is set up differently"
+        )
+        return block._replace(findings=self._warn(line, "plane-assumed", message))
 
-def _plain(
-    source: Source, line: int, g: list[str], m: list[str], words: dict[str, float], state: _State
-) -> Block:
-    tip_control = None
-    if "G141" in g:
-        tip_control = state.tip_control = True
-    elif state.tip_control and not set(_OFF).isdisjoint(g):
-        tip_control = state.tip_control = False
-    centre = frozenset(c for c in "IJK" if c in words)
-    if not centre:
-        return Block(line, tuple(g), tuple(m), words, tip_control=tip_control)
-    # The letters give the plane of the arc, and the vector goes from its centre to its start.
-    words = {c: -value if c in centre else value for c, value in words.items()}
-    message = (
-        "I, J and K are taken from an arc's centre to its start, as NX writes them for this control; check "
-        "full circles, which also fit the reverse"
-    )
-    g = [_PLANES[centre], *g] if centre in _PLANES else g
-    return Block(
-        line,
-        tuple(g),
-        tuple(m),
-        words,
-        tip_control=tip_control,
-        findings=_warn(source, line, "arc-centre-assumed", message),
-    )
+    def _warn(self, line: int, code: str, message: str) -> tuple[Finding, ...]:
+        return (self.source.finding(Severity.WARNING, code, message, line),)
 
+    def _drill(self, line: int, words: dict[str, float]) -> Iterator[Block]:
+        """Read ``G79 X Y Z``: the cycle in force, from a surface at Z.
 
-def _shift(line: int, words: dict[str, float], state: _State) -> Block:
-    """Read ``G93 X Y Z``: the program zero relative to the work offset."""
-    x, y, z = (words.get(c, old) for c, old in zip("XYZ", state.shift, strict=True))
-    state.shift = (x, y, z)
-    return Block(line, frame=FrameChange("set", state.shift, np.eye(3), "G93"))
-
-
-def _tilt(line: int, indexed: dict[str, float | str], state: _State, source: Source) -> Block:
-    """Read ``G7 A5= B5= C5=``: angles about fixed X, Y and Z, in this order."""
-    a, b, c = (float(indexed.get(f"{letter}5", 0.0)) for letter in "ABC")
-    plane = Plane(np.array(state.shift), turns("ZYX", (c, b, a)))
-    block = Block(line, frame=plane.change("G7"))
-    if sum(v != 0.0 for v in (a, b, c)) <= 1:
-        return block
-    message = (
-        f"G7 A5={a:g} B5={b:g} C5={c:g} is taken as angles about X, then Y, then Z of the work offset; check "
-        "it if the machine is set up differently"
-    )
-    return block._replace(findings=_warn(source, line, "plane-assumed", message))
-
-
-def _warn(source: Source, line: int, code: str, message: str) -> tuple[Finding, ...]:
-    return (Finding(Severity.WARNING, code, message, Place(line=line, file=source.name)),)
-
-
-def _drill(line: int, words: dict[str, float], state: _State) -> Iterator[Block]:
-    """Read ``G79 X Y Z``: the cycle in force, from a surface at Z.
-
-    In ``G81 Y Z B``, Y is the clearance above it, Z the depth, B the height of the retract.
-    """
-    if not state.cycle_word:
-        raise BlockError("G79 calls a cycle, and none is in force; write G81 or G84 before")
-    cycle = state.cycle
-    surface = words.get("Z", state.cycle.get("surface", 0.0))
-    cycle["surface"] = surface
-    clear = surface + cycle.get("Y", 0.0)
-    feed = {"F": cycle["F"]} if "F" in cycle else {}
-    yield Block(line, ("G0",), (), {c: v for c, v in words.items() if c in "XYABC"})
-    yield Block(line, ("G0",), (), {"Z": clear})
-    yield Block(line, ("G1",), (), {"Z": surface + cycle.get("Z", 0.0), **feed})
-    yield Block(line, ("G1",) if state.cycle_word == "G84" else ("G0",), (), {"Z": clear})
-    yield Block(line, ("G0",), (), {"Z": surface + cycle.get("B", cycle.get("Y", 0.0))})
+        In ``G81 Y Z B``, Y is the clearance above it, Z the depth, B the height of the retract.
+        """
+        if not self.cycle_word:
+            raise BlockError("G79 calls a cycle, and none is in force; write G81 or G84 before")
+        cycle = self.cycle
+        surface = words.get("Z", cycle.get("surface", 0.0))
+        cycle["surface"] = surface
+        clear = surface + cycle.get("Y", 0.0)
+        feed = {"F": cycle["F"]} if "F" in cycle else {}
+        yield Block(line, ("G0",), (), {c: v for c, v in words.items() if c in "XYABC"})
+        yield Block(line, ("G0",), (), {"Z": clear})
+        yield Block(line, ("G1",), (), {"Z": surface + cycle.get("Z", 0.0), **feed})
+        yield Block(line, ("G1",) if self.cycle_word == "G84" else ("G0",), (), {"Z": clear})
+        yield Block(line, ("G0",), (), {"Z": surface + cycle.get("B", cycle.get("Y", 0.0))})
 
 
 def _split_words(code: str) -> tuple[list[str], list[str], dict[str, float], dict[str, float | str]]:
@@ -183,16 +144,15 @@ def _split_words(code: str) -> tuple[list[str], list[str], dict[str, float], dic
             break
         end = found.end()
         name, value = (found[1], found[2]) if found[1] else (found[3], found[4])
-        if len(value) > LONGEST_NUMBER:
-            raise BlockError(f"{name}{value[:LONGEST_NUMBER]}… is longer than any number of a control")
+        number = number_of(name, value.removeprefix("E"))
         if name in ("G", "M"):
-            (g if name == "G" else m).append(f"{name}{float(value) + 0.0:g}")
+            (g if name == "G" else m).append(f"{name}{number + 0.0:g}")
         elif name in words or name in indexed:
             raise BlockError(f"{name} has two values; write one of them")
         elif found[1] and (len(name) > 1 or value[0] == "E"):
-            indexed[name] = value if value[0] == "E" else float(value)
+            indexed[name] = value if value[0] == "E" else number
         else:
-            words[name] = float(value)
+            words[name] = number
     if end != len(code):
         raise BlockError(f"{code[end : end + 20]!r} isn't a word of MillPlus; correct it")
     _require_known(indexed)

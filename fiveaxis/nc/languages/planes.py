@@ -1,14 +1,17 @@
-"""Coordinate planes of a program: shifts and rotations as controls combine them."""
+"""Coordinates of a program: planes as controls combine them, and turning the tool into a plane."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from fiveaxis.geometry import Array, product, rotation_matrix
-from fiveaxis.nc.languages.block import Block, FrameChange
+from fiveaxis.nc.languages.block import Block, BlockError, Draft, FrameChange
+from fiveaxis.nc.source import Source
 
 AXES = "XYZ"
 
@@ -26,7 +29,7 @@ class Plane:
     origin: Array = field(default_factory=lambda: np.zeros(3))
     rotation: Array = field(default_factory=lambda: np.eye(3))
 
-    @property
+    @cached_property
     def is_unturned(self) -> bool:
         """Whether the rotation is the identity."""
         return bool(np.array_equal(self.rotation, np.eye(3)))
@@ -72,3 +75,73 @@ def turns(axes: str, angles: Sequence[float]) -> Array:
     for axis, angle in zip(axes, angles, strict=True):
         rotation = product(rotation, turn_about(axis, angle))
     return rotation
+
+
+@dataclass
+class CoordinateState:
+    """What the coordinates of a Sinumerik or Klartext program mean.
+
+    Parameters
+    ----------
+    tip_control : whether TCP is in force (TRAORI, M128)
+    positioned : whether the control has turned the tool into a plane by angles that aren't in the program
+    zero : the work offset, preset or datum table line in force
+    moved : whether the program has moved relative to it
+    """
+
+    tip_control: bool = False
+    positioned: bool = False
+    zero: str = ""
+    moved: bool = False
+
+    def change_zero(self, name: str, *, known: bool = False) -> None:
+        """Set the zero; raise BlockError after moves if its distance from the last one isn't `known`."""
+        if self.moved and name != self.zero and not known:
+            raise BlockError(
+                f"{name} moves the program's zero away from {self.zero or 'where the program began'}, and "
+                "only the control knows how far; write one program for each"
+            )
+        self.zero = name
+
+
+S = TypeVar("S", bound=CoordinateState)
+
+
+class Statement(Generic[S]):
+    """One block of a Sinumerik or Klartext program while it is read; its readers raise BlockError.
+
+    Parameters
+    ----------
+    source, line : file and first line of the block
+    code : upper case, without block number and comment
+    state : modal state, updated by reading
+    """
+
+    def __init__(self, source: Source, line: int, code: str, state: S) -> None:
+        self.code, self.state, self.draft = code, state, Draft(source, line)
+        # A block to insert before this one.
+        self.before: Block | None = None
+
+    def switch_tcp(self, *, on: bool) -> None:
+        """Switch TCP."""
+        self.state.tip_control = self.draft.tip_control = on
+        self.state.positioned = False
+
+    def stand_upright(self, word: str, *, follows: bool) -> None:
+        """Point the tool along the plane's Z, whatever angles the machine takes for it.
+
+        Parameters
+        ----------
+        word : the word that turns the axes
+        follows : whether the control holds the tip meanwhile
+        """
+        if not follows:
+            self.before = forget_position(self.draft.line, word)
+        self.draft.tip_control, self.draft.vector = True, {"Z": 1.0}
+        self.state.positioned = True
+
+    def end_positioning(self) -> None:
+        """Where the program states its angles again, its positions mean what they meant before."""
+        draft, state = self.draft, self.state
+        if state.positioned and not draft.vector and any(letter in "ABC" for letter in draft.words):
+            state.positioned, draft.tip_control = False, state.tip_control

@@ -1,23 +1,29 @@
-"""Runs: consecutive plain blocks, split into words together, as most lines of a long program are."""
+"""Reading a program's lines: long runs of plain blocks together, as most are, and all others one by one."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import accumulate
+from types import MappingProxyType
+from typing import ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.draft import NUMBER
+from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Triple, block_error
+from fiveaxis.nc.source import Source
 
 # Lines that are searched for runs at a time: their arrays fit into the processor's cache.
 PART = 10_000
 # Shorter runs take longer together than block by block.
 SHORTEST = 16
+
+# Components of a tool direction, and of a surface normal; small letters, as words have capital ones.
+DIRECTION, NORMAL = "ijk", "uvw"
 
 _BLANKS = bytes(32 if chr(code).isalpha() or code == ord("=") else code for code in range(128))
 _MOTIONS = {0.0: "G0", 1.0: "G1"}
@@ -27,11 +33,13 @@ _MOTIONS = {0.0: "G0", 1.0: "G1"}
 class Run:
     """Consecutive blocks of G0, G1 or neither and at least one word of an axis or F, each letter once.
 
+    Either all blocks give the tool direction, or none does.
+
     Parameters
     ----------
     line : of the first block
     begins : (n + 1,), index of the first word of each block, and their number
-    letters : (w,), ASCII codes, G included
+    letters : (w,), ASCII codes of G, axes and F, and of the letters of `DIRECTION` and `NORMAL`
     values : (w,), as written
     """
 
@@ -63,12 +71,23 @@ class Run:
         """Return the last value of each letter."""
         return dict(zip(map(chr, self.letters.tolist()), self.values.tolist(), strict=True))
 
+    @property
+    def points(self) -> bool:
+        """Whether its blocks give the tool direction."""
+        return bool(np.isin(self.letters[: self.begins[1]], _codes(DIRECTION)).any())
+
     def block(self, row: int) -> Block:
         """Return one block."""
         words = slice(self.begins[row], self.begins[row + 1])
         given = dict(zip(map(chr, self.letters[words].tolist()), self.values[words].tolist(), strict=True))
         motion = given.pop("G", None)
-        return Block(self.line + row, () if motion is None else (_MOTIONS[motion],), (), given)
+        vector, normal = _pop_direction(given, DIRECTION), _pop_direction(given, NORMAL)
+        g = () if motion is None else (_MOTIONS[motion],)
+        return Block(self.line + row, g, (), given, vector=vector, normal=normal)
+
+    def blocks(self) -> Iterator[Block]:
+        """Iterate over its blocks."""
+        return map(self.block, range(len(self)))
 
     def since(self, row: int) -> Run:
         """Return the blocks from one on."""
@@ -81,28 +100,49 @@ class Run:
         return Run(self.line, self.begins[: count + 1], self.letters[:words], self.values[:words])
 
 
+def _pop_direction(given: dict[str, float], letters: str) -> Triple | None:
+    """Remove a direction from the words of a block and return it; missing components are 0."""
+    if given.keys().isdisjoint(letters):
+        return None
+    x, y, z = (given.pop(letter, 0.0) for letter in letters)
+    return x, y, z
+
+
+def _codes(letters: str) -> list[int]:
+    return list(letters.encode("ascii"))
+
+
 @dataclass(frozen=True)
 class PlainLines:
-    """How a language writes plain blocks.
+    """A form in which a language writes plain blocks: all with a tool direction, or all without.
 
     Parameters
     ----------
     pattern : any number of whole lines of the form, with their line ends
     begin : pattern of what stands for G1 at the beginning of a line, if not G1 itself
+    directions : how the components of directions are written: ``A3=`` -> a letter of `DIRECTION` or `NORMAL`
     """
 
     pattern: re.Pattern[str]
     begin: re.Pattern[str] | None = None
+    directions: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of_words(cls, axes: str, between: str) -> PlainLines:
+    def of_words(
+        cls, axes: str, between: str, directions: Mapping[str, str] = MappingProxyType({})
+    ) -> PlainLines:
         """Return the form of ISO words, ``N10 G1 X1.5 F100``, with a pattern between letter and number."""
-        words = rf"(?:[{axes}F]{between}{NUMBER}[ \t]*+)++"
-        return cls(re.compile(rf"(?:[ \t]*+(?:N[0-9]++[ \t]*+)?+(?:G0?[01](?![0-9.])[ \t]*+)?+{words}\n)*+"))
+        pointing = "|".join(name for name, letter in directions.items() if letter in DIRECTION)
+        names = "|".join([*directions, f"[{axes}F]{between}"])
+        begin = r"[ \t]*+(?:N[0-9]++[ \t]*+)?+(?:G0?[01](?![0-9.])[ \t]*+)?+"
+        words = rf"(?=[^\n]*(?:{pointing}))(?:(?:{names}){NUMBER}[ \t]*+)++"
+        return cls(re.compile(rf"(?:{begin}{words}\n)*+"), directions=directions)
 
     def parse(self, text: str, line: int) -> Run:
         """Split lines of the form; those after the first that has a letter twice are left out."""
         plain = text if self.begin is None else self.begin.sub("G1 ", text)
+        for written, letter in self.directions.items():
+            plain = plain.replace(written, letter)
         data = plain.encode("ascii")
         codes = np.frombuffer(data, dtype=np.uint8)
         at = np.flatnonzero(codes >= ord("A"))
@@ -117,36 +157,92 @@ class PlainLines:
         return run.upto(int(row[order][1:][twice].min())) if twice.any() else run
 
 
-def lines_and_runs(
-    lines: Sequence[str], form: PlainLines, ready: Callable[[], bool] = lambda: True
-) -> Iterator[tuple[int, str | Run]]:
-    """Yield each line with its number, and runs of plain ones in their place.
+class Reader(ABC):
+    """Reads the blocks of a program in one language, line by line, and follows what they change.
 
     Parameters
     ----------
-    lines : of the program
-    form : of its plain blocks
-    ready : whether plain blocks mean in the present state what they say; asked before each run
+    source : the file
+    block_delete : whether to skip blocks that begin with ``/``
     """
-    for first in range(0, len(lines), PART):
-        some = lines[first : first + PART]
-        text = "\n".join(some) + "\n"
-        text = text.upper() if text.isascii() else text
-        offsets = [0, *accumulate(len(line) + 1 for line in some)]
-        row = 0
-        while row < len(some):
-            line = first + row + 1
-            # In Klartext ~ continues a block on the next line.
-            continued = line > 1 and lines[line - 2].rstrip().endswith("~")
-            found = None if continued or not ready() else form.pattern.match(text, offsets[row])
-            count = 0 if found is None else text.count("\n", offsets[row], found.end())
-            if found is not None and count >= SHORTEST:
-                run = form.parse(found[0], line)
-                count = len(run)
-                if count >= SHORTEST:
+
+    # The forms of the language's plain blocks.
+    forms: ClassVar[Sequence[PlainLines]] = ()
+
+    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+        self.source, self.block_delete, self.ended = source, block_delete, False
+
+    @abstractmethod
+    def read(self, line: int, text: str) -> Iterable[Block]:
+        """Read a line, or several that make one block; raises BlockError if it can't be read completely."""
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether plain blocks mean what they say, in the present state."""
+        return True
+
+    def follow(self, run: Run) -> None:  # noqa: B027
+        """Update the state by a run, as `read` does by its lines; by default there is none."""
+
+    def continues(self, text: str) -> bool:
+        """Whether a block goes on after this line."""
+        return False
+
+    def blocks(self) -> Iterator[Block | Run]:
+        """Yield the blocks of the program, and runs of plain ones in their place.
+
+        Raises
+        ------
+        ToolpathError
+            With file, line and text: a block that can't be read.
+        """
+        lines = self._lines_and_runs(self.source.lines)
+        for line, text in lines:
+            if isinstance(text, Run):
+                self.follow(text)
+                yield text
+                continue
+            parts = [text]
+            while self.continues(parts[-1]):
+                # A line on which a block goes on never begins a run.
+                parts.append(cast("str", next(lines, (0, ""))[1]))
+            try:
+                yield from self.read(line, "\n".join(parts))
+            except BlockError as fault:
+                raise block_error(self.source, line, fault) from None
+            if self.ended:
+                return
+
+    def _lines_and_runs(self, lines: Sequence[str]) -> Iterator[tuple[int, str | Run]]:
+        """Yield each line with its number, and runs of plain ones in their place."""
+        for first in range(0, len(lines), PART):
+            some = lines[first : first + PART]
+            text = "\n".join(some) + "\n"
+            text = text.upper() if text.isascii() else text
+            offsets = [0, *accumulate(len(line) + 1 for line in some)]
+            row = 0
+            while row < len(some):
+                line = first + row + 1
+                run, count = None, 0
+                if self.is_plain and not (line > 1 and self.continues(lines[line - 2])):
+                    run, count = _run_at(text, offsets[row], line, self.forms)
+                if run is not None:
                     yield line, run
                     row += count
                     continue
-            for _ in range(min(count + 1, len(some) - row)):
-                yield first + row + 1, some[row]
-                row += 1
+                for _ in range(min(count + 1, len(some) - row)):
+                    yield first + row + 1, some[row]
+                    row += 1
+
+
+def _run_at(text: str, begin: int, line: int, forms: Sequence[PlainLines]) -> tuple[Run | None, int]:
+    """Return the run that begins at an index, None if it is too short, and the number of its lines."""
+    for form in forms:
+        found = form.pattern.match(text, begin)
+        count = 0 if found is None else text.count("\n", begin, found.end())
+        if found is not None and count >= SHORTEST:
+            run = form.parse(found[0], line)
+            return run if len(run) >= SHORTEST else None, len(run)
+        if count:
+            return None, count
+    return None, 0

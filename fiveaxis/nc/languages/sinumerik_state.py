@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.nc.languages.block import Block, BlockError, FrameChange
 from fiveaxis.nc.languages.expressions import evaluate
-from fiveaxis.nc.languages.planes import AXES, Plane, turns
+from fiveaxis.nc.languages.planes import AXES, CoordinateState, Plane, turns
 from fiveaxis.nc.languages.sinumerik_cycles import Hole, Swivel
 
 ROTARY = "ABC"
@@ -23,7 +23,7 @@ _ISO_ZEROS = ("", "G54", "G55", "G56", "G57")
 
 
 @dataclass
-class State:
+class State(CoordinateState):
     """Modal state of the control.
 
     Parameters
@@ -33,14 +33,10 @@ class State:
     motion, feed : the last ones, restored after a drilled hole
     tool_axis : letter of the axis along which cycles drill
     incremental : G91
-    tip_control : TRAORI
-    positioned : whether CYCLE800 has turned the tool into a plane by angles that aren't in the program
     hole : the cycle that MCALL repeats at every position
     program : frame of TRANS, ATRANS, ROT and AROT, relative to `swivel`
     swivel : plane of CYCLE800
     angles : deg, of the rotary axes, where the program gives them
-    zero : the work offset in force
-    moved : whether the program has moved relative to it
     """
 
     variables: dict[str, float] = field(default_factory=dict)
@@ -49,19 +45,15 @@ class State:
     feed: float | None = None
     tool_axis: str = "Z"
     incremental: bool = False
-    tip_control: bool = False
-    positioned: bool = False
     hole: Hole | None = None
     program: Plane = field(default_factory=Plane)
     swivel: Plane = field(default_factory=Plane)
     angles: dict[str, float] = field(default_factory=dict)
-    zero: str = ""
-    moved: bool = False
 
     @property
     def is_plain(self) -> bool:
-        """Whether a block of G0 to G3 and numbers needs no modal state."""
-        return self.hole is None and not self.incremental
+        """Whether blocks of axis words, directions and F mean what they say."""
+        return self.hole is None and not self.incremental and not self.positioned
 
     def frame(self, word: str) -> FrameChange:
         """Return the combined frame, set by `word`."""
@@ -93,7 +85,7 @@ class State:
         else:
             self.swivel = Plane() if swivel is None else swivel.plane
         self.program = Plane()
-        self.positioned = swivel is not None and swivel.positions
+        self.positioned = False
         return self.frame("CYCLE800")
 
     def change_frame(self, name: str, words: Mapping[str, float], plane_angle: float | None) -> FrameChange:
@@ -115,19 +107,13 @@ class State:
         self.program = step if name in ("TRANS", "ROT") else self.program.then(step)
         return self.frame(name)
 
-    def change_zero(self, word: str) -> None:
-        """Set the work offset; raise BlockError if its distance from the last one is unknown.
+    def select_zero(self, word: str) -> None:
+        """Set the work offset.
 
         The interpreter knows the four offsets that ISO programs have too, and before the first move the
         distance doesn't matter.
         """
-        known = word in _ISO_ZEROS and self.zero in _ISO_ZEROS
-        if self.moved and word != self.zero and not known:
-            raise BlockError(
-                f"{word} moves the program's zero away from {self.zero or 'where the program began'}, and "
-                "only the control knows how far; write one program for each"
-            )
-        self.zero = word
+        self.change_zero(word, known=word in _ISO_ZEROS and self.zero in _ISO_ZEROS)
 
     def remember(self, words: Mapping[str, float], increments: str = "", absolutes: str = "") -> None:
         """Update the feed and the rotary axes' end angles."""

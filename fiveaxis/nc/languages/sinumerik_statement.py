@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError
-from fiveaxis.nc.languages.draft import Draft, put_word
-from fiveaxis.nc.languages.expressions import LONGEST_NUMBER, evaluate, evaluate_prefix
-from fiveaxis.nc.languages.planes import AXES, forget_position
+from fiveaxis.nc.languages.block import SPINDLE_M, BlockError, m_number, number_of, put_word
+from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
+from fiveaxis.nc.languages.planes import AXES, Statement
 from fiveaxis.nc.languages.sinumerik_cycles import (
     HOLES,
     Hole,
@@ -53,23 +52,15 @@ _NO_WORDS = {
 }
 
 
-class Statement:
-    """One block, read from left to right and then as a whole.
-
-    Parameters
-    ----------
-    source, line : file and line of the block
-    code : upper case, without block number and comment
-    state : modal state, updated by `read`
-    """
+class SinumerikStatement(Statement[State]):
+    """One block, read from left to right and then as a whole."""
 
     def __init__(self, source: Source, line: int, code: str, state: State) -> None:
-        self.code, self.state, self.draft = code, state, Draft(source, line)
+        super().__init__(source, line, code, state)
         self.machine = self.modal_call = self.apart = False
         self.transform: str | None = None
         self.plane_angle: float | None = None
         self.hole: Hole | None = None
-        self.before: Block | None = None
 
     def read(self) -> None:
         """Read all words, then interpret them together.
@@ -95,9 +86,7 @@ class Statement:
             return self._assign(found[1], found[2], found.end())
         found = _WORD.match(self.code, at)
         if found is not None:
-            if len(found[2]) > LONGEST_NUMBER:
-                raise BlockError(f"{found[0][:LONGEST_NUMBER]}… is longer than any number of a control")
-            self._word(found[1], float(found[2]))
+            self._word(found[1], number_of(found[1], found[2]))
             return found.end()
         found = _NAME.match(self.code, at)
         if found is None:
@@ -207,7 +196,7 @@ class Statement:
             self.apart = True
             draft.ignored.append(word)
         elif number == 500 or 505 <= number <= 599:
-            self.state.change_zero(word)
+            self.state.select_zero(word)
             draft.work_offset = word
             draft.ignored.append(word)
         elif number in IGNORED_G:
@@ -232,13 +221,11 @@ class Statement:
         elif word in ("G90", "G91"):
             state.incremental = word == "G91"
         elif word in ("G54", "G55", "G56", "G57"):
-            state.change_zero(word)
+            state.select_zero(word)
         self.draft.g.append(word)
 
     def _m(self, number: float) -> None:
-        if number != int(number):
-            raise BlockError(f"M{number:g} isn't an M word; correct it")
-        if number in _END:
+        if m_number(number) in _END:
             self.draft.m.append(_END[int(number)])
         elif number in SPINDLE_M:
             self.draft.m.append(f"M{number:g}")
@@ -257,8 +244,7 @@ class Statement:
         parts, end = split_arguments(self.code, at) if self.code[at : at + 1] == "(" else ([], at)
         values = [self._argument(part) for part in parts]
         if name in ("TRAORI", "TRAFOOF"):
-            self.state.tip_control = self.draft.tip_control = name == "TRAORI"
-            self.state.positioned = False
+            self.switch_tcp(on=name == "TRAORI")
         elif name == "SUPA":
             self.machine = True
         elif name in _TRANSFORMS:
@@ -304,10 +290,7 @@ class Statement:
         if swivel is None:
             draft.tip_control = state.tip_control
         elif swivel.positions:
-            # The control turns its rotary axes until the tool points along the plane's Z.
-            draft.tip_control, draft.vector = True, {"Z": 1.0}
-            if not swivel.follows:
-                self.before = forget_position(draft.line, "CYCLE800")
+            self.stand_upright("CYCLE800", follows=swivel.follows)
 
     def _change_frame(self, name: str) -> None:
         draft = self.draft
@@ -330,9 +313,7 @@ class Statement:
             self._dwell()
         if draft.centre and any(letter in draft.words for letter in _CENTRE):
             raise BlockError("the centre is partly absolute, partly incremental; write I, J, K all alike")
-        if state.positioned and any(letter in draft.words for letter in ROTARY):
-            # The program states its angles again, and its positions mean what they meant before.
-            state.positioned, draft.tip_control = False, state.tip_control
+        self.end_positioning()
         called = self.hole is not None
         if self.modal_call:
             state.hole, self.hole = self.hole, None

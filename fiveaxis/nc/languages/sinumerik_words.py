@@ -6,7 +6,7 @@ statements. A word in no table is refused: it may be a subprogram or a cycle of 
 
 from __future__ import annotations
 
-import re
+from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, reasons
 
 # G commands with an equivalent in ISO 6983.
 SAME_IN_ISO = {
@@ -56,8 +56,6 @@ IGNORED = frozenset(_IGNORED.split())
 # The same before ``=``, with or without an index.
 IGNORED_SETTINGS = frozenset(_SETTINGS.split())
 
-_CYCLE = "is a cycle, which isn't expanded; post its moves"
-_JUMP = "jumps, repeats or calls, which isn't run; post one program with all moves"
 _TURN = "rotates the coordinates, which isn't supported; write ROT, AROT or CYCLE800"
 _KINEMATICS = "is an unsupported transformation; write TRAORI"
 _POLAR = "is a polar coordinate or an angle, which isn't supported; write X, Y and Z"
@@ -67,25 +65,22 @@ _SIDE = "moves axes independently of the path, which isn't supported; write G0 o
 _ANGLES = "gives the tool direction by angles whose meaning depends on machine data; write A3, B3, C3"
 
 # The first pattern that matches a whole name gives the reason.
-REFUSED: tuple[tuple[re.Pattern[str], str], ...] = tuple(
-    (re.compile(pattern), reason)
-    for pattern, reason in (
-        (r"CYCLE[0-9]+|POCKET[0-9]*|SLOT[0-9]|HOLES[0-9]|LONGHOLE", _CYCLE),
-        (r"IF|ELSE|ENDIF|GOTO[BFCS]?|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLOOP|REPEATB?|UNTIL|CASE", _JUMP),
-        (r"P?CALL|EXTCALL|ISOCALL|SPRINT|INIT|START|REPOS[A-Z]*", _JUMP),
-        (r"A?ROTS|CROTS?|TO(ROT|FRAME)[XYZ]?|PAROT", _TURN),
-        (r"A?SCALE|A?MIRROR", "scales or mirrors the coordinates, which isn't supported; post without it"),
-        (r"TRANSMIT|TRACYL|TRAANG|TRACON|TRAFOON|TRAORI_.*", _KINEMATICS),
-        (r"AP|RP|ANG[12]?|AR", _POLAR),
-        (r"CHF|CHR|RNDM?", _EXTRA),
-        (r"[ABC]SPLINE|POLY|CIP|CT|INVCW|INVCCW|PO|PL|[IJK]1", _CURVE),
-        (r"POSA?|POSP|FXS|MEAS?|MEAW|MOV|OSCILL|PUNCH.*", _SIDE),
-        (r"[ABC][267]|THETA|LEAD|TILT|PSI|NUT|ORIRESET|ORICON[A-Z]*|ORICURVE|[XYZ]H", _ANGLES),
-        (r"OFFN|TOFFL|TOFFR|TOFF", "offsets the tool from its path, which isn't supported; post without it"),
-        (r"FB|FZ|FRC|FRCM|FD", "is a feed per block or per tooth, which isn't supported; write F"),
-        (r"DIAMON|DIAM90", "makes X a diameter, as on lathes; post for a mill"),
-        (r"\$.*", "is a system variable, whose effect is unknown; remove it"),
-    )
+REFUSED = reasons(
+    (r"CYCLE[0-9]+|POCKET[0-9]*|SLOT[0-9]|HOLES[0-9]|LONGHOLE", IS_CYCLE),
+    (r"IF|ELSE|ENDIF|GOTO[BFCS]?|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLOOP|REPEATB?|UNTIL|CASE", IS_JUMP),
+    (r"P?CALL|EXTCALL|ISOCALL|SPRINT|INIT|START|REPOS[A-Z]*", IS_JUMP),
+    (r"A?ROTS|CROTS?|TO(ROT|FRAME)[XYZ]?|PAROT", _TURN),
+    (r"A?SCALE|A?MIRROR", "scales or mirrors the coordinates, which isn't supported; post without it"),
+    (r"TRANSMIT|TRACYL|TRAANG|TRACON|TRAFOON|TRAORI_.*", _KINEMATICS),
+    (r"AP|RP|ANG[12]?|AR", _POLAR),
+    (r"CHF|CHR|RNDM?", _EXTRA),
+    (r"[ABC]SPLINE|POLY|CIP|CT|INVCW|INVCCW|PO|PL|[IJK]1", _CURVE),
+    (r"POSA?|POSP|FXS|MEAS?|MEAW|MOV|OSCILL|PUNCH.*", _SIDE),
+    (r"[ABC][267]|THETA|LEAD|TILT|PSI|NUT|ORIRESET|ORICON[A-Z]*|ORICURVE|[XYZ]H", _ANGLES),
+    (r"OFFN|TOFFL|TOFFR|TOFF", "offsets the tool from its path, which isn't supported; post without it"),
+    (r"FB|FZ|FRC|FRCM|FD", "is a feed per block or per tooth, which isn't supported; write F"),
+    (r"DIAMON|DIAM90", "makes X a diameter, as on lathes; post for a mill"),
+    (r"\$.*", "is a system variable, whose effect is unknown; remove it"),
 )
 
 

@@ -11,6 +11,7 @@ from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.nc.words import feed_formats, fill_formats
 from fiveaxis.nc.writing.feeds import (
     feed_form,
     feeds_of,
@@ -21,7 +22,6 @@ from fiveaxis.nc.writing.feeds import (
     rounded_feeds,
     without_creep,
 )
-from fiveaxis.nc.writing.numbers import feed_formats, fill_formats
 from fiveaxis.nc.writing.turns import Moves, Words, count_turns, modulo_templates, shortened, split_moves
 from fiveaxis.nc.writing.wording import Wording
 

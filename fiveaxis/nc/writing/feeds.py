@@ -11,7 +11,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, BoolArray, arcsin
 from fiveaxis.motion import Motion
 from fiveaxis.nc.rows import MILLIMETRES
-from fiveaxis.nc.writing.numbers import feed_text
+from fiveaxis.nc.words import feed_text
 from fiveaxis.nc.writing.table_parts import Feed, FeedMode
 from fiveaxis.nc.writing.turns import Moves
 from fiveaxis.nc.writing.wording import Wording

@@ -1,4 +1,4 @@
-"""The blocks around the moves: modes, tool, spindle, coolant, approach, lead-out and end."""
+"""The blocks around the moves, and what they put in force: modes, tool, spindle, coolant, approach, end."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.motion import Phase, ProgramMotion
+from fiveaxis.nc.control.technology import Technology, read_technology
 from fiveaxis.nc.rows import MILLIMETRES
-from fiveaxis.nc.words import control_value
+from fiveaxis.nc.source import Source
+from fiveaxis.nc.words import control_value, feed_text
 from fiveaxis.nc.writing.feeds import SECONDS, feed_form
 from fiveaxis.nc.writing.header import contains_length
-from fiveaxis.nc.writing.numbers import feed_text
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
 from fiveaxis.nc.writing.turns import first_words
 from fiveaxis.nc.writing.wording import Wording
@@ -292,3 +293,50 @@ def numbered(lines: list[str], wording: Wording, step: int | None) -> Iterator[s
         # Numbers start again after the largest.
         number = number + (1 if dialect.numbered else step or 1)
         number = number if number <= most else (step or 1)
+
+
+@dataclass(frozen=True)
+class AskedTechnology:
+    """What has to be in force in every cut.
+
+    Parameters
+    ----------
+    language : of the control's programs
+    technology : spindle and tool as in the settings, offsets and coolant as the control's words for the
+        settings put them in force
+    retracts, goes_clear : whether Z goes to a machine position before the cuts, and after them
+    spindle, tool, coolant : whether the settings give them; what they don't give isn't checked
+    """
+
+    language: str
+    technology: Technology
+    spindle: bool
+    tool: bool
+    coolant: bool
+    retracts: bool = False
+    goes_clear: bool = False
+
+    @classmethod
+    def of(cls, wording: Wording, settings: ProgramSettings) -> AskedTechnology | None:
+        """Read what the head of a control's program puts in force; None for a list of cutter locations."""
+        dialect = wording.dialect
+        if dialect.language != "blocks":
+            return None
+        source = Source(f"program{dialect.suffix}", Frame(wording, settings, "unwound").before_cuts())
+        reader = read_technology(source)
+        technology = reader.now
+        # Numbers are those of the settings, whatever the table makes of them.
+        if settings.spindle_rpm is not None:
+            sense = -1.0 if settings.spindle_direction == "left" else 1.0
+            technology = technology._replace(speed=settings.spindle_rpm, sense=sense)
+        if settings.tool_number is not None:
+            technology = technology._replace(tool=str(settings.tool_number))
+        return cls(
+            language=reader.language.name,
+            technology=technology,
+            spindle=settings.spindle_rpm is not None,
+            tool=settings.tool_number is not None,
+            coolant=settings.coolant is not None,
+            retracts=settings.retract is not None,
+            goes_clear=settings.goes_clear,
+        )

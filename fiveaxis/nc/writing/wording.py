@@ -14,8 +14,7 @@ from fiveaxis.kinematics import link_poses, singular_angles, tool_poses
 from fiveaxis.machine import BED, Machine
 from fiveaxis.motion import Coordinates, Interpolation
 from fiveaxis.nc.rows import MILLIMETRES
-from fiveaxis.nc.words import control_values
-from fiveaxis.nc.writing.numbers import rounded
+from fiveaxis.nc.words import control_values, rounded
 from fiveaxis.nc.writing.table_parts import Mode
 from fiveaxis.nc.writing.tables import Dialect
 

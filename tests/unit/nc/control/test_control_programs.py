@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from blocks import one_by_one
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import angle_between
 from fiveaxis.machine import Axis, Chain, Line, Machine, parse_code
 from fiveaxis.nc import read_toolpath
-from fiveaxis.nc.languages.sinumerik import split_sinumerik
+from fiveaxis.nc.languages import choice
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
@@ -104,7 +105,7 @@ def test_frames_and_rotary_axes_of_the_cross_give_the_same_directions(data):
     source = load_source(data / "toolpaths" / "spinner_achskreuz_840D_mm.mpf")
     angles, planes = {}, 0
     last = None
-    for block in split_sinumerik(source):
+    for block in one_by_one(choice.SINUMERIK.split(source)):
         if last is not None and block.frame is None:
             b, c = (np.radians(angles[letter]) for letter in "BC")
             axis = [np.cos(c) * np.sin(b), np.sin(c) * np.sin(b), np.cos(b)]

@@ -7,7 +7,7 @@ import pytest
 
 from fiveaxis.machine import load_machine
 from fiveaxis.nc import read_toolpath
-from fiveaxis.nc.control.smoothing import smoothed_lines
+from fiveaxis.nc.control.program_toolpath import smoothed_lines
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import Tool
 

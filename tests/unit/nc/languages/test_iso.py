@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.languages.iso import split_blocks
+from fiveaxis.nc.languages.choice import ISO
 from fiveaxis.nc.source import Source
 
 
 def blocks_of(text, **options):
-    return list(split_blocks(Source("part.nc", text.split("\n")), **options))
+    return list(ISO.split(Source("part.nc", text.split("\n")), **options))
 
 
 def words_of(text):

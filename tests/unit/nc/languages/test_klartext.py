@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.languages.klartext import split_klartext
+from fiveaxis.nc.languages.choice import KLARTEXT
 from fiveaxis.nc.source import Source
 
 
 def blocks_of(*lines, **options):
-    return list(split_klartext(Source("part.h", list(lines)), **options))
+    return list(KLARTEXT.split(Source("part.h", list(lines)), **options))
 
 
 def last(*lines):

@@ -7,12 +7,12 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.languages.millplus import split_millplus
+from fiveaxis.nc.languages.choice import MILLPLUS
 from fiveaxis.nc.source import Source
 
 
 def blocks_of(text, **options):
-    return list(split_millplus(Source("part.nc", text.split("\n")), **options))
+    return list(MILLPLUS.split(Source("part.nc", text.split("\n")), **options))
 
 
 def block_of(text):

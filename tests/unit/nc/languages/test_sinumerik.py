@@ -6,14 +6,15 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from blocks import one_by_one
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.languages.sinumerik import split_sinumerik
+from fiveaxis.nc.languages.choice import SINUMERIK
 from fiveaxis.nc.source import Source, load_source
 
 
 def blocks_of(*lines, **options):
-    return list(split_sinumerik(Source("part.mpf", list(lines)), **options))
+    return list(SINUMERIK.split(Source("part.mpf", list(lines)), **options))
 
 
 def words_of(*lines):
@@ -379,7 +380,7 @@ def test_a_line_of_ten_megabytes_is_refused_quickly_and_briefly():
 
 def test_the_nx_program_of_a_dmu_70_is_read_to_its_last_block(data):
     source = load_source(data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf")
-    found = list(split_sinumerik(source))
+    found = list(one_by_one(SINUMERIK.split(source)))
     written = [n for n, text in enumerate(source.lines, start=1) if text.strip() and ";" not in text]
     assert sorted({b.line for b in found}) == written
     assert found[-1].m == ("M2",) or found[-1].m == ("M30",)
@@ -398,7 +399,7 @@ def test_the_nx_program_of_a_dmu_70_is_read_to_its_last_block(data):
 
 def test_the_program_of_a_turned_cross_is_read_to_its_last_block(data):
     source = load_source(data / "toolpaths" / "spinner_achskreuz_840D_mm.mpf")
-    found = list(split_sinumerik(source))
+    found = list(one_by_one(SINUMERIK.split(source)))
     code = [text.partition(";")[0].split() for text in source.lines]
     assert [b.line for b in found] == [n for n, words in enumerate(code, start=1) if len(words) > 1]
     assert sum(b.frame is not None for b in found) == 63
