@@ -16,7 +16,7 @@ from fiveaxis.errors import CodeError, SettingError
 from fiveaxis.machine.axis_tables import EVERY, AxisTable
 from fiveaxis.machine.chain import Triple
 from fiveaxis.machine.code import parse_code
-from fiveaxis.machine.figures import ROTARY, Figure, Question, Stage, Table, figure_models
+from fiveaxis.machine.figures import ROTARY, Question, Stage, Table, figure_models
 from fiveaxis.machine.tables import MachineFile
 
 # Question and axis letter (empty for the machine itself) -> text as it was written.
@@ -113,30 +113,32 @@ def _asked(tables: type[BaseModel], axes: str) -> list[Question]:
     ]
 
 
-# In the order of the dialogue; what isn't the figure of a table, too.
+# What is asked beside the figures.
+OTHERS = (
+    Question("name", Stage.STRUCTURE, "name of the machine", "text", answer=_answer_text),
+    Question(
+        "structure",
+        Stage.STRUCTURE,
+        "structure: a kind, or a form-shaping code",
+        "KIND or CODE",
+        ", ".join(KINDS),
+        answer=lambda letter, answer: {"code": read_structure(answer)[0]},
+    ),
+    Question(
+        "counts",
+        Stage.TRAVEL,
+        "what turns by the right-hand rule as its value grows, seen from the other",
+        "tool or table",
+        "A=table,C=tool",
+        ROTARY,
+        answer=_answer_counts,
+    ),
+    Question(
+        "control", Stage.CONTROL, "control, as `fiveaxis controls` lists them", "name", answer=_answer_text
+    ),
+)
+# In the order of the dialogue.
 QUESTIONS = tuple(
-    sorted(
-        (
-            Question(Figure, "name", Stage.STRUCTURE, "name of the machine", "text", answer=_answer_text),
-            Question(
-                *(Figure, "structure", Stage.STRUCTURE, "structure: a kind, or a form-shaping code"),
-                *("KIND or CODE", ", ".join(KINDS)),
-                answer=lambda letter, answer: {"code": read_structure(answer)[0]},
-            ),
-            *_asked(AxisTable, EVERY),
-            Question(
-                *(Figure, "counts", Stage.TRAVEL),
-                "what turns by the right-hand rule as its value grows, seen from the other",
-                *("tool or table", "A=table,C=tool", ROTARY),
-                answer=_answer_counts,
-            ),
-            *_asked(MachineFile, ""),
-            Question(
-                *(Figure, "control", Stage.CONTROL, "control, as `fiveaxis controls` lists them", "name"),
-                answer=_answer_text,
-            ),
-        ),
-        key=lambda question: question.stage,
-    )
+    sorted((*_asked(AxisTable, EVERY), *_asked(MachineFile, ""), *OTHERS), key=lambda q: q.stage)
 )
 BY_NAME = {question.name: question for question in QUESTIONS}

@@ -25,9 +25,9 @@ from fiveaxis.machine.figures import (
     Directed,
     Figure,
     Plausible,
+    Question,
     Stage,
     Table,
-    asked,
     direction_numbers,
     fault,
     neat,
@@ -49,8 +49,10 @@ POWER_FACTOR = 0.8
 POWERED = ("moved_mass", "motor", "drive")
 
 
-@asked(
-    *("limits", Stage.TRAVEL, "travel, as the control shows it"),
+@Question(
+    "limits",
+    Stage.TRAVEL,
+    "travel, as the control shows it",
     ("MIN:MAX, mm", "MIN:MAX, deg, or endless"),
     "X=-300:300,A=-120:30,C=endless",
 )
@@ -120,7 +122,7 @@ class LimitsTable(Figure):
         return (self.max - self.min) * LINEAR_UNITS[str(self.unit)]
 
 
-@asked("points", Stage.PIVOTS, "a point on its line", "X,Y,Z, mm", "A=0,12.5,50,C=0,0,0", ROTARY)
+@Question("points", Stage.PIVOTS, "a point on its line", "X,Y,Z, mm", "A=0,12.5,50,C=0,0,0", ROTARY)
 class LineTable(Directed):
     """Line of the axis: its direction and, of a rotary axis, a point on it in mm, with every axis at 0."""
 
@@ -228,7 +230,7 @@ class RateTable(Figure):
         return math.degrees(value) if letter in ROTARY else float(value)
 
 
-@asked("speeds", Stage.MOTION, "highest speed", ("m/min", "rpm"), "X=40,A=20", again=True)
+@Question("speeds", Stage.MOTION, "highest speed", ("m/min", "rpm"), "X=40,A=20", again=True)
 class SpeedTable(RateTable):
     """Highest speed of the axis."""
 
@@ -245,7 +247,7 @@ class SpeedTable(RateTable):
     )
 
 
-@asked("accelerations", Stage.MOTION, "highest acceleration", ("m/s2", "deg/s2"), "X=5,A=500", again=True)
+@Question("accelerations", Stage.MOTION, "highest acceleration", ("m/s2", "deg/s2"), "X=5,A=500", again=True)
 class AccelerationTable(RateTable):
     """Highest acceleration of the axis."""
 
@@ -262,8 +264,8 @@ class AccelerationTable(RateTable):
     )
 
 
-@asked(
-    *("masses", Stage.MASSES, "mass that it moves, without the part", "kg", "X=800,Y=1200"), instead=POWERED
+@Question(
+    "masses", Stage.MASSES, "mass that it moves, without the part", "kg", "X=800,Y=1200", instead=POWERED
 )
 class MassTable(Figure):
     """Mass that the axis moves, without workpiece and fixture; its power is estimated from it."""
@@ -290,8 +292,12 @@ class MassTable(Figure):
         return {"value": neat(axis.moved_mass), "unit": "kg"} | centre
 
 
-@asked(
-    *("motors", Stage.MASSES, "nameplate of its motor", "kW, or 8.5 A 400 V", "X=3.1,Y=8.5 A 400 V"),
+@Question(
+    "motors",
+    Stage.MASSES,
+    "nameplate of its motor",
+    "kW, or 8.5 A 400 V",
+    "X=3.1,Y=8.5 A 400 V",
     instead=POWERED,
 )
 class MotorTable(Figure):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, get_origin
 
@@ -28,6 +28,7 @@ from fiveaxis.settings import StrictModel, models_in
 if TYPE_CHECKING:
     from fiveaxis.machine.model import Machine
 
+F = TypeVar("F", bound="Figure")
 NotNegative = Annotated[float, Field(ge=0.0)]
 Positive = Annotated[float, Field(gt=0.0)]
 Table = dict[str, Any]
@@ -88,9 +89,10 @@ class Stage(IntEnum):
 class Question:
     """One question to a machine's owner, and the option of `fiveaxis machine new` that answers it.
 
+    A question about a figure decorates the figure's table.
+
     Parameters
     ----------
-    model : of the figure; `Figure` for what has no table of its own
     name : its option is ``--name``
     stage : of the dialogue in which it is asked
     text : what is asked
@@ -101,10 +103,9 @@ class Question:
     default : what Enter answers; empty for nothing
     instead : keys of figures of which each makes the answer needless; by default the figure's own
     answer : makes the keys of a table of an axis letter and an answer; by default the figure does
-    key : of the figure's table
+    key, model : of the figure; empty and None for what has no table of its own
     """
 
-    model: type[Figure]
     name: str
     stage: Stage
     text: str
@@ -116,6 +117,12 @@ class Question:
     instead: tuple[str, ...] = ()
     answer: Callable[[str, str], Table] | None = None
     key: str = ""
+    model: type[Figure] | None = None
+
+    def __call__(self, model: type[F]) -> type[F]:
+        """Ask for a figure."""
+        model.questions = (replace(self, model=model), *model.questions)
+        return model
 
     def form_of(self, letter: str) -> str:
         """Return the form of an answer, with its unit."""
@@ -136,18 +143,15 @@ class Question:
             It has another form, or a figure that no machine has.
         """
         try:
-            read = self.answer or self.model._answer
-            own = read(letter, answer.strip())
+            model = self.model or Figure
+            own = (self.answer or model._answer)(letter, answer.strip())
             # Nothing is validated here: the draft is, as a whole.
-            for _, value, usual in self.model.model_construct(**own).doubts(letter):
+            for _, value, usual in model.model_construct(**own).doubts(letter):
                 raise SettingError(f"{value:g} {usual.unit} is implausible; {usual}")
         except SettingError as wrong:
             of = f" of {letter}" if letter else ""
             raise SettingError(f"{self.name}{of}: {wrong.message}") from None
         return own
-
-
-F = TypeVar("F", bound="Figure")
 
 
 class Figure(StrictModel):
@@ -284,16 +288,6 @@ class Directed(Figure):
     @classmethod
     def _outside(cls, key: str, value: Any, letter: str) -> Any:
         return direction_numbers(value) if key == "direction" else value
-
-
-def asked(*of: Any, **more: Any) -> Callable[[type[F]], type[F]]:
-    """Ask a machine's owner for a figure; parameters are those of `Question`, from its name on."""
-
-    def ask(model: type[F]) -> type[F]:
-        model.questions = (Question(model, *of, **more), *model.questions)
-        return model
-
-    return ask
 
 
 def figure_models(tables: type[BaseModel]) -> dict[str, list[type[Figure]]]:

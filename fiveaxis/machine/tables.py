@@ -25,9 +25,9 @@ from fiveaxis.machine.figures import (
     Figure,
     Plausible,
     Positive,
+    Question,
     Stage,
     Table,
-    asked,
     direction_numbers,
     neat,
     parse_point,
@@ -46,7 +46,7 @@ class StructureTable(Figure):
     """Order of the axes, from the workpiece (first digit of the code) to the tool; 0 is the bed."""
 
 
-@asked("spindle", Stage.PIVOTS, "gauge point with every axis at 0", "X,Y,Z, mm")
+@Question("spindle", Stage.PIVOTS, "gauge point with every axis at 0", "X,Y,Z, mm")
 class SpindleTable(Directed):
     """Gauge point of the spindle in mm, where a tool of length 0 has its tip, with every axis at 0."""
 
@@ -71,8 +71,8 @@ class SpindleTable(Directed):
         return {"point": rounded(home[:3, 3]), "direction": direction_numbers(home[:3, 2])}
 
 
-@asked(
-    *("vertical", Stage.FRAME, "axis that is vertical", "X, Y or Z; -Z if it counts downwards"), default="Z"
+@Question(
+    "vertical", Stage.FRAME, "axis that is vertical", "X, Y or Z; -Z if it counts downwards", default="Z"
 )
 class VerticalTable(Directed):
     """Direction that is up: the axis along it lifts the weight that it moves."""
@@ -93,7 +93,7 @@ class VerticalTable(Directed):
         return {"direction": [neat(sign * v + 0.0) for v in UNIT_DIRECTION[answer[-1]]]}
 
 
-@asked("base-power", Stage.STANDSTILL, "power at standstill, with everything switched on", "W")
+@Question("base-power", Stage.STANDSTILL, "power at standstill, with everything switched on", "W")
 class PowerTable(Figure):
     """Power at standstill, with everything switched on."""
 
@@ -153,8 +153,8 @@ def _answer_size(letter: str, answer: str) -> Table:
     return {"kind": answer}
 
 
-@asked("mass", Stage.MASSES, "mass of the whole machine", "kg, or t")
-@asked("size", Stage.MASSES, "size of the machine", ", ".join(SIZES), answer=_answer_size)
+@Question("mass", Stage.MASSES, "mass of the whole machine", "kg, or t")
+@Question("size", Stage.MASSES, "size of the machine", ", ".join(SIZES), answer=_answer_size)
 class SizeTable(Figure):
     """Size of the machine, from which masses that aren't stated are estimated."""
 
