@@ -1,18 +1,43 @@
 """The commands of the command line."""
 
+from typing import Any
+
 import typer
+from typer.core import TyperGroup
+from typer.main import get_command
 
 from fiveaxis.cli.batch_verb import batch
 from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
-from fiveaxis.cli.new_machine_verb import machine, new
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.surface_verb import surface
 from fiveaxis.cli.verbosity import with_options
 from fiveaxis.cli.verify_verb import verify
+
+
+class MachineCommands(TyperGroup):
+    """The commands that describe a machine; their options are the questions about its figures.
+
+    With them the machine's modules are loaded: only if one of the commands is used.
+    """
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """List the names of the commands."""
+        return ["new"]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Make a command."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        from fiveaxis.cli.new_machine_verb import new
+
+        alone = typer.Typer(add_completion=False)
+        alone.command(cmd_name)(with_options(new))
+        return get_command(alone)
+
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -24,8 +49,8 @@ app.command()(with_options(info))
 app.command()(with_options(check))
 app.command("import")(with_options(import_machine))
 app.command()(with_options(urdf))
-machine.command()(with_options(new))
-app.add_typer(machine, name="machine")
+describing = typer.Typer(cls=MachineCommands, no_args_is_help=True, help="Describe a machine.")
+app.add_typer(describing, name="machine")
 app.command()(with_options(energy))
 app.command()(with_options(plan))
 app.command()(with_options(optimise))

@@ -4,42 +4,40 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.markup import escape
 
 from fiveaxis.cli.options import optional, takes
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import err, errors_explained, print_written
+from fiveaxis.cli.terminal import alarm, err, errors_explained, print_written
 from fiveaxis.errors import SettingError
-from fiveaxis.files import require_suffix
+from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.machine import Machine, check_text, draft_machine, load_machine
+from fiveaxis.machine.answers import KINDS, QUESTIONS, parse_axis_answers
+from fiveaxis.machine.drafting import DEFAULT_NAME
+from fiveaxis.machine.figures import ROTARY, Question, Stage
+from fiveaxis.machine.measuring import dimensions, draw, zero_of
+from fiveaxis.nc import find_dialect
 
-KIND = (
-    "trunnion-ac, trunnion-bc, nutating-table, table-head, nutating-head, head-head-ac, head-head-bc, 3-axis"
+Answers = dict[tuple[str, str], str]
+Check = Callable[[str], object]
+# What is wrong with an answer that the machine's own rules don't know.
+CHECKS: Mapping[str, Check] = {"control": find_dialect}
+UNKNOWN = "?"
+INTRODUCTION = (
+    f"Enter takes what stands in brackets; {UNKNOWN} leaves a figure out, which the file then says. "
+    "Ctrl-C ends without a file."
 )
 # Options by the name of their question; those of several axes name each.
 ANSWERS: Mapping[str, Any] = {
-    "name": optional(str, "name of the machine; default: that of the file"),
-    "structure": optional(str, f"form-shaping code, or {KIND}"),
-    "vertical": optional(str, "axis that is vertical: X, Y, Z; -Z if it counts downwards"),
-    "limits": optional(str, "travels: X=-300:300,A=-120:30,C=endless; mm, deg"),
-    "counts": optional(str, "what turns by the right-hand rule, seen from the other: A=table,C=tool"),
-    "points": optional(str, "points on the lines of rotary axes: A=0,12.5,50,C=0,0,0; mm"),
-    "spindle": optional(str, "gauge point with every axis at 0: X,Y,Z; mm"),
-    "speeds": optional(str, "highest speeds: X=40,A=20; m/min, rpm"),
-    "accelerations": optional(str, "highest accelerations: X=5,A=500; m/s2, deg/s2"),
-    "masses": optional(str, "moved masses, without the part: X=800,Y=1200; kg"),
-    "motors": optional(str, "nameplates: X=3.1,Y=8.5 A 400 V; kW"),
-    "mass": optional(str, "mass of the whole machine: 8000 kg, 8 t"),
-    "size": optional(str, "desktop, machining-centre or portal, where travels aren't known"),
-    "base_power": optional(str, "power at standstill, W"),
-    "control": optional(str, "its control (`fiveaxis controls`)"),
+    q.name.replace("-", "_"): optional(str, escape(f"by axis: {q.help}" if q.axes else q.help))
+    for q in QUESTIONS
 }
-
-machine = typer.Typer(no_args_is_help=True, help="Describe a machine.")
 
 
 @takes(ANSWERS)
@@ -55,20 +53,15 @@ def new(
 ) -> None:
     """Write a commented machine file: asks in a terminal for what no option states."""
     with errors_explained(False) as written:
-        from fiveaxis.cli.machine_dialogue import ask
-        from fiveaxis.files import write_atomically
-        from fiveaxis.machine import check_text, draft_machine, load_machine
-        from fiveaxis.machine.drafting import DEFAULT_NAME
-        from fiveaxis.nc import find_dialect
-
         _require_new(output)
-        answers = _answers(context.params)
+        answers = _read_answers(context.params)
         base = None if source is None else load_machine(source)
         name = base.name if base is not None else DEFAULT_NAME if output is None else output.stem
-        if ("control", "") in answers:
-            find_dialect(answers["control", ""])
+        for question, check in CHECKS.items():
+            if (question, "") in answers:
+                check(answers[question, ""])
         if sys.stdin.isatty():
-            answers = ask(answers, base, name, {"control": find_dialect})
+            answers = ask(answers, base, name)
         answers.setdefault(("name", ""), name)
         draft = draft_machine(answers, base)
         _report(check_text(draft.text, output or Path("machine.toml")))
@@ -77,6 +70,108 @@ def new(
             return
         written.append(write_atomically(output, draft.text))
         print_written(output, f"see it with `fiveaxis info {output}`")
+
+
+def ask(given: Answers, base: Machine | None, name: str) -> Answers:
+    """Ask in the terminal for what isn't answered yet, one line each.
+
+    Parameters
+    ----------
+    given : answers of the options
+    base : machine read from a file, whose figures aren't asked for again
+    name : of the machine, where no other is stated
+
+    Returns
+    -------
+    All answers. A wrong one is explained and asked for again.
+
+    Raises
+    ------
+    SettingError
+        The input ends before the last question.
+    """
+    alarm.print(INTRODUCTION, markup=False)
+    answers = dict(given)
+    for question in QUESTIONS:
+        # Name and structure are answered before there is a machine.
+        machine = None if question.stage is Stage.STRUCTURE else draft_machine(answers, base).machine
+        if question.name == "points" and machine is not None:
+            _print_pivots(machine)
+        for letter in question.axes or ("",):
+            if (question.name, letter) in answers or not _is_needed(question, letter, machine, base):
+                continue
+            default = name if question.name == "name" else _default(question, letter, answers, machine)
+            _ask(question, letter, answers, base, default)
+    return answers
+
+
+def _ask(question: Question, letter: str, answers: Answers, base: Machine | None, default: str) -> None:
+    """Ask one question until its answer fits all others; keep the answer, if there is one."""
+    if question.name == "structure":
+        for kind, meaning in KINDS.items():
+            alarm.print(f"  {kind} ({meaning.code}): {meaning.text}", markup=False)
+    of = f"{letter}: " if letter else ""
+    while True:
+        asked = f"{of}{question.text} ({question.form_of(letter)}) [{default or UNKNOWN}]: "
+        alarm.print(asked, end="", markup=False)
+        # A terminal may send bytes that are no text.
+        line = sys.stdin.buffer.readline().decode("utf-8", errors="replace")
+        if not line:
+            raise SettingError(f"the input ended at {of}{question.text}; nothing was written")
+        answer = line.strip() or default
+        try:
+            if answer in ("", UNKNOWN) and question.name != "structure":
+                return
+            question.table(letter, answer)
+            if question.name in CHECKS:
+                CHECKS[question.name](answer)
+            if question.stage is not Stage.STRUCTURE:
+                draft_machine({**answers, (question.name, letter): answer}, base)
+        except SettingError as fault:
+            alarm.print(f"  {fault}", markup=False)
+            continue
+        answers[question.name, letter] = answer
+        return
+
+
+def _is_needed(question: Question, letter: str, machine: Machine | None, base: Machine | None) -> bool:
+    """Tell whether a question is asked: of an axis that is there, about a figure that nothing states yet."""
+    if machine is None:
+        return question.name == "name" or base is None
+    if letter and letter not in machine.letters:
+        return False
+    if question.name == "counts":
+        return base is None
+    if question.name == "size" and any(not a.is_rotary and not a.limits.unlimited for a in machine.axes):
+        return False
+    known = machine if question.instead else base
+    stated = set() if known is None else {p.figure for p in known.provenance}
+    return stated.isdisjoint(f"{letter} {key}".strip() for key in question.instead or (question.key,))
+
+
+def _default(question: Question, letter: str, answers: Answers, machine: Machine | None) -> str:
+    """Return the answer that Enter gives; empty where there is none."""
+    if machine is not None and question.stage is Stage.PIVOTS and _is_zero(letter, machine):
+        return "0,0,0"
+    if not question.again:
+        return question.default
+    like = [c for c in question.axes if (c in ROTARY) is (letter in ROTARY) and c < letter]
+    return next((answers[question.name, c] for c in reversed(like) if (question.name, c) in answers), "")
+
+
+def _is_zero(letter: str, machine: Machine) -> bool:
+    """Tell whether zero is chosen on an axis's line, or at the gauge point (no letter)."""
+    table = [c for c in machine.code.table if c in ROTARY]
+    return letter == (table[0] if table else "")
+
+
+def _print_pivots(machine: Machine) -> None:
+    """Show which dimensions the next answers state."""
+    missing = dimensions(machine)
+    if missing:
+        alarm.print(f"Zero of the machine frame is {zero_of(machine)}, every axis at 0.", markup=False)
+        for line in [*draw(machine).splitlines(), *map(str, missing)]:
+            alarm.print(f"  {line}", markup=False)
 
 
 def _require_new(output: Path | None) -> None:
@@ -90,13 +185,11 @@ def _require_new(output: Path | None) -> None:
         raise SettingError("has no folder; make the folder first", file=output)
 
 
-def _answers(options: Mapping[str, Any]) -> dict[tuple[str, str], str]:
+def _read_answers(options: Mapping[str, Any]) -> Answers:
     """Collect what the options answer."""
-    from fiveaxis.machine.answers import BY_NAME, parse_axis_answers
-
-    answers: dict[tuple[str, str], str] = {}
-    for name, question in BY_NAME.items():
-        text = options[name.replace("-", "_")]
+    answers: Answers = {}
+    for question in QUESTIONS:
+        name, text = question.name, options[question.name.replace("-", "_")]
         if text is not None:
             answers |= parse_axis_answers(name, text) if question.axes else {(name, ""): text.strip()}
     return answers

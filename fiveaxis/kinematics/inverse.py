@@ -11,7 +11,7 @@ from fiveaxis.errors import DegenerateChain, ToolpathError
 from fiveaxis.geometry import Array, BoolArray, angle_between, arctan2, perpendicular, product
 from fiveaxis.kinematics.poses import linear_positions, require_positioning, tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.machine.freedom import PARALLEL, directions, spare_axes, why_not_orienting
+from fiveaxis.machine.chain import PARALLEL, directions, spare_axes, why_not_orienting
 
 # A tool axis has two degrees of freedom; further rotary axes are redundant.
 ORIENTING = 2

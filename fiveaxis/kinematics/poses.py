@@ -17,7 +17,7 @@ from fiveaxis.kinematics.equations import (
     tool_tip,
 )
 from fiveaxis.machine import Chain, Machine
-from fiveaxis.machine.freedom import FLAT, why_not_positioning
+from fiveaxis.machine.chain import FLAT, why_not_positioning
 from fiveaxis.toolpath import Zone
 
 

@@ -16,7 +16,7 @@ from fiveaxis.geometry import Array, angle_between
 from fiveaxis.kinematics.inverse import require_orienting, second_coefficients
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Machine
-from fiveaxis.machine.freedom import directions
+from fiveaxis.machine.chain import directions
 
 
 def singular_direction(machine: Machine) -> Array:

@@ -7,8 +7,7 @@ from fiveaxis.machine.check import check_machine, check_text
 from fiveaxis.machine.code import FormShapingCode, parse_code
 from fiveaxis.machine.drafting import Draft, draft_machine
 from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
-from fiveaxis.machine.dump import machine_text, save_machine
-from fiveaxis.machine.files import load_machine, machine_names, read_foreign
+from fiveaxis.machine.files import load_machine, machine_names, machine_text, read_foreign, save_machine
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.powers import describe_powers, lender_of, with_powers

@@ -1,4 +1,4 @@
-"""The kinematic chain between workpiece and tool, as a product of exponentials."""
+"""The kinematic chain between workpiece and tool, as a product of exponentials, and its freedoms."""
 
 from __future__ import annotations
 
@@ -35,6 +35,8 @@ Triple = tuple[float, float, float]
 # Cosine between a location error's tilt and its axis above which the tilt turns about the axis itself. A
 # measured tilt is small: a smaller component along the axis moves the line by less than this share of it.
 ABOUT_ITSELF = 0.01
+FLAT = 1e-9  # volume spanned by three unit directions below which they count as lying in one plane
+PARALLEL = 1e-9  # |sin| of the angle between two directions below which they count as parallel
 
 
 def as_triple(vector: Array) -> Triple:
@@ -199,3 +201,47 @@ class Chain:
     def with_tool_length(self, length: float) -> Chain:
         """Return the chain with the tip a length, mm, further out along the tool axis."""
         return replace(self, tool_home=product(self.tool_home, translation((0.0, 0.0, -length))))
+
+
+def directions(chain: Chain, *, rotary: bool) -> Array:
+    """Return the directions of the rotary or of the linear axes, every axis at 0, (r, 3), chain order."""
+    return np.array([j.line.direction for j in chain.joints if j.is_rotary is rotary]).reshape(-1, 3)
+
+
+def why_not_positioning(chain: Chain) -> str | None:
+    """Explain why the linear axes don't reach every position; None if they do."""
+    linears = chain.linears
+    if len(linears) != 3:
+        return (
+            f"it has {len(linears)} linear axes, and a tool tip needs X, Y and Z: write all of 1, 2, 3 into "
+            "the code, for example 640123"
+        )
+    first, second, third = directions(chain, rotary=False)
+    if abs(product(np.cross(first, second), third)) < FLAT:
+        return f"the directions of {', '.join(linears)} lie in one plane; they have to span space"
+    return None
+
+
+def spare_axes(chain: Chain) -> list[str]:
+    """List the redundant rotary axes of three: without one, the others still lean the tool; tool first."""
+    if len(chain.rotaries) != 3:
+        return []
+    return [c for c in reversed(chain.rotaries) if why_not_orienting(chain.holding(c, 0.0)) is None]
+
+
+def why_not_orienting(chain: Chain) -> str | None:
+    """Explain why the rotary axes aren't two that lean the tool in two directions; None if they are."""
+    rotaries = chain.rotaries
+    if len(rotaries) != 2:
+        spare = spare_axes(chain)
+        hint = f"; clamp one: machine.holding({spare[0]!r}, 0.0)" if spare else ""
+        return f"it has {len(rotaries)} rotary axes, and choosing a posture needs two{hint}"
+    first, second = directions(chain, rotary=True)
+    if np.linalg.norm(np.cross(second, chain.tool_home[:3, 2]), axis=-1) < PARALLEL:
+        return (
+            f"{rotaries[1]}, the rotary axis next to the tool, only spins the tool about itself and gives no "
+            "second orientation freedom; make another one the last rotary axis, as in 640123"
+        )
+    if np.linalg.norm(np.cross(first, second), axis=-1) < PARALLEL:
+        return f"{rotaries[0]} and {rotaries[1]} are parallel, so they lean the tool in one direction only"
+    return None

@@ -17,13 +17,13 @@ from fiveaxis.errors import FigureError, MachineError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import product
 from fiveaxis.machine.axes import Axis
-from fiveaxis.machine.building import build_machine, most_astray
-from fiveaxis.machine.chain import UNIT_DIRECTION
-from fiveaxis.machine.dump import machine_document, nominal_machine
+from fiveaxis.machine.axis_tables import LOOKS_LIKE_RADIANS, AxisTable, LimitsTable
+from fiveaxis.machine.building import build_machine, machine_document, most_astray, nominal_machine
+from fiveaxis.machine.chain import FLAT, UNIT_DIRECTION, why_not_orienting, why_not_positioning
+from fiveaxis.machine.figures import stated_figures
 from fiveaxis.machine.files import find_machine, load_machine
-from fiveaxis.machine.freedom import FLAT, why_not_orienting, why_not_positioning
 from fiveaxis.machine.model import Machine
-from fiveaxis.machine.tables import LOOKS_LIKE_RADIANS, MOST_MASS, AxisTable, LimitsTable, MachineFile
+from fiveaxis.machine.tables import MachineFile
 from fiveaxis.settings import explain_one, line_of, list_faults, read_document
 
 if TYPE_CHECKING:
@@ -33,20 +33,6 @@ if TYPE_CHECKING:
 FAULT_CODES = {"extra_forbidden": "unknown-key", "missing": "missing-key"}
 OWN_FAULTS = ("missing_source", "missing_unit", "reversed_limits", "zero_direction")
 
-# A figure outside its range is more likely in another unit: (lowest, highest, unit, likely unit).
-PLAUSIBLE = {
-    "travel": (1.0, 10_000.0, "mm", "m, µm or inch"),
-    "max_speed": (1.0, 2_500.0, "mm/s", "mm/min"),
-    "max_acceleration": (10.0, 50_000.0, "mm/s2", "m/s2"),
-    "turning_speed": (1.0, 9_000.0, "deg/s", "deg/min or rpm"),
-    "turning_acceleration": (10.0, 200_000.0, "deg/s2", "rad/s2"),
-    "base_power": (20.0, 200_000.0, "W", "kW"),
-    "error_offset": (0.0, 1.0, "mm", "µm"),
-    "error_tilt": (0.0, 1.0, "deg", "arcsec"),
-    "moved_mass": (0.1, 100_000.0, "kg", "g or t"),
-    "machine_mass": (10.0, MOST_MASS, "kg", "g or t"),
-    "motor_power": (5.0, 200_000.0, "W", "kW"),
-}
 MOST_RADIANS = 20.0 * math.pi  # rad, limit above which a figure in rad is more likely in degrees
 SQUARE = 0.1  # deg, deviation from a right angle that is more than an error of squareness
 
@@ -141,14 +127,16 @@ def _check(machine: Machine, file: MachineFile) -> Iterator[Located]:
     yield from _check_directions(nominal_machine(machine))
     yield from _check_spindle(machine)
     yield from _check_provenance(machine, file)
-    if file.base_power is not None:
-        yield from _plausible("base_power", file.base_power.value, ("base_power",), "base power")
-    if machine.size.mass is not None:
-        yield from _plausible("machine_mass", machine.size.mass, ("size", "mass"), "the machine's mass")
+    yield from _check_magnitudes(file, "")
     tables = {str(letter): table for letter, table in file.axes.items()}
     for axis in machine.axes:
-        yield from _check_share(axis, machine)
-        yield from _check_axis(axis, tables.get(axis.letter, AxisTable()))
+        table = tables.get(axis.letter, AxisTable())
+        share = explain_share(axis, machine)
+        if share is not None:
+            where = ("axes", axis.letter, "moved_mass")
+            yield _warning("unit-slip", where, f"{axis.letter} {share}", axis.moved_mass)
+        yield from _check_magnitudes(table, axis.letter)
+        yield from _check_limits(axis, table)
     if not machine.has_powers:
         unknown = ", ".join(a.letter for a in machine.axes if a.drive is None)
         yield _note(
@@ -231,32 +219,23 @@ def _table_of(figure: str) -> Where:
     return ("bodies", int(key) - 1) if first == "body" else ("axes", first, key)
 
 
-def _check_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
+def _check_magnitudes(tables: MachineFile | AxisTable, letter: str) -> Iterator[Located]:
+    """Compare the figures of an axis, or of the machine, with those of other machines."""
+    for name, figure in stated_figures(tables):
+        for key, value, usual in figure.doubts(letter):
+            where = (*(("axes", letter) if letter else ()), name, key)
+            text = f"{usual.name} of {letter}" if letter else usual.name
+            yield _warning("unit-slip", where, f"{text} is {value:.6g} {usual.unit}; {usual}", value)
+
+
+def _check_limits(axis: Axis, table: AxisTable) -> Iterator[Located]:
     where: Where = ("axes", axis.letter)
-    kind = "turning_" if axis.is_rotary else "max_"
-    per = {"max_speed": axis.max_speed, "max_acceleration": axis.max_acceleration}
-    for key, value in per.items():
-        if value is not None:
-            checked = key.replace("max_", kind)
-            yield from _plausible(checked, axis.shown(value), (*where, key), f"{key} of {axis.letter}")
-    if axis.moved_mass is not None:
-        yield from _plausible("moved_mass", axis.moved_mass, (*where, "moved_mass"), f"mass of {axis.letter}")
-    if axis.motor_power is not None:
-        yield from _plausible("motor_power", axis.motor_power, (*where, "motor"), f"motor of {axis.letter}")
-    if axis.location_error is not None:
-        offset = float(np.linalg.norm(axis.location_error.offset, axis=-1))
-        tilt = float(np.degrees(np.linalg.norm(axis.location_error.tilt, axis=-1)))
-        error, name = (*where, "location_error"), f"location error of {axis.letter}"
-        yield from _plausible("error_offset", offset, error, f"offset in the {name}")
-        yield from _plausible("error_tilt", tilt, error, f"tilt in the {name}")
     if table.limits is None:
         if not axis.is_rotary:
             yield _note("no-limits", where, f"no limits of {axis.letter}: its travel isn't checked")
         return
     if axis.is_rotary:
         yield from _check_angles(axis, table.limits)
-    elif math.isfinite(axis.limits.span):
-        yield from _plausible("travel", axis.limits.span, (*where, "limits"), f"travel of {axis.letter}")
     if not axis.limits.contains(0.0):
         yield _note(
             "home-outside",
@@ -265,14 +244,12 @@ def _check_axis(axis: Axis, table: AxisTable) -> Iterator[Located]:
         )
 
 
-def _check_share(axis: Axis, machine: Machine) -> Iterator[Located]:
-    """Find an axis that moves more than the whole machine has."""
+def explain_share(axis: Axis, machine: Machine) -> str | None:
+    """Say that an axis moves more than the whole machine has; None if it doesn't."""
     mass, whole = axis.moved_mass, machine.size.mass
-    if mass is not None and whole is not None and mass >= whole:
-        message = (
-            f"{axis.letter} moves {mass:g} kg, and the whole machine has {whole:g} kg; correct one of them"
-        )
-        yield _warning("unit-slip", ("axes", axis.letter, "moved_mass"), message, mass)
+    if mass is None or whole is None or mass < whole:
+        return None
+    return f"moves {mass:g} kg, and the whole machine has {whole:g} kg; correct one of them"
 
 
 def _check_angles(axis: Axis, limits: LimitsTable) -> Iterator[Located]:
@@ -288,13 +265,6 @@ def _check_angles(axis: Axis, limits: LimitsTable) -> Iterator[Located]:
     if limits.unit == "rad" and largest > MOST_RADIANS:
         message = f"limits {shown} rad of {axis.letter} look like degrees; if they are, write unit = 'deg'"
         yield _warning("unit-slip", where, message, largest)
-
-
-def _plausible(key: str, value: float, where: Where, name: str) -> Iterator[Located]:
-    low, high, unit, likely = PLAUSIBLE[key]
-    if not low <= value <= high:
-        message = f"{name} is {value:.6g} {unit}; machines have {low:g}…{high:g} {unit}: is it in {likely}?"
-        yield _warning("unit-slip", where, message, value)
 
 
 def _unread(file: MachineFile, written: dict[str, Any]) -> Iterator[Located]:

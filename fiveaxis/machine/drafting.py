@@ -6,49 +6,24 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from fiveaxis.errors import FigureError, SettingError
-from fiveaxis.machine.answers import (
-    BY_NAME,
-    QUESTIONS,
-    ROTARY,
-    Answers,
-    read_structure,
-)
-from fiveaxis.machine.building import build_machine
+from fiveaxis.machine.answers import BY_NAME, QUESTIONS, Answers, read_structure
+from fiveaxis.machine.axis_tables import POWERED, AxisTable
+from fiveaxis.machine.building import build_machine, machine_document
+from fiveaxis.machine.check import explain_share
 from fiveaxis.machine.code import AXIS_ORDER, parse_code
-from fiveaxis.machine.dump import machine_document, neat, toml_text, without_defaults
+from fiveaxis.machine.figures import ROTARY, Table, figure_models, meaning_of, neat
+from fiveaxis.machine.files import toml_text, without_defaults
 from fiveaxis.machine.measuring import dimensions, draw, zero_of
 from fiveaxis.machine.model import Machine
-from fiveaxis.machine.tables import AxisTable, MachineFile
+from fiveaxis.machine.tables import MachineFile
 from fiveaxis.settings import explain
 
 OWNER = "stated by the machine's owner"
 DEFAULT_NAME = "my-machine"
-# What a table says, above it in the file; `{axis}` is the axis's letter.
-MEANINGS = {
-    "structure": "Order of the axes, from the workpiece (first digit of the code) to the tool; 0 is the bed.",
-    "spindle": "Gauge point of the spindle, where a tool of length 0 has its tip, with every axis at 0, mm.",
-    "vertical": "Direction that is up: the axis along it lifts the weight that it moves.",
-    "base_power": "Power at standstill, with everything switched on.",
-    "size": "Size of the machine, from which masses that aren't stated are estimated.",
-    "limits": "Travel of {axis}, as the tool moves relative to the workpiece.",
-    "line": "Line about which {axis} turns: its direction, and a point on it in mm, with every axis at 0.",
-    "max_speed": "Highest speed of {axis}.",
-    "max_acceleration": "Highest acceleration of {axis}.",
-    "moved_mass": "Mass that {axis} moves, without workpiece and fixture; its power is estimated from it.",
-    "motor": "Nameplate of the motor of {axis}, from which its power is estimated.",
-    "drive": "Power of the drive of {axis}.",
-}
-# What a missing table of an axis leaves undone.
-WITHOUT = {
-    "limits": "its travel isn't checked, and a rotary axis counts as endless",
-    "max_speed": "speeds aren't checked, and times are too short",
-    "max_acceleration": "accelerations aren't checked",
-}
 UNSURE = "the numbers are stated, the sense in which {axis} counts isn't: taken as tool relative to workpiece"
 KIND_NOTE = (
     "the order of the linear axes is that of {kind}, not of this machine; it decides which masses an axis "
@@ -56,8 +31,6 @@ KIND_NOTE = (
 )
 UPRIGHT = "not stated; Z is vertical on most machines"
 INCLINED = "the direction of {kind}: 45 deg in this sense; not measured"
-
-Table = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -99,6 +72,7 @@ def draft_machine(answers: Answers, base: Machine | None = None) -> Draft:
         raise SettingError(explain(fault, MachineFile, document)) from None
     except FigureError as fault:
         raise SettingError(fault.message) from None
+    _require_consistent(machine, sure=base is None and not document["structure"].get("assumed", False))
     return Draft("\n".join(_lines(document, machine, answers)), machine)
 
 
@@ -142,7 +116,6 @@ def _document(answers: Answers, base: Machine | None) -> Table:
     for letter in letters:
         if letter in ROTARY:
             _settle_sense(document["axes"][letter], letter, answers, base)
-    _require_consistent(document, sure=base is None and not document["structure"].get("assumed", False))
     return document
 
 
@@ -213,23 +186,19 @@ def _require_asked(answers: Answers, letters: str) -> None:
         BY_NAME[name].table(letter, answers[name, letter])
 
 
-def _require_consistent(document: Table, *, sure: bool) -> None:
+def _require_consistent(machine: Machine, *, sure: bool) -> None:
     """Raise if an axis moves more than the whole machine has, or less than an axis that it carries.
 
     Parameters
     ----------
     sure : whether the order of the linear axes is that of the machine
     """
-    masses = {c: t["moved_mass"]["value"] for c, t in document["axes"].items() if "moved_mass" in t}
-    whole = document.get("size", {}).get("mass")
-    for letter, mass in masses.items():
-        if whole is not None and mass >= whole:
-            raise SettingError(
-                f"masses of {letter}: it moves {mass:g} kg, and the whole machine has {whole:g} kg; correct "
-                "one of them"
-            )
-    code = parse_code(document["code"])
-    for side in (code.table, code.head[::-1]):
+    for axis in machine.axes:
+        share = explain_share(axis, machine)
+        if share is not None:
+            raise SettingError(f"masses of {axis.letter}: it {share}")
+    masses = {a.letter: a.moved_mass for a in machine.axes if a.moved_mass is not None}
+    for side in (machine.code.table, machine.code.head[::-1]):
         known = [c for c in side if c in masses and (sure or c in ROTARY)]
         for carried, carrying in pairwise(known):
             if masses[carrying] < masses[carried]:
@@ -248,13 +217,12 @@ def _lines(document: Table, machine: Machine, answers: Answers) -> Iterator[str]
         yield f'# Control: jobs for this machine have control = "{answers["control", ""]}".'
     yield toml_text(head)
     yield from _pivots(machine)
-    for key in MachineFile.model_fields:
-        if key in document and key not in (*head, "axes", "bodies"):
-            yield from _table((key,), document[key], MEANINGS.get(key, ""))
+    for key in figure_models(MachineFile):
+        if key in document:
+            yield from _table((key,), document[key], meaning_of(MachineFile, key, ""))
     if "spindle" not in document and not dimensions(machine) and machine.code.table:
         yield "# spindle: not given; its gauge point is taken to be at zero with every axis at 0.\n"
-    if "base_power" not in document:
-        yield "# base_power: not given; the energy of the machine at standstill isn't counted.\n"
+    yield from (f"{line}\n" for line in _lacking(MachineFile, document))
     for letter, axis in document["axes"].items():
         yield from _axis(letter, axis)
     if document.get("bodies"):
@@ -276,21 +244,25 @@ def _pivots(machine: Machine) -> Iterator[str]:
 def _axis(letter: str, axis: Table) -> Iterator[str]:
     plain = {key: value for key, value in axis.items() if not isinstance(value, Mapping)}
     yield f"# Axis {letter}."
-    for key, lack in WITHOUT.items():
-        if key not in axis:
-            yield f"# {key}: not given; {lack}."
-    if not {"moved_mass", "motor", "drive"} & set(axis):
+    yield from _lacking(AxisTable, axis)
+    if not set(POWERED) & set(axis):
         yield "# moved_mass, motor: not given; the power is estimated from the machine's size, roughly."
     yield toml_text({"axes": {letter: plain}})
-    for key in AxisTable.model_fields:
-        if isinstance(axis.get(key), Mapping):
-            yield from _table(("axes", letter, key), axis[key], MEANINGS.get(key, "").format(axis=letter))
+    for key in figure_models(AxisTable):
+        if key in axis:
+            yield from _table(("axes", letter, key), axis[key], meaning_of(AxisTable, key, letter))
+
+
+def _lacking(tables: type[BaseModel], given: Table) -> Iterator[str]:
+    """Say which figures aren't given, and what the machine then does without."""
+    for key, [model, *_] in figure_models(tables).items():
+        if model.lack and key not in given:
+            yield f"# {key}: not given; {model.lack}."
 
 
 def _table(where: tuple[str, ...], table: Table, meaning: str) -> Iterator[str]:
     nested: Table = table
     for key in reversed(where):
         nested = {key: nested}
-    if meaning:
-        yield f"# {meaning}"
+    yield f"# {meaning}"
     yield toml_text(nested)

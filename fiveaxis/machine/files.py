@@ -1,19 +1,32 @@
-"""Loading a `Machine` by name from the library, or from a file."""
+"""Loading a `Machine` by name from the library, or from a file; writing one to a machine file."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
+
+import tomli_w
 
 from fiveaxis.errors import FigureError, MachineError, UnknownMachine
-from fiveaxis.machine.building import build_machine
+from fiveaxis.files import require_suffix, write_atomically
+from fiveaxis.machine.building import build_machine, machine_document
+from fiveaxis.machine.figures import Table
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tables import MachineFile
 from fiveaxis.machine.urdf_reading import read_urdf
 from fiveaxis.machine.vericut import read_vericut
 from fiveaxis.settings import line_of, read_document, validate_settings
+
+# Values of missing keys; a file leaves these keys out.
+DEFAULTS: dict[str, object] = {
+    **{"source": "", "note": "", "band": None},
+    **{"assumed": False, "fitted": False, "reversed": False},
+}
+NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
 
 
 def load_machine(name: str | Path) -> Machine:
@@ -114,3 +127,54 @@ def library_files() -> list[Path]:
         if folder.is_dir():
             return sorted(folder.glob("*.toml"))
     return []
+
+
+def save_machine(machine: Machine, path: str | Path) -> Path:
+    """Write a machine to a file that `load_machine` reads back as the same machine.
+
+    Parameters
+    ----------
+    machine : its setup and tool length belong to a job and aren't written
+    path : a ``.toml`` file, replaced in one step; mesh files are named relative to its folder if possible
+
+    Raises
+    ------
+    SettingError
+        The file can't be written, or has another suffix.
+    """
+    require_suffix(path, [".toml"], "a machine file")
+    return write_atomically(path, machine_text(machine, Path(path).parent))
+
+
+def machine_text(machine: Machine, folder: Path | None = None) -> str:
+    """Write a machine in the format of machine files.
+
+    Parameters
+    ----------
+    machine : its setup and tool length belong to a job and aren't written
+    folder : to which mesh files are named relative; None names them by their absolute path
+
+    Returns
+    -------
+    TOML in mm, deg, s, W and kg, without keys that have their default value
+    """
+    return toml_text(without_defaults(machine_document(machine, folder)))
+
+
+def toml_text(document: Table) -> str:
+    """Write tables as TOML, with the numbers of a list on one line."""
+    text = tomli_w.dumps(document)
+    return NUMBERS.sub(lambda found: "[" + ", ".join(found[1].replace(",", " ").split()) + "]", text)
+
+
+def without_defaults(table: Mapping[str, Any]) -> Table:
+    """Leave out keys that have their default value."""
+    kept: Table = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            kept[key] = without_defaults(value)
+        elif value and isinstance(value, list) and isinstance(value[0], Mapping):
+            kept[key] = [without_defaults(entry) for entry in value]
+        elif value != [] and (key not in DEFAULTS or value != DEFAULTS[key]):
+            kept[key] = value
+    return kept

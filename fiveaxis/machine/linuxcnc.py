@@ -10,18 +10,17 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from fiveaxis.machine.building import build_machine
 from fiveaxis.machine.code import parse_code
+from fiveaxis.machine.figures import LINEAR_UNITS, Table
 from fiveaxis.machine.ini import Configuration, Entry, Hal, read_configuration, read_hal
 from fiveaxis.machine.model import Machine
-from fiveaxis.machine.tables import LINEAR_UNITS, MachineFile
+from fiveaxis.machine.tables import MachineFile
 
 NO_LIMIT = 1e99  # LinuxCNC's value for a missing limit
 UNITS = {"mm": "mm", "metric": "mm", "in": "inch", "inch": "inch", "imperial": "inch"}
 DEGREES = ("deg", "degree", "1", "1.0")
-Table = dict[str, Any]
 
 
 @dataclass(frozen=True)

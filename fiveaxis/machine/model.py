@@ -385,9 +385,7 @@ class Machine(ShownAsTable):
         Meshes are file URIs with %20 for a space, which pinocchio doesn't read: for pinocchio, keep them in
         folders without spaces.
         """
-        chain = self.chain.seen_from(self.machine_frame)
-        axes, bodies, setup = self.axes, self.bodies, self.setup.frame
-        return write_urdf(self.name, self.code, chain, axes=axes, bodies=bodies, setup=setup, root=root)
+        return write_urdf(self, root)
 
 
 def _borrowing(axis: Axis, source: Axis, machine: Machine, other: Machine) -> Axis:

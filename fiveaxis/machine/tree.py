@@ -1,4 +1,4 @@
-"""Turning a tree of links, as simulation files have it, into the tables of a machine file.
+"""Reading the XML of simulation files, and turning their tree of links into the tables of a machine file.
 
 A URDF and a Vericut machine both state each link's frame in that of its parent, and the line in which it
 moves. The chain is the path from the workpiece to the tool; what hangs beside it is left out.
@@ -7,19 +7,21 @@ moves. The chain is the path from the workpiece to the tool; what hangs beside i
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
 from fiveaxis.errors import FigureError, MachineError
+from fiveaxis.files import MEGABYTE, read_input
 from fiveaxis.geometry import Array, inverse_transform, product
 from fiveaxis.machine.building import build_machine
 from fiveaxis.machine.chain import UNIT_DIRECTION
 from fiveaxis.machine.code import AXIS_ORDER, DIGITS
-from fiveaxis.machine.dump import direction_numbers, neat
+from fiveaxis.machine.figures import Table, direction_numbers, neat
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tables import MachineFile
 
@@ -28,8 +30,51 @@ RELATED = 0.5
 # Digits of mm that are kept: rounded frames leave more.
 DECIMALS = 9
 
+# Simulation files have pictures and meshes in them.
+MOST_BYTES = 20 * MEGABYTE
+# km-long machines and numbers that overflow when they are squared are faults of the file.
+LARGEST = 1e6
+
 SIDES = ("workpiece", "tool")
-Table = dict[str, Any]
+
+
+def read_xml(path: Path, root: str) -> ElementTree.Element:
+    """Read an XML file.
+
+    Parameters
+    ----------
+    path : the file
+    root : tag of its root element
+
+    Raises
+    ------
+    MachineError
+        The file can't be read, isn't XML, declares entities, or has another root element.
+    """
+    content = read_input(path, MOST_BYTES, MachineError)
+    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+        raise MachineError(
+            "declares a document type or entities, which no machine needs; remove them", file=path
+        )
+    try:
+        element = ElementTree.fromstring(content)
+    except (ElementTree.ParseError, LookupError, ValueError) as fault:
+        found = re.search(r"line (\d+)", str(fault))
+        raise MachineError(
+            f"isn't XML: {fault}", file=path, line=None if found is None else int(found[1])
+        ) from None
+    if element.tag != root:
+        raise MachineError(f"has the root element <{element.tag}>; <{root}> is expected", file=path)
+    return element
+
+
+def as_number(text: str) -> float | None:
+    """Read a number; None if it isn't one that a machine has."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) and abs(number) <= LARGEST else None
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import numpy as np
@@ -17,8 +18,10 @@ from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array, inverse_transform, product, translation
 from fiveaxis.machine.axes import Axis
 from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, Shape
-from fiveaxis.machine.chain import Chain, Joint
-from fiveaxis.machine.code import FormShapingCode
+from fiveaxis.machine.chain import Joint
+
+if TYPE_CHECKING:
+    from fiveaxis.machine.model import Machine
 
 WORKPIECE, TOOL = "workpiece", "tool"
 ROOTS = (WORKPIECE, BED)
@@ -40,29 +43,11 @@ class _Branching:
     sign: float
 
 
-def write_urdf(
-    name: str,
-    code: FormShapingCode,
-    chain: Chain,
-    *,
-    axes: Sequence[Axis],
-    bodies: Sequence[Body],
-    setup: Array,
-    root: str,
-) -> str:
+def write_urdf(machine: Machine, root: str) -> str:
     """Describe a machine in URDF; see `Machine.to_urdf`.
 
     Every link's frame is parallel to the machine frame at home and lies on the line of the joint before it,
     so joints have pure offsets, and their directions are all that differs between machines.
-
-    Parameters
-    ----------
-    name : of the robot
-    code : which axes carry the workpiece, and which the tool
-    chain : seen from the machine frame
-    axes, bodies : the machine's
-    setup : (4, 4), mm, workpiece frame in the machine frame, every axis at 0
-    root : `WORKPIECE` or `BED`
 
     Raises
     ------
@@ -71,13 +56,13 @@ def write_urdf(
     """
     if root not in ROOTS:
         raise MachineError(f"no URDF tree with root {root!r}; write {' or '.join(map(repr, ROOTS))}")
+    chain, code, bodies = machine.chain.seen_from(machine.machine_frame), machine.code, machine.bodies
     links = (*code.table, BED, *code.head)
     tree = _tree(chain.joints, links, len(code.table) if root == BED else 0)
     origins = _origins(links, tree, root)
     at_first, at_last = (translation(-origins[link]) for link in (links[0], links[-1]))
-    placed = product(at_first, setup)
-    by_letter = {axis.letter: axis for axis in axes}
-    robot = ElementTree.Element("robot", name=name)
+    placed = product(at_first, machine.setup.frame)
+    robot = ElementTree.Element("robot", name=machine.name)
     ElementTree.SubElement(robot, "link", name=WORKPIECE)
     robot.extend(_link(link, origins[link], bodies) for link in links)
     ElementTree.SubElement(robot, "link", name=TOOL)
@@ -85,7 +70,7 @@ def write_urdf(
         robot.append(_joint("setup", "fixed", links[0], WORKPIECE, placed))
     else:
         robot.append(_joint("setup", "fixed", WORKPIECE, links[0], inverse_transform(placed)))
-    robot.extend(_moving(branching, by_letter[branching.joint.letter], origins) for branching in tree)
+    robot.extend(_moving(branching, machine.axis(branching.joint.letter), origins) for branching in tree)
     robot.append(_joint("tool_home", "fixed", links[-1], TOOL, product(at_last, chain.tool_home)))
     ElementTree.indent(robot)
     # Readers based on lxml refuse text whose declaration names an encoding.

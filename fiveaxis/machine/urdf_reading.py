@@ -12,9 +12,8 @@ from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array, product, rotation_matrix
 from fiveaxis.machine.code import LETTERS
 from fiveaxis.machine.model import Machine
-from fiveaxis.machine.tree import Link, Source, build_from_tree
+from fiveaxis.machine.tree import Link, Source, as_number, build_from_tree, read_xml
 from fiveaxis.machine.urdf import FAR_LINEAR, FAR_ROTARY, METRE, TOOL, WORKPIECE
-from fiveaxis.machine.xml import as_number, read_xml
 
 MOVING = {"prismatic": False, "revolute": True, "continuous": True}
 # Names of the link that stands still, in the order in which they are looked for.

@@ -21,10 +21,9 @@ from fiveaxis.errors import MachineError
 from fiveaxis.files import read_input
 from fiveaxis.geometry import Array, rotation_matrix
 from fiveaxis.machine.chain import UNIT_DIRECTION
+from fiveaxis.machine.figures import LINEAR_UNITS
 from fiveaxis.machine.model import Machine
-from fiveaxis.machine.tables import LINEAR_UNITS
-from fiveaxis.machine.tree import Link, Source, build_from_tree
-from fiveaxis.machine.xml import MOST_BYTES, as_number, read_xml
+from fiveaxis.machine.tree import MOST_BYTES, Link, Source, as_number, build_from_tree, read_xml
 
 UNITS = {"millimeter": LINEAR_UNITS["mm"], "inch": LINEAR_UNITS["inch"]}
 # Components of which the part hangs on the first that is there.

@@ -26,7 +26,7 @@ from fiveaxis.kinematics import (
     within_limits,
 )
 from fiveaxis.machine import Machine
-from fiveaxis.machine.freedom import why_not_orienting
+from fiveaxis.machine.chain import why_not_orienting
 from fiveaxis.toolpath import Toolpath, interpolate
 
 # rad: largest angle between the tool axis and the plane of its directions at both ends of a cut, and between

@@ -9,8 +9,8 @@ import numpy as np
 
 from fiveaxis.kinematics import lean_range, singular_direction
 from fiveaxis.machine import Axis, Joint, Machine
-from fiveaxis.machine.dump import drive_table
-from fiveaxis.machine.freedom import why_not_orienting, why_not_positioning
+from fiveaxis.machine.building import drive_table
+from fiveaxis.machine.chain import why_not_orienting, why_not_positioning
 from fiveaxis.machine.measuring import dimensions, draw, zero_of
 
 TOUCHING = 1e-6  # rad, range of leans below which the branches coincide and there is no choice
@@ -48,7 +48,7 @@ def describe_machine(machine: Machine) -> Document:
             "spindle": {"point": _numbers(home[:3, 3]), "direction": _numbers(home[:3, 2])},
             "limits": {a.letter: _limits(a) for a in machine.axes},
             "speeds": {a.letter: _speed(a) for a in machine.axes},
-            "powers": {a.letter: None if a.drive is None else drive_table(a, a.drive) for a in machine.axes},
+            "powers": {letter: drive_table(machine, letter) for letter in machine.letters},
             "base_power": machine.base_power,
             "positioning": why_not_positioning(machine.chain) or "every position",
             "orientation": _orientation(machine),

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from fiveaxis.cli import app
 from fiveaxis.machine import load_machine
+from fiveaxis.machine.answers import QUESTIONS
 
 pty = pytest.importorskip("pty", reason="there are no pseudo terminals on this system")
 
@@ -221,6 +222,15 @@ def test_a_name_that_is_no_machine_file_is_refused_before_any_question(tmp_path)
     done = CliRunner().invoke(app, ["machine", "new", "-o", str(tmp_path / "mill.txt")])
     assert done.exit_code == 2
     assert "end in .toml" in done.stderr
+
+
+def test_every_question_is_an_option_that_says_how_it_is_answered():
+    shown = " ".join(
+        CliRunner().invoke(app, ["machine", "new", "--help"], env={"COLUMNS": "300"}).stdout.split()
+    )
+    for question in QUESTIONS:
+        assert f"--{question.name} <str> " in shown
+        assert question.help in shown
 
 
 @pytest.mark.parametrize("suffix", ["urdf", "toml"])

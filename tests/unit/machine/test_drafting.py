@@ -13,6 +13,9 @@ from fiveaxis.findings import Severity
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import check_text, draft_machine, load_machine, with_powers
 from fiveaxis.machine.answers import BY_NAME, KINDS, parse_axis_answers
+from fiveaxis.machine.axis_tables import AxisTable
+from fiveaxis.machine.figures import figure_models, meaning_of
+from fiveaxis.machine.tables import MachineFile
 
 FILE = Path("machine.toml")
 FULL = {
@@ -225,3 +228,17 @@ def test_every_question_says_the_form_of_its_answer():
     for question in BY_NAME.values():
         for letter in question.axes or ("",):
             assert question.form_of(letter)
+
+
+@pytest.mark.parametrize("tables", [MachineFile, AxisTable])
+def test_every_figure_has_a_meaning_that_stands_above_its_table(tables):
+    for key in figure_models(tables):
+        sentence = meaning_of(tables, key, "X")
+        assert sentence[0].isupper()
+        assert sentence.endswith(".")
+        assert "the axis " not in sentence
+
+
+def test_a_power_at_standstill_is_drafted_with_its_unit():
+    table = tomllib.loads(draft_machine(FULL).text)["base_power"]
+    assert (table["value"], table["unit"]) == (1500, "W")

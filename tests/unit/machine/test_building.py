@@ -23,12 +23,13 @@ from fiveaxis.machine import (
     Limits,
     LocationError,
     Machine,
+    check_machine,
     load_machine,
     machine_names,
     machine_text,
     save_machine,
 )
-from fiveaxis.machine.dump import machine_document
+from fiveaxis.machine.building import machine_document
 
 RNG = np.random.default_rng(5)
 
@@ -235,6 +236,14 @@ def test_setup_and_tool_are_not_written(rich):
     machine = load_machine(rich)
     used = machine.with_setup((100.3, -20.1, 33.3), (0.0, 90.0, 12.5)).with_tool_length(123.4)
     assert machine_text(used) == machine_text(machine)
+
+
+def test_a_load_that_is_stated_as_none_comes_back(tmp_path):
+    path = tmp_path / "m.toml"
+    path.write_text('name = "m"\ncode = "640123"\n[load]\nmass = 0\nsource = "s"\n')
+    again = round_trip(load_machine(path), tmp_path)
+    assert [p.figure for p in again.provenance] == ["load"]
+    assert not [f for f in check_machine(path) if f.code == "unread-key"]
 
 
 def test_meshes_are_named_from_the_folder_of_the_file(rich, tmp_path):
