@@ -30,7 +30,6 @@ def send(**message: Any) -> None:
 
 def work(act: Callable[[str], object]) -> None:
     """Be a worker: do each task by a function of its name."""
-    send(ready=True)
     while True:
         try:
             task, _folder = pickle.load(sys.stdin.buffer)

@@ -7,7 +7,6 @@ import json
 import os
 import pickle
 import queue
-import signal
 import sys
 import threading
 import time
@@ -86,13 +85,10 @@ def main() -> None:
 
     A task is a pickle, a message a line of JSON: a supervisor reads no more than data from its workers.
     """
-    # A terminal sends Ctrl-C to workers too; it is for the command that started them.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     faulthandler.enable()
     send = _take_stdout()
     tasks: queue.SimpleQueue[tuple[Task, Path]] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(sys.stdin.buffer, tasks), daemon=True).start()
-    send(ready=True)
     while True:
         task, folder = tasks.get()
         progress = Throttle(lambda stage, done, total: send(stage=stage, done=done, total=total))

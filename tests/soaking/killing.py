@@ -83,6 +83,8 @@ class _Command:
         with self.process.stderr as told:
             for line in told:
                 for taker, what, runner in SAID.findall(line):
+                    if what == "takes" and int(taker) not in self.stages:
+                        continue  # a new worker takes its first job when it has started
                     self.stages[int(taker or runner)] = STAGES.get(what, "running")
                     if what == "takes":
                         self.last_taker = int(taker)

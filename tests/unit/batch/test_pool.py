@@ -25,8 +25,6 @@ if sys.platform == "win32":
 
 HEAD = "import os, signal, sys, time; from pathlib import Path; from light import send, work\n"
 DIE = "os.kill(os.getpid(), signal.SIGKILL)"
-# Dies when a child of it, which holds its pipes, has left for a session of its own.
-LEAVE = f"os.fork() and (time.sleep(0.3), {DIE}), os.setsid(), time.sleep(20), os._exit(0)"
 
 
 @pytest.fixture
@@ -63,7 +61,9 @@ def once(what: str, then: str) -> str:
     [
         pytest.param(f"{once('gone', DIE)}; work(lambda _: None)", id="at-its-start"),
         pytest.param(f"{once('gone', 'os._exit(1)')}; work(lambda _: None)", id="by-a-fault-at-its-start"),
-        pytest.param(f"send(ready=True); {once('gone', DIE)}; work(lambda _: None)", id="as-it-takes-a-job"),
+        pytest.param(
+            f"sys.stdin.buffer.peek(); {once('gone', DIE)}; work(lambda _: None)", id="as-it-takes-a-job"
+        ),
         pytest.param(f"work(lambda name: {once('gone', DIE)})", id="at-work"),
         pytest.param(
             f"work(lambda _: {once('gone', f'os.write(1, bytes(123)), {DIE}')})", id="within-a-message"
@@ -73,10 +73,6 @@ def once(what: str, then: str) -> str:
             f"work(lambda _: {once('gone', 'os.write(1, bytes([10])), time.sleep(600)')})", id="babbling"
         ),
         pytest.param(f"work(lambda _: {once('gone', 'os.close(0)')})", id="deaf"),
-        pytest.param(
-            f"work(lambda _: {once('gone', f'os.fork() and {DIE}, time.sleep(600)')})", id="with-a-child"
-        ),
-        pytest.param(f"work(lambda _: {once('gone', LEAVE)})", id="with-a-child-that-left"),
     ],
 )
 def test_a_worker_that_dies_is_replaced_and_its_job_runs_again(run, entry):
