@@ -184,6 +184,7 @@ class _Worker:
     def give(self, task: Task, folder: Path) -> None:
         """Give it a task; if it has died, that is in the news."""
         self.task, self.has_reported, self._since = task, False, time.monotonic()
+        self.excess = ""  # of a job that finished just before it was stopped
         with suppress(OSError):
             pickle.dump((task, folder), self._tasks)
             self._tasks.flush()
@@ -247,7 +248,10 @@ class _Pool:
         row = None
         with suppress(queue.Empty):
             worker, message = self._news.get(timeout=INTERVAL)
-            row = self._lose(worker) if message is None else self._receive(worker, message)
+            if message is None:
+                row = self._lose(worker)
+            elif worker.task is not None:
+                row = self._receive(worker, worker.task, message)
         for worker in self._workers.values():
             worker.check(self._limits)
         return row
@@ -270,10 +274,8 @@ class _Pool:
         worker = self._workers.get(number)
         return None if worker is None or worker.task else worker
 
-    def _receive(self, worker: _Worker, message: Mapping[str, Any]) -> Row | None:
+    def _receive(self, worker: _Worker, task: Task, message: Mapping[str, Any]) -> Row | None:
         """Pass on the progress of a job, or return its row."""
-        task = worker.task
-        assert task is not None
         if not worker.has_reported:
             self._losses.survive(worker.seconds)
             self._faults = self._failures = 0
