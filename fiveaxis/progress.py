@@ -1,17 +1,17 @@
-"""What work tells while it goes on."""
+"""Progress of long work."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-# Takes what is being done, in words for people, steps done and steps in all; one step where none are counted.
+# Called with the stage in words, the steps done and the steps in all; a stage without steps has one.
 Progress = Callable[[str, int, int], None]
 
 
 def unheard(_stage: str, _done: int, _total: int) -> None:
-    """Take progress that nobody asked for."""
+    """Ignore progress."""
 
 
 def within(progress: Progress, part: str) -> Progress:
-    """Return a progress that says of which part of the work its stages are."""
+    """Return a progress that puts the part of the work in front of each stage."""
     return lambda stage, done, total: progress(f"{part}: {stage}", done, total)

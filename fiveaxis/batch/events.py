@@ -1,4 +1,4 @@
-"""Changes in the state of jobs, as a batch tells them."""
+"""Events of a batch: its jobs wait, run and are done."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Listener = Callable[[Event], None]
 
 
 class Relay:
-    """Passes events on one at a time, and drops late messages of workers about a job that is done."""
+    """Passes events on one at a time, without progress that arrives after the end of its job."""
 
     def __init__(self, listener: Listener | None) -> None:
         self._listener, self._lock = listener, threading.Lock()

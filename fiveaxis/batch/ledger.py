@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 from fiveaxis.batch.record import Row, Status
 from fiveaxis.errors import SettingError
@@ -180,24 +180,15 @@ def locked(folder: Path) -> Iterator[None]:
     SettingError
         Another batch is running in the folder, or it can't be written.
     """
+    lock = FileLock(folder / LOCK, timeout=0.0)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+        lock.acquire()
+    except Timeout:
+        raise SettingError("another batch is running in this folder; wait for it", file=folder) from None
     except OSError as fault:
         raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
     try:
-        _lock(handle, folder)
         yield
     finally:
-        os.close(handle)
-
-
-def _lock(handle: int, folder: Path) -> None:
-    if sys.platform == "win32":  # has no such lock: two batches in one folder go unnoticed
-        return
-    import fcntl
-
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        raise SettingError("another batch is running in this folder; wait for it", file=folder) from None
+        lock.release()

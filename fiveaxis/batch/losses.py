@@ -1,66 +1,63 @@
-"""Workers that died: by a job's doing, or by that of somebody who could have hit any job."""
+"""Tell jobs that kill their workers from jobs whose workers somebody else killed."""
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict
 
-# Workers that a job takes with it before it is told to kill them, and the largest likelihood of chance then.
+# Workers that a job may lose before it counts as their killer, and the largest probability of chance then.
 MOST_KILLS, BY_CHANCE = 3, 1e-6
 
 
 class Losses:
-    """Tells a job that kills its workers from one whose workers were killed by chance.
+    """The workers that each job has lost, and how often workers die that no job can have killed.
 
-    A signal doesn't say who sent it: memory that a job used up looks like an operator's mistake. So a job is
-    to blame after `MOST_KILLS` deaths in a row, unless as many are likely by the rate at which workers die
-    that no job can have killed: those that were starting, and those whose job came to its end later.
+    A signal doesn't say who sent it: the system kills a worker whose job uses up the memory just as an
+    operator does. So a job counts as the killer of its workers after `MOST_KILLS` of them, unless as many are
+    likely to die by chance, which is how workers die that are starting, or whose job finishes on another one.
     """
 
     def __init__(self) -> None:
         self._lives, self._seconds, self._deaths = 0, 0.0, 0
-        self._lost: dict[str, list[float]] = defaultdict(list)
+        self._lost: dict[str, list[tuple[float, bool]]] = defaultdict(list)
 
     def survive(self, seconds: float) -> None:
-        """Count a life without a death: a start, or a job."""
+        """Count a start, or a job, that came to its end."""
         self._lives += 1
         self._seconds += seconds
 
     def die(self, seconds: float) -> None:
-        """Count a death that no job can have caused."""
+        """Count a worker that no job can have killed."""
         self.survive(seconds)
         self._deaths += 1
 
     def finish(self, name: str, seconds: float) -> None:
-        """Count a job that came to its end: it hadn't killed the workers that it lost before."""
+        """Count a job that came to its end: it can't have killed the workers that it lost before."""
         self.survive(seconds)
-        for lost in self._lost.pop(name, []):
+        for lost, _ in self._lost.pop(name, []):
             self.die(lost)
 
-    def blame(self, name: str, seconds: float, *, crashed: bool) -> bool:
-        """Count the death of a job's worker.
+    def lose(self, name: str, seconds: float, *, crashed: bool) -> int:
+        """Count a worker that died while it ran a job.
 
         Parameters
         ----------
         name : of the job
         seconds : that it had run
-        crashed : whether the worker died of itself, which is no chance
+        crashed : whether the worker ended by a fault of its own, which is no chance
 
         Returns
         -------
-        Whether the job is to blame.
+        How many workers the job has killed; 0 while they may have died by chance.
         """
         lost = self._lost[name]
-        lost.append(math.nan if crashed else seconds)
-        return len(lost) >= MOST_KILLS and math.prod(map(self._likelihood, lost)) < BY_CHANCE
+        lost.append((seconds, crashed))
+        chance = math.prod(0.0 if crash else self._probability(lived) for lived, crash in lost)
+        return len(lost) if len(lost) >= MOST_KILLS and chance < BY_CHANCE else 0
 
-    def count(self, name: str) -> int:
-        """Count the workers that a job has lost."""
-        return len(self._lost[name])
-
-    def _likelihood(self, seconds: float) -> float:
-        """Compute how likely a life ends by chance: longer ones more, none less than one of mean length."""
-        if not self._deaths or math.isnan(seconds):
+    def _probability(self, seconds: float) -> float:
+        """Compute how likely chance ends a life: longer ones more, none less than one of mean length."""
+        if not self._deaths:
             return 0.0
         mean = max(self._seconds / self._lives, 1e-3)
         return -math.expm1(-self._deaths / self._lives * max(1.0, seconds / mean))

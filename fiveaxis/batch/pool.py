@@ -1,7 +1,7 @@
-"""Workers on this computer: processes with one job at a time, and a supervisor that replaces those that die.
+"""Run jobs on processes of this computer, each with one job at a time, and replace processes that die.
 
-A worker is reached through its own pipes alone, so that no other process can send it anything. Whatever it
-is doing when it dies, its end is news like any other: nothing here waits for one worker.
+A worker is reached through its own pipes alone: no other process can send it anything, and one that dies in
+the middle of a message spoils no other's.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from enum import Enum, auto
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -39,6 +38,7 @@ logger = logging.getLogger(__name__)
 # elsewhere it ends when it sees that its stdin is closed. That comes first, as the imports take seconds.
 ENTRY = """
 import ctypes, os, signal, sys
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the command alone
 if sys.platform == "linux":
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)
     if os.getppid() != int(sys.argv[1]):
@@ -50,15 +50,14 @@ main()
 THREADS = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-# s between two looks at limits; s that a worker may take to start, or to take a job up, on a busy computer,
-# and to end where the system doesn't let it go at once.
-LOOK, LONGEST_START, LONGEST_END = 0.2, 300.0, 10.0
-# Bytes of a worker's output that are kept, and how many of its last lines a message has.
-PRINTED, LAST_LINES = 4000, 5
-# Starts in a row that fail before the batch ends: of themselves, and for any reason; pauses in between grow
-# up to the longest, in s.
+# s between two checks of limits; s that a worker may take until its job reports first, on a busy computer; s
+# to wait for the end of one that the system doesn't let go at once.
+INTERVAL, LONGEST_START, LONGEST_END = 0.2, 300.0, 10.0
+# Lines that a worker printed last in a message about its death.
+LAST_LINES = 5
+# Starts in a row that may fail through a fault, and for any reason; the pauses in between grow, in s.
 MOST_FAULTS, MOST_FAILURES, PAUSE, LONGEST_PAUSE = 3, 50, 0.1, 5.0
-# By these a process ends because somebody wants it to; by others, or of itself, because of a fault.
+# By these signals somebody ends a process; by others, or of itself, it ends through a fault.
 OUTSIDE = {getattr(signal, name, None) for name in ("SIGKILL", "SIGTERM", "SIGINT", "SIGHUP")}
 
 
@@ -94,32 +93,32 @@ def run_on_pool(
     LostWorkers
         No worker starts.
     """
-    pool = _Pool(tasks, folder, workers, limits, tell)
+    pool = _Pool(tasks, folder, limits, tell)
     try:
-        yield from pool.rows()
+        for _ in tasks:
+            while (row := pool.advance(workers)) is None:
+                pass
+            yield row
     finally:
         pool.end()
 
 
-class _State(Enum):
-    """What a worker does; it has a task where one is given to it, and from when it works on it."""
-
-    STARTING = auto()
-    IDLE = auto()
-    GIVEN = auto()
-    WORKING = auto()
-    ENDING = auto()
-
-
 class _Worker:
-    """A process, and threads that pass on what it says and keep the end of what it prints."""
+    """A process that runs one job at a time, and two threads that read what it sends and prints.
+
+    Attributes
+    ----------
+    task : its job, if it has one
+    has_reported : whether the job has reported, so that the worker had started by then
+    excess : the limit over which the job was stopped, in words
+    """
 
     def __init__(self, number: int, news: queue.SimpleQueue[_News]) -> None:
-        self.number = number
-        self.state, self.since = _State.STARTING, time.monotonic()
+        self.number, self._news = number, news
         self.task: Task | None = None
-        self.excess = ""  # why its job is stopped
-        self._news, self._printed = news, b""
+        self.has_reported, self.excess = False, ""
+        self._since = time.monotonic()
+        self._last_lines: deque[bytes] = deque(maxlen=LAST_LINES)
         # The same modules as here, whatever lies in the folder in which the command was called.
         paths = os.pathsep.join(path for path in sys.path if path)
         self._process = subprocess.Popen(
@@ -128,37 +127,25 @@ class _Worker:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env=os.environ | THREADS | {"PYTHONPATH": paths},
-            start_new_session=True,  # Ctrl-C in a terminal is for the command alone
         )
-        # Each is a pipe, as asked for above.
         pipes = self._process.stdin, self._process.stdout, self._process.stderr
         self._tasks, self._messages, self._errors = cast("tuple[BinaryIO, BinaryIO, BinaryIO]", pipes)
-        self._readers = [threading.Thread(target=work, daemon=True) for work in (self._hear, self._keep)]
-        self._watch = threading.Thread(target=self._await_end, daemon=True)
-        for thread in (*self._readers, self._watch):
-            thread.start()
+        readers = self._read_messages, self._read_errors
+        self._readers = [threading.Thread(target=reader, daemon=True) for reader in readers]
+        for reader in self._readers:
+            reader.start()
 
-    def _hear(self) -> None:
-        """Pass on its messages; kill it where none can follow, since no row would come of it."""
-        # ValueError: no message, or the half of one
-        with self._messages as stream, suppress(ValueError):
+    def _read_messages(self) -> None:
+        with self._messages as stream, suppress(ValueError):  # half a message, or none
             for line in stream:
                 self._news.put((self, json.loads(line)))
         self.kill()
-
-    def _keep(self) -> None:
-        with self._errors as stream:
-            while printed := stream.read1(PRINTED):  # type: ignore[attr-defined]
-                self._printed = (self._printed + printed)[-PRINTED:]
-
-    def _await_end(self) -> None:
         self._process.wait()
-        if sys.platform != "win32":
-            with suppress(ProcessLookupError):  # processes that it had started; they hold its pipes open
-                os.killpg(self.pid, signal.SIGKILL)
-        for reader in self._readers:
-            reader.join(1.0)  # for what it had said
         self._news.put((self, None))
+
+    def _read_errors(self) -> None:
+        with self._errors as stream:
+            self._last_lines.extend(line for line in stream if line.strip())
 
     @property
     def pid(self) -> int:
@@ -166,11 +153,11 @@ class _Worker:
 
     @property
     def seconds(self) -> float:
-        """How long it has been in its state."""
-        return time.monotonic() - self.since
+        """How long its job has been running or, before it has reported, starting."""
+        return time.monotonic() - self._since
 
     @property
-    def memory(self) -> float:
+    def _memory(self) -> float:
         """Resident memory in MB."""
         try:
             return float(psutil.Process(self.pid).memory_info().rss) / 1e6
@@ -179,169 +166,152 @@ class _Worker:
 
     @property
     def crashed(self) -> bool:
-        """Whether it died of a fault, not by somebody's will."""
+        """Whether it died through a fault; else somebody killed it."""
         return -self._process.returncode not in OUTSIDE
 
     @property
-    def end(self) -> str:
-        """How it died."""
+    def last_words(self) -> str:
+        """How it died, and what it printed last."""
         code = self._process.returncode
-        try:
-            return signal.Signals(-code).name
-        except ValueError:
-            return f"exit code {code}"
-
-    @property
-    def last_lines(self) -> str:
-        """What it printed last."""
-        lines = [line for line in self._printed.decode(errors="replace").splitlines() if line.strip()]
-        return bounded(
-            f"its last lines: {' | '.join(lines[-LAST_LINES:])}" if lines else "it printed nothing"
-        )
+        names = {-number: number.name for number in signal.Signals}
+        lines = " | ".join(line.decode(errors="replace").strip() for line in self._last_lines)
+        printed = bounded(f"its last lines: {lines}" if lines else "it printed nothing")
+        return f"{names.get(code, f'exit code {code}')}; {printed}"
 
     def __str__(self) -> str:
         return f"worker {self.number} (pid {self.pid})"
 
-    def enter(self, state: _State) -> None:
-        """Change its state."""
-        self.state, self.since = state, time.monotonic()
-        if state is _State.IDLE:
-            self.task = None
-
     def give(self, task: Task, folder: Path) -> None:
-        """Give it a task; if it has died, that is told as news."""
-        self.enter(_State.GIVEN)
-        self.task = task
+        """Give it a task; if it has died, that is in the news."""
+        self.task, self.has_reported, self._since = task, False, time.monotonic()
+        self.excess = ""  # of a job that finished just before it was stopped
         with suppress(OSError):
             pickle.dump((task, folder), self._tasks)
             self._tasks.flush()
+
+    def report(self) -> None:
+        """Note that its job has reported."""
+        self.has_reported, self._since = True, time.monotonic()
+
+    def check(self, limits: Limits) -> None:
+        """Kill it if its job is over a limit, or if it doesn't start."""
+        timeout, memory = limits.timeout, limits.memory
+        if self.task is None or self.excess:
+            return
+        if not self.has_reported:
+            if self.seconds > LONGEST_START:
+                self.kill()
+        elif timeout is not None and self.seconds > timeout:
+            self._stop(f"ran longer than {timeout:g} s and was stopped; allow more (--job-timeout)")
+        elif memory is not None and (taken := self._memory) > memory:
+            self._stop(f"took {taken:.0f} MB and was stopped; allow more than {memory:g} MB (--job-memory)")
+
+    def _stop(self, excess: str) -> None:
+        self.excess = excess
+        self.kill()
 
     def kill(self) -> None:
         """Kill it: nothing else stops a compiled step, and it writes files whole or not at all."""
         self._process.kill()
 
-    def stop(self, why: str) -> None:
-        """Kill it because of its job."""
-        self.excess = why
+    def end(self) -> None:
+        """Kill it, and wait until it is gone; the readers close their pipes."""
         self.kill()
-
-    def close(self) -> None:
-        """Wait until it is gone; its readers close the other pipes when nobody can write into them."""
-        self._watch.join(LONGEST_END)
+        for reader in self._readers:
+            reader.join(LONGEST_END)
         with suppress(OSError):  # what it hadn't read any more
             self._tasks.close()
 
 
-# A worker and what it says; None when it has died.
+# A worker and what it sends; None when it has died.
 _News = tuple[_Worker, Mapping[str, Any] | None]
 
 
 class _Pool:
-    """The supervisor: a loop over what workers say, with a look at their limits now and then."""
+    """The workers, the tasks that wait, and what is known of workers that died."""
 
-    def __init__(
-        self, tasks: Sequence[Task], folder: Path, workers: int, limits: Limits, tell: Listener
-    ) -> None:
-        self._waiting, self._left = deque(tasks), len(tasks)
-        self._folder, self._limits, self._tell = folder, limits, tell
-        self._seats: dict[int, _Worker | None] = dict.fromkeys(range(1, workers + 1))
+    def __init__(self, tasks: Sequence[Task], folder: Path, limits: Limits, tell: Listener) -> None:
+        self._waiting, self._folder, self._limits, self._tell = deque(tasks), folder, limits, tell
+        self._workers: dict[int, _Worker] = {}
         self._news: queue.SimpleQueue[_News] = queue.SimpleQueue()
         self._losses = Losses()
-        self._faults = self._failures = 0  # starts in a row that failed of themselves, and for any reason
+        self._faults = self._failures = 0  # starts in a row that failed through a fault, and for any reason
         self._next_start = 0.0
 
-    @property
-    def _crew(self) -> list[_Worker]:
-        return [worker for worker in self._seats.values() if worker is not None]
-
-    def rows(self) -> Iterator[Row]:
-        """Yield the row of each task as soon as it is known."""
-        while self._left:
-            self._fill_seats()
-            self._give_tasks()
-            row = self._await_news()
-            if row is not None:
-                self._left -= 1
-                yield row
-            for worker in self._crew:
-                self._stop_excess(worker)
+    def advance(self, workers: int) -> Row | None:
+        """Give out tasks, wait for news, and check the limits; return the row that the news brought."""
+        for number in range(1, workers + 1):
+            if self._waiting and (free := self._free_worker(number)):
+                task = self._waiting.popleft()
+                logger.info("%s takes %s", free, task.name)
+                free.give(task, self._folder)
+        row = None
+        with suppress(queue.Empty):
+            worker, message = self._news.get(timeout=INTERVAL)
+            if message is None:
+                row = self._lose(worker)
+            elif worker.task is not None:
+                row = self._receive(worker, worker.task, message)
+        for worker in self._workers.values():
+            worker.check(self._limits)
+        return row
 
     def end(self) -> None:
         """Kill the workers, and wait until they are gone."""
-        for worker in self._crew:
+        for worker in self._workers.values():
             worker.kill()
-        for worker in self._crew:
-            worker.close()
+        for worker in self._workers.values():
+            worker.end()
 
-    def _fill_seats(self) -> None:
-        """Start workers while there are tasks for them."""
-        for number, worker in self._seats.items():
-            if worker is None and len(self._crew) < self._left and time.monotonic() >= self._next_start:
-                try:
-                    self._seats[number] = _Worker(number, self._news)
-                except (OSError, RuntimeError) as fault:  # no memory, too many processes or threads
-                    self._fail_to_start(str(fault), crashed=False)
+    def _free_worker(self, number: int) -> _Worker | None:
+        """Return a worker, started if need be; None where it has a job, or can't be started now."""
+        if number not in self._workers and time.monotonic() >= self._next_start:
+            try:
+                self._workers[number] = _Worker(number, self._news)
+                logger.info("%s starts", self._workers[number])
+            except (OSError, RuntimeError) as fault:  # no memory, too many processes or threads
+                self._fail_to_start(str(fault), crashed=False)
+        worker = self._workers.get(number)
+        return None if worker is None or worker.task else worker
 
-    def _give_tasks(self) -> None:
-        for worker in self._crew:
-            if worker.state is _State.IDLE and self._waiting:
-                task = self._waiting.popleft()
-                logger.info("%s takes %s", worker, task.name)
-                worker.give(task, self._folder)
-
-    def _await_news(self) -> Row | None:
-        """Wait for news, not longer than until the next look; return the row that there may be in it."""
-        try:
-            worker, message = self._news.get(timeout=LOOK)
-        except queue.Empty:
-            return None
-        if message is None:
-            return self._bury(worker)
-        if "ready" in message:
+    def _receive(self, worker: _Worker, task: Task, message: Mapping[str, Any]) -> Row | None:
+        """Pass on the progress of a job, or return its row."""
+        if not worker.has_reported:
             self._losses.survive(worker.seconds)
             self._faults = self._failures = 0
-            worker.enter(_State.IDLE)
-        elif "row" in message:
-            row = Row.from_dict(message["row"])
-            logger.info("%s has done %s", worker, row.name)
-            self._losses.finish(row.name, worker.seconds)
-            worker.enter(_State.IDLE)
-            if self._limits.memory is not None:  # what it still holds would count against the next job
-                worker.enter(_State.ENDING)
-                worker.kill()
-            return row
-        elif worker.task is not None:
-            if worker.state is _State.GIVEN:
-                worker.enter(_State.WORKING)
-            self._tell(Event.running(worker.task.name, **message, worker=str(worker.number), pid=worker.pid))
-        return None
-
-    def _bury(self, worker: _Worker) -> Row | None:
-        """Do what the death of a worker asks for; return the row of a job that ends with it."""
-        worker.close()
-        self._seats[worker.number] = None
-        if worker.task is None:
-            if worker.state is _State.STARTING:
-                self._losses.die(worker.seconds)
-                logger.info("%s died at its start (%s)", worker, worker.end)
-                self._fail_to_start(f"{worker.end}; {worker.last_lines}", crashed=worker.crashed)
+            worker.report()
+        if "row" not in message:
+            self._tell(Event.running(task.name, **message, worker=str(worker.number), pid=worker.pid))
             return None
-        task = worker.task
+        logger.info("%s has done %s", worker, task.name)
+        self._losses.finish(task.name, worker.seconds)
+        worker.task = None
+        if self._limits.memory is not None:  # what it still holds would count against the next job
+            self._workers.pop(worker.number).end()
+        return Row.from_dict(message["row"])
+
+    def _lose(self, worker: _Worker) -> Row | None:
+        """Take a dead worker out; return the row of its job where that is broken, else it runs again."""
+        worker.end()
+        task, how = worker.task, worker.last_words
+        if self._workers.get(worker.number) is worker:
+            del self._workers[worker.number]
+        if task is None:
+            return None
         if worker.excess:
             return self._give_up(task, worker.excess)
-        if worker.state is _State.GIVEN and not worker.crashed:
+        if not worker.has_reported:
+            logger.info("%s died before it ran %s (%s)", worker, task.name, how)
             self._losses.die(worker.seconds)
             self._waiting.appendleft(task)
-        elif self._losses.blame(task.name, worker.seconds, crashed=worker.crashed):
-            kills = self._losses.count(task.name)
-            return self._give_up(
-                task, f"its workers died {kills} times, the last one by {worker.end}; {worker.last_lines}"
-            )
-        else:
-            # Behind the others: if it does kill its workers, they come first.
-            self._waiting.append(task)
-        logger.warning("%s died at %s (%s); the job runs again", worker, task.name, worker.end)
+            self._fail_to_start(how, crashed=worker.crashed)
+            return None
+        kills = self._losses.lose(task.name, worker.seconds, crashed=worker.crashed)
+        if kills:
+            return self._give_up(task, f"its workers died {kills} times, the last one by {how}")
+        logger.warning("%s died at %s (%s); the job runs again", worker, task.name, how)
         self._tell(Event(task.name, "waiting"))
+        self._waiting.append(task)  # behind the others: if it does kill its workers, they come first
         return None
 
     def _give_up(self, task: Task, message: str) -> Row:
@@ -357,16 +327,3 @@ class _Pool:
                 f"workers don't start on this computer (the last one: {message}). Finished jobs are kept: "
                 "the same command does the rest"
             )
-
-    def _stop_excess(self, worker: _Worker) -> None:
-        """Kill a worker that is over a limit."""
-        timeout, memory = self._limits.timeout, self._limits.memory
-        if worker.excess or worker.state in (_State.IDLE, _State.ENDING):
-            return
-        if worker.state is not _State.WORKING:
-            if worker.seconds > LONGEST_START:
-                worker.kill()
-        elif timeout is not None and worker.seconds > timeout:
-            worker.stop(f"ran longer than {timeout:g} s and was stopped; allow more (--job-timeout)")
-        elif memory is not None and (taken := worker.memory) > memory:
-            worker.stop(f"took {taken:.0f} MB and was stopped; allow more than {memory:g} MB (--job-memory)")

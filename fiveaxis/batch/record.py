@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import traceback
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -120,14 +120,13 @@ class Row:
 
         Raises
         ------
+        TypeError
+            An unknown or a missing key.
         ValueError
-            An unknown key, a missing key, or an unknown status.
+            An unknown status.
         """
-        known = {f.name for f in fields(cls)}
-        missing = {"name", "file", "status"} - data.keys()
-        if missing or not data.keys() <= known:
-            raise ValueError(f"unknown keys {sorted(data.keys() - known)}, missing keys {sorted(missing)}")
-        return replace(cls(**data), status=Status(data["status"]))
+        row = cls(**data)
+        return replace(row, status=Status(row.status))
 
 
 def _plain(value: Any) -> Any:

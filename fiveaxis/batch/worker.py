@@ -1,4 +1,4 @@
-"""Run one job from its file to its folder, and the process on this computer that does so for a batch."""
+"""Run one job from its file to its folder, and be a process that does so for a batch."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import json
 import os
 import pickle
 import queue
-import signal
 import sys
 import threading
 import time
@@ -66,7 +65,7 @@ def remove_program(folder: Path, name: str) -> None:
 
 
 class Throttle:
-    """Passes on a job's progress, of one stage not too often."""
+    """Passes on a job's progress: each new stage, and steps of a stage not too often."""
 
     def __init__(self, tell: Progress) -> None:
         self._tell = tell
@@ -82,17 +81,14 @@ class Throttle:
 
 
 def main() -> None:
-    """Run the tasks that come on stdin, and write what becomes of them on stdout, until stdin is closed.
+    """Run the tasks from stdin, and write their progress and rows to stdout, until stdin is closed.
 
-    A task is a pickle, a message a line of JSON: a supervisor reads no more than data from its workers.
+    A task is a pickle, a message a line of JSON: what comes from a worker is data and never code.
     """
-    # A terminal sends Ctrl-C to workers too; it is for the command that started them.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     faulthandler.enable()
     send = _take_stdout()
     tasks: queue.SimpleQueue[tuple[Task, Path]] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(sys.stdin.buffer, tasks), daemon=True).start()
-    send(ready=True)
     while True:
         task, folder = tasks.get()
         progress = Throttle(lambda stage, done, total: send(stage=stage, done=done, total=total))
@@ -100,7 +96,7 @@ def main() -> None:
 
 
 def _take_stdout() -> Callable[..., None]:
-    """Keep stdout for messages, and lead what libraries print there to stderr; return what sends one."""
+    """Keep stdout for messages, send what libraries print there to stderr; return what sends a message."""
     stream = os.fdopen(os.dup(1), "w", encoding="ascii")
     os.dup2(2, 1)
 
@@ -112,7 +108,7 @@ def _take_stdout() -> Callable[..., None]:
 
 
 def _receive(stream: BinaryIO, tasks: queue.SimpleQueue[tuple[Task, Path]]) -> None:
-    """Receive tasks; end the process at once when nobody is left who could send one."""
+    """Receive tasks; end the process at once when the command that sends them has ended."""
     try:
         while True:
             tasks.put(pickle.load(stream))

@@ -18,12 +18,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from soaking.killing import Tally, compare, soak
+from soaking.killing import KINDS, Tally, compare, draw_kinds, soak
 from soaking.rings import write_ring_jobs
 
 from fiveaxis.batch import run_batch
 
-KINDS = ("start-up", "taking", "running", "idle", "batch")
 HEAD = ("run", "kills", *KINDS, "starts", "jobs", "twice", "lost", "differ", "orphans", "exit", "s")
 ROW = " ".join(["{:>8}"] * len(HEAD))
 
@@ -48,7 +47,8 @@ def main() -> int:
         print(ROW.format(*HEAD), flush=True)
         for run in range(1, given.runs + 1):
             folder = Path(place, f"run-{run}")
-            tally = soak(files, folder, given.kills, given.seed + run - 1, given.workers)
+            seed = given.seed + run - 1
+            tally = soak(files, folder, draw_kinds(given.kills, seed), seed, given.workers)
             compare(tally, files, folder, undisturbed.folder)
             clean = clean and tally.is_clean and tally.kills.total() == given.kills
             print(ROW.format(*cells(run, tally)), flush=True)

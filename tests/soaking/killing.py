@@ -1,8 +1,9 @@
-"""Kill a batch's workers, and the batch itself, at random moments, and look at what comes of it."""
+"""Kill a batch's workers, and the batch itself, at random moments, and check its results."""
 
 from __future__ import annotations
 
 import json
+import queue
 import random
 import re
 import subprocess
@@ -10,7 +11,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,14 +21,13 @@ import psutil
 from fiveaxis.batch.ledger import LINES, LOCK
 from soaking.rings import contents
 
-# Shares of kills that meet the batch itself, and a worker just as it takes a job; the others meet any worker.
-ON_BATCH, ON_TAKING = 0.08, 0.15
-# Mean s between two kills where jobs, with those at work, are ahead of kills, and otherwise; between looks.
-SOON, LATER, LOOK = 0.2, 1.5, 0.02
-# s in which the workers of a killed batch have to end; s without an end that count as a hang.
-GRACE, HANG = 2.0, 1800.0
-SAID = re.compile(r"worker \d+ \(pid (\d+)\) (takes|has done)|runs on worker \d+ \(pid (\d+)\)")
-STAGES = {"takes": "taking", "has done": "idle"}
+# What a victim does when it is killed, with its share of the kills; "batch" is the command itself.
+KINDS = {"start-up": 0.2, "taking": 0.15, "running": 0.5, "idle": 0.07, "batch": 0.08}
+# Most s from when it is told what a worker does to the kill; s in which the workers of a killed batch have to
+# end; s without any news that count as a hang.
+LATEST, GRACE, HANG = 0.5, 2.0, 600.0
+TOLD = re.compile(r"worker \d+ \(pid (\d+)\) (starts|takes|has done)|runs on worker \d+ \(pid (\d+)\)")
+STAGES = {"starts": "start-up", "takes": "taking", "has done": "idle", "": "running"}
 
 
 @dataclass
@@ -36,7 +36,7 @@ class Tally:
 
     Parameters
     ----------
-    kills : by what the victim did: start-up, taking, running, idle, batch
+    kills : by what the victim did, as in `KINDS`
     starts : of the command
     jobs, duplicated, lost : number of results; of jobs with several; of jobs without
     differing : files whose bytes aren't those of an undisturbed run, or that it doesn't have
@@ -62,7 +62,7 @@ class Tally:
 
 
 class _Command:
-    """The command line that runs the batch, and what its workers do by what it tells."""
+    """The command line that runs the batch, and what it tells of its workers."""
 
     def __init__(self, files: Sequence[Path], folder: Path, workers: int) -> None:
         words = ["batch", *map(str, files), "-o", str(folder), "--workers", str(workers), "-v"]
@@ -73,56 +73,51 @@ class _Command:
             text=True,
         )
         self.stages: dict[int, str] = {}
-        self.taken = threading.Event()
-        self.last_taker = 0
-        self.reader = threading.Thread(target=self._read, daemon=True)
-        self.reader.start()
+        self._news: queue.SimpleQueue[tuple[int, str] | None] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
 
     def _read(self) -> None:
         assert self.process.stderr is not None
-        with self.process.stderr as told:
-            for line in told:
-                for taker, what, runner in SAID.findall(line):
-                    self.stages[int(taker or runner)] = STAGES.get(what, "running")
-                    if what == "takes":
-                        self.last_taker = int(taker)
-                        self.taken.set()
+        with self.process.stderr as lines:
+            for pid, what, runner in (found for line in lines for found in TOLD.findall(line)):
+                victim = int(pid or runner)
+                # A new worker takes its first job when it has started.
+                if what != "takes" or self.stages[victim] != "start-up":
+                    self.stages[victim] = STAGES[what]
+                    self._news.put((victim, STAGES[what]))
+        self._news.put(None)
 
-    def workers(self) -> list[psutil.Process]:
-        with suppress(psutil.NoSuchProcess):
-            return psutil.Process(self.process.pid).children()
-        return []
+    def await_stage(self, stages: Collection[str]) -> int | None:
+        """Wait until a worker is in one of some stages, and return its number; None if the batch ends."""
+        while (news := self._news.get(timeout=HANG)) is not None:
+            if news[1] in stages:
+                return news[0]
+        return None
 
-    def kill_taker(self, seconds: float) -> str | None:
-        """Kill the next worker that takes a job; return what it did."""
-        self.taken.clear()
-        return self._kill(self.last_taker) if self.taken.wait(seconds) else None
-
-    def kill_worker(self, chance: random.Random) -> str | None:
-        """Kill any worker; return what it did."""
-        crew = [one.pid for one in self.workers()]
-        return self._kill(chance.choice(crew)) if crew else None
-
-    def _kill(self, pid: int) -> str | None:
+    def kill_worker(self, pid: int) -> str | None:
+        """Kill a worker that is still there; return what it did."""
         # Of this command, and no other process that has got its number.
-        for worker in self.workers():
-            if worker.pid == pid and worker.status() != psutil.STATUS_ZOMBIE:
-                did = self.stages.get(pid, "start-up")
+        for worker in self._workers():
+            if worker.pid == pid and _lives(worker):
+                did = self.stages[pid]
                 worker.kill()
                 return did
         return None
 
-    def kill_batch(self) -> int:
+    def kill(self) -> int:
         """Kill the command; return how many workers outlive it."""
-        crew = self.workers()
+        workers = self._workers()
         self.process.kill()
         self.process.wait()
-        ends = time.monotonic() + GRACE
-        while alive := [one for one in crew if _lives(one)]:
-            if time.monotonic() > ends:
-                return len(alive)
-            time.sleep(0.05)
-        return 0
+        _, alive = psutil.wait_procs(workers, GRACE)
+        self._reader.join()
+        return sum(map(_lives, alive))
+
+    def _workers(self) -> list[psutil.Process]:
+        with suppress(psutil.NoSuchProcess):
+            return psutil.Process(self.process.pid).children()
+        return []
 
 
 def _lives(process: psutil.Process) -> bool:
@@ -132,46 +127,49 @@ def _lives(process: psutil.Process) -> bool:
         return False
 
 
-def soak(files: Sequence[Path], folder: Path, kills: int, seed: int, workers: int = 2) -> Tally:
-    """Run a batch again and again until it ends of itself, with kills at random moments.
-
-    The jobs end no sooner than the kills: the more of them are done, the sooner comes the next kill.
+def soak(files: Sequence[Path], folder: Path, kinds: Sequence[str], seed: int, workers: int = 2) -> Tally:
+    """Run a batch again and again until it ends of itself, with kills spread over its jobs.
 
     Parameters
     ----------
     files : jobs
     folder : for the results
-    kills : how many
-    seed : of the moments and victims
+    kinds : of the kills, in their order
+    seed : of their moments
     workers : of the batch
     """
-    chance, tally, began = random.Random(seed), Tally(), time.monotonic()
+    chance, tally, began = random.Random(seed), Tally(starts=1), time.monotonic()
     command = _Command(files, folder, workers)
-    tally.starts = 1
-    while tally.kills.total() < kills and time.monotonic() - began < HANG:
-        if command.process.poll() is not None:
-            break  # all jobs are done
-        time.sleep(LOOK)
-        ahead = (count_done(folder) + workers) / len(files) >= tally.kills.total() / kills
-        if chance.random() > LOOK / (SOON if ahead else LATER):
-            continue
-        draw = chance.random()
-        if draw < ON_BATCH:
-            tally.orphans += command.kill_batch()
-            tally.kills["batch"] += 1
-            command = _Command(files, folder, workers)
-            tally.starts += 1
-            continue
-        taking = draw < ON_BATCH + ON_TAKING
-        did = command.kill_taker(LATER) if taking else command.kill_worker(chance)
-        if did is not None:
-            tally.kills[did] += 1
+    for number, kind in enumerate(kinds):
+        while (count_done(folder) + workers) / len(files) < number / len(kinds):
+            if command.await_stage(["idle"]) is None:
+                break
+        did = None
+        while did is None:
+            victim = command.await_stage(list(KINDS) if kind == "batch" else [kind])
+            if victim is None:
+                break  # all jobs are done
+            if kind != "taking":
+                time.sleep(LATEST * chance.random())
+            if kind == "batch":
+                tally.orphans += command.kill()
+                command, did = _Command(files, folder, workers), kind
+                tally.starts += 1
+            else:
+                did = command.kill_worker(victim)
+        if did is None:
+            break
+        tally.kills[did] += 1
     with suppress(subprocess.TimeoutExpired):
-        tally.exit_code = command.process.wait(max(1.0, HANG - (time.monotonic() - began)))
-    command.kill_batch()
-    command.reader.join()
+        tally.exit_code = command.process.wait(HANG)
+    command.kill()
     tally.seconds = time.monotonic() - began
     return tally
+
+
+def draw_kinds(kills: int, seed: int) -> list[str]:
+    """Draw what the victims do when they are killed."""
+    return random.Random(seed).choices(list(KINDS), list(KINDS.values()), k=kills)
 
 
 def count_done(folder: Path) -> int:

@@ -4,11 +4,10 @@ import subprocess
 import sys
 
 import pytest
-from soaking.rings import write_ring_jobs
+from soaking.rings import contents
 
 from fiveaxis.batch import run_batch
 from fiveaxis.batch.cluster import require_scheduler, run_remotely
-from fiveaxis.batch.ledger import TABLE
 from fiveaxis.batch.tasks import Task
 from fiveaxis.errors import SettingError
 
@@ -49,30 +48,31 @@ def certificate(tmp_path):
 
 
 @posix
-@pytest.mark.slow
 def test_jobs_run_on_a_scheduler_with_certificates_which_a_client_without_is_refused(
-    certificate, tmp_path, in_time
+    certificate, jobs, pretended, tmp_path, monkeypatch, in_time
 ):
     dask = pytest.importorskip("dask")
-    job = write_ring_jobs(tmp_path / "jobs", 1)
     with dask.config.set(certificate):
-        security = distributed.Security()
         there = distributed.LocalCluster(
             n_workers=1,
             threads_per_worker=1,
+            processes=False,
             protocol="tls",
-            security=security,
+            host="127.0.0.1",
+            security=distributed.Security(),
             dashboard_address="127.0.0.1:0",
         )
     with there:
         address = there.scheduler_address
         assert address.startswith("tls://")
-        for stranger in (address, address.replace("tls://", "tcp://")):
-            with pytest.raises(SettingError, match="no scheduler answers"):
-                in_time(lambda to=stranger: run_batch(job, tmp_path / "none", scheduler=to))
+        with monkeypatch.context() as patch:
+            patch.setattr("fiveaxis.batch.cluster.ANSWER", 1.0)
+            for stranger in (address, address.replace("tls://", "tcp://")):
+                with pytest.raises(SettingError, match="no scheduler answers"):
+                    in_time(lambda to=stranger: run_batch(jobs, tmp_path / "none", scheduler=to))
         assert not (tmp_path / "none").exists()
         with dask.config.set(certificate):
-            done = in_time(lambda: run_batch(job, tmp_path / "out", scheduler=address), 300)
-        assert len(there.workers) == 1
-    assert [str(row.status) for row in done.rows] == ["fine"]
-    assert (tmp_path / "out" / TABLE).is_file()
+            far = in_time(lambda: run_batch(jobs, tmp_path / "far", scheduler=address), 300)
+    assert sorted(pretended.ran) == [f"path_{name}.csv" for name in "abcd"]
+    assert far.as_dict() == run_batch(jobs, tmp_path / "near", workers=2).as_dict()
+    assert contents(tmp_path / "far") == contents(tmp_path / "near")

@@ -173,7 +173,6 @@ def test_links_in_a_circle_are_refused(tmp_path):
 
 
 def test_two_batches_dont_share_a_folder(tmp_path):
-    pytest.importorskip("fcntl", reason="no such locks on Windows")
     with (
         locked(tmp_path),
         pytest.raises(SettingError, match="another batch is running in this folder"),

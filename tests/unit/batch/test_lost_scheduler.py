@@ -43,6 +43,7 @@ def scheduler() -> Iterator[subprocess.Popen[str]]:
         process.kill()
 
 
+@pytest.mark.slow
 def test_what_is_done_is_kept_and_the_same_command_does_the_rest(
     scheduler, jobs, pretended, tmp_path, capfd, in_time
 ):

@@ -14,19 +14,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from light import LightTask
+from light import light_entry
 
 from fiveaxis.batch import Event, Row, pool
 from fiveaxis.batch.pool import Limits, run_on_pool
+from fiveaxis.batch.tasks import Task
 from fiveaxis.errors import LostWorkers
 
 if sys.platform == "win32":
     pytest.skip("a process can't be killed like that there", allow_module_level=True)
 
-HEAD = "import os, signal, sys, time; from pathlib import Path; from light import send, work\n"
 DIE = "os.kill(os.getpid(), signal.SIGKILL)"
-# Dies when a child of it, which holds its pipes, has left for a session of its own.
-LEAVE = f"os.fork() and (time.sleep(0.3), {DIE}), os.setsid(), time.sleep(20), os._exit(0)"
 
 
 @pytest.fixture
@@ -42,8 +40,8 @@ def run(tmp_path, monkeypatch, in_time) -> Callable[..., dict[str, Row]]:
         limits: Limits | None = None,
         tell: Callable[[Event], Any] = lambda _: None,
     ) -> dict[str, Row]:
-        monkeypatch.setattr(pool, "ENTRY", HEAD + entry)
-        tasks: list[Any] = [LightTask(name) for name in names]
+        monkeypatch.setattr(pool, "ENTRY", light_entry(entry))
+        tasks = [Task(name, tmp_path / f"{name}.toml") for name in names]
         rows = in_time(
             lambda: list(run_on_pool(tasks, tmp_path, workers, limits or Limits(), tell)), seconds=60.0
         )
@@ -63,7 +61,9 @@ def once(what: str, then: str) -> str:
     [
         pytest.param(f"{once('gone', DIE)}; work(lambda _: None)", id="at-its-start"),
         pytest.param(f"{once('gone', 'os._exit(1)')}; work(lambda _: None)", id="by-a-fault-at-its-start"),
-        pytest.param(f"send(ready=True); {once('gone', DIE)}; work(lambda _: None)", id="as-it-takes-a-job"),
+        pytest.param(
+            f"sys.stdin.buffer.peek(); {once('gone', DIE)}; work(lambda _: None)", id="as-it-takes-a-job"
+        ),
         pytest.param(f"work(lambda name: {once('gone', DIE)})", id="at-work"),
         pytest.param(
             f"work(lambda _: {once('gone', f'os.write(1, bytes(123)), {DIE}')})", id="within-a-message"
@@ -73,10 +73,6 @@ def once(what: str, then: str) -> str:
             f"work(lambda _: {once('gone', 'os.write(1, bytes([10])), time.sleep(600)')})", id="babbling"
         ),
         pytest.param(f"work(lambda _: {once('gone', 'os.close(0)')})", id="deaf"),
-        pytest.param(
-            f"work(lambda _: {once('gone', f'os.fork() and {DIE}, time.sleep(600)')})", id="with-a-child"
-        ),
-        pytest.param(f"work(lambda _: {once('gone', LEAVE)})", id="with-a-child-that-left"),
     ],
 )
 def test_a_worker_that_dies_is_replaced_and_its_job_runs_again(run, entry):
@@ -155,23 +151,23 @@ def test_workers_end_with_the_call(run):
         os.kill(pid, 0)
 
 
-def test_nobody_is_blamed_where_workers_are_killed_at_random(run):
-    """Kills at every stage, over as many jobs as they hit twice on average; only `s` deserves it."""
+def test_of_workers_killed_at_random_only_a_job_that_kills_its_own_is_broken(run):
+    """Kills at every stage, over as many jobs as they hit twice on average; the killer is `s`."""
     chance = random.Random(18)
     kills = 0
 
     def kill(event: Event) -> None:
         nonlocal kills
-        if event.state == "running" and event.pid is not None and kills < 40 and chance.random() < 0.6:
+        if event.state == "running" and event.pid is not None and kills < 24 and chance.random() < 0.6:
             time.sleep(0.02 * chance.random())
-            with suppress(ProcessLookupError):  # its last words, when it was killed at the first ones
+            with suppress(ProcessLookupError):  # it was killed at its first message, and this is another
                 os.kill(event.pid, signal.SIGKILL)
                 kills += 1
 
     slow = "(send(stage='half', done=1, total=2), time.sleep(0.02))"
-    names = "abcdefghijklmnopqrtuvwxyz1234s"
+    names = "abcdefghijklmnos"
     rows = run(f"work(lambda name: os.abort() if name == 's' else {slow})", names, tell=kill)
-    assert kills >= 20
+    assert kills >= 12
     assert [name for name, row in rows.items() if str(row.status) != "fine"] == ["s"]
     assert "SIGABRT" in rows["s"].message or "SIGKILL" in rows["s"].message
 

@@ -12,8 +12,8 @@ from fiveaxis.batch import run_batch
 @pytest.mark.skipif(sys.platform == "win32", reason="a process can't be killed like that there")
 @pytest.mark.slow
 def test_workers_and_commands_killed_at_random_moments_change_no_byte_of_the_results(tmp_path):
-    files = write_ring_jobs(tmp_path / "jobs", 3)
-    run_batch(files, tmp_path / "quiet", workers=2)
-    tally = soak(files, tmp_path / "out", kills=5, seed=1)
+    files = write_ring_jobs(tmp_path / "jobs", 2)
+    run_batch(files, tmp_path / "quiet", workers=1)
+    tally = soak(files, tmp_path / "out", kinds=["running", "batch"], seed=1, workers=1)
     assert compare(tally, files, tmp_path / "out", tmp_path / "quiet").is_clean, tally
-    assert tally.kills.total() >= 3, tally
+    assert tally.kills.total() == 2, tally
