@@ -112,9 +112,13 @@ class Cause:
     first: Place
 
     def __str__(self) -> str:
+        return f"{self.severity}: {self.line} [{self.code}]"
+
+    @property
+    def line(self) -> str:
+        """Code, number, the worst fact with its places, and what to do."""
         fact, semicolon, remedy = self.worst.message.partition("; ")
-        fact = f"{fact}{self._places()}{semicolon}{remedy}"
-        return f"{self.severity}: {self.code} ({self.count}): {fact} [{self.code}]"
+        return f"{self.code} ({self.count}): {fact}{self._places()}{semicolon}{remedy}"
 
     def _places(self) -> str:
         place = self.worst.place

@@ -190,8 +190,8 @@ class Solution(ShownAsTable):
                 f"{energy.total:.1f}",
                 f"{energy.time:.1f}",
                 f"{savings[name]:.1%}" if name in savings else "",
-                str(sum(energy.steadiness.starts.values())),
-                str(sum(energy.steadiness.reversals.values())),
+                str(energy.starts),
+                str(energy.reversals),
             )
             for name, energy in {"optimised": self.energy, **self.baselines}.items()
         ]

@@ -18,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.report.words import MINUS, THIN_SPACE
 
 # Okabe & Ito's palette: distinguishable by colour-blind readers and in greyscale print.
 AFTER = "#0072B2"
@@ -33,7 +34,6 @@ LETTER = 0.53  # mean width of a letter as a share of the font size, to place so
 MARGIN = 0.06  # share of a range left free at its ends, so that a line doesn't touch the frame
 # Steps between ticks, times a power of ten, coarsest first.
 STEPS = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)
-MINUS, THIN_SPACE = "\u2212", "\u2009"
 
 # Buckets of a thinned line: twice what a printed column of 180 mm resolves, to zoom into.
 BUCKETS = 800

@@ -28,7 +28,7 @@ from fiveaxis.report.chart import (
     thin_rows,
     widened,
 )
-from fiveaxis.report.tables import number
+from fiveaxis.report.words import number
 
 LOCATION_LABEL = "location along the path (row, from 0)"
 TIME_LABEL = "time (s)"
