@@ -33,6 +33,7 @@ from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import Clock
 from fiveaxis.nc import require_program
+from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import MaskFunction
@@ -232,10 +233,8 @@ def program_options(
     inputs : files that the run read, of `describe_inputs`
     moved : whether the setup isn't the given one
     """
-    header = {"tool": str(solution.toolpath.tool)}
     feeds = np.unique(solution.toolpath.feed[solution.toolpath.cutting])
-    if len(feeds) == 1:
-        header["feed"] = f"{60.0 * feeds[0]:.7g} mm/min along the path"
+    header = tool_comments(solution.toolpath.tool, feeds[0] if len(feeds) == 1 else None)
     powers = describe_powers(solution.machine)
     if powers:
         header["powers"] = powers
