@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +23,7 @@ from fiveaxis.report.chart import (
     WIDTH,
     Panel,
     Range,
-    legend,
+    heading,
     svg,
     text,
     thin_rows,
@@ -143,6 +144,37 @@ def mean_speeds(motion: Motion) -> Array:
     return np.where(timed[:, None], motion.moves / np.where(timed, motion.time, 1.0)[:, None], 0.0)
 
 
+def front_chart(
+    energy: Array,
+    label: str,
+    measures: Mapping[str, Array],
+    names: Sequence[str],
+    picked: int | None = None,
+) -> str:
+    """Draw the solutions of a front, (n,), over what steadiness is measured by, side by side.
+
+    Parameters
+    ----------
+    energy, label : J, and what it is
+    measures : by what they are
+    names : of the solutions, shown beside their marks
+    picked : the solution with a larger mark
+    """
+    share = WIDTH / len(measures)
+    parts = [text("What steadiness costs", LEFT, 12.0, bold=True)]
+    for k, (what, values) in enumerate(measures.items()):
+        x, y = widened(values), widened(energy, margin=0.1)
+        panel = Panel(TOP, 150.0, x, y, share - LEFT - RIGHT, LEFT + k * share)
+        parts += [panel.frame(label, what), panel.line(values, energy, AFTER, 1.0)]
+        for i, name in enumerate(names):
+            across, down = float(panel.across(values[i])), float(panel.down(energy[i]))
+            size = 5.0 if i == picked else 3.0
+            parts.append(f'<circle cx="{across:.2f}" cy="{down:.2f}" r="{size:g}" fill="{AFTER}"/>')
+            parts.append(text(name, across + 6.0, down - 5.0))
+    words = "Line chart: energy over bends, one point for each solution"
+    return svg(TOP + 150.0 + BELOW, parts, words)
+
+
 def _bands(
     solution: Solution,
     baseline: str | None,
@@ -183,11 +215,6 @@ def _highest(axis: Axis, shown: Range) -> tuple[float, ...]:
 def band(index: int, x: Range, y: Range) -> Panel:
     """Make one of several panels below each other, numbered from 0."""
     return Panel(TOP + index * (BAND + GAP), BAND, x, y)
-
-
-def heading(series: dict[str, str], title: str) -> str:
-    """Write a chart's title and legend."""
-    return text(title, LEFT, 12.0, bold=True) + legend(series, WIDTH - RIGHT, 12.0)
 
 
 def along(solution: Solution) -> Range:

@@ -25,10 +25,10 @@ from fiveaxis.report.landscape import (
     Admits,
     feed_mm_min,
     posture_map,
-    surface_at,
 )
 from fiveaxis.report.maps import posture_map_figure, surface_figure
 from fiveaxis.report.sections import answers_section, front_section, program_section, setup_section
+from fiveaxis.report.surfaces import LocationSurface, location_surface
 from fiveaxis.report.tables import scroll
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, what_stays
 
@@ -217,13 +217,11 @@ def _motion(document: ReportDocument) -> str:
 
 def _posture(document: ReportDocument, admits: Admits | None) -> str:
     solution, baseline = document.solution, document.baseline
-    surface = surface_at(solution, len(solution.toolpath) // 2)
+    surface = location_surface(solution)
     return _figure(
         posture_map_figure(solution, posture_map(solution, admits), baseline),
         escape(_map_caption(solution, admits is not None)),
-    ) + _figure(
-        surface_figure(solution, surface, baseline), escape(_surface_caption(solution, surface.location))
-    )
+    ) + _figure(surface_figure(surface, baseline), escape(_surface_caption(solution, surface)))
 
 
 def _map_caption(solution: Solution, knows_collisions: bool) -> str:
@@ -246,11 +244,11 @@ def _map_caption(solution: Solution, knows_collisions: bool) -> str:
     )
 
 
-def _surface_caption(solution: Solution, location: int) -> str:
+def _surface_caption(solution: Solution, surface: LocationSurface) -> str:
     first, second = solution.machine.rotaries
     return (
-        f"Energy of a move from axis zero to location {location}, the middle of the path, for every pair of "
-        f"{first} and {second}. {what_stays(solution.toolpath.tool)} (S_W, feed drives only). A "
+        f"Energy of a move from axis zero to location {surface.location}, the middle of the path, for every "
+        f"pair of {first} and {second}. {what_stays(solution.toolpath.tool)} (S_W, feed drives only). A "
         "move costs the change between two postures, not the height. Collisions aren’t in this map."
     )
 

@@ -8,9 +8,9 @@ from itertools import groupby
 
 import numpy as np
 
-from fiveaxis.report.chart import AFTER, BELOW, LEFT, TOP, Panel, svg, text, widened
 from fiveaxis.report.document import ReportDocument
 from fiveaxis.report.facts import FrontPrograms, ProgramFigures, SetupSearched, TriedSetup
+from fiveaxis.report.figures import front_chart
 from fiveaxis.report.questions import Answer
 from fiveaxis.report.tables import NOTHING, kinds_table, saved_table, scroll, table
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, saving
@@ -196,14 +196,5 @@ def front_section(front: FrontPrograms | None) -> str:
 def _front_chart(front: FrontPrograms) -> str:
     bend = np.array([each.point.bend for each in front.points])
     energy = np.array([each.energy for each in front.points])
-    panel = Panel(TOP, 150.0, widened(bend), widened(energy, margin=0.1))
-    parts = [
-        text("What steadiness costs", LEFT, 12.0, bold=True),
-        panel.frame("energy (J)", "bends Σ‖Δρ‖² (rad²)"),
-        panel.line(bend, energy, AFTER, 1.0),
-    ]
-    for each, x, y in zip(front.points, panel.across(bend), panel.down(energy), strict=True):
-        size = 5.0 if each.number == front.picked else 3.0
-        parts.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{size:g}" fill="{AFTER}"/>')
-        parts.append(text(str(each.number), x + 6.0, y - 5.0))
-    return svg(panel.bottom + BELOW, parts, "Line chart: energy over bends, one point for each solution")
+    names = [str(each.number) for each in front.points]
+    return front_chart(energy, "energy (J)", {"bends Σ‖Δρ‖² (rad²)": bend}, names, front.picked - 1)

@@ -151,7 +151,7 @@ def program(solution: Solution) -> ProgramFigures:
 # What a page shows of the solution alone, whatever its document says: nearly all the work of a page.
 DRAWN = (
     *("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
-    *("posture_map", "posture_map_figure", "surface_at", "surface_figure"),
+    *("posture_map", "posture_map_figure", "location_surface", "surface_figure"),
 )
 
 
