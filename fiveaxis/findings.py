@@ -80,6 +80,11 @@ class Finding:
         where = str(self.place)
         return f"{where}: {self.message} [{self.code}]" if where else f"{self.message} [{self.code}]"
 
+    @property
+    def remedy(self) -> str:
+        """What to do: what stands last in the message."""
+        return self.message.rpartition("; ")[2]
+
     def as_dict(self) -> dict[str, Any]:
         """Return the finding as plain data for JSON; a value that isn't finite is None."""
         finite = self.value is not None and math.isfinite(self.value)

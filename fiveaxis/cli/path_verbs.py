@@ -316,9 +316,8 @@ def _print_front(front: FrontPrograms) -> None:
 def _print_energies(solution: Solution) -> None:
     """Print whole programs side by side: energy by axis and by kind of move, time, and travel metric."""
     from fiveaxis.energy import DRAWN
-    from fiveaxis.job import RESULT
 
-    energies, savings = {RESULT: solution.energy, **solution.baselines}, solution.savings()
+    energies, savings = solution.energies, solution.savings()
     ranges = solution.savings_ranges()
     kinds = [k for k in KINDS if any(k in energy.by_kind for energy in energies.values())]
     kinds = [] if kinds == ["cut"] else kinds
@@ -358,13 +357,11 @@ def _print_energies(solution: Solution) -> None:
 
 def _print_times(solution: Solution) -> None:
     """Print how long the control takes for the programs' blocks, where accelerations are known."""
-    from fiveaxis.job import RESULT
-
     if solution.energy.timing == "programmed":
         return
     table = Table("program", "s", "saved", "at the feed s", box=None)
     savings = solution.time_savings()
-    for name, energy in {RESULT: solution.energy, **solution.baselines}.items():
+    for name, energy in solution.energies.items():
         saved = f"{100.0 * savings[name]:.2f} %" if name in savings else ""
         table.add_row(name, f"{energy.time:.2f}", saved, f"{energy.feed_time:.2f}")
     out.print(f"time of the same blocks, {solution.clock.basis}", markup=False)

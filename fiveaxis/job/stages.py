@@ -49,8 +49,6 @@ from fiveaxis.verification import DEFAULT_TOLERANCES, Report
 # Settings of a job that the optimiser takes under the same name, besides constraints.
 SOLVING = tuple(each.name for each in fields(Options) if each.name in Job.model_fields)
 
-# Name of the optimised result beside the baselines'.
-RESULT = "optimised"
 # Code of the planner's finding on contacts that no pass reaches.
 LEFT_OUT = "contacts-left-out"
 

@@ -16,12 +16,12 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fiveaxis.energy import Budget, Energy
+from fiveaxis.energy import Budget
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Cause, Finding, count_codes, group_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import peak_rates
-from fiveaxis.posture import Solution
+from fiveaxis.posture import RESULT, Solution
 from fiveaxis.report.facts import FrontPrograms, InputFile, Overriding, ProgramFigures, SetupSearched
 from fiveaxis.report.questions import Answers, answers
 from fiveaxis.report.words import describe_tool
@@ -30,8 +30,6 @@ from fiveaxis.verification import Report
 # Attribute of `Energy` by which two programs are compared.
 Measure = Literal["total", "travel", "with_base", "time"]
 MEASURES: tuple[Measure, ...] = ("total", "travel", "with_base", "time")
-# Name of the result beside those of the baselines.
-RESULT = "optimised"
 
 UNITS = {
     "energy": "J",
@@ -120,11 +118,6 @@ class ReportDocument:
         """Number of moves between given locations that follow a curve."""
         path = self.solution.toolpath
         return len(np.unique(path.numbered[path.curved]))
-
-    @property
-    def energies(self) -> dict[str, Energy]:
-        """Energy of the result and of every baseline, by name."""
-        return {RESULT: self.solution.energy, **self.solution.baselines}
 
     @property
     def accelerations_unknown(self) -> list[str]:

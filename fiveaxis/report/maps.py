@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.posture import Solution
+from fiveaxis.posture import RESULT, Solution
 from fiveaxis.report.chart import (
     AFTER,
     BEFORE,
@@ -28,7 +28,7 @@ from fiveaxis.report.chart import (
     thin_rows,
     widened,
 )
-from fiveaxis.report.figures import LOCATION_LABEL, motion_of, series_of
+from fiveaxis.report.figures import LOCATION_LABEL, series_of
 from fiveaxis.report.heat import LIGHT, SCALE, TALL, WIDE, HeatMap
 from fiveaxis.report.landscape import PostureMap, modulo_turn
 
@@ -75,13 +75,13 @@ def posture_map_figure(solution: Solution, landscape: PostureMap, baseline: str 
         heat.panel.frame(f"{letter} (deg)", LOCATION_LABEL, y_ticks=_angle_ticks(heat.panel.y), grid=False),
     ]
     for name, angles in curves.items():
-        colour, width = (LIGHT, 1.4) if name == "optimised" else (BEFORE, 3.4)
+        colour, width = (LIGHT, 1.4) if name == RESULT else (BEFORE, 3.4)
         broken = break_jumps(angles, 180.0)
         # Jumps stay: a line from before to after one would cross the map.
         rows = np.union1d(thin_rows(broken), np.flatnonzero(np.isnan(broken)))
         x, y = rows.astype(float), broken[rows]
         parts += [heat.panel.line(x, y, RIM, width + 1.6), heat.panel.line(x, y, colour, width)]
-    colours = {name: INK if name == "optimised" else BEFORE for name in curves}
+    colours = {name: INK if name == RESULT else BEFORE for name in curves}
     label = f"Map: energy over location and {letter}, with the chosen {letter} as a line"
     return svg(heat.panel.bottom + BELOW, [*parts, legend(colours, LEFT + WIDE, 12.0)], label)
 
@@ -91,7 +91,7 @@ def surface_figure(surface: LocationSurface, baseline: str | None) -> str:
     first, second = surface.power.letters
     # A baseline with locations of its own has no posture here.
     colours = {} if baseline is None or baseline not in surface.postures else {baseline: BEFORE}
-    colours["optimised"] = AFTER
+    colours[RESULT] = AFTER
     marked = {name: np.degrees(surface.postures[name][0]) for name in colours}
     across, up = np.degrees(surface.power.first), np.degrees(surface.power.second)
     heat = HeatMap(across, up, surface.power.total, np.array(list(marked.values())))
@@ -105,7 +105,7 @@ def surface_figure(surface: LocationSurface, baseline: str | None) -> str:
     for name, posture in marked.items():
         at, down = float(panel.across(posture[0])), float(panel.down(posture[1]))
         parts.append(
-            f'<circle cx="{at:.2f}" cy="{down:.2f}" r="{4.5 if name == "optimised" else 6.5}" '
+            f'<circle cx="{at:.2f}" cy="{down:.2f}" r="{4.5 if name == RESULT else 6.5}" '
             f'fill="{colours[name]}" stroke="#ffffff" stroke-width="1.2"/>'
         )
     label = f"Map: energy over {first} and {second} at location {surface.location}, chosen posture marked"
@@ -246,4 +246,4 @@ def _both_ticks(panel: Panel) -> dict[str, Any]:
 def _modulo(solution: Solution, name: str) -> Array:
     """Compute the first rotary angle of a motion in the shown range, (n,) rad."""
     machine, letter = solution.machine, solution.machine.rotaries[0]
-    return modulo_turn(motion_of(solution, name).positions[:, machine.column(letter)], machine.axis(letter))
+    return modulo_turn(solution.timed(name).positions[:, machine.column(letter)], machine.axis(letter))

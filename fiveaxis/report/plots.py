@@ -20,6 +20,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.files import columns_text, require_suffix, write_atomically
 from fiveaxis.geometry import Array
 from fiveaxis.notebook import HasColumns
+from fiveaxis.posture import RESULT
 from fiveaxis.report.chart import (
     AFTER,
     BEFORE,
@@ -269,7 +270,7 @@ def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> str:
     labels = [bar.status if bar.energy is None else f"{number(bar.energy)} J" for bar in shown]
     names, x_label = [bar.name for bar in shown], "energy of the feed drives, no base load (J)"
     parts, height = _rows(TOP, names, values, labels, x_label)
-    colours = {"optimised": AFTER} | ({baseline: BEFORE} if baseline else {})
+    colours = {RESULT: AFTER} | ({baseline: BEFORE} if baseline else {})
     return _file(svg(height, [heading(colours, f"{title}{cut}"), *parts], title))
 
 

@@ -19,7 +19,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, every_pair, normalise
 from fiveaxis.kinematics import lean_range, linear_positions, require_orienting, rotary_angles, tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.posture import Solution
+from fiveaxis.posture import RESULT, Solution
 from fiveaxis.report.landscape import (
     Admits,
     feed_mm_min,
@@ -34,7 +34,7 @@ from fiveaxis.report.maps import draw_location, draw_valley
 from fiveaxis.report.plots import Drawn
 from fiveaxis.toolpath import require_range
 
-CHOSEN, CHEAPEST = "optimised", "cheapest"
+CHEAPEST = "cheapest"
 # deg: usual, finest and coarsest step of a grid.
 SURFACE_STEP = 1.5
 STEPS = (0.1, 90.0)
@@ -283,7 +283,7 @@ def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
 def _programs(solution: Solution) -> dict[str, Array]:
     """Return the positions, (n, k), of the result and of the baselines at the same locations."""
     same = {name: b.motion.positions for name, b in solution.compared.items() if b.toolpath is None}
-    return {CHOSEN: solution.motion.positions, **same}
+    return {RESULT: solution.motion.positions, **same}
 
 
 def _without_turns(machine: Machine, rotary: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -12,8 +12,8 @@ import numpy as np
 from fiveaxis.energy import Budget, Energy
 from fiveaxis.findings import Cause
 from fiveaxis.machine import Provenance
-from fiveaxis.posture import Stage
-from fiveaxis.report.document import RESULT, Measure, ReportDocument
+from fiveaxis.posture import RESULT, Stage
+from fiveaxis.report.document import Measure, ReportDocument
 from fiveaxis.report.facts import InputFile
 from fiveaxis.report.words import MINUS, THIN_SPACE, number, saving, speed_change
 
@@ -111,49 +111,34 @@ def saved_table(document: ReportDocument, measure: Measure) -> str:
 
 def baseline_table(document: ReportDocument) -> str:
     """Compare the result with every baseline by every measure."""
-    heads = (
-        "posture",
-        "#feed drives (J)",
-        "#saved",
-        "#if power falls with speed (J)",
-        "#travel metric (J)",
-        "#saved, travel metric",
-        "#feed drives and base power (J)",
-        "#saved, with base power",
-        "#time (s)",
-        "#saved, time",
-        "#time at the feed (s)",
-        "#starts",
-        "#reversals",
-    )
 
-    def row(name: str, energy: Energy) -> list[str]:
-        def share(measure: Measure) -> str:
-            return NOTHING if name == RESULT else saving(document.saved(name, measure))
+    def share(name: str, measure: Measure) -> str:
+        return NOTHING if name == RESULT else saving(document.saved(name, measure))
 
-        return [
-            name,
-            number(energy.total),
-            share("total"),
-            number(energy.least),
-            number(energy.travel),
-            share("travel"),
-            number(energy.with_base),
-            share("with_base"),
-            number(energy.time, 1),
-            share("time"),
-            number(energy.feed_time, 1),
-            number(energy.starts),
-            number(energy.reversals),
-        ]
-
-    rows = [row(name, energy) for name, energy in document.energies.items()]
-    return table(heads, rows, "Every measure of whole programs")
+    columns: dict[str, Callable[[str, Energy], str]] = {
+        "#feed drives (J)": lambda _, energy: number(energy.total),
+        "#saved": lambda name, _: share(name, "total"),
+        "#if power falls with speed (J)": lambda _, energy: number(energy.least),
+        "#travel metric (J)": lambda _, energy: number(energy.travel),
+        "#saved, travel metric": lambda name, _: share(name, "travel"),
+        "#feed drives and base power (J)": lambda _, energy: number(energy.with_base),
+        "#saved, with base power": lambda name, _: share(name, "with_base"),
+        "#time (s)": lambda _, energy: number(energy.time, 1),
+        "#saved, time": lambda name, _: share(name, "time"),
+        "#time at the feed (s)": lambda _, energy: number(energy.feed_time, 1),
+        "#starts": lambda _, energy: number(energy.starts),
+        "#reversals": lambda _, energy: number(energy.reversals),
+    }
+    rows = [
+        [name, *(column(name, energy) for column in columns.values())]
+        for name, energy in document.solution.energies.items()
+    ]
+    return table(("posture", *columns), rows, "Every measure of whole programs")
 
 
 def kinds_table(document: ReportDocument) -> str:
     """List cuts, links and rapid moves of all programs separately; empty if there are cuts only."""
-    spent = {name: energy.by_kind for name, energy in document.energies.items()}
+    spent = {name: energy.by_kind for name, energy in document.solution.energies.items()}
     kinds = [kind for kind in KINDS if any(kind in shares for shares in spent.values())]
     if kinds == ["cut"]:
         return ""
