@@ -80,6 +80,11 @@ class Finding:
         where = str(self.place)
         return f"{where}: {self.message} [{self.code}]" if where else f"{self.message} [{self.code}]"
 
+    @property
+    def remedy(self) -> str:
+        """What to do: what stands last in the message."""
+        return self.message.rpartition("; ")[2]
+
     def as_dict(self) -> dict[str, Any]:
         """Return the finding as plain data for JSON; a value that isn't finite is None."""
         finite = self.value is not None and math.isfinite(self.value)
@@ -112,9 +117,13 @@ class Cause:
     first: Place
 
     def __str__(self) -> str:
+        return f"{self.severity}: {self.line} [{self.code}]"
+
+    @property
+    def line(self) -> str:
+        """Code, number, the worst fact with its places, and what to do."""
         fact, semicolon, remedy = self.worst.message.partition("; ")
-        fact = f"{fact}{self._places()}{semicolon}{remedy}"
-        return f"{self.severity}: {self.code} ({self.count}): {fact} [{self.code}]"
+        return f"{self.code} ({self.count}): {fact}{self._places()}{semicolon}{remedy}"
 
     def _places(self) -> str:
         place = self.worst.place

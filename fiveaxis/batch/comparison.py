@@ -14,7 +14,7 @@ from fiveaxis.batch.page import Cell, Column, render_comparison
 from fiveaxis.batch.record import Row
 from fiveaxis.files import csv_text, write_atomically
 from fiveaxis.report.plots import Bar, comparison_figure
-from fiveaxis.report.tables import number
+from fiveaxis.report.words import number
 
 TABLE = "comparison.csv"
 FIGURE = "comparison.svg"

@@ -17,7 +17,7 @@ import numpy as np
 from fiveaxis.batch.record import Row, Status
 from fiveaxis.report.chart import BELOW, TOP, Panel, svg, widened
 from fiveaxis.report.page import page_of
-from fiveaxis.report.tables import number
+from fiveaxis.report.words import number
 
 PAGES = {"report": "report.html", "preview": "preview.html"}
 # Points: height of the plotting area, radius of a job's mark.

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis.errors import FiveAxisError, Infeasible, Unverified, shorten
-from fiveaxis.findings import Severity, count_codes, group_findings
-from fiveaxis.report.questions import best_baseline
+from fiveaxis.findings import Cause, Severity, count_codes, group_findings
 
 if TYPE_CHECKING:
     from fiveaxis.job import Outcome
@@ -148,28 +147,27 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
     outcome : of the job
     files : that were written
     """
-    document = outcome.document
-    energy, verdict = document["energy"], document["verification"]
-    baseline, _ = best_baseline(document) or ("", "")
-    compared = document["baselines"].get(baseline, {})
+    report = outcome.report
+    energy, baseline = report.solution.energy, report.baseline or ""
+    compared = report.solution.baselines.get(baseline)
     return replace(
         blank,
         status=Status.FINE if outcome.gate.is_open else Status.ERRORS,
         message="" if outcome.gate.is_open else "verification found errors: no NC program was written",
-        locations=document["locations"],
-        energy=energy["total"],
-        travel=energy["travel"],
-        base=energy["base"],
-        time=energy["time"],
-        starts=energy["starts"],
-        reversals=energy["reversals"],
+        locations=report.locations,
+        energy=energy.total,
+        travel=energy.travel,
+        base=energy.base,
+        time=energy.time,
+        starts=energy.starts,
+        reversals=energy.reversals,
         baseline=baseline,
-        baseline_energy=compared.get("total"),
-        baseline_starts=compared.get("starts"),
-        baseline_reversals=compared.get("reversals"),
-        saved=document["savings"].get(baseline, {}).get("total"),
-        **_count_severities(document["summary"]),
-        counts=dict(verdict["counts"]),
+        baseline_energy=None if compared is None else compared.total,
+        baseline_starts=None if compared is None else compared.starts,
+        baseline_reversals=None if compared is None else compared.reversals,
+        saved=None if compared is None else report.saved(baseline, "total"),
+        **_count_severities(report.summary),
+        counts=dict(report.verdict.counts),
         files=sorted(path.name for path in files),
     )
 
@@ -191,22 +189,22 @@ def row_of_fault(blank: Row, fault: Exception) -> Row:
         blank,
         status=Status.NO_POSTURE if isinstance(fault, Infeasible) else Status.ERRORS,
         message=bounded(str(fault)),
-        **_count_severities([cause.as_dict() for cause in group_findings(fault.findings)]),
+        **_count_severities(group_findings(fault.findings)),
         counts=count_codes(fault.findings),
         findings=[found.as_dict() for found in fault.findings[:LISTED]],
     )
 
 
-def _count_severities(summary: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _count_severities(summary: Sequence[Cause]) -> dict[str, Any]:
     """Count findings by severity, including those that aren't listed."""
 
     def count(severity: Severity) -> int:
-        return sum(int(cause["count"]) for cause in summary if cause["severity"] == severity)
+        return sum(cause.count for cause in summary if cause.severity is severity)
 
     return {
         "errors": count(Severity.ERROR),
         "warnings": count(Severity.WARNING),
-        "summary": [dict(cause) for cause in summary],
+        "summary": [cause.as_dict() for cause in summary],
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from fiveaxis.job import Job, Outcome
     from fiveaxis.posture import Solution
     from fiveaxis.report import Answers
+    from fiveaxis.report.facts import FrontPrograms, SetupSearched
     from fiveaxis.toolpath import Toolpath
 
 
@@ -119,7 +121,6 @@ def optimise(
     with errors_explained(as_json) as written:
         with job_work(hidden=as_json) as work:
             from fiveaxis.job import require_folder, run_job, write_outcome
-            from fiveaxis.report import answers
 
             if output is not None:
                 require_folder(output)
@@ -135,7 +136,7 @@ def optimise(
         print_causes(group_findings(outcome.program.findings), err)
         print_release(outcome.gate)
         if not as_json:
-            _print_answers(answers(outcome.document))
+            _print_answers(outcome.report.answers)
         if outcome.gate.kept:
             raise typer.Exit(1)
 
@@ -255,25 +256,25 @@ def _print_outcome(outcome: Outcome) -> None:
     if outcome.part_size is not None:
         out.print(f"part {size_text(outcome.part_size)}", highlight=False)
     _print_energies(solution)
-    fill = program.fill
-    if fill is not None:
-        given = fill.given.count_given
-        held = f"; none removed because of {', '.join(program.held_back)}" if program.held_back else ""
+    made = outcome.report.program
+    if made is not None:
+        kept = made.redundant_kept_for
+        held = f"; none removed because of {', '.join(kept)}" if kept else ""
         out.print(
-            f"program: {len(fill.blocks)} blocks for {given} locations: {len(fill.path) - given} inserted so "
+            f"program: {made.blocks} blocks for {made.blocks_before} locations: {made.inserted} inserted so "
             "that the tool stays on its path and axes at rest stay at rest, and "
-            f"{fill.removed} redundant ones removed{held}",
+            f"{made.removed} redundant ones removed{held}",
             soft_wrap=True,
         )
     time = program.run_time
     why = "as programmed" if time.missing else "with the machine's accelerations"
     why += f"; {time.assumed}" if time.assumed else ""
     out.print(f"program time: {time.total:.1f} s, {why}", soft_wrap=True, markup=False)
-    if "setup_search" in outcome.document:
-        _print_setup(outcome.document["setup_search"])
+    if outcome.setup_search is not None:
+        _print_setup(outcome.setup_search)
     _print_budget(outcome.budget)
-    if outcome.front is not None:
-        _print_front(outcome.document["front"])
+    if outcome.front_programs is not None:
+        _print_front(outcome.front_programs)
     for name, baseline in solution.compared.items():
         if baseline.note:
             out.print(f"baseline {name}: {escape(baseline.note)}", soft_wrap=True)
@@ -294,19 +295,19 @@ def _print_answers(found: Answers) -> None:
             out.print(indent(fill(f"{about}: {texts}", out.width - 2), "  "), markup=False, highlight=False)
 
 
-def _print_front(front: Mapping[str, Any]) -> None:
+def _print_front(front: FrontPrograms) -> None:
     """Print the solutions from the cheapest path to the steadiest one."""
     heads = ("number", "J", "bends rad²", "deg/mm", "program s", "program", "")
     table = Table(*heads, box=None)
-    for point in front["points"]:
+    for each in front.points:
         table.add_row(
-            str(point["number"]),
-            f"{point['energy_J']:.1f}",
-            f"{point['bend_rad2']:.4f}",
-            f"{point['steepest_deg_mm']:.2f}",
-            f"{point['program_time_s']:.1f}",
-            "released" if point["released"] else "kept back",
-            "the result" if point["number"] == front["picked"] else "",
+            str(each.number),
+            f"{each.energy:.1f}",
+            f"{each.point.bend:.4f}",
+            f"{math.degrees(each.point.steepest):.2f}",
+            f"{each.time:.1f}",
+            "released" if each.released else "kept back",
+            "the result" if each.number == front.picked else "",
         )
     out.print("solutions of the front (--pick delivers another one)")
     out.print(table)
@@ -315,9 +316,8 @@ def _print_front(front: Mapping[str, Any]) -> None:
 def _print_energies(solution: Solution) -> None:
     """Print whole programs side by side: energy by axis and by kind of move, time, and travel metric."""
     from fiveaxis.energy import DRAWN
-    from fiveaxis.job import RESULT
 
-    energies, savings = {RESULT: solution.energy, **solution.baselines}, solution.savings()
+    energies, savings = solution.energies, solution.savings()
     ranges = solution.savings_ranges()
     kinds = [k for k in KINDS if any(k in energy.by_kind for energy in energies.values())]
     kinds = [] if kinds == ["cut"] else kinds
@@ -357,30 +357,28 @@ def _print_energies(solution: Solution) -> None:
 
 def _print_times(solution: Solution) -> None:
     """Print how long the control takes for the programs' blocks, where accelerations are known."""
-    from fiveaxis.job import RESULT
-
     if solution.energy.timing == "programmed":
         return
     table = Table("program", "s", "saved", "at the feed s", box=None)
     savings = solution.time_savings()
-    for name, energy in {RESULT: solution.energy, **solution.baselines}.items():
+    for name, energy in solution.energies.items():
         saved = f"{100.0 * savings[name]:.2f} %" if name in savings else ""
         table.add_row(name, f"{energy.time:.2f}", saved, f"{energy.feed_time:.2f}")
     out.print(f"time of the same blocks, {solution.clock.basis}", markup=False)
     out.print(table)
 
 
-def _print_setup(found: Mapping[str, Any]) -> None:
+def _print_setup(found: SetupSearched) -> None:
     """Print the chosen setup."""
-    chosen, given = found["chosen"], found["given"]
-    values = f"offset {chosen['offset']} mm, rotation {chosen['rotation_deg']} deg"
+    chosen, given = found.chosen, found.given
+    values = f"offset {list(chosen.offset)} mm, rotation {list(chosen.rotation_deg)} deg"
     if chosen == given:
-        least = f"{100.0 * found['least_saving']:.2f} %"
+        least = f"{100.0 * found.least_saving:.2f} %"
         return out.print(
             f"setup: {values}, as given; no other one was found that saves more than {least}", markup=False
         )
-    saved = "can't be followed" if found["saved"] is None else f"costs {given['energy']:.0f} J"
-    share = "" if found["saved"] is None else f", {100.0 * found['saved']:.1f} % saved"
+    saved = "can't be followed" if found.saved is None else f"costs {given.energy:.0f} J"
+    share = "" if found.saved is None else f", {100.0 * found.saved:.1f} % saved"
     out.print(f"set the part up at {values}: the given setup {saved}{share}", markup=False, soft_wrap=True)
 
 

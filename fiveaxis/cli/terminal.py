@@ -94,10 +94,9 @@ def print_release(gate: Gate) -> None:
     if gate.kept:
         worst = next(cause for cause in gate.report.summary() if cause.code in gate.kept)
         codes = ", ".join(f"{code} ({count})" for code, count in gate.kept.items())
-        remedy = worst.worst.message.rpartition("; ")[2]
         alarm.print(
             f"[bold red]verification found errors[/]: no NC program was written, because of {codes}: "
-            f"{escape(remedy)}; or accept each code by name (--override)"
+            f"{escape(worst.worst.remedy)}; or accept each code by name (--override)"
         )
 
 

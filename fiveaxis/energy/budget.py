@@ -100,6 +100,11 @@ class Budget:
         return sum(s.energy for s in self.shares if s.energy is not None)
 
     @property
+    def kwh(self) -> float:
+        """The total in kWh."""
+        return self.total / JOULES_PER_KWH
+
+    @property
     def complete(self) -> bool:
         """Whether every consumer is known."""
         return all(s.energy is not None for s in self.shares)
@@ -107,20 +112,19 @@ class Budget:
     @property
     def cost(self) -> float | None:
         """Price of the total; None without a price per kWh."""
-        return None if self.factors.price is None else self.total / JOULES_PER_KWH * self.factors.price
+        return None if self.factors.price is None else self.kwh * self.factors.price
 
     @property
     def co2(self) -> float | None:
         """Emission of the total, kg; None without an emission per kWh."""
-        return None if self.factors.co2 is None else self.total / JOULES_PER_KWH * self.factors.co2
+        return None if self.factors.co2 is None else self.kwh * self.factors.co2
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table as plain data for JSON."""
         shares = [
             {"name": s.name, "energy": s.energy, "basis": s.basis, "said": s.source} for s in self.shares
         ]
-        kwh = self.total / JOULES_PER_KWH
-        totals = {"total": self.total, "complete": self.complete, "kWh": kwh, "time": self.time}
+        totals = {"total": self.total, "complete": self.complete, "kWh": self.kwh, "time": self.time}
         money = {"cost": self.cost, "currency": self.factors.currency, "co2_kg": self.co2}
         return {"shares": shares} | totals | money
 

@@ -205,7 +205,7 @@ def _with_rests(rows: AxisLog, still: float) -> AxisLog:
 
 
 def _require_watts(rows: AxisLog, columns: LogColumns) -> None:
-    """Raise if the load is in % of nobody knows what, and say what it shows."""
+    """Raise if the load is in % and nothing says of how many watts; tell what it shows."""
     if not columns.is_load or columns.nominal is not None:
         return
     rest = rows.speed == 0.0

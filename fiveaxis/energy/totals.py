@@ -79,7 +79,7 @@ class Energy(ShownAsTable):
             (c, f"{joules:.1f}", f"{self.travel_by_axis[c]:.1f}", str(starts[c]), str(reversals[c]))
             for c, joules in self.by_axis.items()
         ]
-        events = str(sum(starts.values())), str(sum(reversals.values()))
+        events = str(self.starts), str(self.reversals)
         rows.append(("feed drives", f"{self.total:.1f}", f"{self.travel:.1f}", *events))
         rows.append(("base power", "unknown" if self.base is None else f"{self.base:.1f}", "", "", ""))
         return ("drive", "energy, J", "travel metric, J", "starts", "reversals"), rows
@@ -98,6 +98,16 @@ class Energy(ShownAsTable):
     def travel(self) -> float:
         """Travel metric of all axes, J."""
         return sum(self.travel_by_axis.values())
+
+    @property
+    def starts(self) -> int:
+        """Number of starts of all axes."""
+        return sum(self.steadiness.starts.values())
+
+    @property
+    def reversals(self) -> int:
+        """Number of reversals of all axes."""
+        return sum(self.steadiness.reversals.values())
 
     @property
     def travel_error(self) -> float | None:

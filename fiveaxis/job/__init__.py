@@ -32,12 +32,11 @@ from fiveaxis.job.release import Gate
 from fiveaxis.job.results import require_folder, write_outcome
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
-from fiveaxis.job.stages import LEFT_OUT, RESULT, Outcome
+from fiveaxis.job.stages import LEFT_OUT, Outcome
 from fiveaxis.job.verifying import check_program, verify_program
 
 __all__ = [
     "LEFT_OUT",
-    "RESULT",
     "SWEEP",
     "Against",
     "Gate",

@@ -22,7 +22,7 @@ from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
 from fiveaxis.progress import Progress, unheard
-from fiveaxis.report import describe_input
+from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
@@ -242,7 +242,7 @@ def part_unit(job: Job) -> Unit:
     return job.part_unit or (job.unit if is_mesh(job.input) else None) or "mm"
 
 
-def describe_inputs(job: Job) -> list[dict[str, Any]]:
+def describe_inputs(job: Job) -> list[InputFile]:
     """Describe all files of a job by name, hash and size, each once, with its uses.
 
     Raises
@@ -253,7 +253,7 @@ def describe_inputs(job: Job) -> list[dict[str, Any]]:
     uses: dict[Path, list[str]] = {}
     for use, path in input_files(job):
         uses.setdefault(path, []).append(use)
-    return [describe_input(path) | {"used_as": ", ".join(names)} for path, names in uses.items()]
+    return [{**describe_input(path), "used_as": ", ".join(names)} for path, names in uses.items()]
 
 
 def input_files(job: Job) -> Iterator[tuple[str, Path]]:

@@ -53,7 +53,7 @@ class PlannedProgram:
         )
 
     def without_redundant(self, constraints: Constraints, wording: Wording) -> PlannedProgram:
-        """Remove the blocks whose positions the control passes anyway."""
+        """Remove the blocks without which the motion stays within its tolerances."""
         fill = Filling.of(constraints, wording.interpolation).thin(self.fill)
         return replace(self, fill=fill, motion=_around(fill, self.leads, wording, self.retract))
 

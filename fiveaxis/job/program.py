@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -37,6 +36,7 @@ from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
 from fiveaxis.nc.writing.framing import AskedTechnology, Frame
 from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.report.facts import ProgramFigures
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import (
     DEFAULT_TOLERANCES,
@@ -104,38 +104,26 @@ class MadeProgram:
         row = self.motion.first + block
         return self.text.rows.index(row) + 1 if row in self.text.rows else None
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the figures as plain data for JSON."""
-        blocks = self.motion.blocks
-        figures: dict[str, Any] = {
-            "control": self.text.control,
-            "coordinates": self.text.coordinates,
-            "language": self.text.language,
-            "preparation": self.text.preparation.as_dict(),
-            "blocks": len(blocks),
-            "lines": len(self.text.lines),
-        }
-        if self.fill is not None:
-            planes = self.fill.planes
-            figures |= {
-                "blocks_before": self.fill.given.count_given,
-                "inserted": len(self.fill.path) - self.fill.given.count_given,
-                "removed": self.fill.removed,
-                "axis_held_in_plane": int(planes.kept.sum()),
-                "axis_left_plane": int(planes.left.sum()),
-            }
-        return figures | {
-            "redundant_kept_for": list(self.held_back),
-            "interpolation": str(self.motion.interpolation),
-            "run_time": {
-                "seconds": self.run_time.total,
-                "basis": self.run_time.basis,
-                "missing": self.run_time.missing,
-                "assumed": self.run_time.assumed,
-            },
-            "path_tolerance_mm": PATH_TOLERANCE,
-            "axis_tolerance_deg": round(math.degrees(AXIS_TOLERANCE), 9),
-        }
+    def figures(self, fill: Fill) -> ProgramFigures:
+        """Return the figures of the program of a path for its report."""
+        return ProgramFigures(
+            control=self.text.control,
+            coordinates=self.text.coordinates,
+            language=self.text.language,
+            preparation=self.text.preparation,
+            blocks=len(self.motion.blocks),
+            lines=len(self.text.lines),
+            blocks_before=fill.given.count_given,
+            inserted=len(fill.path) - fill.given.count_given,
+            removed=fill.removed,
+            axis_held_in_plane=int(fill.planes.kept.sum()),
+            axis_left_plane=int(fill.planes.left.sum()),
+            redundant_kept_for=self.held_back,
+            interpolation=str(self.motion.interpolation),
+            run_time=self.run_time,
+            path_tolerance_mm=PATH_TOLERANCE,
+            axis_tolerance_deg=round(math.degrees(AXIS_TOLERANCE), 9),
+        )
 
     def write(self, path: str | Path, *, unverified: bool = False) -> Path:
         """Write the file, whole or not at all.

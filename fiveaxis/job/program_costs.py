@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fiveaxis.energy import Energy, Timing, law_energies, motion_energy, move_powers, path_feed
-from fiveaxis.errors import SettingError, ToolError
+from fiveaxis.errors import SettingError
 from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
@@ -20,8 +20,9 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
 from fiveaxis.nc import ReadMotion, read_program, stated_clock
 from fiveaxis.nc.options import Positions, Wrap
+from fiveaxis.nc.own_header import stated_feed, stated_tool
 from fiveaxis.nc.source import load_source
-from fiveaxis.toolpath import MoveKind, Tool, parse_tool
+from fiveaxis.toolpath import MoveKind, Tool
 
 # Characters of a block's text that are shown.
 BLOCK_TEXT = 60
@@ -32,10 +33,6 @@ CREPT = 0.1
 # mm and s: differences between parts of one straight move of the tip.
 SAME_STEP, SAME_TIME = 1e-7, 1e-9
 Corners = Literal["control", "programmed", "exact-stop"] | float
-# Lines of a program's header in which fiveaxis names the tool and the feed.
-HEAD = 100
-_TOOL = re.compile(r"\btool: ([a-z]+(?::[0-9.]+)+)", re.IGNORECASE)
-_FEED = re.compile(r"\bfeed: ([0-9.]+) mm/min along the path", re.IGNORECASE)
 # Decimals of a length or an angle in a block.
 _ZEROS = str.maketrans("123456789", "000000000")
 _DECIMALS = re.compile(r"(?<![A-Z])([XYZABC])=?(?:DC\(|AC[PN]?\()?[-+]?[0-9]*\.([0-9]+)", re.IGNORECASE)
@@ -177,9 +174,9 @@ def program_energy(
     if corners in ("programmed", "control"):
         read, taken = _whole_blocks(read, machine, taken)
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
-    tool = tool or _tool_of(lines)
+    tool = tool or stated_tool(source)
     rounding = 2.0 * _rounding(read, texts)
-    feed, taken_over = _feeds(machine, read, tool, lines, rounding)
+    feed, taken_over = _feeds(machine, read, tool, stated_feed(source), rounding)
     motion = replace(read, feed=feed)
     law = None
     feed_time = float(read.time.sum())
@@ -207,11 +204,10 @@ def program_energy(
 
 
 def _feeds(
-    machine: Machine, motion: ReadMotion, tool: Tool | None, lines: Sequence[str], rounding: float
+    machine: Machine, motion: ReadMotion, tool: Tool | None, stated: float | None, rounding: float
 ) -> tuple[Array, BoolArray]:
     """Find the programmed feed of every move as `path_feed` does, or as the program's header states it."""
     feed, taken_over = path_feed(machine, motion, tool, rounding=rounding)
-    stated = next((float(found[1]) / 60.0 for found in map(_FEED.search, lines[:HEAD]) if found), None)
     if tool is None or not tool.zone.offset or stated is None:
         return feed, taken_over
     # This cutter's controlled point is off its axis; no block says on which side.
@@ -244,15 +240,6 @@ def _whole_blocks(
 def _joined(times: Array, last: BoolArray) -> Array:
     """Add up times, (n,) s, of parts up to each last one, (n,)."""
     return np.diff(np.cumsum(times)[last], prepend=0.0)
-
-
-def _tool_of(lines: Sequence[str]) -> Tool | None:
-    """Read the tool that a program of fiveaxis names in its header; None where there is none."""
-    found = next(filter(None, map(_TOOL.search, lines[:HEAD])), None)
-    try:
-        return None if found is None else parse_tool(found[1].lower())
-    except ToolError:
-        return None
 
 
 def _rounding(motion: ReadMotion, texts: Sequence[str]) -> float:

@@ -127,8 +127,8 @@ def _make_files(outcome: Outcome, folder: Path, progress: Progress, *, alone: bo
     progress("writing the report", 0, 1)
     made = [
         write_motion(solution.motion, folder / "motion.csv", solution.machine),
-        write_json(outcome.document, folder / "report.json"),
-        write_report(solution, outcome.document, folder / "report.html", admits=clear_postures(outcome)),
+        write_json(outcome.report, folder / "report.json"),
+        write_report(outcome.report, folder / "report.html", admits=clear_postures(outcome)),
     ]
     progress("writing the preview", 0, 1)
     made.append(

@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
-from typing import Any
 
 import numpy as np
 
@@ -16,13 +15,14 @@ from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.job.loading import load_job_machine, load_job_passes, load_surroundings
 from fiveaxis.job.placement import advised, load_placed
-from fiveaxis.job.setup_search import SetupTrials, Tried, search_setups
+from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.nc import require_program
 from fiveaxis.posture.baselines import NoBaseline, follow_axes
 from fiveaxis.progress import Progress, unheard, within
+from fiveaxis.report.facts import SetupSearched, TriedSetup
 
 logger = logging.getLogger(__name__)
 
@@ -80,10 +80,10 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
     best = choice.best
     if isinstance(best, Infeasible):
         raise best
-    figures = _figures(trials, given, best, choice.runs) | {"least_saving": choice.least_saving}
+    figures = _figures(trials, choice, best)
     kept = choice.explain_kept()
     solution = best.solution if kept is None else add_findings(best.solution, kept)
-    return replace(best, solution=solution, sections=best.sections | {"setup_search": figures})
+    return replace(best, solution=solution, setup_search=figures)
 
 
 def _run_placed(job: Job, progress: Progress) -> Outcome:
@@ -194,29 +194,29 @@ def _full_cost(outcome: Outcome) -> float:
     return energy.total + ((machine.base_power or 0.0) if price is None else price) * energy.time
 
 
-def _figures(
-    trials: SetupTrials, given: SetupTable, best: Outcome, runs: dict[SetupTable, Outcome | Infeasible]
-) -> dict[str, Any]:
-    """List the setups with their costs for the report's document."""
+def _figures(trials: SetupTrials, choice: _Choice, best: Outcome) -> SetupSearched:
+    """List the setups with their costs for the report."""
 
-    def with_run(setup: SetupTable) -> Tried:
-        tried, run = trials.tried[setup], runs.get(setup)
-        if run is None:
-            return tried
-        if isinstance(run, Infeasible):
-            return replace(tried, why=str(run))
-        why = tried.why if run.ok else "verification found errors"
-        return replace(tried, energy=run.solution.energy.total, why=why)
+    def with_run(setup: SetupTable) -> TriedSetup:
+        tried, run = trials.tried[setup], choice.runs.get(setup)
+        energy, why = None, tried.why
+        if isinstance(run, Outcome):
+            energy, why = run.solution.energy.total, why if run.ok else "verification found errors"
+        elif run is not None:
+            why = str(run)
+        return TriedSetup(setup.offset, setup.rotation, tried.rough, tried.clear, energy, why)
 
-    before, after = with_run(given), with_run(best.job.setup)
+    before, after = with_run(choice.given), with_run(best.job.setup)
     saved = None
     if before.energy and after.energy is not None:
         saved = 1.0 - after.energy / before.energy
     order = sorted(trials.tried.values(), key=lambda t: (t.rough is None, t.rough))
-    return {
-        "ranges": {name: list(ends) for name, ends in trials.search.ranges.items()},
-        "given": before.as_dict(),
-        "chosen": after.as_dict(),
-        "saved": saved,
-        "tried": [with_run(t.setup).as_dict() for t in order],
-    }
+    return SetupSearched(
+        ranges=trials.search.ranges,
+        given=before,
+        chosen=after,
+        saved=saved,
+        tried=tuple(with_run(tried.setup) for tried in order),
+        least_saving=choice.least_saving,
+        keeps_clear=trials.clear is not None,
+    )

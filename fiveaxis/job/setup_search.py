@@ -142,21 +142,13 @@ class Tried:
     setup : where the workpiece stood
     rough : J, cost of the thinned path with the price of its time; None where no path exists
     clear : J, the same with the tool kept clear; None where that wasn't tried, or isn't possible
-    energy : J, of the feed drives in the whole program; None where the job wasn't run in full there
     why : why the setup can't be used
     """
 
     setup: SetupTable
     rough: float | None
-    energy: float | None = None
     why: str = ""
     clear: float | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the figures as plain data for JSON, mm and deg."""
-        placed = {"offset": list(self.setup.offset), "rotation_deg": list(self.setup.rotation)}
-        costs = {"rough": self.rough, "kept_clear": self.clear, "energy": self.energy}
-        return {**placed, **costs, "why": self.why}
 
 
 @dataclass

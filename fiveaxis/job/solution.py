@@ -13,6 +13,7 @@ from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.motion import Coordinates
 from fiveaxis.nc import ProgramSettings
+from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.toolpath import Constraints
@@ -88,7 +89,7 @@ class Solution(Postures):
             self.machine,
             self.toolpath,
             self.constraints,
-            replace(options, header={"tool": str(self.toolpath.tool), **(options.header or {})}),
+            replace(options, header=tool_comments(self.toolpath.tool) | dict(options.header or {})),
             around=self.surroundings,
             tolerances=DEFAULT_TOLERANCES.with_gouge(gouge_tolerance),
         )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -33,17 +33,17 @@ from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import Clock
 from fiveaxis.nc import require_program
+from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.progress import Progress, unheard
-from fiveaxis.report import answers, report_document
+from fiveaxis.report import InputFile, ReportDocument
+from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import DEFAULT_TOLERANCES, Report
 
-# Name of the optimised result beside the baselines'.
-RESULT = "optimised"
 # Code of the planner's finding on contacts that no pass reaches.
 LEFT_OUT = "contacts-left-out"
 
@@ -62,7 +62,8 @@ class Outcome:
     front : the solutions between the cheapest path and the steadiest, where the job asks for them
     cleared : what kept the solution clear of collisions
     of_front : the outcome of each solution of the front, in its order, this one among them
-    sections : further sections of the document, by key
+    front_programs : what the report says of a front
+    setup_search : what the report says of the search for the setup
     around : part, stock and fixtures
     """
 
@@ -70,34 +71,38 @@ class Outcome:
     solution: Solution
     program: MadeProgram
     budget: Budget
-    inputs: Sequence[Mapping[str, Any]]
+    inputs: Sequence[InputFile]
     front: Front | None = None
     cleared: Cleared | None = None
     of_front: tuple[Outcome, ...] = ()
-    sections: dict[str, Any] = field(default_factory=dict)
+    front_programs: FrontPrograms | None = None
+    setup_search: SetupSearched | None = None
     around: Surroundings | None = None
 
     @cached_property
-    def document(self) -> dict[str, Any]:
-        """The report's figures as plain data for JSON."""
-        gate = self.gate
-        document = report_document(
-            self.solution,
-            gate.report.as_dict(),
+    def report(self) -> ReportDocument:
+        """The facts that the page, the terminal and ``report.json`` tell."""
+        gate, program = self.gate, self.program
+        changes = self.solution.energy.steadiness.changes
+        accepted = {code: gate.report.counts[code] for code in gate.accepted}
+        return ReportDocument(
+            solution=self.solution,
+            verdict=gate.report,
             inputs=self.inputs,
-            program=self.program.as_dict(),
-            budget=self.budget.as_dict(),
+            program=None if program.fill is None else program.figures(program.fill),
+            budget=self.budget,
+            lines={c: program.line_of(at.block) if gate.is_open else None for c, at in changes.items()},
+            kept_back=gate.kept,
+            overriding=Overriding(accepted, self.job.override_by, gate.unused) if self.job.override else None,
+            part_size=None if self.part_size is None else tuple(self.part_size.round(6).tolist()),
+            setup_search=self.setup_search,
+            front=self.front_programs,
         )
-        for change in document["energy"]["speed_changes"].values():
-            change["line"] = self.program.line_of(change["block"]) if gate.is_open else None
-        document["kept_back"] = gate.kept
-        if self.part_size is not None:
-            document["part_size_mm"] = [round(float(extent), 6) for extent in self.part_size]
-        if self.job.override:
-            document["overridden"] = {code: gate.report.counts[code] for code in gate.accepted}
-            document["overridden_by"] = self.job.override_by
-            document["override_unused"] = [finding.as_dict() for finding in gate.unused]
-        return {"answers": answers(document).as_dict()} | document | self.sections
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The report as plain data, as in ``report.json``."""
+        return self.report.as_dict()
 
     @property
     def part_size(self) -> Array | None:
@@ -184,8 +189,12 @@ def run_stages(
     if front is None:
         return outcomes[0]
     picked = next(k for k, one in enumerate(solutions) if one.motion is solution.motion)
-    figures = _front_figures(front, outcomes) | {"picked": picked + 1}
-    return replace(outcomes[picked], of_front=tuple(outcomes), sections={"front": figures})
+    programs = tuple(
+        FrontProgram(point, number, made.solution.energy.total, made.solution.energy.time, made.gate.is_open)
+        for number, (point, made) in enumerate(zip(front.points, outcomes, strict=True), start=1)
+    )
+    figures = FrontPrograms(programs, front.dominated, picked + 1)
+    return replace(outcomes[picked], of_front=tuple(outcomes), front_programs=figures)
 
 
 def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolpath:
@@ -208,18 +217,8 @@ def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
         )
 
 
-def _front_figures(front: Front, outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """List the solutions of a front, with the figures of their programs."""
-    figures = front.as_dict()
-    for number, (point, outcome) in enumerate(zip(figures["points"], outcomes, strict=True), start=1):
-        energy = outcome.solution.energy
-        point |= {"number": number, "energy_J": energy.total, "program_time_s": energy.time}
-        point |= {"released": outcome.gate.is_open}
-    return figures
-
-
 def program_options(
-    job: Job, solution: Solution, inputs: Sequence[Mapping[str, Any]], *, moved: bool = False
+    job: Job, solution: Solution, inputs: Sequence[InputFile], *, moved: bool = False
 ) -> ProgramOptions:
     """Return how a job's program is written; its header names the inputs.
 
@@ -228,10 +227,8 @@ def program_options(
     inputs : files that the run read, of `describe_inputs`
     moved : whether the setup isn't the given one
     """
-    header = {"tool": str(solution.toolpath.tool)}
     feeds = np.unique(solution.toolpath.feed[solution.toolpath.cutting])
-    if len(feeds) == 1:
-        header["feed"] = f"{60.0 * feeds[0]:.7g} mm/min along the path"
+    header = tool_comments(solution.toolpath.tool, feeds[0] if len(feeds) == 1 else None)
     powers = describe_powers(solution.machine)
     if powers:
         header["powers"] = powers

@@ -26,6 +26,10 @@ class SpeedChange:
     size: float
     block: int
 
+    def shown(self, letter: str) -> tuple[float, str]:
+        """Return the size for people, and its unit: mm/s, or deg/s of a rotary axis."""
+        return (float(np.degrees(self.size)), "deg/s") if letter in "ABC" else (self.size, "mm/s")
+
 
 @dataclass(frozen=True, eq=False)
 class Steadiness:
@@ -82,11 +86,7 @@ class Steadiness:
             "reversals": sum(reversals.values()),
             "reversals_by_axis": reversals,
             "speed_changes": {
-                c: {
-                    "change": float(np.degrees(change.size)) if c in "ABC" else change.size,
-                    "unit": "deg/s" if c in "ABC" else "mm/s",
-                    "block": change.block,
-                }
+                c: dict(zip(("change", "unit"), change.shown(c), strict=True)) | {"block": change.block}
                 for c, change in self.changes.items()
             },
         }

@@ -3,12 +3,13 @@
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
 from fiveaxis.posture.optimiser import Options, optimise
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Baseline, Solution, Stage
+from fiveaxis.posture.solution import RESULT, Baseline, Solution, Stage
 from fiveaxis.posture.strategy.effort import EFFORTS, Effort
 from fiveaxis.posture.strategy.front import Front, FrontPoint, find_front
 
 __all__ = [
     "EFFORTS",
+    "RESULT",
     "Baseline",
     "Effort",
     "Front",

@@ -20,6 +20,9 @@ from fiveaxis.posture.local.optimality import Optimality, optimality
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
+# Name of the result beside those of its baselines.
+RESULT = "optimised"
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -142,6 +145,11 @@ class Solution(ShownAsTable):
         """Energy of every baseline, by name."""
         return {name: b.energy for name, b in self.compared.items()}
 
+    @property
+    def energies(self) -> dict[str, Energy]:
+        """Energy of the result, under the name `RESULT`, and of every baseline."""
+        return {RESULT: self.energy, **self.baselines}
+
     @cached_property
     def kkt(self) -> Optimality | None:
         """How far the path is from a local optimum; None for a solution that was put together by hand.
@@ -190,10 +198,10 @@ class Solution(ShownAsTable):
                 f"{energy.total:.1f}",
                 f"{energy.time:.1f}",
                 f"{savings[name]:.1%}" if name in savings else "",
-                str(sum(energy.steadiness.starts.values())),
-                str(sum(energy.steadiness.reversals.values())),
+                str(energy.starts),
+                str(energy.reversals),
             )
-            for name, energy in {"optimised": self.energy, **self.baselines}.items()
+            for name, energy in self.energies.items()
         ]
         return ("program", "feed drives, J", "time, s", "saved", "starts", "reversals"), rows
 
@@ -225,13 +233,13 @@ class Solution(ShownAsTable):
         times = {name: energy.time for name, energy in self.baselines.items()}
         return {name: 1.0 - self.energy.time / time for name, time in times.items() if time}
 
-    def timed(self, name: str = "") -> Motion:
+    def timed(self, name: str = RESULT) -> Motion:
         """Return the motion, or that of a baseline, with the times that the control takes for its program.
 
         They are the programmed ones on a machine without accelerations.
         """
         if name not in self._timed:
-            self._timed[name] = self._in_time(self.compared[name] if name else None)
+            self._timed[name] = self._in_time(None if name == RESULT else self.compared[name])
         return self._timed[name]
 
     @cached_property

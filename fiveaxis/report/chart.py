@@ -1,16 +1,14 @@
-"""Charts of the page, written directly as SVG: a few lines each, the same bytes for the same data.
+"""Charts, written directly as SVG: a few lines each, the same bytes for the same data.
 
-Lengths are in points; a chart is 518 wide, the page's column. A chart says over which quantity it goes, and
-each panel where its lines are and what they are called: the page's script reads values from there, and zooms;
-without it, and on paper, the chart is the same. The page's style replaces the colours in the dark.
-Figures that are files of their own (`fiveaxis.report.plots`) are drawn by matplotlib, which would take a
-second for the page's charts.
+Lengths are in points; a chart is 518 wide, the page's column. A chart of the page says over which quantity it
+goes, and each panel where its lines are and what they are called: the page's script reads values from there,
+and zooms; without it, and on paper, the chart is the same. The page's style replaces the colours in the dark.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from itertools import pairwise
@@ -18,8 +16,9 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.report.words import MINUS, THIN_SPACE
 
-# Okabe & Ito's palette: distinguishable by colour-blind readers and in greyscale print.
+# From Okabe & Ito's palette: distinguishable by colour-blind readers and in greyscale print.
 AFTER = "#0072B2"
 BEFORE = "#E69F00"
 BOUND = "#555555"
@@ -33,7 +32,8 @@ LETTER = 0.53  # mean width of a letter as a share of the font size, to place so
 MARGIN = 0.06  # share of a range left free at its ends, so that a line doesn't touch the frame
 # Steps between ticks, times a power of ten, coarsest first.
 STEPS = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)
-MINUS, THIN_SPACE = "\u2212", "\u2009"
+
+ROUND = ' stroke-linecap="round"'
 
 # Buckets of a thinned line: twice what a printed column of 180 mm resolves, to zoom into.
 BUCKETS = 800
@@ -76,6 +76,11 @@ def labels(values: Sequence[float]) -> list[str]:
     return [w.replace("-", MINUS) if float(w.replace(THIN_SPACE, "")) else w.lstrip("-") for w in written]
 
 
+def labelled(values: Sequence[float]) -> dict[float, str]:
+    """Return the numbers of ticks with their labels."""
+    return dict(zip(values, labels(values), strict=True))
+
+
 def text(
     words: str, x: float, y: float, *, anchor: str = "start", bold: bool = False, upright: bool = False
 ) -> str:
@@ -85,30 +90,46 @@ def text(
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{look}{turned}>{escape(words)}</text>'
 
 
-def legend(names: Mapping[str, str], right: float, y: float) -> str:
-    """Draw a legend of names and colours that ends at `right`."""
+def width_of(words: str) -> float:
+    """Estimate the width of words, points."""
+    return LETTER * FONT * len(words)
+
+
+def legend(
+    names: Mapping[str, str], right: float, y: float, mark: Callable[[str, float, float], str] | None = None
+) -> str:
+    """Draw a legend of names and colours that ends at `right`; `mark` draws what stands before a name."""
     parts, at = [], right
     for name, colour in reversed(list(names.items())):
-        at -= LETTER * FONT * len(name)
+        at -= width_of(name)
         parts.append(text(name, at, y))
-        parts.append(_stroke(f"M{at - 20:.1f} {y - 3:.1f}h15", colour, 2.0))
+        parts.append(
+            stroke(f"M{at - 20:.1f} {y - 3:.1f}h15", colour, 2.0)
+            if mark is None
+            else mark(name, at - 12.0, y - 3.0)
+        )
         at -= 32.0
     return "".join(parts)
 
 
-def svg(height: float, parts: Iterable[str], label: str = "", over: str = "") -> str:
+def heading(series: Mapping[str, str], title: str) -> str:
+    """Write a chart's title and legend."""
+    return text(title, LEFT, 12.0, bold=True) + legend(series, WIDTH - RIGHT, 12.0)
+
+
+def svg(height: float, parts: Iterable[str], label: str = "", over: str = "", width: float = WIDTH) -> str:
     """Assemble the parts of a chart.
 
     Parameters
     ----------
-    height : points
+    height, width : points
     label : what it shows, for readers who don't see it
     over : the quantity on the common x axis of its panels, where the page's script shows values
     """
     named = f'role="img" aria-label="{escape(label)}" ' if label else ""
     named += f'data-over="{escape(over)}" ' if over else ""
     return (
-        f'<svg {named}viewBox="0 0 {WIDTH:g} {height:g}" width="{WIDTH:g}pt" height="{height:g}pt" '
+        f'<svg {named}viewBox="0 0 {width:g} {height:g}" width="{width:g}pt" height="{height:g}pt" '
         f'font-family="sans-serif" font-size="{FONT:g}" fill="{INK}">\n' + "\n".join(parts) + "\n</svg>"
     )
 
@@ -162,6 +183,7 @@ class Panel:
     top, height : points
     x, y : ranges of the sides, left to right and bottom to top
     width : points
+    left : of the panel's left side, points
     """
 
     top: float
@@ -169,6 +191,7 @@ class Panel:
     x: Range
     y: Range
     width: float = WIDTH - LEFT - RIGHT
+    left: float = LEFT
 
     @property
     def bottom(self) -> float:
@@ -177,7 +200,7 @@ class Panel:
 
     def across(self, values: float | Array) -> Array:
         """Convert x values to points from the left."""
-        return LEFT + (np.asarray(values) - self.x[0]) * (self.width / (self.x[1] - self.x[0]))
+        return self.left + (np.asarray(values) - self.x[0]) * (self.width / (self.x[1] - self.x[0]))
 
     def down(self, values: float | Array) -> Array:
         """Convert y values to points from the top."""
@@ -193,27 +216,28 @@ class Panel:
         grid: bool = True,
     ) -> str:
         """Draw the two axes with ticks and labels; without `x_label`, the panel below has the numbers."""
-        steps = ticks(self.y, max(2, min(5, int(self.height / 25.0))))
-        rising = dict(zip(steps, labels(steps), strict=True)) if y_ticks is None else y_ticks
-        along = dict(zip(s := ticks(self.x, 6), labels(s), strict=True)) if x_ticks is None else x_ticks
-        words = [text(w, LEFT - 5.0, float(self.down(v)) + 3.0, anchor="end") for v, w in rising.items()]
+        least = max(2, min(5, int(self.height / 25.0)))
+        rising = labelled(ticks(self.y, least)) if y_ticks is None else y_ticks
+        along = labelled(ticks(self.x, 6 if self.width > 350.0 else 3)) if x_ticks is None else x_ticks
+        words = [text(w, self.left - 5.0, float(self.down(v)) + 3.0, anchor="end") for v, w in rising.items()]
         middle = self.top + 0.5 * self.height
-        words.append(text(y_label, 12.0, middle, anchor="middle", upright=True))
+        if y_label:
+            words.append(text(y_label, self.left - 46.0, middle, anchor="middle", upright=True))
         if x_label:
             below = (
                 text(w, float(self.across(v)), self.bottom + 12.0, anchor="middle") for v, w in along.items()
             )
             words.append(f'<g class="words">{"".join(below)}</g>')
-            words.append(text(x_label, LEFT + 0.5 * self.width, self.bottom + 27.0, anchor="middle"))
+            words.append(text(x_label, self.left + 0.5 * self.width, self.bottom + 27.0, anchor="middle"))
         if grid:
-            level = (f"M{LEFT:g} {float(self.down(value)):.2f}h{self.width:g}" for value in rising)
-            words.append(_stroke("".join(level), GRID, 0.6))
+            level = (f"M{self.left:g} {float(self.down(value)):.2f}h{self.width:g}" for value in rising)
+            words.append(stroke("".join(level), GRID, 0.6))
         # Categories have words below them, but no line.
         if grid and x_ticks is None:
             upright = (f"M{float(self.across(value)):.2f} {self.top:g}v{self.height:g}" for value in along)
-            words.append(_stroke("".join(upright), GRID, 0.6, ' class="across"'))
-        sides = f"M{LEFT:g} {self.top:g}v{self.height:g}h{self.width:g}"
-        return "".join(words) + _stroke(sides, INK, 0.8)
+            words.append(stroke("".join(upright), GRID, 0.6, ' class="across"'))
+        sides = f"M{self.left:g} {self.top:g}v{self.height:g}h{self.width:g}"
+        return "".join(words) + stroke(sides, INK, 0.8)
 
     def group(self, label: str, parts: Iterable[str]) -> str:
         """Put a panel's parts together, with what a script has to know to read its lines.
@@ -222,7 +246,7 @@ class Panel:
         ----------
         label : quantity and unit of y
         """
-        box = f"{LEFT:g} {self.top:g} {self.width:g} {self.height:g}"
+        box = f"{self.left:g} {self.top:g} {self.width:g} {self.height:g}"
         ranges = "".join(
             f' data-{k}="{low:.9g} {high:.9g}"' for k, (low, high) in (("x", self.x), ("y", self.y))
         )
@@ -232,7 +256,7 @@ class Panel:
             + "</g>"
         )
 
-    def line(self, x: Array, y: Array, colour: str, width: float, name: str = "") -> str:
+    def line(self, x: Array, y: Array, colour: str, width: float, name: str = "", dashes: str = "") -> str:
         """Draw a line through points, broken where a number is missing.
 
         Its coordinates are whole steps from point to point, which is short.
@@ -242,41 +266,79 @@ class Panel:
         x, y : (n,)
         width : points
         name : what the page's script calls it; empty for a line that it leaves alone
+        dashes : lengths of dashes and gaps, points; empty for a solid line
         """
         known = np.isfinite(x) & np.isfinite(y)
         places = np.stack([self.across(x), self.down(y)], axis=1)
         drawn = np.rint(FINE * np.where(known[:, None], places, 0.0)).astype(np.int64)
         begins = np.flatnonzero(known & ~np.concatenate([[False], known[:-1]]))
         ends = np.flatnonzero(known & ~np.concatenate([known[1:], [False]]))
-        pieces = []
-        for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
-            (across, down), steps = drawn[begin].tolist(), np.diff(drawn[begin : end + 1], axis=0)
-            along = " ".join(map(str, steps.ravel().tolist())).replace(" -", "-")
-            pieces.append(f"M{across} {down}" + f"l{along or '0 0'}")
+        pieces = [trace(drawn[begin : end + 1]) for begin, end in zip(begins, ends, strict=True)]
         named = f' data-name="{escape(name)}"' if name else ""
-        return _stroke("".join(pieces), colour, FINE * width, f' transform="scale({1.0 / FINE:g})"{named}')
+        if dashes:
+            lengths = " ".join(f"{FINE * float(length):g}" for length in dashes.split())
+            named += f' stroke-dasharray="{lengths}"'
+        return stroke("".join(pieces), colour, FINE * width, f' transform="scale({1.0 / FINE:g})"{named}')
 
     def steps(self, x: Array, y: Array, colour: str, width: float, name: str = "") -> str:
         """Draw values that hold from the previous x up to their own, (n,) each."""
         return self.line(np.repeat(x, 2)[:-1], np.repeat(y, 2)[1:], colour, width, name)
 
+    def dots(self, x: Array, y: Array, colour: str) -> str:
+        """Draw a dot at every point, (n,) each."""
+        places = zip(self.across(x).tolist(), self.down(y).tolist(), strict=True)
+        return stroke("".join(f"M{a:.2f} {d:.2f}h0" for a, d in places), colour, 2.0, ROUND)
+
+    def span(self, x: Range, y: Range, colour: str, opacity: float = 1.0) -> str:
+        """Fill the rectangle between two values of x and two of y."""
+        (left, right), (top, bottom) = (
+            np.sort(ends).round(2).tolist() for ends in (self.across(np.array(x)), self.down(np.array(y)))
+        )
+        faint = "" if opacity == 1.0 else f' fill-opacity="{opacity:g}"'
+        return (
+            f'<rect x="{left:g}" y="{top:g}" width="{right - left:.6g}" height="{bottom - top:.6g}" '
+            f'fill="{colour}"{faint}/>'
+        )
+
+    def area(self, edges: Array, low: Array, high: Array, colour: str) -> str:
+        """Fill the area between two steps, (n,) each, with (n + 1,) edges."""
+        x = self.across(np.repeat(edges, 2)[1:-1])
+        upper, lower = (self.down(np.repeat(values, 2)) for values in (high, low))
+        places = np.stack([np.append(x, x[::-1]), np.append(upper, lower[::-1])], axis=1)
+        outline = trace(np.rint(FINE * places).astype(np.int64))
+        return f'<path d="{outline}z" fill="{colour}" transform="scale({1.0 / FINE:g})"/>'
+
+    def label(self, words: str, x: float, y: float) -> str:
+        """Write words over a place, on a light ground."""
+        across, down, wide = float(self.across(x)), float(self.down(y)), width_of(words)
+        return (
+            f'<rect x="{across - wide / 2 - 1:.2f}" y="{down - 6:.2f}" width="{wide + 2:.2f}" height="11" '
+            f'fill="#ffffff" fill-opacity="0.7"/>{text(words, across, down + 3.0, anchor="middle")}'
+        )
+
     def level(self, y: float) -> str:
         """Draw a dotted line at a bound, if it lies within the panel."""
         if not self.y[0] <= y <= self.y[1]:
             return ""
-        path = f"M{LEFT:g} {float(self.down(y)):.2f}h{self.width:g}"
-        return _stroke(path, BOUND, 0.9, ' stroke-dasharray="1 1.6"')
+        path = f"M{self.left:g} {float(self.down(y)):.2f}h{self.width:g}"
+        return stroke(path, BOUND, 0.9, ' stroke-dasharray="1 1.6"')
 
     def bar(self, x: float, width: float, height: float, colour: str, label: str) -> str:
         """Draw a bar from zero with a label above it."""
-        left, right = self.across(np.array([x - 0.5 * width, x + 0.5 * width])).tolist()
-        base, end = self.down(np.array([0.0, height])).tolist()
-        y, tall = min(base, end), abs(end - base)
-        box = f'<rect x="{left:.2f}" y="{y:.2f}" width="{right - left:.2f}" height="{tall:.2f}" '
-        return f'{box}fill="{colour}"/>' + text(label, 0.5 * (left + right), y - 3.0, anchor="middle")
+        above = float(np.min(self.down(np.array([0.0, height]))))
+        box = self.span((x - 0.5 * width, x + 0.5 * width), (0.0, height), colour)
+        return box + text(label, float(self.across(x)), above - 3.0, anchor="middle")
 
 
-def _stroke(path: str, colour: str, width: float, look: str = "") -> str:
+def trace(places: IntArray) -> str:
+    """Write a path of SVG through places, (n, 2), as steps from one to the next."""
+    across, down = places[0].tolist()
+    along = " ".join(map(str, np.diff(places, axis=0).ravel().tolist())).replace(" -", "-")
+    return f"M{across} {down}l{along or '0 0'}"
+
+
+def stroke(path: str, colour: str, width: float, look: str = "") -> str:
+    """Draw a path of SVG as a line; `look` has further attributes."""
     return (
         f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{width:g}" '
         f'stroke-linejoin="round"{look}/>'

@@ -1,4 +1,7 @@
-"""The JSON document: every figure of a run as plain data; the same inputs give the same bytes."""
+"""The report document: the facts of a run, which the page, the terminal and the JSON tell.
+
+Every fact is a field, or a property computed from fields; `as_dict` gives the keys of ``report.json``.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +9,27 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path, PurePath
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from fiveaxis.energy import Energy
-from fiveaxis.errors import InputError
-from fiveaxis.files import hash_input, require_file, write_atomically
-from fiveaxis.findings import Finding, count_codes, group_findings
+from fiveaxis.energy import Budget
+from fiveaxis.files import write_atomically
+from fiveaxis.findings import Cause, Finding, count_codes, group_findings
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, peak_rates
-from fiveaxis.posture import Solution
-from fiveaxis.report.cutters import describe_tool
-from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.motion import peak_rates
+from fiveaxis.posture import RESULT, Solution
+from fiveaxis.report.facts import FrontPrograms, InputFile, Overriding, ProgramFigures, SetupSearched
+from fiveaxis.report.questions import Answers, answers
+from fiveaxis.report.words import describe_tool
+from fiveaxis.verification import Report
 
-# Attributes of `Energy` by which two programs are compared.
-MEASURES = ("total", "travel", "with_base", "time")
+# Attribute of `Energy` by which two programs are compared.
+Measure = Literal["total", "travel", "with_base", "time"]
+MEASURES: tuple[Measure, ...] = ("total", "travel", "with_base", "time")
 
 UNITS = {
     "energy": "J",
@@ -39,153 +46,224 @@ UNITS = {
 }
 
 
-def report_document(
-    solution: Solution,
-    verdict: Mapping[str, Any],
-    *,
-    inputs: Sequence[Mapping[str, Any]],
-    program: Mapping[str, Any] | None = None,
-    budget: Mapping[str, Any] | None = None,
-) -> dict[str, Any]:
-    """Collect all results of a run in one document of plain data.
+class Best(NamedTuple):
+    """The baseline that costs the least, and the measure by which it is compared."""
+
+    name: str
+    measure: Measure
+
+
+@dataclass(frozen=True, eq=False)
+class ReportDocument:
+    """The facts of a run.
 
     It has no clock time, no run time and no folder of the computer: the same inputs give the same document.
 
     Parameters
     ----------
     solution : the result with its baselines
-    verdict : result of the verification of the program's text, as plain data: ``ok``, ``findings``,
-        ``counts`` (by code; may count more than are listed), ``figures``, ``checked`` and ``not_checked``
-        (sentences)
-    inputs : the files that the run read, each from `describe_input`, with ``used_as`` where that is known
-    program : the NC program, if there is one: ``blocks``, ``blocks_before``, ``inserted``, ``removed`` and
-        ``redundant_kept_for`` (codes), the tolerances ``path_tolerance_mm`` and ``axis_tolerance_deg``
+    verdict : what verification found in the program's text
+    inputs : the files that the run read, each from `describe_input`
+    program : the NC program, if there is one
     budget : the electricity of the whole job by consumer, if it was computed
-
-    Returns
-    -------
-    Keys in fixed order; energies in J, times in s, angles of ``tilt`` in degrees, the rest as in ``units``. A
-    figure that isn't a finite number is None.
+    lines : by axis letter, the line of the program's text at the axis's largest change of speed; None where
+        no line has it
+    kept_back : number of errors by code that keep the program back
+    overriding : errors that were accepted by name; None where the job accepts none
+    part_size : (3,), mm, extents of the part, if there is one
+    setup_search, front : where the job asks for them
     """
-    from_path = [f.as_dict() for f in solution.toolpath.findings]
-    own = [f for f in from_path if f not in verdict["findings"]]
-    findings = [_portable_finding(f) for f in (*own, *verdict["findings"])]
-    verification = {k: verdict[k] for k in ("ok", "counts", "figures", "checked", "not_checked")}
-    document = {
-        "toolpath": _without_folder(solution.toolpath.name),
-        "locations": solution.toolpath.count_given,
-        "path_shape": solution.toolpath.shape,
-        "curved_moves": _curved_moves(solution.toolpath),
-        "energy": solution.energy.as_dict(),
-        "baselines": {name: energy.as_dict() for name, energy in solution.baselines.items()},
-        "missing_baselines": dict(solution.missing),
-        "moved_baselines": {name: b.note for name, b in solution.compared.items() if b.note},
-        "rates": {
-            "optimised": _rates(solution, solution.motion),
-            **{name: _rates(solution, b.motion) for name, b in solution.compared.items()},
-        },
-        "savings": {name: _savings(solution.energy, e) for name, e in solution.baselines.items()},
-        "savings_range": {name: list(ends) for name, ends in solution.savings_ranges().items()},
-        "bound": solution.bound
-        and {**solution.bound.as_dict(), "gap": solution.gap, "in_words": solution.left},
-        "summary": _summary(findings, solution.toolpath, verification["counts"]),
-        "findings": findings,
-        "verification": verification,
-        "program": program and dict(program),
-        "budget": budget and dict(budget),
-        "solver": [stage.as_dict() for stage in solution.stages],
-        "kkt": solution.kkt and solution.kkt.as_dict(),
-        "machine": _machine(solution.machine),
-        "tool": str(solution.toolpath.tool),
-        "tool_in_words": describe_tool(solution.toolpath.tool),
-        "tilt": _tilt(solution.tilt),
-        "residuals": solution.residuals(),
-        "inputs": [dict(entry) for entry in inputs],
-        "units": dict(UNITS),
-    }
-    return {key: _plain(value) for key, value in document.items()}
+
+    solution: Solution
+    verdict: Report
+    inputs: Sequence[InputFile] = ()
+    program: ProgramFigures | None = None
+    budget: Budget | None = None
+    lines: Mapping[str, int | None] = field(default_factory=dict)
+    kept_back: Mapping[str, int] = field(default_factory=dict)
+    overriding: Overriding | None = None
+    part_size: tuple[float, float, float] | None = None
+    setup_search: SetupSearched | None = None
+    front: FrontPrograms | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the path, without its folder."""
+        return _without_folder(self.solution.toolpath.name)
+
+    @property
+    def locations(self) -> int:
+        """Number of locations that the path was given with."""
+        return self.solution.toolpath.count_given
+
+    @property
+    def machine(self) -> Machine:
+        """The machine of the program."""
+        return self.solution.machine
+
+    @property
+    def tool(self) -> str:
+        """The tool in words."""
+        return describe_tool(self.solution.toolpath.tool)
+
+    @property
+    def tilt(self) -> tuple[float, float]:
+        """Bounds on the tool axis, deg."""
+        # A bound given as 15 deg comes back as 15, not as 14.999999999999998.
+        low, high = (round(math.degrees(end), 9) for end in (self.solution.tilt.low, self.solution.tilt.high))
+        return low, high
+
+    @property
+    def curved_moves(self) -> int:
+        """Number of moves between given locations that follow a curve."""
+        path = self.solution.toolpath
+        return len(np.unique(path.numbered[path.curved]))
+
+    @property
+    def accelerations_unknown(self) -> list[str]:
+        """Letters of the axes whose highest acceleration the machine doesn't state."""
+        return [axis.letter for axis in self.machine.axes if axis.max_acceleration is None]
+
+    @property
+    def moved_baselines(self) -> dict[str, str]:
+        """How baselines deviate from what their names say, by name."""
+        return {name: baseline.note for name, baseline in self.solution.compared.items() if baseline.note}
+
+    def saved(self, baseline: str, measure: Measure) -> float | None:
+        """Compute the saved share; None if a measure is unknown or there was nothing to save."""
+        after = getattr(self.solution.energy, measure)
+        before = getattr(self.solution.baselines[baseline], measure)
+        return None if after is None or before is None or not before > 0.0 else 1.0 - after / before
+
+    @cached_property
+    def savings_range(self) -> dict[str, tuple[float, float]]:
+        """Between which shares the savings lie if drives are estimated; empty if none is."""
+        return self.solution.savings_ranges()
+
+    @cached_property
+    def best(self) -> Best | None:
+        """The cheapest baseline, compared with base power where that is known and no drive is estimated."""
+        baselines = self.solution.baselines
+        # The range of a saving with estimated powers is that of the feed drives.
+        drives = self.solution.energy.with_base is None or self.savings_range
+        measure: Measure = "total" if drives else "with_base"
+        best = min(baselines, key=lambda name: getattr(baselines[name], measure), default=None)
+        return None if best is None else Best(best, measure)
+
+    @property
+    def baseline(self) -> str | None:
+        """Name of the baseline that the page draws beside the result; None without one."""
+        return None if self.best is None else self.best.name
+
+    @cached_property
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings of planning, optimising and verification, without the folders of their files."""
+        own = (f for f in self.solution.toolpath.findings if f not in self.verdict.findings)
+        return tuple(_portable(finding) for finding in (*own, *self.verdict.findings))
+
+    @cached_property
+    def summary(self) -> tuple[Cause, ...]:
+        """The findings by cause; those that optimiser and verification both report count once."""
+        total = Counter(count_codes(self.solution.toolpath.findings)) | Counter(self.verdict.counts)
+        return group_findings(self.findings, total)
+
+    @cached_property
+    def answers(self) -> Answers:
+        """Whether the program is safe to run, what it saves, what to do now."""
+        return answers(self)
+
+    @property
+    def accepted(self) -> Mapping[str, int]:
+        """Number of errors by code that was accepted by name."""
+        return {} if self.overriding is None else self.overriding.accepted
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the document as plain data for JSON.
+
+        Returns
+        -------
+        Keys in fixed order; energies in J, times in s, angles of ``tilt`` in degrees, the rest as in
+        ``units``. A figure that isn't a finite number is None.
+        """
+        solution, verdict = self.solution, self.verdict.as_dict()
+        energy = solution.energy.as_dict()
+        for letter, change in energy["speed_changes"].items():
+            change |= {"line": self.lines[letter]} if letter in self.lines else {}
+        document = {
+            "answers": self.answers.as_dict(),
+            "toolpath": self.name,
+            "locations": self.locations,
+            "path_shape": solution.toolpath.shape,
+            "curved_moves": self.curved_moves,
+            "energy": energy,
+            "baselines": {name: baseline.as_dict() for name, baseline in solution.baselines.items()},
+            "missing_baselines": solution.missing,
+            "moved_baselines": self.moved_baselines,
+            "rates": self._rates(),
+            "savings": {
+                name: {measure: self.saved(name, measure) for measure in MEASURES}
+                for name in solution.baselines
+            },
+            "savings_range": self.savings_range,
+            "bound": solution.bound
+            and {**solution.bound.as_dict(), "gap": solution.gap, "in_words": solution.left},
+            "summary": [cause.as_dict() for cause in self.summary],
+            "findings": [finding.as_dict() for finding in self.findings],
+            "verification": {k: v for k, v in verdict.items() if k not in ("summary", "findings")},
+            "program": self.program and self.program.as_dict(),
+            "budget": self.budget and self.budget.as_dict(),
+            "solver": [stage.as_dict() for stage in solution.stages],
+            "kkt": solution.kkt and solution.kkt.as_dict(),
+            "machine": self._machine(),
+            "tool": str(solution.toolpath.tool),
+            "tool_in_words": self.tool,
+            "tilt": {"low": self.tilt[0], "high": self.tilt[1], "reference": solution.tilt.name},
+            "residuals": solution.residuals(),
+            "inputs": self.inputs,
+            "units": UNITS,
+            "kept_back": self.kept_back,
+        }
+        if self.part_size is not None:
+            document["part_size_mm"] = self.part_size
+        if self.overriding is not None:
+            unused = [finding.as_dict() for finding in self.overriding.unused]
+            document |= {"overridden": self.overriding.accepted, "overridden_by": self.overriding.by}
+            document["override_unused"] = unused
+        if self.front is not None:
+            document["front"] = self.front.as_dict()
+        if self.setup_search is not None:
+            document["setup_search"] = self.setup_search.as_dict()
+        return {key: _plain(value) for key, value in document.items()}
+
+    def _rates(self) -> dict[str, Any]:
+        motions = {RESULT: self.solution.motion}
+        motions |= {name: baseline.motion for name, baseline in self.solution.compared.items()}
+        return {
+            name: {c: rate.as_dict() for c, rate in peak_rates(self.machine, motion).items()}
+            for name, motion in motions.items()
+        }
+
+    def _machine(self) -> dict[str, Any]:
+        machine = self.machine
+        return {
+            "name": machine.name,
+            "code": str(machine.code),
+            "description": machine.description,
+            "axes": machine.letters,
+            "base_power": machine.base_power,
+            "setup": asdict(machine.setup),
+            "tool_length": machine.tool_length,
+            "acceleration_unknown": self.accelerations_unknown,
+            "figures": [p.as_dict() for p in machine.provenance],
+        }
 
 
-def _curved_moves(toolpath: Toolpath) -> int:
-    """Count the moves between given locations that follow a curve."""
-    return len(np.unique(toolpath.numbered[toolpath.curved]))
-
-
-def _rates(solution: Solution, motion: Motion) -> dict[str, Any]:
-    return {c: rate.as_dict() for c, rate in peak_rates(solution.machine, motion).items()}
-
-
-def _summary(
-    findings: Sequence[Mapping[str, Any]], toolpath: Toolpath, counts: Mapping[str, int]
-) -> list[dict[str, Any]]:
-    """Group findings by cause; those that optimiser and verification both report count once."""
-    total = Counter(count_codes(toolpath.findings)) | Counter(counts)
-    return [cause.as_dict() for cause in group_findings(map(Finding.from_dict, findings), total)]
-
-
-def describe_input(path: str | Path) -> dict[str, Any]:
-    """Describe an input file so that it can be recognised: ``name``, ``sha256``, ``size`` in bytes.
-
-    Raises
-    ------
-    InputError
-        The file can't be read.
-    """
-    digest = hash_input(path, InputError)
-    return {"name": Path(path).name, "sha256": digest, "size": require_file(path, InputError).st_size}
-
-
-def write_json(document: Mapping[str, Any], path: str | Path) -> Path:
-    """Write a document as JSON: keys in their order, indented, with a newline at the end.
-
-    Raises
-    ------
-    SettingError
-        The file can't be written there.
-    """
-    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-    return write_atomically(path, text + "\n")
-
-
-def _savings(energy: Energy, baseline: Energy) -> dict[str, float | None]:
-    """Compute the saved share by each measure."""
-    return {name: _share(getattr(energy, name), getattr(baseline, name)) for name in MEASURES}
-
-
-def _share(after: float | None, before: float | None) -> float | None:
-    """Compute the saved share; None if a measure is unknown or there was nothing to save."""
-    if after is None or before is None or not before > 0.0:
-        return None
-    return 1.0 - after / before
-
-
-def _machine(machine: Machine) -> dict[str, Any]:
-    return {
-        "name": machine.name,
-        "code": str(machine.code),
-        "description": machine.description,
-        "axes": machine.letters,
-        "base_power": machine.base_power,
-        "setup": {"offset": list(machine.setup.offset), "rotation_deg": list(machine.setup.rotation_deg)},
-        "tool_length": machine.tool_length,
-        "acceleration_unknown": [a.letter for a in machine.axes if a.max_acceleration is None],
-        "figures": [p.as_dict() for p in machine.provenance],
-    }
-
-
-def _tilt(tilt: TiltBounds) -> dict[str, Any]:
-    # A bound given as 15 deg comes back as 15, not as 14.999999999999998.
-    low, high = (round(math.degrees(bound), 9) for bound in (tilt.low, tilt.high))
-    return {"low": low, "high": high, "reference": tilt.name}
-
-
-def _portable_finding(finding: Mapping[str, Any]) -> dict[str, Any]:
-    """Copy a finding without the folder of its file."""
-    copy = dict(finding)
-    place = copy.get("place")
-    if isinstance(place, Mapping) and place.get("file") is not None:
-        copy["place"] = {**place, "file": _without_folder(place["file"])}
-    return copy
+def _portable(finding: Finding) -> Finding:
+    """Return a finding without the folder of its file."""
+    place = finding.place
+    if place.file is None:
+        return finding
+    return replace(finding, place=replace(place, file=_without_folder(place.file)))
 
 
 def _without_folder(name: str) -> str:
@@ -205,3 +283,15 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return [_plain(item) for item in value] if isinstance(value, Iterable) else value
+
+
+def write_json(document: ReportDocument, path: str | Path) -> Path:
+    """Write a document as JSON: keys in their order, indented, with a newline at the end.
+
+    Raises
+    ------
+    SettingError
+        The file can't be written there.
+    """
+    text = json.dumps(document.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
+    return write_atomically(path, text + "\n")

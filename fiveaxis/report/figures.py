@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Axis
 from fiveaxis.motion import Motion
-from fiveaxis.posture import Solution
+from fiveaxis.posture import RESULT, Solution
 from fiveaxis.report.chart import (
     AFTER,
     BEFORE,
@@ -22,13 +23,13 @@ from fiveaxis.report.chart import (
     WIDTH,
     Panel,
     Range,
-    legend,
+    heading,
     svg,
     text,
     thin_rows,
     widened,
 )
-from fiveaxis.report.tables import number
+from fiveaxis.report.words import number
 
 LOCATION_LABEL = "location along the path (row, from 0)"
 TIME_LABEL = "time (s)"
@@ -48,7 +49,7 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
     baseline : name of the baseline shown as "before"; None draws the result alone
     """
     series, letters = series_of(solution, baseline), solution.machine.letters
-    energies = [solution.energy if name == "optimised" else solution.baselines[name] for name in series]
+    energies = [solution.energies[name] for name in series]
     heights = np.array([[energy.by_axis[letter] for letter in letters] for energy in energies])
     most = max(float(heights.max()), 1e-9)
     panel = Panel(TOP, 140.0, (-0.6, len(letters) - 0.4), (min(0.0, float(heights.min())), 1.12 * most))
@@ -67,7 +68,7 @@ def spending_lines(solution: Solution, baseline: str | None) -> str:
     series, last = series_of(solution, baseline), len(solution.toolpath) - 1
     spent = {}
     for name in series:
-        motion = motion_of(solution, name)
+        motion = solution.timed(name)
         spent[name] = np.cumsum(move_powers(solution.machine, motion).sum(axis=1) * motion.time)
     most = max(float(values[-1]) for values in spent.values())
     panel = Panel(TOP, 125.0, along(solution), (0.0, 1.05 * most or 1.0))
@@ -82,7 +83,7 @@ def axis_lines(solution: Solution, baseline: str | None) -> str:
     machine, series = solution.machine, series_of(solution, baseline)
     shown = []
     for name in series:
-        motion = motion_of(solution, name)
+        motion = solution.timed(name)
         shown.append([*machine.shown(motion.positions).T, tilts_shown(solution, name)])
     tilts, end = np.degrees([solution.tilt.low, solution.tilt.high]), len(solution.toolpath) - 1
     names = [*(f"{axis.letter} ({axis.unit})" for axis in machine.axes), "tilt (deg)"]
@@ -111,7 +112,7 @@ def speed_lines(solution: Solution, baseline: str | None) -> str:
     """
     machine = solution.machine
     speeds = {
-        name: 60.0 * machine.shown(mean_speeds(motion_of(solution, name))).T
+        name: 60.0 * machine.shown(mean_speeds(solution.timed(name))).T
         for name in series_of(solution, baseline)
     }
     names = [f"{axis.letter} ({axis.unit}/min)" for axis in machine.axes]
@@ -130,7 +131,7 @@ def power_lines(solution: Solution, baseline: str | None) -> str:
 
 def drive_powers(solution: Solution, name: str) -> Array:
     """Compute the power of each drive in each move, and in the last row their sum, (k + 1, n) W."""
-    powers = move_powers(solution.machine, motion_of(solution, name)).T
+    powers = move_powers(solution.machine, solution.timed(name)).T
     return np.vstack([powers, powers.sum(axis=0)])
 
 
@@ -143,6 +144,37 @@ def mean_speeds(motion: Motion) -> Array:
     return np.where(timed[:, None], motion.moves / np.where(timed, motion.time, 1.0)[:, None], 0.0)
 
 
+def front_chart(
+    energy: Array,
+    label: str,
+    measures: Mapping[str, Array],
+    names: Sequence[str],
+    picked: int | None = None,
+) -> str:
+    """Draw the solutions of a front, (n,), over what steadiness is measured by, side by side.
+
+    Parameters
+    ----------
+    energy, label : J, and what it is
+    measures : by what they are
+    names : of the solutions, shown beside their marks
+    picked : the solution with a larger mark
+    """
+    share = WIDTH / len(measures)
+    parts = [text("What steadiness costs", LEFT, 12.0, bold=True)]
+    for k, (what, values) in enumerate(measures.items()):
+        x, y = widened(values), widened(energy, margin=0.1)
+        panel = Panel(TOP, 150.0, x, y, share - LEFT - RIGHT, LEFT + k * share)
+        parts += [panel.frame(label, what), panel.line(values, energy, AFTER, 1.0)]
+        for i, name in enumerate(names):
+            across, down = float(panel.across(values[i])), float(panel.down(energy[i]))
+            size = 5.0 if i == picked else 3.0
+            parts.append(f'<circle cx="{across:.2f}" cy="{down:.2f}" r="{size:g}" fill="{AFTER}"/>')
+            parts.append(text(name, across + 6.0, down - 5.0))
+    words = "Line chart: energy over bends, one point for each solution"
+    return svg(TOP + 150.0 + BELOW, parts, words)
+
+
 def _bands(
     solution: Solution,
     baseline: str | None,
@@ -153,7 +185,7 @@ def _bands(
 ) -> str:
     """Draw values that hold for the whole move that ends at a row, one band per name."""
     series = series_of(solution, baseline)
-    ends = {name: np.cumsum(motion_of(solution, name).time) for name in series}
+    ends = {name: np.cumsum(solution.timed(name).time) for name in series}
     x = widened(np.array([0.0]), *ends.values(), margin=0.01)
     parts = [heading(series, title)]
     for k, label in enumerate(names):
@@ -185,11 +217,6 @@ def band(index: int, x: Range, y: Range) -> Panel:
     return Panel(TOP + index * (BAND + GAP), BAND, x, y)
 
 
-def heading(series: dict[str, str], title: str) -> str:
-    """Write a chart's title and legend."""
-    return text(title, LEFT, 12.0, bold=True) + legend(series, WIDTH - RIGHT, 12.0)
-
-
 def along(solution: Solution) -> Range:
     """Compute the range of location numbers, with a little room."""
     return widened(np.array([0.0, len(solution.toolpath) - 1.0]), margin=0.01)
@@ -205,18 +232,10 @@ def thinned_line(panel: Panel, last: int, values: Array, colour: str, name: str)
     return panel.line(stretch * rows.astype(float), values[rows], colour, width, name)
 
 
-def motion_of(solution: Solution, name: str) -> Motion:
-    """Find the motion of a chart's line: a baseline's, or the result's under the name "optimised".
-
-    It has the times that the control takes.
-    """
-    return solution.timed("" if name == "optimised" else name)
-
-
 def tilts_shown(solution: Solution, name: str) -> Array:
     """Compute the angle between tool axis and reference along a chart's line, (n,) deg; NaN without one."""
-    motion, tilt = motion_of(solution, name), solution.tilt
-    path = None if name == "optimised" else solution.compared[name].toolpath
+    motion, tilt = solution.timed(name), solution.tilt
+    path = None if name == RESULT else solution.compared[name].toolpath
     if path is not None:
         reference = path.axis if tilt.name == "programmed axis" else path.normal
         tilt = replace(tilt, reference=reference, beside=()).only(path.bounding)
@@ -226,7 +245,7 @@ def tilts_shown(solution: Solution, name: str) -> Array:
 
 def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:
     """Return a chart's lines with their colours, "before" first."""
-    return {"optimised": AFTER} if baseline is None else {baseline: BEFORE, "optimised": AFTER}
+    return ({} if baseline is None else {baseline: BEFORE}) | {RESULT: AFTER}
 
 
 def _shifts(bars: int) -> Array:

@@ -1,7 +1,6 @@
-"""Energy of the postures that were not chosen: the data of the maps.
+"""Energy of the postures that were not chosen, along a path.
 
-Both maps hold the *contact*, which stays when a posture changes, and with it a ball's centre.
-`energy.power_surface` holds the tool tip; here the same costs are computed for the tip of each posture.
+The *contact* is held, which stays when a posture changes, and with it a ball's centre.
 """
 
 from __future__ import annotations
@@ -26,29 +25,9 @@ FULL_TURN = 2.0 * math.pi
 # Grid steps of the maps, deg: wide enough to be quick, fine enough to show every region.
 FIRST_STEP = 3.0
 SECOND_STEP = 2.0
-SURFACE_STEP = 1.5
 MOST_LOCATIONS = 240
 # Locations evaluated at once: 16 × 121 × 181 postures of five axes take 14 MB.
 CHUNK = 16
-
-
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """Power surface at one location, contact held.
-
-    Parameters
-    ----------
-    location : index of the location, from 0
-    first, second : (g,), (h,), rad, grid of the rotary axes in chain order
-    cost : (g, h), J, S_W: energy of a move from axis zero
-    allowed : (g, h), whether tilt and axis limits are kept
-    """
-
-    location: int
-    first: Array
-    second: Array
-    cost: Array
-    allowed: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,17 +46,6 @@ class PostureMap:
     first: Array
     cost: Array
     colliding: BoolArray
-
-
-def surface_at(solution: Solution, location: int, step: float = SURFACE_STEP) -> Surface:
-    """Compute the power surface and the admissible region at one location, on a grid of a step in deg."""
-    grid = rotary_grid(solution.machine, step, step)
-    angles = every_pair(*grid)
-    axes, at = tool_axes(solution.machine, angles), np.full(angles[..., 0].size, location)
-    cost, inside = _evaluate(solution, solution.toolpath.at(at), axes.reshape(-1, 3), angles.reshape(-1, 2))
-    shape = angles.shape[:2]
-    allowed = inside.reshape(shape) & _tilt_holds(solution, np.array([location]), axes)[0]
-    return Surface(location, *grid, cost.reshape(shape), allowed)
 
 
 def posture_map(solution: Solution, admits: Admits | None = None) -> PostureMap:
@@ -133,7 +101,7 @@ def _least(
     angles = every_pair(*grid)
     axes = tool_axes(solution.machine, angles)
     # Most of the grid leans too far; linear axes are solved for the rest only.
-    row, first, second = np.nonzero(_tilt_holds(solution, locations, axes))
+    row, first, second = np.nonzero(tilt_holds(solution, locations, axes))
     rotary = angles[first, second]
     paid, allowed = _evaluate(solution, solution.toolpath.at(locations[row]), axes[first, second], rotary)
     row, first, rotary, paid = row[allowed], first[allowed], rotary[allowed], paid[allowed]
@@ -178,11 +146,15 @@ def _evaluate(solution: Solution, path: Toolpath, axis: Array, rotary: Array) ->
 
     The grid itself keeps the limits of the rotary axes.
     """
-    machine = solution.machine
-    positions = linear_positions(machine, path.tips(axis), rotary)
-    cost = np.sum(posture_costs(machine, positions, feed_mm_min(solution)), axis=-1)
+    positions = linear_positions(solution.machine, path.tips(axis), rotary)
+    cost = np.sum(posture_costs(solution.machine, positions, feed_mm_min(solution)), axis=-1)
+    return cost, within_limits(solution.machine, positions)
+
+
+def within_limits(machine: Machine, positions: Array) -> BoolArray:
+    """Check whether the linear axes of positions, (..., k), keep their limits, (...)."""
     excess = machine.limit_excess(positions)[..., machine.linear_columns]
-    return cost, np.all(excess <= 0.0, axis=-1)
+    return np.asarray(np.all(excess <= 0.0, axis=-1))
 
 
 def feed_mm_min(solution: Solution) -> float:
@@ -190,7 +162,7 @@ def feed_mm_min(solution: Solution) -> float:
     return float(np.median(solution.toolpath.feed)) * 60.0
 
 
-def _tilt_holds(solution: Solution, locations: IntArray, axes: Array) -> BoolArray:
+def tilt_holds(solution: Solution, locations: IntArray, axes: Array) -> BoolArray:
     """Check the tilt by cosines, which need no cross product; a location without reference allows any."""
     holds = np.ones((len(locations), *axes.shape[:2]), dtype=bool)
     for bound in solution.tilt.all:

@@ -5,19 +5,18 @@ from __future__ import annotations
 import logging
 import math
 from base64 import b64encode
-from collections.abc import Mapping
 from hashlib import sha256
 from html import escape
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import Any
 
+from fiveaxis.energy import Budget
 from fiveaxis.files import write_atomically
+from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution
 from fiveaxis.report import tables
-from fiveaxis.report.chart import THIN_SPACE
-from fiveaxis.report.cutters import what_stays
+from fiveaxis.report.document import ReportDocument
 from fiveaxis.report.figures import axis_lines, energy_bars, power_lines, speed_lines, spending_lines
 from fiveaxis.report.landscape import (
     FIRST_STEP,
@@ -26,12 +25,12 @@ from fiveaxis.report.landscape import (
     Admits,
     feed_mm_min,
     posture_map,
-    surface_at,
 )
 from fiveaxis.report.maps import posture_map_figure, surface_figure
-from fiveaxis.report.questions import best_baseline
 from fiveaxis.report.sections import answers_section, front_section, program_section, setup_section
+from fiveaxis.report.surfaces import LocationSurface, location_surface
 from fiveaxis.report.tables import scroll
+from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, what_stays
 
 logger = logging.getLogger(__name__)
 
@@ -42,15 +41,12 @@ POLICY = (
 )
 
 
-def write_report(
-    solution: Solution, document: Mapping[str, Any], path: str | Path, *, admits: Admits | None = None
-) -> Path:
+def write_report(document: ReportDocument, path: str | Path, *, admits: Admits | None = None) -> Path:
     """Write a run's page: one file without network access, the same bytes for the same inputs.
 
     Parameters
     ----------
-    solution : the result with its baselines, for the figures
-    document : `report_document` of the same solution, for texts and tables
+    document : the facts of the run
     path : the ``.html`` file
     admits : checks, for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions
 
@@ -59,35 +55,33 @@ def write_report(
     SettingError
         The file can't be written there.
     """
-    page = compose_page(solution, document, admits)
-    logger.info("%s: %d kB about %d locations", Path(path).name, len(page) // 1000, document["locations"])
+    page = compose_page(document, admits)
+    logger.info("%s: %d kB about %d locations", Path(path).name, len(page) // 1000, document.locations)
     return write_atomically(path, page)
 
 
-def compose_page(solution: Solution, document: Mapping[str, Any], admits: Admits | None = None) -> str:
+def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
     """Compose the page as HTML text."""
     room = files("fiveaxis.report")
     template = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
-    best = best_baseline(document)
-    baseline = None if best is None else best[0]
     style, script = (room.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
     body = template.substitute(
-        heading=escape(document["toolpath"]),
+        heading=escape(document.name),
         facts=_facts(document),
         answers=answers_section(document),
         compared=_compared(document),
-        setup=setup_section(document.get("setup_search")) + front_section(document.get("front")),
-        energy=_energy(solution, document, baseline),
-        budget=_budget(document),
-        motion=_motion(solution, document, baseline),
-        posture=_posture(solution, baseline, admits),
+        setup=setup_section(document.setup_search) + front_section(document.front),
+        energy=_energy(document),
+        budget=_budget(document.budget),
+        motion=_motion(document),
+        posture=_posture(document, admits),
         findings=_findings(document),
         checked=_checked(document),
         solver=_solver(document),
-        machine=_machine(document),
-        inputs=scroll(tables.input_table(document["inputs"])),
+        machine=_machine(document.machine),
+        inputs=scroll(tables.input_table(document.inputs)),
     )
-    return page_of(document["toolpath"], style, script, body)
+    return page_of(document.name, style, script, body)
 
 
 def page_of(title: str, style: str, script: str, body: str) -> str:
@@ -108,17 +102,18 @@ def _digest(text: str) -> str:
     return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 
-def _facts(document: Mapping[str, Any]) -> str:
-    machine, tilt = document["machine"], document["tilt"]
+def _facts(document: ReportDocument) -> str:
+    machine, solution = document.machine, document.solution
+    low, high = map(plain, document.tilt)
     return escape(
-        f"{tables.number(document['locations'])} locations · {document['tool_in_words']} · "
-        f"machine {machine['name']} (code {machine['code']}, axes {' '.join(machine['axes'])}) · "
-        f"tool axis {tables.plain(tilt['low'])}…{tables.plain(tilt['high'])}° from the {tilt['reference']}"
+        f"{number(document.locations)} locations · {document.tool} · "
+        f"machine {machine.name} (code {machine.code}, axes {' '.join(machine.letters)}) · "
+        f"tool axis {low}…{high}° from the {solution.tilt.name}"
     )
 
 
-def _compared(document: Mapping[str, Any]) -> str:
-    if not document["baselines"]:
+def _compared(document: ReportDocument) -> str:
+    if not document.solution.baselines:
         return (
             f"<p>There is no baseline to compare with.</p>\n{_missing(document)}{program_section(document)}"
         )
@@ -128,25 +123,25 @@ def _compared(document: Mapping[str, Any]) -> str:
     )
 
 
-def _missing(document: Mapping[str, Any]) -> str:
+def _missing(document: ReportDocument) -> str:
     items = tables.missing_list(document)
     return f'<ul class="small">\n{items}\n</ul>' if items else ""
 
 
-def _measures(document: Mapping[str, Any]) -> str:
-    base = document["machine"]["base_power"]
+def _measures(document: ReportDocument) -> str:
+    base = document.machine.base_power
     with_base = (
         "The machine’s base power isn’t known, so totals with base power can’t be computed; a posture that "
         "takes longer may cost more than it saves."
         if base is None
-        else f"With base power: plus {tables.number(base)} W over the cycle time."
+        else f"With base power: plus {number(base)} W over the cycle time."
     )
-    error = document["energy"]["travel_error"]
+    error = document.solution.energy.travel_error
     difference = (
         ""
         if error is None
         else "For the result the metric is off the energy by "
-        f"{tables.number(100.0 * error, 1, signed=True)}{THIN_SPACE}%. "
+        f"{number(100.0 * error, 1, signed=True)}{THIN_SPACE}%. "
     )
     return (
         '<p class="small">Energy: ∫P dt of the feed drives over the duration of each block; a drive with '
@@ -157,42 +152,42 @@ def _measures(document: Mapping[str, Any]) -> str:
     )
 
 
-def _left(document: Mapping[str, Any]) -> str:
+def _left(document: ReportDocument) -> str:
     """Say how much any posture could still save; empty without a lower bound."""
-    bound = document["bound"]
-    if bound is None:
+    bound, words = document.solution.bound, document.solution.left
+    if bound is None or words is None:
         return ""
-    words = bound["in_words"]
-    return f" {words[0].upper()}{words[1:]} (certified lower bound: {tables.number(bound['total'])} J)."
+    return f" {words[0].upper()}{words[1:]} (certified lower bound: {number(bound.total)} J)."
 
 
-def _energy(solution: Solution, document: Mapping[str, Any], baseline: str | None) -> str:
+def _energy(document: ReportDocument) -> str:
+    solution, baseline = document.solution, document.baseline
     compared = "the result" if baseline is None else f"“{escape(baseline)}” and of the result"
     return (
         _figure(energy_bars(solution, baseline), f"Energy of {compared} by axis; feed drives only.")
-        + scroll(tables.axis_table(document, baseline))
+        + scroll(tables.axis_table(document))
         + _figure(
             spending_lines(solution, baseline), "The same energy, added up along the path; feed drives only."
         )
     )
 
 
-def _budget(document: Mapping[str, Any]) -> str:
+def _budget(budget: Budget | None) -> str:
     """Write the electricity of the whole job; empty if it wasn't computed."""
-    budget = document["budget"]
     if budget is None:
         return ""
-    text = f"Together {tables.number(budget['total'])} J ({budget['kWh']:.4f} kWh) in {budget['time']:.1f} s"
-    text += "" if budget["complete"] else ", without the consumers that aren’t known"
-    if budget["cost"] is not None:
-        text += f"; {budget['cost']:.4f} {budget['currency']}"
-    if budget["co2_kg"] is not None:
-        text += f"; {1000.0 * budget['co2_kg']:.1f} g CO₂"
+    text = f"Together {number(budget.total)} J ({budget.kwh:.4f} kWh) in {budget.time:.1f} s"
+    text += "" if budget.complete else ", without the consumers that aren’t known"
+    if budget.cost is not None:
+        text += f"; {budget.cost:.4f} {budget.factors.currency}"
+    if budget.co2 is not None:
+        text += f"; {1000.0 * budget.co2:.1f} g CO₂"
     heading = "<h2>Electricity of the whole job</h2>"
     return f"<section>\n{heading}\n{scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>\n</section>"
 
 
-def _motion(solution: Solution, document: Mapping[str, Any], baseline: str | None) -> str:
+def _motion(document: ReportDocument) -> str:
+    solution, baseline = document.solution, document.baseline
     events = (
         "A start: the axis moves in a block, and stood in the one before. A reversal: it moves against its "
         "direction in the block before. Change of speed: the largest from one cutting block to the next, by "
@@ -212,7 +207,7 @@ def _motion(solution: Solution, document: Mapping[str, Any], baseline: str | Non
         "acceleration. The area under the last band is the power integral."
     )
     return (
-        scroll(tables.steadiness_table(document, baseline))
+        scroll(tables.steadiness_table(document))
         + f'<p class="small">{escape(events)}</p>\n'
         + _figure(axis_lines(solution, baseline), escape(caption))
         + _figure(speed_lines(solution, baseline), escape(speeds))
@@ -220,14 +215,13 @@ def _motion(solution: Solution, document: Mapping[str, Any], baseline: str | Non
     )
 
 
-def _posture(solution: Solution, baseline: str | None, admits: Admits | None) -> str:
-    surface = surface_at(solution, len(solution.toolpath) // 2)
+def _posture(document: ReportDocument, admits: Admits | None) -> str:
+    solution, baseline = document.solution, document.baseline
+    surface = location_surface(solution)
     return _figure(
         posture_map_figure(solution, posture_map(solution, admits), baseline),
         escape(_map_caption(solution, admits is not None)),
-    ) + _figure(
-        surface_figure(solution, surface, baseline), escape(_surface_caption(solution, surface.location))
-    )
+    ) + _figure(surface_figure(surface, baseline), escape(_surface_caption(solution, surface)))
 
 
 def _map_caption(solution: Solution, knows_collisions: bool) -> str:
@@ -239,7 +233,7 @@ def _map_caption(solution: Solution, knows_collisions: bool) -> str:
         if knows_collisions
         else "Collisions aren’t in this map."
     )
-    sampled = "" if n <= MOST_LOCATIONS else f" {MOST_LOCATIONS} of {tables.number(n)} locations are sampled."
+    sampled = "" if n <= MOST_LOCATIONS else f" {MOST_LOCATIONS} of {number(n)} locations are sampled."
     return (
         f"Colour: energy of a move from axis zero to this location with {first} as on the left and the "
         f"cheapest {second} that tilt and axis limits admit (S_W, feed drives only). The chosen "
@@ -250,64 +244,64 @@ def _map_caption(solution: Solution, knows_collisions: bool) -> str:
     )
 
 
-def _surface_caption(solution: Solution, location: int) -> str:
+def _surface_caption(solution: Solution, surface: LocationSurface) -> str:
     first, second = solution.machine.rotaries
     return (
-        f"Energy of a move from axis zero to location {location}, the middle of the path, for every pair of "
-        f"{first} and {second}. {what_stays(solution.toolpath.tool)} (S_W, feed drives only). A "
+        f"Energy of a move from axis zero to location {surface.location}, the middle of the path, for every "
+        f"pair of {first} and {second}. {what_stays(solution.toolpath.tool)} (S_W, feed drives only). A "
         "move costs the change between two postures, not the height. Collisions aren’t in this map."
     )
 
 
-def _findings(document: Mapping[str, Any]) -> str:
-    summary = document["summary"]
+def _findings(document: ReportDocument) -> str:
+    summary = document.summary
     if not summary:
         return "<p>No findings.</p>"
-    total = tables.number(sum(cause["count"] for cause in summary))
-    listed = tables.number(len(document["findings"]))
+    total = number(sum(cause.count for cause in summary))
+    listed = number(len(document.findings))
     head = f"{total} findings, one row for each cause; the JSON report lists {listed} places."
     return f"<p>{escape(head)}</p>\n{scroll(tables.causes_table(summary))}"
 
 
-def _checked(document: Mapping[str, Any]) -> str:
-    verification = document["verification"]
-    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in verification["checked"])
+def _checked(document: ReportDocument) -> str:
+    report = document.verdict
+    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in report.checked)
     listed = f'<ul class="small">\n{items}\n</ul>\n' if items else "<p>Nothing was checked.</p>\n"
-    return f"{listed}{scroll(tables.measured_table(verification['figures']))}"
+    return f"{listed}{scroll(tables.measured_table(report.figures))}"
 
 
-def _solver(document: Mapping[str, Any]) -> str:
-    residuals = document["residuals"]
+def _solver(document: ReportDocument) -> str:
+    solution = document.solution
+    residuals = solution.residuals()
     audit = (
         f"Residuals of the result: tilt overrun {math.degrees(residuals['tilt']):.2g}°, limit "
         f"overrun {residuals['limit']:.2g} mm or rad, contact error {residuals['contact']:.2g} mm."
     )
-    kkt = document.get("kkt")
+    kkt = solution.kkt
     if kkt is not None:
         audit += (
-            f" Residuals of the optimality conditions: {kkt['dual']:.2g} J/rad, bounds violated by "
-            f"{kkt['primal']:.2g}, complementarity {kkt['complementarity']:.2g} J."
+            f" Residuals of the optimality conditions: {kkt.dual:.2g} J/rad, bounds violated by "
+            f"{kkt.primal:.2g}, complementarity {kkt.complementarity:.2g} J."
         )
-    return f'{scroll(tables.solver_table(document["solver"]))}\n<p class="small">{escape(audit)}</p>'
+    return f'{scroll(tables.solver_table(solution.stages))}\n<p class="small">{escape(audit)}</p>'
 
 
-def _machine(document: Mapping[str, Any]) -> str:
-    machine = document["machine"]
-    figures = machine["figures"]
-    assumed = sum(f["assumed"] for f in figures)
-    text = f"{machine['description'] or machine['name']}. "
+def _machine(machine: Machine) -> str:
+    figures = machine.provenance
+    assumed = sum(f.assumed for f in figures)
+    text = f"{machine.description or machine.name}. "
     text += (
         f"{assumed} of {len(figures)} figures are assumed, not measured or printed; the results rest on them."
         if assumed
         else "No figure is assumed."
     )
-    if machine["tool_length"]:
-        text += f" The tool is {machine['tool_length']:g} mm long from the spindle's gauge point to its tip."
-    setup = machine["setup"]
-    if any((*setup["offset"], *setup["rotation_deg"])):
+    if machine.tool_length:
+        text += f" The tool is {machine.tool_length:g} mm long from the spindle's gauge point to its tip."
+    setup = machine.setup
+    if any((*setup.offset, *setup.rotation_deg)):
         text += (
-            f" The workpiece's zero is at ({tables.plain_list(setup['offset'])}) mm in the machine frame, "
-            f"turned by ({tables.plain_list(setup['rotation_deg'])}) deg about the machine's X, Y, Z."
+            f" The workpiece's zero is at ({plain_list(setup.offset)}) mm in the machine frame, "
+            f"turned by ({plain_list(setup.rotation_deg)}) deg about the machine's X, Y, Z."
         )
     return f"<p>{escape(text)}</p>\n{scroll(tables.machine_table(figures))}"
 

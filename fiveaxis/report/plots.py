@@ -1,22 +1,18 @@
-"""Figures that are files of their own, drawn by matplotlib; the page's charts are in `chart`.
+"""Figures that are files of their own; the suffix of its file chooses a figure's format (`FORMATS`).
 
-The suffix of its file chooses a figure's format (`FORMATS`).
-
-The same data gives the same bytes. Nothing here uses pyplot, which keeps figures in global state and picks a
-window system.
+The same data gives the same bytes: PNG is drawn from the SVG, with the letters of `fonts`.
 """
 
 from __future__ import annotations
 
-import io
-import re
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from importlib.resources import as_file, files
+from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,40 +20,34 @@ from fiveaxis.errors import SettingError
 from fiveaxis.files import columns_text, require_suffix, write_atomically
 from fiveaxis.geometry import Array
 from fiveaxis.notebook import HasColumns
-from fiveaxis.report.chart import AFTER, BEFORE, BOUND
+from fiveaxis.posture import RESULT
+from fiveaxis.report.chart import (
+    AFTER,
+    BEFORE,
+    BELOW,
+    BOUND,
+    RIGHT,
+    TOP,
+    WIDTH,
+    Panel,
+    Range,
+    heading,
+    legend,
+    svg,
+    text,
+    widened,
+    width_of,
+)
+from fiveaxis.report.figures import front_chart
+from fiveaxis.report.words import MINUS, number
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from fiveaxis.energy import Calibration, Energy
     from fiveaxis.energy.calibration_record import RunEnergy
     from fiveaxis.posture.strategy.front import Front
 
-WIDTH = 7.2  # inches
 DPI = 150
-STYLE: Any = {  # matplotlib wants its 300 names spelt as literals
-    "font.size": 9.0,
-    "axes.titlesize": 10.0,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e3e3e3",
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "hatch.linewidth": 0.5,
-    "lines.linewidth": 1.2,
-    "path.simplify": True,
-    # Text stays text: small, searchable, set in the page's own face.
-    "svg.fonttype": "none",
-}
-_OWN_IDS = re.compile(r' id="[A-Za-z][A-Za-z0-9.]*_\d+"')
-_NAMESPACES = re.compile(r' xmlns(?::\w+)?="[^"]*"')
-# Metadata by format of matplotlib that would make two runs differ.
-METADATA = {"png": ("Software",), "svg": ("Date", "Creator", "Format", "Type")}
+NAMESPACE = "http://www.w3.org/2000/svg"
 FORMATS = (".svg", ".png", ".html")
 # Of a table that is looked at.
 DRAWN_SUFFIXES = (".csv", *FORMATS)
@@ -77,11 +67,80 @@ PAGE = """<!DOCTYPE html>
 </body>
 </html>
 """
-STEP, FRAME = 0.42, 1.3  # inches per variant, and for title and axis
+# Height of a panel and of a row of bars, points; share of a row that its bars fill.
+HIGH, ROW, FILLED = 120.0, 30.0, 0.76
 MOST = 60  # bars; more aren't legible, and the table beside the figure has them all
 LONGEST = 48  # characters; longer names leave no room for bars
 # Colours of the axes, distinguishable without colour vision too.
 COLOURS = {"X": "#4477AA", "Y": "#66CCEE", "Z": "#EE6677", "A": "#228833", "B": "#AA3377", "C": "#CCBB44"}
+SPENT = "energy of the feed drives (J)"
+
+
+def write_figure(chart: str, path: str | Path, title: str) -> Path:
+    """Write a chart in the format of its file's suffix, replaced in one step.
+
+    Raises
+    ------
+    SettingError
+        The suffix is another one, or the file can't be written.
+    """
+    suffix = require_suffix(path, FORMATS, "a figure")
+    if suffix == ".html":
+        return write_atomically(path, PAGE.format(title=escape(title), figure=chart))
+    if suffix == ".png":
+        return write_atomically(path, _pixels(standalone(chart)))
+    return write_atomically(path, _file(chart))
+
+
+def standalone(chart: str) -> str:
+    """Return a chart as an SVG document of its own, on white."""
+    opening, rest = chart.removeprefix("<svg").split(">", 1)
+    return f'<svg xmlns="{NAMESPACE}"{opening}><rect width="100%" height="100%" fill="#ffffff"/>{rest}'
+
+
+def _file(chart: str) -> str:
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{standalone(chart)}\n'
+
+
+def _pixels(document: str) -> bytes:
+    """Draw an SVG document as a PNG."""
+    from resvg_py import svg_to_bytes
+
+    with as_file(files("fiveaxis.report") / "fonts") as fonts:
+        # Letters of the computer would make figures differ, and there may be none.
+        faces = [str(path) for path in sorted(fonts.glob("*.ttf"))]
+        return svg_to_bytes(
+            svg_string=document,
+            dpi=DPI,
+            skip_system_fonts=True,
+            font_files=faces,
+            sans_serif_family="DejaVu Sans",
+        )
+
+
+class Drawn(HasColumns):
+    """A table that is looked at: written as numbers or as a figure, and drawn in a notebook."""
+
+    title: str
+
+    @abstractmethod
+    def figure(self) -> str:
+        """Draw the figure as an SVG element."""
+
+    def write(self, path: str | Path) -> Path:
+        """Write the numbers (.csv) or the figure (.svg, .png or .html), replaced in one step.
+
+        Raises
+        ------
+        SettingError
+            The suffix is another one, or the file can't be written.
+        """
+        if require_suffix(path, DRAWN_SUFFIXES, "a table or a figure") == ".csv":
+            return write_atomically(path, columns_text(self.as_lists()))
+        return write_figure(self.figure(), path, self.title)
+
+    def _repr_svg_(self) -> str:
+        return standalone(self.figure())
 
 
 def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path:
@@ -102,44 +161,68 @@ def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path
     """
     turns = calibration.axis in "ABC"
     speed = np.degrees(calibration.speed) if turns else calibration.speed
-    left = calibration.power - calibration.fitted
-    with drawing("calibration"):
-        figure = new_figure(WIDTH, 6.4 + (FRAME + 0.25 * len(calibration.runs) if calibration.runs else 0.0))
-        upper, middle, lower, *last = figure.subplots(4 if calibration.runs else 3, 1)
-        dots = {"linestyle": "none", "marker": ".", "markersize": 3.0}
-        upper.plot(speed, calibration.power, color=BEFORE, label="measured", **dots)
-        upper.plot(speed, calibration.fitted, color=AFTER, label="fitted", **dots)
-        upper.legend()
-        middle.plot(speed, left, color=AFTER, **dots)
-        lower.plot(left, color=AFTER, **dots)
-        for axes in (middle, lower):
-            axes.axhspan(-calibration.noise, calibration.noise, color=BOUND, alpha=0.15, linewidth=0.0)
-        unit = "deg/s" if turns else "mm/s"
-        title = f"Axis {calibration.axis}, {calibration.model} model, R² {calibration.r_squared:.3f}"
-        label_axes(upper, f"speed ({unit})", "power (W)", title)
-        label_axes(middle, f"speed ({unit})", "residual (W)")
-        label_axes(lower, "row, in the log's order", "residual (W)")
-        figure.align_ylabels([upper, middle, lower])
-        for axes in last:
-            _draw_runs(axes, calibration.runs)
-        return _write(figure, path, title)
+    over, residual = f"speed ({'deg/s' if turns else 'mm/s'})", "residual (W)"
+    left, noise = calibration.power - calibration.fitted, calibration.noise
+    title = f"Axis {calibration.axis}, {calibration.model} model, R² {calibration.r_squared:.3f}"
+    shown = (
+        (speed, {BEFORE: calibration.power, AFTER: calibration.fitted}, over, "power (W)"),
+        (speed, {AFTER: left}, over, residual),
+        (np.arange(float(len(left))), {AFTER: left}, "row, in the log's order", residual),
+    )
+    parts, top = [heading({"measured": BEFORE, "fitted": AFTER}, title)], TOP
+    for x, lines, x_label, y_label in shown:
+        panel = Panel(top, HIGH, widened(x), widened(*lines.values()))
+        band = [panel.span(panel.x, (-noise, noise), BOUND, 0.15)] if y_label == residual else []
+        dots = [panel.dots(x, y, colour) for colour, y in lines.items()]
+        parts += [*band, panel.frame(y_label, x_label), *dots]
+        top = panel.bottom + BELOW
+    if calibration.runs:
+        bars, top = _runs(calibration.runs, top + TOP)
+        parts += bars
+    return write_figure(svg(top, parts, title), path, title)
 
 
-def _draw_runs(axes: Axes, runs: Sequence[RunEnergy]) -> None:
+def _runs(runs: Sequence[RunEnergy], top: float) -> tuple[list[str], float]:
     """Draw each run's energy as measured and as the drive gives it, of all rows."""
-    rows = np.arange(len(runs))
-    axes.barh(rows - 0.2, [run.whole_measured for run in runs], 0.36, color=BEFORE, label="measured")
-    axes.barh(rows + 0.2, [run.whole_fitted for run in runs], 0.36, color=AFTER, label="drive")
-    for row, run in zip(rows, runs, strict=True):
-        label = f" {run.whole_error:+.1%}"
-        axes.annotate(label, (run.whole_fitted, row + 0.2), verticalalignment="center", fontsize=8.0)
     stems = [Path(run.name).stem for run in runs]
     names = [s if run.held_out else f"{s} (fitted)" for s, run in zip(stems, runs, strict=True)]
-    axes.set_yticks(rows, [_shorten(name) for name in names])
-    axes.set_ylim(len(runs) - 0.5, -0.5)
-    axes.margins(x=0.12)
-    axes.legend()
-    label_axes(axes, "energy of the run, all rows (J)", "")
+    bars = {BEFORE: [run.whole_measured for run in runs], AFTER: [run.whole_fitted for run in runs]}
+    labels = [f"{run.whole_error:+.1%}".replace("-", MINUS) for run in runs]
+    drawn, bottom = _rows(top, names, bars, labels, "energy of the run, all rows (J)")
+    return [legend({"measured": BEFORE, "drive": AFTER}, WIDTH - RIGHT, top - 8.0), *drawn], bottom
+
+
+def _rows(
+    top: float, names: Sequence[str], bars: Mapping[str, Sequence[float]], labels: Sequence[str], x_label: str
+) -> tuple[list[str], float]:
+    """Draw rows of bars side by side, by colour from top to bottom, with a label at the bar of the result.
+
+    Returns
+    -------
+    The parts, and the chart's height down to their end
+    """
+    most = 1.15 * max(max(values) for values in bars.values()) or 1.0
+    panel = _named_rows(top, names, (0.0, most))
+    parts = [panel.frame("", x_label, y_ticks=dict(enumerate(map(_shorten, names))))]
+    thick = FILLED / len(bars)
+    for k, (colour, values) in enumerate(bars.items()):
+        for row, value in enumerate(values):
+            begin = row - FILLED / 2.0 + k * thick
+            parts.append(panel.span((0.0, value), (begin, begin + thick), colour))
+            if colour == AFTER:
+                middle = float(panel.down(begin + thick / 2.0)) + 3.0
+                parts.append(text(labels[row], float(panel.across(value)) + 4.0, middle))
+    return parts, panel.bottom + BELOW
+
+
+def _named_rows(top: float, names: Sequence[str], x: Range) -> Panel:
+    """Make the panel of rows that have names, the first on top."""
+    left = 14.0 + max(width_of(_shorten(name)) for name in names)
+    return Panel(top, ROW * len(names), x, (len(names) - 0.5, -0.5), WIDTH - RIGHT - left, left)
+
+
+def _shorten(name: str) -> str:
+    return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
 
 
 @dataclass(frozen=True)
@@ -159,7 +242,7 @@ class Bar:
     status: str
 
 
-def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> bytes:
+def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> str:
     """Draw the cost of variants of one job beside their baseline, in order from top to bottom.
 
     Parameters
@@ -170,7 +253,7 @@ def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> bytes:
 
     Returns
     -------
-    An SVG file
+    The text of an SVG file
 
     Raises
     ------
@@ -180,37 +263,15 @@ def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> bytes:
     if not bars:
         raise SettingError("no variants; there is nothing to draw")
     cut = "" if len(bars) <= MOST else f", the first {MOST} of {len(bars)}"
-    with drawing("comparison"):
-        figure = new_figure(WIDTH, FRAME + STEP * min(len(bars), MOST))
-        axes = figure.subplots()
-        _draw_bars(axes, bars[:MOST], baseline)
-        if baseline:
-            figure.legend(loc="outside lower right", ncols=2)
-        # A dollar sign would start a formula.
-        name = title.replace("$", r"\$")
-        label_axes(axes, "energy of the feed drives, no base load (J)", "", f"{name}{cut}")
-        return _render(figure, "svg")
-
-
-def _draw_bars(axes: Axes, bars: Sequence[Bar], baseline: str) -> None:
-    rows = np.arange(len(bars))
-    spent = [bar.energy or 0.0 for bar in bars]
-    known = [bar.baseline or 0.0 for bar in bars]
+    shown = bars[:MOST]
+    values = {AFTER: [bar.energy or 0.0 for bar in shown]}
     if baseline:
-        axes.barh(rows + 0.2, known, 0.36, color=BEFORE, label=baseline)
-    axes.barh(rows - 0.2, spent, 0.36, color=AFTER, label="optimised")
-    for row, bar in zip(rows, bars, strict=True):
-        label = bar.status if bar.energy is None else f"{bar.energy:,.0f} J".replace(",", " ")
-        end = bar.energy or 0.0
-        axes.annotate(f" {label}", (end, row - 0.2), verticalalignment="center", fontsize=8.0)
-    axes.set_yticks(rows, [_shorten(bar.name) for bar in bars])
-    # Without explicit limits, missing bars would determine them.
-    axes.set_ylim(len(bars) - 0.5, -0.5)
-    axes.set_xlim(0.0, 1.15 * max(*spent, *known) or 1.0)
-
-
-def _shorten(name: str) -> str:
-    return (name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…").replace("$", r"\$")
+        values[BEFORE] = [bar.baseline or 0.0 for bar in shown]
+    labels = [bar.status if bar.energy is None else f"{number(bar.energy)} J" for bar in shown]
+    names, x_label = [bar.name for bar in shown], "energy of the feed drives, no base load (J)"
+    parts, height = _rows(TOP, names, values, labels, x_label)
+    colours = {RESULT: AFTER} | ({baseline: BEFORE} if baseline else {})
+    return _file(svg(height, [heading(colours, f"{title}{cut}"), *parts], title))
 
 
 def write_front_figure(front: Front, path: str | Path) -> Path:
@@ -226,29 +287,14 @@ def write_front_figure(front: Front, path: str | Path) -> Path:
     SettingError
         The suffix is another one, the front has no points, or the file can't be written.
     """
-    with drawing("front"):
-        return _write(_draw_front(front), path, "Front of solutions")
-
-
-def _draw_front(front: Front) -> Figure:
     if not front.points:
         raise SettingError("the front has no points; there is nothing to draw")
     energy = np.array([point.energy.total for point in front.points])
     bend = np.array([point.bend for point in front.points])
     steepest = np.degrees([point.steepest for point in front.points])
-    figure = new_figure(WIDTH, 3.2)
-    left, right = figure.subplots(1, 2)
-    for axes, values, colour in ((left, bend, AFTER), (right, steepest, BEFORE)):
-        axes.plot(values, energy, color=colour, marker="o", markersize=4.0)
-        axes.margins(0.1)
-    for axes, values in ((left, bend), (right, steepest)):
-        for end, name in ((0, "cheapest"), (-1, "smoothest")):
-            axes.annotate(
-                name, (values[end], energy[end]), xytext=(4.0, 6.0), textcoords="offset points", fontsize=8.0
-            )
-    label_axes(left, "Σ‖Δρ‖² (rad²)", "energy of the feed drives (J)", "What steadiness costs")
-    label_axes(right, "largest turn along the path (deg/mm)", "energy of the feed drives (J)")
-    return figure
+    measures = {"bends Σ‖Δρ‖² (rad²)": bend, "largest turn along the path (deg/mm)": steepest}
+    ends = ["cheapest", *[""] * (len(energy) - 2), "smoothest"][: len(energy)]
+    return write_figure(front_chart(energy, SPENT, measures, ends), path, "Front of solutions")
 
 
 def write_program_figure(
@@ -272,118 +318,40 @@ def write_program_figure(
     SettingError
         The suffix is another one, or the file can't be written.
     """
-    with drawing("program-energy"):
-        figure = new_figure(WIDTH, 2.2 * (len(names) + 1))
-        panels = figure.subplots(len(names) + 1, 1)
-        letters = list(energies[0].by_axis)
-        for axes, name, time, joules in zip(panels, names, times, by_blocks, strict=False):
-            _draw_power(axes, name, letters, time, joules)
-        _draw_energies(panels[-1], names, energies)
-        return _write(figure, path, f"Energy of {', '.join(names)}")
+    colours = {letter: COLOURS[letter] for letter in energies[0].by_axis}
+    parts, top = [], TOP
+    for name, time, joules in zip(names, times, by_blocks, strict=True):
+        panel, areas = _stacked(top, time, joules, list(colours.values()))
+        parts += [_titled(colours, name, top), panel.frame("drive power (W)", "time (s)"), *areas]
+        top = panel.bottom + BELOW + TOP
+    # Programs of the same name have a bar each; returned energy is left of 0.
+    spent = np.array([energy.joules for energy in energies])
+    gained, lost = np.minimum(spent, 0.0), np.maximum(spent, 0.0)
+    low, high = float(gained.sum(axis=1).min()), float(lost.sum(axis=1).max())
+    panel = _named_rows(top, names, (1.05 * low, 1.05 * high or 1.0))
+    parts += [_titled({}, "by axis, without base power", top)]
+    parts.append(panel.frame("", SPENT, y_ticks=dict(enumerate(map(_shorten, names)))))
+    for row in range(len(names)):
+        for side in (gained[row], lost[row]):
+            ends = [0.0, *accumulate(side.tolist())]
+            parts += [
+                panel.span((a, b), (row - FILLED / 2.0, row + FILLED / 2.0), colour)
+                for a, b, colour in zip(ends, ends[1:], colours.values(), strict=False)
+                if a != b
+            ]
+    title = f"Energy of {', '.join(names)}"
+    return write_figure(svg(panel.bottom + BELOW, parts, title), path, title)
 
 
-def _draw_power(axes: Axes, name: str, letters: Sequence[str], time: Array, joules: Array) -> None:
-    """Stack the axes' mean power in each block over time."""
+def _titled(colours: Mapping[str, str], title: str, top: float) -> str:
+    return f'<g transform="translate(0 {top - TOP:g})">{heading(colours, title)}</g>'
+
+
+def _stacked(top: float, time: Array, joules: Array, colours: Sequence[str]) -> tuple[Panel, list[str]]:
+    """Stack the axes' mean power in each block, (n, k) J in (n,) s, over time."""
     runs = time > 0.0
     edges = np.concatenate([[0.0], np.cumsum(time[runs])])
-    below = np.zeros(int(runs.sum()))
-    for column, letter in enumerate(letters):
-        power = joules[runs, column] / time[runs]
-        axes.stairs(below + power, edges, baseline=below, fill=True, color=COLOURS[letter], label=letter)
-        below = below + power
-    label_axes(axes, "time (s)", "drive power (W)", name)
-    axes.legend(ncols=len(letters))
-
-
-def _draw_energies(axes: Axes, names: Sequence[str], energies: Sequence[Energy]) -> None:
-    # Programs of the same name have a bar each; returned energy is left of 0.
-    rows = np.arange(len(names))
-    spent, returned = np.zeros(len(names)), np.zeros(len(names))
-    for letter in energies[0].by_axis:
-        widths = np.array([energy.by_axis[letter] for energy in energies])
-        left = np.where(widths < 0.0, returned, spent)
-        axes.barh(rows, widths, left=left, color=COLOURS[letter], label=letter)
-        spent, returned = spent + np.maximum(widths, 0.0), returned + np.minimum(widths, 0.0)
-    axes.set_yticks(rows, list(names))
-    axes.invert_yaxis()
-    label_axes(axes, "energy of the feed drives (J)", "program", "by axis, without base power")
-
-
-class Drawn(HasColumns):
-    """A table that is looked at: written as numbers or as a figure, and drawn in a notebook."""
-
-    title: str
-
-    @abstractmethod
-    def figure(self) -> Figure:
-        """Draw the figure, within `drawing`."""
-
-    def write(self, path: str | Path) -> Path:
-        """Write the numbers (.csv) or the figure (.svg, .png or .html), replaced in one step.
-
-        Raises
-        ------
-        SettingError
-            The suffix is another one, or the file can't be written.
-        """
-        if require_suffix(path, DRAWN_SUFFIXES, "a table or a figure") == ".csv":
-            return write_atomically(path, columns_text(self.as_lists()))
-        with drawing(type(self).__name__):
-            return _write(self.figure(), path, self.title)
-
-    def _repr_svg_(self) -> str:
-        with drawing(type(self).__name__):
-            return _svg_element(self.figure())
-
-
-def _write(figure: Figure, path: str | Path, title: str) -> Path:
-    """Write a figure in the format of its file's suffix."""
-    suffix = require_suffix(path, FORMATS, "a figure")
-    if suffix == ".html":
-        return write_atomically(path, PAGE.format(title=escape(title), figure=as_svg(figure)))
-    return write_atomically(path, _render(figure, suffix[1:]))
-
-
-def _render(figure: Figure, kind: str) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=kind, dpi=DPI, metadata=dict.fromkeys(METADATA[kind]))
-    return buffer.getvalue()
-
-
-@contextmanager
-def drawing(name: str) -> Iterator[None]:
-    """Draw in the project's style; `name` salts the ids, so that figures of one page don't share any."""
-    import matplotlib
-
-    with matplotlib.rc_context():
-        # A figure mustn't depend on the user's matplotlibrc.
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
-        matplotlib.rcParams["svg.hashsalt"] = name
-        yield
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """Make a figure of a size in inches."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), layout="constrained")
-
-
-def as_svg(figure: Figure) -> str:
-    """Render a figure as an SVG element for a page, without date, links or matplotlib's own ids."""
-    # HTML knows the namespaces, and ids such as "axes_1" would occur once per figure.
-    return _OWN_IDS.sub("", _NAMESPACES.sub("", _svg_element(figure))).replace("xlink:href", "href")
-
-
-def _svg_element(figure: Figure) -> str:
-    text = _render(figure, "svg").decode()
-    return text[text.index("<svg") :]
-
-
-def label_axes(axes: Axes, x: str, y: str, title: str | None = None) -> None:
-    """Label both axes with their units, and set a title."""
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    if title is not None:
-        axes.set_title(title)
+    levels = np.cumsum(joules[runs] / time[runs, None], axis=1)
+    levels = np.hstack([np.zeros((len(levels), 1)), levels])
+    panel = Panel(top, HIGH, widened(edges, margin=0.01), widened(levels, np.zeros(1)))
+    return panel, [panel.area(edges, levels[:, k], levels[:, k + 1], c) for k, c in enumerate(colours)]

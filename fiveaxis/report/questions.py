@@ -8,10 +8,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from fiveaxis.findings import Severity
-from fiveaxis.report.tables import number, plain, saving, speed_change
+from fiveaxis.findings import Cause, Severity
+from fiveaxis.nc.program import Preparation
+from fiveaxis.report.words import NO_CHANGE, number, plain, saving, speed_change
+
+if TYPE_CHECKING:
+    from fiveaxis.report.document import ReportDocument
+
+# Not everything was checked: partial; nothing was: unknown; errors were accepted by name: overridden.
+Verdict = Literal["safe", "partial", "unknown", "unsafe", "overridden"]
 
 # Measure -> the boundary of its energy.
 BOUNDARIES = {
@@ -60,12 +67,11 @@ class Answers:
 
     Parameters
     ----------
-    verdict : ``safe``, ``partial`` (not everything was checked), ``unknown`` (nothing was), ``unsafe`` or
-        ``overridden``
+    verdict : the first answer in a word
     safe, saved, next : whether the program is safe to run, what it saves, what to do now
     """
 
-    verdict: str
+    verdict: Verdict
     safe: Answer
     saved: Answer
     next: Answer
@@ -83,31 +89,25 @@ class Answers:
         }
 
 
-def answers(document: Mapping[str, Any]) -> Answers:
-    """Answer the three questions from a report's document; nothing is claimed beyond what was checked.
-
-    Parameters
-    ----------
-    document : of `report_document`
-    """
+def answers(document: ReportDocument) -> Answers:
+    """Answer the three questions; nothing is claimed beyond what was checked."""
     verdict = _verdict(document)
     return Answers(verdict, _is_safe(document, verdict), _saved(document, verdict), _next(document, verdict))
 
 
-def _verdict(document: Mapping[str, Any]) -> str:
-    verification = document["verification"]
-    if document.get("overridden"):
+def _verdict(document: ReportDocument) -> Verdict:
+    report = document.verdict
+    if document.accepted:
         return "overridden"
-    if not verification["ok"]:
+    if not report.ok:
         return "unsafe"
-    if not verification["checked"]:
+    if not report.checked:
         return "unknown"
-    return "partial" if verification["not_checked"] else "safe"
+    return "partial" if report.not_checked else "safe"
 
 
-def _is_safe(document: Mapping[str, Any], verdict: str) -> Answer:
-    verification, found = document["verification"], _found(document["summary"])
-    gaps = verification["not_checked"]
+def _is_safe(document: ReportDocument, verdict: Verdict) -> Answer:
+    found = _found(document.summary)
     remarks = f" with {' and '.join(found)}" if found else ""
     text = {
         "overridden": "No: errors were found, and accepted by name.",
@@ -116,59 +116,56 @@ def _is_safe(document: Mapping[str, Any], verdict: str) -> Answer:
         "partial": f"Verified{remarks}, no errors; not everything was checked.",
         "unknown": "Unknown: nothing was checked.",
     }[verdict]
-    return Answer("Is it safe to run?", text, (*_judged(document), *_each("Not checked", gaps)))
+    gaps = _each("Not checked", document.verdict.not_checked)
+    return Answer("Is it safe to run?", text, (*_judged(document), *gaps))
 
 
-def _judged(document: Mapping[str, Any]) -> Iterator[Detail]:
+def _judged(document: ReportDocument) -> Iterator[Detail]:
     """Name what was found, what of it keeps the program back, and what was accepted by whom."""
-    found = _found(document["summary"], coded=True)
+    found = _found(document.summary, coded=True)
     yield Detail("Found", f"{', '.join(found) or 'nothing'}.")
-    kept = _codes(document.get("kept_back", {}))
-    if kept:
-        yield Detail("Kept back", f"No NC program was written, because of {kept}.")
-    accepted = _codes(document.get("overridden") or {})
-    if accepted:
-        who = document.get("overridden_by") or "an unknown person"
-        written = "" if kept else " The program was written with them, and its header names each."
-        yield Detail("Overridden", f"{accepted}, by {who}.{written}")
+    if document.kept_back:
+        yield Detail("Kept back", f"No NC program was written, because of {_codes(document.kept_back)}.")
+    if document.overriding is not None and document.accepted:
+        written = " The program was written with them, and its header names each."
+        by = f"{_codes(document.accepted)}, by {document.overriding.by}."
+        yield Detail("Overridden", by + ("" if document.kept_back else written))
 
 
-def _saved(document: Mapping[str, Any], verdict: str) -> Answer:
-    question, best = "What does it save?", best_baseline(document)
+def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
+    question, best = "What does it save?", document.best
     if best is None:
-        return Answer(
-            question, "Unknown: there is no baseline to compare with.", tuple(_steadiness(document))
-        )
-    name, measure = best
-    energy, baseline = document["energy"], document["baselines"][name]
-    share = document["savings"][name][measure]
-    figures = (
-        f"{number(energy[measure])} J against {number(baseline[measure])} J of the best baseline, {name}"
+        text = "Unknown: there is no baseline to compare with."
+        return Answer(question, text, tuple(_steadiness(document)))
+    energy, baseline = document.solution.energy, document.solution.baselines[best.name]
+    own, other = (number(getattr(e, best.measure)) for e in (energy, baseline))
+    text = (
+        f"{_share(document.saved(*best))}: {own} J against {other} J of the best baseline, {best.name} "
+        f"({BOUNDARIES[best.measure]})."
     )
-    text = f"{_share(share)}: {figures} ({BOUNDARIES[measure]})."
     details = []
     if verdict in ("unsafe", "overridden"):
         details.append(Detail("But", "this doesn’t count until the errors are corrected."))
-    ends = document["savings_range"].get(name) if measure == "total" else None
-    if ends is not None:
-        low, high = (saving(end) for end in ends)
+    if best.name in document.savings_range:
+        low, high = map(saving, document.savings_range[best.name])
         text_of = f"powers are estimated; on machines drawn from their bands it is {low} to {high}."
         details.append(Detail("Range", text_of))
-    own, other = (number(e["time"], 1) for e in (energy, baseline))
-    details.append(Detail("Time", f"{own} s, with that baseline {other} s."))
+    times = (number(e.time, 1) for e in (energy, baseline))
+    details.append(Detail("Time", "{} s, with that baseline {} s.".format(*times)))
     return Answer(question, text, (*details, *_steadiness(document)))
 
 
-def _steadiness(document: Mapping[str, Any]) -> Iterator[Detail]:
+def _steadiness(document: ReportDocument) -> Iterator[Detail]:
     """Count starts and reversals; where they cost no time, say so, and how smooth the program is."""
-    energy, unknown = document["energy"], document["machine"]["acceleration_unknown"]
+    energy, unknown = document.solution.energy, document.accelerations_unknown
     others = "".join(
-        f"; {name}: {number(e['starts'])}, {number(e['reversals'])}"
-        for name, e in document["baselines"].items()
+        f"; {name}: {number(e.starts)}, {number(e.reversals)}"
+        for name, e in document.solution.baselines.items()
     )
-    counts = f"starts {number(energy['starts'])}, reversals {number(energy['reversals'])}"
-    yield Detail("Steadiness", f"{counts}{others}.")
-    if energy["timing"] == "accelerations" or not unknown:
+    yield Detail(
+        "Steadiness", f"starts {number(energy.starts)}, reversals {number(energy.reversals)}{others}."
+    )
+    if energy.timing == "accelerations" or not unknown:
         return
     yield Detail(
         "Assumed",
@@ -176,82 +173,66 @@ def _steadiness(document: Mapping[str, Any]) -> Iterator[Detail]:
         f"max_acceleration of {', '.join(unknown)}: time and energy are lower bounds. State it "
         f"([axes.{unknown[0]}]{' and so on' if unknown[1:] else ''}), and starts and reversals are charged.",
     )
-    changes = [f"{c} {speed_change(change)}" for c, change in energy["speed_changes"].items()]
+    changes = ", ".join(
+        f"{c} {speed_change(c, change, document.lines.get(c))}"
+        for c, change in energy.steadiness.changes.items()
+    )
     if changes:
-        text = f"the largest changes from one cutting block of the program to the next: {', '.join(changes)}."
+        text = f"the largest changes from one cutting block of the program to the next: {changes}."
         yield Detail("Speed", text)
 
 
 def _share(share: float | None) -> str:
     text = saving(share)
-    return f"{text} energy" if text[:1].isdigit() else f"{text[:1].upper()}{text[1:]}"
+    return text.capitalize() if share is None or text == NO_CHANGE else f"{text} energy"
 
 
-def best_baseline(document: Mapping[str, Any]) -> tuple[str, str] | None:
-    """Find the baseline that costs the least, and the measure by which it is compared.
-
-    Returns
-    -------
-    Its name, and ``with_base`` where the base power is known and no drive is estimated, else ``total``; None
-    without a baseline
-    """
-    energies = {name: e for name, e in document["baselines"].items() if e["total"] is not None}
-    # The range of a saving with estimated powers is that of the feed drives.
-    drives = document["energy"]["with_base"] is None or document["savings_range"]
-    measure = "total" if drives else "with_base"
-    best = min(energies, key=lambda name: energies[name][measure], default=None)
-    return None if best is None else (best, measure)
-
-
-def _next(document: Mapping[str, Any], verdict: str) -> Answer:
-    question, program, kept = "What to do now?", document["program"], document.get("kept_back")
-    errors = [
-        cause["text"].removeprefix(f"{Severity.ERROR}: ").removesuffix(f" [{cause['code']}]")
-        for cause in document["summary"]
-        if cause["severity"] == Severity.ERROR and (not kept or cause["code"] in kept)
-    ]
+def _next(document: ReportDocument, verdict: Verdict) -> Answer:
+    question, program, kept = "What to do now?", document.program, document.kept_back
     if verdict == "unsafe" or kept:
+        errors = [
+            cause.line
+            for cause in document.summary
+            if cause.severity is Severity.ERROR and (not kept or cause.code in kept)
+        ]
         return Answer(question, "Correct the errors, and run it again.", _each("Correct", errors))
-    prepared = None if program is None else program.get("preparation")
-    if program is None or prepared is None:
+    if program is None:
         return Answer(question, "Write the program: this report has none.")
-    language = program["language"]
+    language = program.language
     if language != "blocks":
         text = f"Post-process the {LISTS.get(language, language)}; what reaches the machine isn’t verified."
     else:
         text = "Load the tool, set the work offset, bring the tool clear of part and table, and start."
     if verdict == "overridden":
         text = f"Have the accepted errors judged at the machine. {text}"
-    return Answer(question, text, (*_start(prepared, language), *_setting(document, prepared)))
+    prepared = program.preparation
+    return Answer(question, text, (*_start(prepared, language), *_setting(document.tool, prepared)))
 
 
-def _start(prepared: Mapping[str, Any], language: str) -> Iterator[Detail]:
+def _start(prepared: Preparation, language: str) -> Iterator[Detail]:
     """Say where the program's approach begins and leads to."""
-    turned = ", ".join(f"{c} {plain(round(v, 3))}°" for c, v in prepared["start"].items() if c in "ABC")
-    moved = ", ".join(f"{c} {plain(round(v, 3))}" for c, v in prepared["start"].items() if c in "XYZ")
+    turned = ", ".join(f"{c} {plain(round(v, 3))}°" for c, v in prepared.start if c in "ABC")
+    moved = ", ".join(f"{c} {plain(round(v, 3))}" for c, v in prepared.start if c in "XYZ")
     if language == "blocks" and moved:
         turns = f"turns {turned}, then " if turned else ""
-        yield Detail("Start", f"the approach {turns}goes to {moved} {prepared['unit']}.")
-    yield from _notes(prepared, "start", "Start")
+        yield Detail("Start", f"the approach {turns}goes to {moved} {prepared.unit}.")
+    yield from _notes(prepared, "start")
 
 
-def _setting(document: Mapping[str, Any], prepared: Mapping[str, Any]) -> Iterator[Detail]:
+def _setting(tool: str, prepared: Preparation) -> Iterator[Detail]:
     """Say which offset, tool and states of the control the program needs."""
-    if prepared["work_offset"]:
-        yield Detail("Work offset", f"{prepared['work_offset']}.")
-    yield from _notes(prepared, "work offset", "Work offset")
-    number_of = prepared["tool_number"]
-    yield Detail("Tool", f"{'' if number_of is None else f'T{number_of}, '}{document['tool_in_words']}.")
-    yield from _notes(prepared, "tool", "Tool")
-    if prepared["in_force"]:
-        yield Detail("Control", f"the program sets {', '.join(prepared['in_force'])}.")
-    yield from _notes(prepared, "control", "Control")
+    if prepared.work_offset:
+        yield Detail("Work offset", f"{prepared.work_offset}.")
+    yield from _notes(prepared, "work offset")
+    yield Detail("Tool", f"{'' if prepared.tool_number is None else f'T{prepared.tool_number}, '}{tool}.")
+    yield from _notes(prepared, "tool")
+    if prepared.in_force:
+        yield Detail("Control", f"the program sets {', '.join(prepared.in_force)}.")
+    yield from _notes(prepared, "control")
 
 
-def _notes(prepared: Mapping[str, Any], about: str, head: str) -> Iterator[Detail]:
-    # Most notes begin with the word that heads them here.
-    texts = [note["text"] for note in prepared["notes"] if note["about"] == about]
-    yield from _each(head, [f"{text.removeprefix(f'{about}: ')}." for text in texts])
+def _notes(prepared: Preparation, about: str) -> Iterator[Detail]:
+    yield from _each(about.capitalize(), [f"{note.text}." for note in prepared.notes if note.about == about])
 
 
 def _each(about: str, texts: Sequence[str]) -> tuple[Detail, ...]:
@@ -262,18 +243,18 @@ def _codes(codes: Mapping[str, int]) -> str:
     return ", ".join(f"{code} ({number(count)})" for code, count in codes.items())
 
 
-def _found(summary: Sequence[Mapping[str, Any]], *, coded: bool = False) -> list[str]:
+def _found(summary: Sequence[Cause], *, coded: bool = False) -> list[str]:
     """Count findings by severity, worst first: ``6 errors (axis-limit 4, tilt 2)`` if `coded`."""
     parts = []
-    for wanted in Severity:
+    for severity in Severity:
         codes: Counter[str] = Counter()
         for cause in summary:
-            if cause["severity"] == wanted:
-                codes[cause["code"]] += cause["count"]
+            if cause.severity is severity:
+                codes[cause.code] += cause.count
         if codes:
             total = codes.total()
             each = ", ".join(f"{code} {number(n)}" for code, n in codes.items())
             parts.append(
-                f"{number(total)} {wanted}{'' if total == 1 else 's'}{f' ({each})' if coded else ''}"
+                f"{number(total)} {severity}{'' if total == 1 else 's'}{f' ({each})' if coded else ''}"
             )
     return parts

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
 from html import escape
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
-from fiveaxis.report.chart import AFTER, BELOW, LEFT, THIN_SPACE, TOP, Panel, svg, text, widened
-from fiveaxis.report.questions import Answer, answers, best_baseline
-from fiveaxis.report.tables import (
-    NOTHING,
-    kinds_table,
-    number,
-    plain,
-    plain_list,
-    saved_table,
-    saving,
-    scroll,
-    table,
-)
+from fiveaxis.report.document import ReportDocument
+from fiveaxis.report.facts import FrontPrograms, ProgramFigures, SetupSearched, TriedSetup
+from fiveaxis.report.figures import front_chart
+from fiveaxis.report.questions import Answer
+from fiveaxis.report.tables import NOTHING, kinds_table, saved_table, scroll, table
+from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, saving
 
 MOST_SHOWN = 15  # rows of the table of setups; the JSON report has all
 UNITS = {"x": "mm", "y": "mm", "z": "mm", "angle": "deg"}
@@ -31,10 +23,10 @@ UNITS = {"x": "mm", "y": "mm", "z": "mm", "angle": "deg"}
 SIGNS = {"safe": "✓", "partial": "✓", "unknown": "?", "unsafe": "✗", "overridden": "✗"}
 
 
-def answers_section(document: Mapping[str, Any]) -> str:
+def answers_section(document: ReportDocument) -> str:
     """Write the three answers, each with its details below it, and the savings against every baseline."""
-    found, best = answers(document), best_baseline(document)
-    compared = "" if best is None else scroll(saved_table(document, best[1]))
+    found, best = document.answers, document.best
+    compared = "" if best is None else scroll(saved_table(document, best.measure))
     return "\n".join(
         (
             _answer(found.safe, f"verdict {found.verdict}", SIGNS[found.verdict]),
@@ -57,19 +49,17 @@ def _answer(answer: Answer, look: str, sign: str = "", below: str = "") -> str:
     )
 
 
-def program_section(document: Mapping[str, Any]) -> str:
+def program_section(document: ReportDocument) -> str:
     """Describe the program's blocks and the cost of its kinds of move; empty without a program."""
-    program = document["program"]
+    program = document.program
     if program is None:
         return ""
-    inserted, blocks, before = (number(program[key]) for key in ("inserted", "blocks", "blocks_before"))
-    tolerance = f"{program['path_tolerance_mm']:g} mm"
     text = (
-        f"The program has {blocks} blocks for {before} locations. {_path_shape(document)} "
-        f"To keep the tool on its path between locations, {inserted} {_blocks(program['inserted'])} "
-        f"{_were(program['inserted'])} inserted (tolerance {tolerance}); their postures were optimised too. "
-        f"{_removed(program)} All figures are those of whole programs with their inserted blocks, without "
-        "approach and retract."
+        f"The program has {number(program.blocks)} blocks for {number(program.blocks_before)} locations. "
+        f"{_path_shape(document)} To keep the tool on its path between locations, "
+        f"{_blocks(program.inserted)} inserted (tolerance {program.path_tolerance_mm:g} mm); their postures "
+        f"were optimised too. {_removed(program)} All figures are those of whole programs with their "
+        "inserted blocks, without approach and retract."
     )
     html = f"<p>{escape(text)}</p>\n"
     if kinds := kinds_table(document):
@@ -77,10 +67,10 @@ def program_section(document: Mapping[str, Any]) -> str:
     return html
 
 
-def _path_shape(document: Mapping[str, Any]) -> str:
+def _path_shape(document: ReportDocument) -> str:
     """State what lies between the locations of the path."""
-    curved = document["curved_moves"]
-    if document["path_shape"] == "chord":
+    curved = document.curved_moves
+    if document.solution.toolpath.shape == "chord":
         return "The path goes straight from location to location."
     if not curved:
         return "No locations tell a smooth curve, so the path goes straight from one to the next."
@@ -88,38 +78,28 @@ def _path_shape(document: Mapping[str, Any]) -> str:
     return f"{number(curved)} {moves} a smooth curve through the locations; the others are straight."
 
 
-def _removed(program: Mapping[str, Any]) -> str:
+def _removed(program: ProgramFigures) -> str:
     """State how many redundant blocks were removed, or why none was."""
-    if program["redundant_kept_for"]:
-        return f"Redundant blocks were kept; without them: {', '.join(program['redundant_kept_for'])}."
-    count = program["removed"]
-    if not count:
+    if program.redundant_kept_for:
+        return f"Redundant blocks were kept; without them: {', '.join(program.redundant_kept_for)}."
+    if not program.removed:
         return "No block was redundant."
     return (
-        f"{number(count)} redundant {_blocks(count)} {_were(count)} removed: without them the axes keep that "
-        f"tolerance, and the tool’s axis within {program['axis_tolerance_deg']:g}°. The remaining motion was "
+        f"{_blocks(program.removed, 'redundant ')} removed: without them the axes keep that tolerance, and "
+        f"the tool’s axis within {program.axis_tolerance_deg:g}°. The remaining motion was "
         "verified."
     )
 
 
-def _blocks(count: int) -> str:
-    return "block" if count == 1 else "blocks"
+def _blocks(count: int, which: str = "") -> str:
+    return f"{number(count)} {which}{'block was' if count == 1 else 'blocks were'}"
 
 
-def _were(count: int) -> str:
-    return "was" if count == 1 else "were"
-
-
-def setup_section(found: Mapping[str, Any] | None) -> str:
-    """Compare the chosen setup with the given one; empty if none was searched for.
-
-    Parameters
-    ----------
-    found : ``ranges``, ``given``, ``chosen``, ``saved`` and ``tried``, cheapest first, as plain data
-    """
+def setup_section(found: SetupSearched | None) -> str:
+    """Compare the chosen setup with the given one; empty if none was searched for."""
     if found is None:
         return ""
-    shown = found["tried"][:MOST_SHOWN]
+    shown = found.tried[:MOST_SHOWN]
     text = f"{_setup_verdict(found)} {_setup_search(found, len(shown))}"
     heads = (
         "offset X, Y, Z (mm)",
@@ -134,56 +114,51 @@ def setup_section(found: Mapping[str, Any] | None) -> str:
     return f"<section>\n<h2>Setup of the workpiece</h2>\n{inner}\n</section>"
 
 
-def _setup_verdict(found: Mapping[str, Any]) -> str:
-    given, chosen = found["given"], found["chosen"]
+def _setup_verdict(found: SetupSearched) -> str:
+    given, chosen = found.given, found.chosen
     if _format_setup(given) == _format_setup(chosen):
         return (
-            f"No setup within the ranges was found that saves more than {100.0 * found['least_saving']:.2f}"
+            f"No setup within the ranges was found that saves more than {100.0 * found.least_saving:.2f}"
             f"{THIN_SPACE}% against the given one; it was kept. A smaller saving isn’t significant: searches "
             "of one path end in different optima."
         )
-    before = "which can’t be followed" if given["energy"] is None else f"with {number(given['energy'])} J"
-    share = "" if found["saved"] is None else f": {saving(found['saved'])} (feed drives only)"
+    before = "which can’t be followed" if given.energy is None else f"with {number(given.energy)} J"
+    share = "" if found.saved is None else f": {saving(found.saved)} (feed drives only)"
     return (
-        f"Set the workpiece’s zero at {_format_setup(chosen)}. The path costs {number(chosen['energy'])} J "
+        f"Set the workpiece’s zero at {_format_setup(chosen)}. The path costs {number(chosen.energy)} J "
         f"there, in place of the given setup at {_format_setup(given)}, {before}{share}. All figures of this "
         "report are for the chosen setup."
     )
 
 
-def _setup_search(found: Mapping[str, Any], shown: int) -> str:
+def _setup_search(found: SetupSearched, shown: int) -> str:
     ranges = ", ".join(
-        f"{name} {plain(low)}…{plain(high)} {UNITS[name]}" for name, (low, high) in found["ranges"].items()
+        f"{name} {plain(low)}…{plain(high)} {UNITS[name]}" for name, (low, high) in found.ranges.items()
     )
-    clear = sum(tried["kept_clear"] is not None for tried in found["tried"])
-    checked = clear or any("kept clear" in tried["why"] for tried in found["tried"])
+    clear = sum(tried.kept_clear is not None for tried in found.tried)
     again = f"The cheapest were evaluated again, clear of part, stock and fixtures: {clear} are feasible. "
     return (
-        f"Ranges: {ranges}. {len(found['tried'])} setups were evaluated at some of the path’s locations, "
+        f"Ranges: {ranges}. {len(found.tried)} setups were evaluated at some of the path’s locations, "
         f"each with its own postures and without obstacles; the cheapest {shown} are shown. "
-        f"{again if checked else ''}Those with a figure for the whole path were run and verified in full."
+        f"{again if found.keeps_clear else ''}Those with a figure for the whole path were run and "
+        "verified in full."
     )
 
 
-def _setup_row(tried: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
-    names = [name for name in ("given", "chosen") if _format_setup(tried) == _format_setup(found[name])]
-    remark = "; ".join([*names, *([tried["why"]] if tried["why"] else [])])
-    whole = NOTHING if tried["energy"] is None else number(tried["energy"])
-    rough, clear = (NOTHING if tried[k] is None else number(tried[k]) for k in ("rough", "kept_clear"))
-    return [plain_list(tried["offset"]), plain_list(tried["rotation_deg"]), rough, clear, whole, remark]
+def _setup_row(tried: TriedSetup, found: SetupSearched) -> list[str]:
+    named = {"given": found.given, "chosen": found.chosen}
+    names = [name for name, setup in named.items() if _format_setup(tried) == _format_setup(setup)]
+    remark = "; ".join([*names, *([tried.why] if tried.why else [])])
+    costs = (NOTHING if c is None else number(c) for c in (tried.rough, tried.kept_clear, tried.energy))
+    return [plain_list(tried.offset), plain_list(tried.rotation_deg), *costs, remark]
 
 
-def _format_setup(tried: Mapping[str, Any]) -> str:
-    return f"({plain_list(tried['offset'])}) mm, turned by ({plain_list(tried['rotation_deg'])}) deg"
+def _format_setup(tried: TriedSetup) -> str:
+    return f"({plain_list(tried.offset)}) mm, turned by ({plain_list(tried.rotation_deg)}) deg"
 
 
-def front_section(front: Mapping[str, Any] | None) -> str:
-    """List and draw the solutions of a front; empty without a front.
-
-    Parameters
-    ----------
-    front : ``points`` with their figures, ``picked`` and ``dominated``, as plain data
-    """
+def front_section(front: FrontPrograms | None) -> str:
+    """List and draw the solutions of a front; empty without a front."""
     if front is None:
         return ""
     heads = (
@@ -196,19 +171,19 @@ def front_section(front: Mapping[str, Any] | None) -> str:
     )
     rows = [
         (
-            str(point["number"]),
-            number(point["energy_J"], 1),
-            number(point["bend_rad2"], 4),
-            number(point["steepest_deg_mm"], 2),
-            number(point["program_time_s"], 1),
-            "released" if point["released"] else "kept back, see its report",
+            str(each.number),
+            number(each.energy, 1),
+            number(each.point.bend, 4),
+            number(math.degrees(each.point.steepest), 2),
+            number(each.time, 1),
+            "released" if each.released else "kept back, see its report",
         )
-        for point in front["points"]
+        for each in front.points
     ]
     text = (
-        f"Number {front['picked']} is the result of this page. Each has its files in front/<number> and "
+        f"Number {front.picked} is the result of this page. Each has its files in front/<number> and "
         "underwent the same verification. Dominated solutions, which one of these beats in every figure, "
-        f"are left out: {front['dominated']}."
+        f"are left out: {front.dominated}."
     )
     return (
         "<section>\n<h2>Energy against steadiness</h2>\n"
@@ -218,16 +193,8 @@ def front_section(front: Mapping[str, Any] | None) -> str:
     )
 
 
-def _front_chart(front: Mapping[str, Any]) -> str:
-    bend, energy = (np.array([point[k] for point in front["points"]]) for k in ("bend_rad2", "energy_J"))
-    panel = Panel(TOP, 150.0, widened(bend), widened(energy, margin=0.1))
-    parts = [
-        text("What steadiness costs", LEFT, 12.0, bold=True),
-        panel.frame("energy (J)", "bends Σ‖Δρ‖² (rad²)"),
-        panel.line(bend, energy, AFTER, 1.0),
-    ]
-    for point, x, y in zip(front["points"], panel.across(bend), panel.down(energy), strict=True):
-        size = 5.0 if point["number"] == front["picked"] else 3.0
-        parts.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{size:g}" fill="{AFTER}"/>')
-        parts.append(text(str(point["number"]), x + 6.0, y - 5.0))
-    return svg(panel.bottom + BELOW, parts, "Line chart: energy over bends, one point for each solution")
+def _front_chart(front: FrontPrograms) -> str:
+    bend = np.array([each.point.bend for each in front.points])
+    energy = np.array([each.energy for each in front.points])
+    names = [str(each.number) for each in front.points]
+    return front_chart(energy, "energy (J)", {"bends Σ‖Δρ‖² (rad²)": bend}, names, front.picked - 1)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,26 +19,24 @@ from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, every_pair, normalise
 from fiveaxis.kinematics import lean_range, linear_positions, require_orienting, rotary_angles, tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.posture import Solution
+from fiveaxis.posture import RESULT, Solution
 from fiveaxis.report.landscape import (
-    SURFACE_STEP,
     Admits,
     feed_mm_min,
     modulo_turn,
     posture_map,
     rotary_grid,
     shown_range,
-    surface_at,
+    tilt_holds,
+    within_limits,
 )
+from fiveaxis.report.maps import draw_location, draw_valley
 from fiveaxis.report.plots import Drawn
-from fiveaxis.report.surface_plots import draw_location, draw_valley
 from fiveaxis.toolpath import require_range
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-CHOSEN, CHEAPEST = "optimised", "cheapest"
-# deg, finest and coarsest step of a grid.
+CHEAPEST = "cheapest"
+# deg: usual, finest and coarsest step of a grid.
+SURFACE_STEP = 1.5
 STEPS = (0.1, 90.0)
 # rad: postures that are nearer are one.
 SAME = 1e-6
@@ -74,6 +72,7 @@ class LocationSurface(Drawn):
     middle : rad, the second rotary axis midway between the two branches
     postures : (b, 2), rad, chain order, by program: the posture, and that of the other branch with the same
         tool axis if it is within the range
+    location : its index on the path, from 0; None of a tip alone
     """
 
     title: str
@@ -82,6 +81,7 @@ class LocationSurface(Drawn):
     leans: tuple[Lean, ...]
     middle: float
     postures: Mapping[str, Array]
+    location: int | None = None
 
     def __repr__(self) -> str:
         return f"<LocationSurface, {self.title}: {self.power!r}>"
@@ -100,7 +100,7 @@ class LocationSurface(Drawn):
         found: dict[str, NDArray[Any]] = {name: part.ravel() for name, part in zip(names, parts, strict=True)}
         return found | ({"admissible": self.admissible.ravel().astype(int)} if self.leans else {})
 
-    def figure(self) -> Figure:
+    def figure(self) -> str:
         """Draw S_WL, S_WR and S_W side by side."""
         return draw_location(self, _parts(self.power))
 
@@ -155,7 +155,7 @@ class Valley(Drawn):
             found[f"{name}_S_W_J"] = np.repeat(self.heights[name], count)
         return found
 
-    def figure(self) -> Figure:
+    def figure(self) -> str:
         """Draw the valley from above with the programs in it, and their heights below."""
         return draw_valley(self)
 
@@ -194,9 +194,7 @@ def tip_surface(
     power = power_surface(machine, point, feed_mm_min, grid)
     angles = every_pair(*grid)
     leans = _tip_leans(tool_axes(machine, angles), normal, tilt)
-    positions = linear_positions(machine, point, angles)
-    excess = machine.limit_excess(positions)[..., machine.linear_columns]
-    admissible = np.all(excess <= 0.0, axis=-1)
+    admissible = within_limits(machine, linear_positions(machine, point, angles))
     for lean in leans:
         admissible &= (lean.angle >= lean.low) & (lean.angle <= lean.high)
     postures = {}
@@ -229,9 +227,9 @@ def location_surface(
     at = len(path) // 2 if location is None else location
     if not 0 <= at < len(path):
         raise SettingError(f"location is {at}; it must be between 0 and {len(path) - 1}, the path's last")
-    found = surface_at(solution, at, step_deg)
-    grid = (found.first, found.second)
-    axes = tool_axes(machine, every_pair(*grid))
+    grid = rotary_grid(machine, step_deg, step_deg)
+    angles = every_pair(*grid)
+    axes = tool_axes(machine, angles)
     rows = np.full(axes[..., 0].size, at)
     tips = path.at(rows).tips(axes.reshape(-1, 3)).reshape(axes.shape)
     leans = (Lean(angle_between(axes, b.reference[at]), b.low, b.high, b.text) for b in solution.tilt.all)
@@ -243,10 +241,12 @@ def location_surface(
     return LocationSurface(
         title=f"{Path(path.name).name}, location {at} of {len(path)}",
         power=power_surface(machine, tips, feed_mm_min(solution), grid),
-        admissible=found.allowed,
+        admissible=within_limits(machine, linear_positions(machine, tips, angles))
+        & tilt_holds(solution, np.array([at]), axes)[0],
         leans=tuple(leans),
         middle=lean_range(machine).middle,
         postures=postures,
+        location=at,
     )
 
 
@@ -283,7 +283,7 @@ def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
 def _programs(solution: Solution) -> dict[str, Array]:
     """Return the positions, (n, k), of the result and of the baselines at the same locations."""
     same = {name: b.motion.positions for name, b in solution.compared.items() if b.toolpath is None}
-    return {CHOSEN: solution.motion.positions, **same}
+    return {RESULT: solution.motion.positions, **same}
 
 
 def _without_turns(machine: Machine, rotary: Array) -> Array:

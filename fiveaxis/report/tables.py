@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import Any
 
 import numpy as np
 
-from fiveaxis.findings import Place
-from fiveaxis.report.chart import MINUS, THIN_SPACE
+from fiveaxis.energy import Budget, Energy
+from fiveaxis.findings import Cause
+from fiveaxis.machine import Provenance
+from fiveaxis.posture import RESULT, Stage
+from fiveaxis.report.document import Measure, ReportDocument
+from fiveaxis.report.facts import InputFile
+from fiveaxis.report.words import MINUS, THIN_SPACE, number, saving, speed_change
 
-UNKNOWN = "unknown"
 NOTHING = "–"
 NOT_CHECKED = "not checked"
 # Caption of the table of axes.
@@ -88,49 +92,53 @@ def scroll(content: str) -> str:
     return f'<div class="scroll" tabindex="0">\n{content}\n</div>\n'
 
 
-def saved_table(document: Mapping[str, Any], measure: str) -> str:
+def saved_table(document: ReportDocument, measure: Measure) -> str:
     """List the energy of the program and of every baseline by one measure, cheapest first."""
-    rows = [
-        ("this program", number(document["energy"][measure]), NOTHING, number(document["energy"]["time"], 1))
-    ]
-    energies = sorted(document["baselines"].items(), key=lambda item: item[1][measure])
+
+    def cost(energy: Energy) -> float:
+        value: float = getattr(energy, measure)
+        return value
+
+    energy = document.solution.energy
+    rows = [("this program", number(cost(energy)), NOTHING, number(energy.time, 1))]
     rows += [
-        (name, number(e[measure]), saving(document["savings"][name][measure]), number(e["time"], 1))
-        for name, e in energies
+        (name, number(cost(e)), saving(document.saved(name, measure)), number(e.time, 1))
+        for name, e in sorted(document.solution.baselines.items(), key=lambda item: cost(item[1]))
     ]
     heads = ("posture", "#energy (J)", "#saved by this program", "#time (s)")
     return table(heads, rows, "Energy of whole programs, and what this one saves")
 
 
-def baseline_table(document: Mapping[str, Any]) -> str:
+def baseline_table(document: ReportDocument) -> str:
     """Compare the result with every baseline by every measure."""
-    heads: tuple[str, ...] = (
-        "posture",
-        "#feed drives (J)",
-        "#saved",
-        "#if power falls with speed (J)",
-        "#travel metric (J)",
-        "#saved, travel metric",
-        "#feed drives and base power (J)",
-        "#saved, with base power",
-        "#time (s)",
-        "#saved, time",
-        "#time at the feed (s)",
-        "#starts",
-        "#reversals",
-    )
-    nothing = dict.fromkeys(("total", "travel", "with_base", "time"), NOTHING)
-    rows = [_energy_row("optimised", document["energy"], nothing)]
-    for name, energy in document["baselines"].items():
-        shares = {k: saving(v) for k, v in document["savings"][name].items()}
-        rows.append(_energy_row(name, energy, shares))
-    return table(heads, rows, "Every measure of whole programs")
+
+    def share(name: str, measure: Measure) -> str:
+        return NOTHING if name == RESULT else saving(document.saved(name, measure))
+
+    columns: dict[str, Callable[[str, Energy], str]] = {
+        "#feed drives (J)": lambda _, energy: number(energy.total),
+        "#saved": lambda name, _: share(name, "total"),
+        "#if power falls with speed (J)": lambda _, energy: number(energy.least),
+        "#travel metric (J)": lambda _, energy: number(energy.travel),
+        "#saved, travel metric": lambda name, _: share(name, "travel"),
+        "#feed drives and base power (J)": lambda _, energy: number(energy.with_base),
+        "#saved, with base power": lambda name, _: share(name, "with_base"),
+        "#time (s)": lambda _, energy: number(energy.time, 1),
+        "#saved, time": lambda name, _: share(name, "time"),
+        "#time at the feed (s)": lambda _, energy: number(energy.feed_time, 1),
+        "#starts": lambda _, energy: number(energy.starts),
+        "#reversals": lambda _, energy: number(energy.reversals),
+    }
+    rows = [
+        [name, *(column(name, energy) for column in columns.values())]
+        for name, energy in document.solution.energies.items()
+    ]
+    return table(("posture", *columns), rows, "Every measure of whole programs")
 
 
-def kinds_table(document: Mapping[str, Any]) -> str:
+def kinds_table(document: ReportDocument) -> str:
     """List cuts, links and rapid moves of all programs separately; empty if there are cuts only."""
-    energies = {"optimised": document["energy"], **document["baselines"]}
-    spent = {name: energy["by_kind"] for name, energy in energies.items()}
+    spent = {name: energy.by_kind for name, energy in document.solution.energies.items()}
     kinds = [kind for kind in KINDS if any(kind in shares for shares in spent.values())]
     if kinds == ["cut"]:
         return ""
@@ -140,89 +148,90 @@ def kinds_table(document: Mapping[str, Any]) -> str:
         cells = [name]
         for kind in kinds:
             share = shares.get(kind)
-            cells += (
-                [NOTHING, NOTHING] if share is None else [number(share["total"]), number(share["time"], 1)]
-            )
+            cells += [NOTHING, NOTHING] if share is None else [number(share.total), number(share.time, 1)]
         rows.append(cells)
     return table(("program", *heads), rows, "Energy of the feed drives and time by kind of move")
 
 
-def missing_list(document: Mapping[str, Any]) -> str:
+def missing_list(document: ReportDocument) -> str:
     """List which baselines were moved or are missing, and why, as list items; empty if there are none."""
-    moved = [(n, f": {note}") for n, note in document["moved_baselines"].items()]
-    missing = [(n, f" isn’t shown: {reason}") for n, reason in document["missing_baselines"].items()]
+    moved = [(name, f": {note}") for name, note in document.moved_baselines.items()]
+    missing = [(name, f" isn’t shown: {reason}") for name, reason in document.solution.missing.items()]
     return "\n".join(f"<li><b>{escape(name)}</b>{escape(text)}</li>" for name, text in moved + missing)
 
 
-def axis_table(document: Mapping[str, Any], baseline: str | None) -> str:
+def axis_table(document: ReportDocument) -> str:
     """List the energy of each axis, before and after."""
-    after = document["energy"]["by_axis"]
-    if baseline is None:
-        rows = [(a, number(j)) for a, j in after.items()]
-        return table(("axis", "#optimised (J)"), rows, AXES)
-    before = document["baselines"][baseline]["by_axis"]
+    after = document.solution.energy.by_axis
+    name = document.baseline
+    if name is None:
+        return table(("axis", f"#{RESULT} (J)"), [(a, number(j)) for a, j in after.items()], AXES)
+    before = document.solution.baselines[name].by_axis
     compared = [
         (a, number(before[a]), number(after[a]), number(after[a] - before[a], signed=True)) for a in after
     ]
-    return table(("axis", f"#{baseline} (J)", "#optimised (J)", "#change (J)"), compared, AXES)
+    return table(("axis", f"#{name} (J)", f"#{RESULT} (J)", "#change (J)"), compared, AXES)
 
 
-def steadiness_table(document: Mapping[str, Any], baseline: str | None) -> str:
+def steadiness_table(document: ReportDocument) -> str:
     """List starts, reversals and the largest change of speed of each axis, before and after."""
-    programs = {} if baseline is None else {baseline: document["baselines"][baseline]}
-    programs["optimised"] = document["energy"]
-    counted, changes = ("starts", "reversals"), document["energy"]["speed_changes"]
-    heads = [f"#{what}, {name}" for what in counted for name in programs]
+    result, name = document.solution.energy, document.baseline
+    programs = {} if name is None else {name: document.solution.baselines[name]}
+    programs[RESULT] = result
+    heads = [f"#{what}, {name}" for what in ("starts", "reversals") for name in programs]
+    counts = [energy.steadiness.starts for energy in programs.values()]
+    counts += [energy.steadiness.reversals for energy in programs.values()]
+    changes = result.steadiness.changes
     rows = [
         (
             axis,
-            *(number(energy[f"{what}_by_axis"][axis]) for what in counted for energy in programs.values()),
-            speed_change(changes[axis]) if axis in changes else NOTHING,
+            *(number(each[axis]) for each in counts),
+            speed_change(axis, changes[axis], document.lines.get(axis)) if axis in changes else NOTHING,
         )
-        for axis in document["energy"]["by_axis"]
+        for axis in result.by_axis
     ]
-    rows.append(("all", *(number(e[what]) for what in counted for e in programs.values()), ""))
+    rows.append(("all", *(number(sum(each.values())) for each in counts), ""))
     caption = "Starts, reversals and largest change of speed of each axis"
-    return table(("axis", *heads, "#change of speed, optimised"), rows, caption)
+    return table(("axis", *heads, f"#change of speed, {RESULT}"), rows, caption)
 
 
-def speed_change(change: Mapping[str, Any]) -> str:
-    """Format a change of an axis's speed with its place: the program's line, or the number of its block."""
-    line = change.get("line")
-    place = f"block {number(change['block'])}" if line is None else f"line {number(line)}"
-    size = plain(float(f"{change['change']:.3g}"))
-    return f"{size} {change['unit']} ({place})"
-
-
-def causes_table(summary: Sequence[Mapping[str, Any]]) -> str:
+def causes_table(summary: Sequence[Cause]) -> str:
     """List the findings, one row per severity and code, worst severity first.
 
     What has no place on the path is folded under the first of its code.
     """
     heads = ("severity", "code", "#places", "worst", "what", "first")
-    alike: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    alike: dict[tuple[str, str], list[Cause]] = {}
     for cause in summary:
-        alike.setdefault((cause["severity"], cause["code"]), []).append(cause)
+        alike.setdefault((cause.severity, cause.code), []).append(cause)
     rows = [_cause_row(causes) for causes in alike.values()]
     return table(heads, rows, "Findings by cause, errors first", "causes")
 
 
-def measured_table(figures: Mapping[str, Any]) -> str:
+def _cause_row(causes: Sequence[Cause]) -> list[str | Cell]:
+    cause, *others = causes
+    what = Cell(cause.worst.message, folded=tuple(other.worst.message for other in others))
+    count = number(sum(each.count for each in causes))
+    severity = Cell(cause.severity, cause.severity)
+    return [severity, cause.code, count, str(cause.worst.place), what, str(cause.first)]
+
+
+def measured_table(figures: Mapping[str, float | None]) -> str:
     """List the worst figures that verification measured, by name, and what no check measured."""
     rows = [(_words(name)[0], _measured(name, value)) for name, value in figures.items()]
     caption = "The worst that was measured in the program"
     return table(("measured in the program, the worst", "#value"), rows, caption, "narrow")
 
 
-def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
+def solver_table(stages: Sequence[Stage]) -> str:
     """List the solver's stages in order."""
     rows = [
         (
-            s["name"],
-            s["status"],
-            number(s["iterations"]),
-            NOTHING if s["before"] is None else number(s["before"]),  # a search starts from nothing
-            number(s["after"]),
+            s.name,
+            s.status,
+            number(s.iterations),
+            NOTHING if s.before is None else number(s.before),  # a search starts from nothing
+            number(s.after),
         )
         for s in stages
     ]
@@ -230,89 +239,30 @@ def solver_table(stages: Sequence[Mapping[str, Any]]) -> str:
     return table(heads, rows, "Stages of the solver in order")
 
 
-def budget_table(budget: Mapping[str, Any]) -> str:
+def budget_table(budget: Budget) -> str:
     """List a job's consumers with their shares, and the basis of each figure."""
-    total = budget["total"]
-    rows = []
-    for share in budget["shares"]:
-        joules = share["energy"]
+    rows, total = [], budget.total
+    for share in budget.shares:
+        joules, basis = share.energy, share.basis
         part = "" if joules is None or not total else f"{100.0 * joules / total:.1f}{THIN_SPACE}%"
-        basis = share["basis"]
         shown = Cell(basis, "warning") if basis in ("assumed", "unknown") else basis
-        rows.append((share["name"], number(joules), part, shown, share["said"]))
+        rows.append((share.name, number(joules), part, shown, share.source))
     return table(("consumer", "#J", "#share", "basis", "source, or why"), rows, "Consumers of the whole job")
 
 
-def machine_table(figures: Sequence[Mapping[str, Any]]) -> str:
+def machine_table(figures: Sequence[Provenance]) -> str:
     """List the machine's figures with their sources; assumptions are marked."""
     rows = [
-        (f["figure"], f["value"], Cell("assumed", "warning") if f["assumed"] else "sourced", f["source"])
-        for f in figures
+        (f.figure, f.value, Cell("assumed", "warning") if f.assumed else "sourced", f.text) for f in figures
     ]
     heads = ("figure", "value", "basis", "source, or why assumed")
     return table(heads, rows, "The machine’s figures and their sources")
 
 
-def input_table(inputs: Sequence[Mapping[str, Any]]) -> str:
+def input_table(inputs: Sequence[InputFile]) -> str:
     """List the files that were read."""
     rows = [(i["name"], i.get("used_as", ""), number(i["size"]), Cell(i["sha256"], "hash")) for i in inputs]
     return table(("file", "used as", "#bytes", "SHA-256"), rows, "Files that were read")
-
-
-def number(value: float | None, digits: int = 0, *, signed: bool = False) -> str:
-    """Format a number with thin spaces between thousands and a true minus sign."""
-    if value is None:
-        return UNKNOWN
-    # Adding 0 after rounding turns −0 into 0.
-    rounded = round(value, digits) + 0.0
-    text = f"{rounded:{'+' if signed and rounded else ''},.{digits}f}"
-    return text.replace(",", THIN_SPACE).replace("-", MINUS)
-
-
-def plain(value: float) -> str:
-    """Format a number as short as possible, with a true minus sign."""
-    return f"{value + 0.0:g}".replace("-", MINUS)
-
-
-def plain_list(values: Sequence[float]) -> str:
-    """Format numbers as short as possible, separated by commas."""
-    return ", ".join(map(plain, values))
-
-
-def saving(share: float | None) -> str:
-    """Format a saved share: ``20.5 % less``, ``3.1 % more``."""
-    if share is None:
-        return UNKNOWN
-    percent = round(100.0 * share, 1)
-    if percent == 0.0:
-        return "no change"
-    return f"{abs(percent):.1f}{THIN_SPACE}% {'less' if percent > 0.0 else 'more'}"
-
-
-def _energy_row(name: str, energy: Mapping[str, Any], shares: Mapping[str, str]) -> list[str]:
-    return [
-        name,
-        number(energy["total"]),
-        shares["total"],
-        number(energy["least"]),
-        number(energy["travel"]),
-        shares["travel"],
-        number(energy["with_base"]),
-        shares["with_base"],
-        number(energy["time"], 1),
-        shares["time"],
-        number(energy["feed_time"], 1),
-        number(energy["starts"]),
-        number(energy["reversals"]),
-    ]
-
-
-def _cause_row(causes: Sequence[Mapping[str, Any]]) -> list[str | Cell]:
-    cause, *others = causes
-    severity, worst = Cell(cause["severity"], cause["severity"]), cause["worst"]
-    place, first = (str(Place(**place)) for place in (worst["place"], cause["first"]))
-    what = Cell(worst["message"], folded=tuple(other["worst"]["message"] for other in others))
-    return [severity, cause["code"], number(sum(c["count"] for c in causes)), place, what, first]
 
 
 def _words(name: str) -> tuple[str, str]:
@@ -320,13 +270,11 @@ def _words(name: str) -> tuple[str, str]:
     return WORDS.get(name, (name.replace("_", " "), ""))
 
 
-def _measured(name: str, value: Any) -> str:
+def _measured(name: str, value: float | None) -> str:
     """Format a figure with its unit, to four digits and at most six decimals."""
-    if value is None:
+    if value is None or not math.isfinite(value):
         return NOT_CHECKED
     unit = _words(name)[1]
-    if not isinstance(value, float | int):
-        return str(value)
     scaled = round(100.0 * value if unit == "%" else value, 6) + 0.0
     text = np.format_float_positional(float(f"{scaled:.4g}"), trim="-").replace("-", MINUS)
     return f"{text}{'' if unit.startswith('°') or not unit else THIN_SPACE}{unit}"

@@ -38,7 +38,7 @@ def title_of(solution: Solution) -> str:
 def make_legend(
     solution: Solution, scene: Scene, sides: Sequence[Side], findings: Sequence[Finding], top: float
 ) -> str:
-    """Return the panel of what is shown, with its choices, as HTML.
+    """Return the legend as HTML: the programs, what can be switched on and off, colours and findings.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def make_legend(
 
 
 def make_readings(machine: Machine) -> str:
-    """Return the panel of what is read off at the place shown, as HTML; the page's script fills it."""
+    """Return the panel of values at the place shown as HTML; the page's script fills it in."""
     rows = "".join(
         f'<tr data-axis="{number}"><th scope="row">{axis.letter}</th><td class="value"></td>'
         '<td class="range"><meter min="0" max="1" aria-label="place in its travel"></meter></td>'

@@ -33,7 +33,7 @@ from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turns.rewinding import insert_rewinds
-from fiveaxis.report import report_document
+from fiveaxis.report import ReportDocument
 from fiveaxis.report.page import compose_page
 from fiveaxis.toolpath import Constraints, parse_tool
 from fiveaxis.toolpath.tool import Holder, Section
@@ -325,9 +325,8 @@ def main() -> None:
     rate("needless blocks, locations", 3600, lambda: thinned(vase, hayashi, solution.motion))
     rate("verify, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
     rate("preview page with a baseline, locations", 3600, lambda: render_page(solution))
-    report = fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)).as_dict()
-    document = report_document(solution, report, inputs=[])
-    rate("report page with its figures, locations", 3600, lambda: compose_page(solution, document))
+    document = ReportDocument(solution, fx.verify(solution.motion, hayashi, vase, tilt=(15, 75)))
+    rate("report page with its figures, locations", 3600, lambda: compose_page(document))
     bounds_of = {"tilt": (15, 75), "max_turn": 15, "turn_rate": 5, "singular_cone": 5}
     rate(
         "verify, every bound, locations", 3600, lambda: fx.verify(solution.motion, hayashi, vase, **bounds_of)

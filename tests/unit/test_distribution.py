@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 # What conda-forge calls packages that have another name on PyPI.
-ON_CONDA = {"pin": "pinocchio", "meshcat": "meshcat-python", "matplotlib": "matplotlib-base"}
+ON_CONDA = {"pin": "pinocchio", "meshcat": "meshcat-python"}
 
 
 @pytest.fixture(scope="module")

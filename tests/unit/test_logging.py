@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from types import SimpleNamespace
 from urllib.request import urlopen
 
 import numpy as np
@@ -100,7 +101,7 @@ def test_every_room_of_a_job_logs_under_its_own_name(told):
 def test_the_report_says_how_large_its_page_is(tmp_path, caplog, monkeypatch):
     monkeypatch.setattr("fiveaxis.report.page.compose_page", lambda *_: "x" * 2000)
     with caplog.at_level(logging.INFO, logger="fiveaxis.report"):
-        write_report(None, {"locations": 5}, tmp_path / "report.html")
+        write_report(SimpleNamespace(locations=5), tmp_path / "report.html")
     assert caplog.messages == ["report.html: 2 kB about 5 locations"]
 
 

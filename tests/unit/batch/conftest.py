@@ -99,26 +99,26 @@ class Pretended:
         if job.input.name in self.faults:
             raise self.faults[job.input.name]
         joules = 1000.0 + sum(job.setup.offset)
-        spent = {"total": joules, "travel": 2.0 * joules, "base": None, "with_base": None, "time": 9.5}
-        spent |= {"starts": 51, "reversals": 62}
+        spent = SimpleNamespace(total=joules, travel=2.0 * joules, base=None, time=9.5)
+        spent.starts, spent.reversals = 51, 62
         sound = job.input.name not in self.unsound
         (limit,) = group_findings([Finding(Severity.ERROR, "axis-limit", "A is too far", Place(1))])
-        document = {
-            "locations": 2,
-            "energy": spent,
-            "baselines": {"normal": {"total": 2000.0, "starts": 15, "reversals": 291}},
-            "savings_range": {},
-            "savings": {"normal": {"total": 1.0 - joules / 2000.0}},
-            "summary": [] if sound else [limit.as_dict()],
-            "verification": {"counts": {} if sound else {"axis-limit": 1}},
-        }
-        return SimpleNamespace(job=job, document=document, gate=SimpleNamespace(is_open=sound))
+        baselines = {"normal": SimpleNamespace(total=2000.0, starts=15, reversals=291)}
+        report = SimpleNamespace(
+            locations=2,
+            solution=SimpleNamespace(energy=spent, baselines=baselines),
+            baseline="normal",
+            saved=lambda *_: 1.0 - joules / 2000.0,
+            summary=[] if sound else [limit],
+            verdict=SimpleNamespace(counts={} if sound else {"axis-limit": 1}),
+        )
+        return SimpleNamespace(job=job, report=report, gate=SimpleNamespace(is_open=sound))
 
     def write(self, outcome: Any, folder: Path, _tell: object = None) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         names = ("report.json", "program.ngc") if outcome.gate.is_open else ("report.json",)
         for name in names:
-            (folder / name).write_text(str(outcome.document["energy"]))
+            (folder / name).write_text(str(vars(outcome.report.solution.energy)))
         return [folder / name for name in names]
 
 

@@ -178,7 +178,8 @@ def test_a_sweep_ends_in_a_page_a_table_and_a_figure_of_its_variants(write_job, 
         "-0.050000000000000044",
     ]
     figure = (own / "comparison.svg").read_text()
-    assert all(said in figure for said in ("1 000 J", "1 100 J", "950 J", "no base load (J)", "optimised"))
+    words = ("1\u2009000 J", "1\u2009100 J", "950 J", "no base load (J)", "optimised")
+    assert all(said in figure for said in words)
     names = ("comparison.html", "comparison.csv", "comparison.svg")
     assert done.comparisons[0].files == tuple(own / name for name in names)
     run_batch([file], tmp_path / "again", workers=1)

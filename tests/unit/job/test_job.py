@@ -18,7 +18,7 @@ from fiveaxis.job import (
     run_job,
 )
 from fiveaxis.job.reading import require_input
-from fiveaxis.report.tables import plain
+from fiveaxis.report.words import plain
 from fiveaxis.verification import verify
 
 POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"

@@ -211,7 +211,7 @@ def test_a_clamp_that_blocks_the_cheapest_setup_sends_the_search_to_another(besi
     assert first["why"].startswith("9 of 9 locations")
     assert found["chosen"]["kept_clear"] == pytest.approx(found["chosen"]["rough"], rel=1e-6)
     assert len(found["tried"]) <= 16
-    page = setup_section(found)
+    page = setup_section(outcome.report.setup_search)
     assert "clear of part, stock and fixtures" in page
 
 

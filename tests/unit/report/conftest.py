@@ -17,12 +17,29 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, follow
+from fiveaxis.motion import Motion, PredictedTime, follow
+from fiveaxis.nc.program import Preparation
+from fiveaxis.nc.writing.header import Note
 from fiveaxis.posture import Baseline, Solution, Stage
+from fiveaxis.report import ReportDocument, write_report
 from fiveaxis.report import page as page_module
-from fiveaxis.report import report_document, write_report
+from fiveaxis.report.facts import ProgramFigures
 from fiveaxis.toolpath import Toolpath, divided_rows, refined
+from fiveaxis.verification import Report
+from fiveaxis.verification.report import Check, Gap
 
+PREPARATION = Preparation(
+    notes=(
+        Note("start", "start with the tool clear of part and table"),
+        Note("work offset", "zero: the work offset is the workpiece origin"),
+        Note("tool", "tool length: measure it"),
+        Note("control", "parameter 19696 bit 5 is 0"),
+    ),
+    tool_number=3,
+    work_offset="G55",
+    in_force=("G21 G90", "G55", "T3 M6", "G0 G43.4 H3"),
+    start=(("A", -45.0), ("C", 0.12345), ("X", 1.5), ("Y", -2.0), ("Z", 408.8567)),
+)
 STAGES = (
     Stage("grid search, stride 30", "found", 12_345, None, 12_000.5),
     Stage("refine the grid's start", "Solve_Succeeded", 27, 12_000.5, 11_306.0),
@@ -82,54 +99,59 @@ def trunnion_solution(part_of_vase: Toolpath, trunnion: Machine, hayashi: Machin
     return solve_by_hand(part_of_vase, trunnion.with_drives_of(hayashi))
 
 
-def make_finding(
-    location: int, severity: Severity = Severity.ERROR, code: str = "axis-limit"
-) -> dict[str, Any]:
+def make_finding(location: int, severity: Severity = Severity.ERROR, code: str = "axis-limit") -> Finding:
     message = "A = -131.2 deg is below the limit -120 deg; narrow the tilt range"
-    return Finding(severity, code, message, Place(location, location + 1, "vase.csv"), 11.2).as_dict()
+    return Finding(severity, code, message, Place(location, location + 1, "vase.csv"), 11.2)
 
 
 @pytest.fixture
-def verdict() -> dict[str, Any]:
+def verdict() -> Report:
     """Verdict of a motion without a fault."""
-    return {
-        "ok": True,
-        "findings": [],
-        "counts": {},
-        "figures": {"contact error (mm)": 2.5e-13, "gouge (mm)": None},
-        "checked": ["axis limits at every location"],
-        "not_checked": ["gouges: no mesh of the part was given"],
-    }
+    return Report(
+        findings=(),
+        checks={},
+        figures={"contact error (mm)": 2.5e-13, "gouge (mm)": None},
+        checked=("axis limits at every location",),
+        gaps=(Gap("gouges: no mesh of the part was given"),),
+    )
 
 
 @pytest.fixture
-def unsafe_verdict(verdict: dict[str, Any]) -> dict[str, Any]:
+def unsafe_verdict(verdict: Report) -> Report:
     """Verdict with more than a thousand violations, of which 150 are listed."""
     findings = [make_finding(i, Severity.WARNING, "tip-deviation") for i in range(30)]
     findings += [make_finding(i) for i in range(120)]
-    counts = {"axis-limit": 1_500, "tip-deviation": 30}
-    return verdict | {"ok": False, "findings": findings, "counts": counts}
+    checks = {Check("axis-limit"): 1_500, Check("tip-deviation"): 30}
+    return replace(verdict, findings=tuple(findings), checks=checks)
 
 
 @pytest.fixture
-def program(solution: Solution) -> dict[str, Any]:
-    """Block counts of that motion's program: inserted and removed."""
-    return {
-        "blocks": 290,
-        "blocks_before": 360,
-        "inserted": 12,
-        "removed": 82,
-        "redundant_kept_for": [],
-        "path_tolerance_mm": 0.005,
-        "axis_tolerance_deg": 0.02,
-        "energy": {"optimised": solution.energy.as_dict()},
-    }
+def program(solution: Solution) -> ProgramFigures:
+    """Figures of that motion's program: inserted and removed blocks, and what it needs at the machine."""
+    return ProgramFigures(
+        control="fanuc",
+        coordinates="axes",
+        language="blocks",
+        preparation=PREPARATION,
+        blocks=290,
+        lines=300,
+        blocks_before=360,
+        inserted=12,
+        removed=82,
+        axis_held_in_plane=0,
+        axis_left_plane=0,
+        redundant_kept_for=(),
+        interpolation="joint",
+        run_time=PredictedTime(solution.motion.time, "programmed"),
+        path_tolerance_mm=0.005,
+        axis_tolerance_deg=0.02,
+    )
 
 
 # What a page shows of the solution alone, whatever its document says: nearly all the work of a page.
 DRAWN = (
     *("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
-    *("posture_map", "posture_map_figure", "surface_at", "surface_figure"),
+    *("posture_map", "posture_map_figure", "location_surface", "surface_figure"),
 )
 
 
@@ -153,16 +175,15 @@ def drawn() -> dict[Any, Any]:
 
 
 @pytest.fixture
-def page(tmp_path: Path, drawn: dict[Any, Any]) -> Callable[[Solution, dict[str, Any]], str]:
+def page(tmp_path: Path, drawn: dict[Any, Any]) -> Callable[..., str]:
     """Write the page of a solution and read it back."""
 
-    def compose(solution: Solution, verdict: dict[str, Any], program: Any = None, **more: Any) -> str:
+    def compose(solution: Solution, verdict: Report, **more: Any) -> str:
         path = tmp_path / "report.html"
-        document = report_document(solution, verdict, inputs=[], program=program)
         with pytest.MonkeyPatch.context() as patched:
             for name in DRAWN:
                 patched.setattr(page_module, name, once(getattr(page_module, name), drawn))
-            write_report(solution, document | more, path)
+            write_report(ReportDocument(solution, verdict, **more), path)
         return path.read_text(encoding="utf-8")
 
     return compose

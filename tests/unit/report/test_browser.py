@@ -13,7 +13,9 @@ import pytest
 from browser import NEEDS_BROWSER, Browser
 
 from fiveaxis.posture import Solution
-from fiveaxis.report import report_document, write_report
+from fiveaxis.report import ReportDocument, write_report
+from fiveaxis.verification import Report
+from fiveaxis.verification.report import Gap
 
 pytestmark = NEEDS_BROWSER
 READY = "document.body.dataset.ready === 'yes'"
@@ -26,17 +28,10 @@ CONTRAST = 4.5
 
 @pytest.fixture(scope="module")
 def written(solution: Solution, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    verdict: dict[str, Any] = {
-        "ok": True,
-        "findings": [],
-        "counts": {},
-        "figures": {"gouge_depth_mm": None},
-        "checked": [NASTY],
-        "not_checked": [NASTY, "a" * 200],
-    }
+    verdict = Report((), {}, {"gouge_depth_mm": None}, (NASTY,), (Gap(NASTY), Gap("a" * 200)))
     named = replace(solution, toolpath=replace(solution.toolpath, name=NASTY))
     path = tmp_path_factory.mktemp("report") / "report.html"
-    return write_report(named, report_document(named, verdict, inputs=[]), path)
+    return write_report(ReportDocument(named, verdict), path)
 
 
 @pytest.fixture

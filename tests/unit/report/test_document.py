@@ -5,15 +5,17 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from fiveaxis.errors import InputError
 from fiveaxis.posture import LowerBound, Solution
-from fiveaxis.report import describe_input, report_document, write_json
+from fiveaxis.report import ReportDocument, describe_input, write_json
+from fiveaxis.report.facts import ProgramFigures
+from fiveaxis.verification import Report
 
 KEYS = [
+    "answers",
     "toolpath",
     "locations",
     "path_shape",
@@ -40,11 +42,12 @@ KEYS = [
     "residuals",
     "inputs",
     "units",
+    "kept_back",
 ]
 
 
-def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict: dict[str, Any]) -> None:
-    document = report_document(solution, verdict, inputs=[])
+def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict: Report) -> None:
+    document = ReportDocument(solution, verdict).as_dict()
     assert list(document) == KEYS
     measures = ["total", "by_axis", "least", "base", "with_base", "time", "feed_time", "timing"]
     travel = ("travel", "travel_by_axis", "travel_error")
@@ -53,10 +56,8 @@ def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict:
     assert list(document["energy"]["by_axis"]) == list("XYZAC")
 
 
-def test_the_document_repeats_the_figures_of_the_solution(
-    solution: Solution, verdict: dict[str, Any]
-) -> None:
-    document = report_document(solution, verdict, inputs=[])
+def test_the_document_repeats_the_figures_of_the_solution(solution: Solution, verdict: Report) -> None:
+    document = ReportDocument(solution, verdict).as_dict()
     assert document["locations"] == 360
     assert document["energy"] == solution.energy.as_dict()
     assert document["baselines"]["normal"] == solution.baselines["normal"].as_dict()
@@ -67,9 +68,9 @@ def test_the_document_repeats_the_figures_of_the_solution(
 
 
 def test_savings_are_shares_of_the_baseline_in_every_measure(
-    solution_with_base: Solution, verdict: dict[str, Any]
+    solution_with_base: Solution, verdict: Report
 ) -> None:
-    saved = report_document(solution_with_base, verdict, inputs=[])["savings"]["normal"]
+    saved = ReportDocument(solution_with_base, verdict).as_dict()["savings"]["normal"]
     after, before = solution_with_base.energy, solution_with_base.baselines["normal"]
     assert saved["travel"] == pytest.approx(1.0 - after.travel / before.travel, rel=1e-12)
     assert saved["total"] == pytest.approx(1.0 - after.total / before.total)
@@ -77,28 +78,26 @@ def test_savings_are_shares_of_the_baseline_in_every_measure(
     assert saved["with_base"] == pytest.approx(1.0 - total_after / total_before)
 
 
-def test_a_saving_with_unknown_base_power_is_null(solution: Solution, verdict: dict[str, Any]) -> None:
-    assert report_document(solution, verdict, inputs=[])["savings"]["normal"]["with_base"] is None
+def test_a_saving_with_unknown_base_power_is_null(solution: Solution, verdict: Report) -> None:
+    assert ReportDocument(solution, verdict).as_dict()["savings"]["normal"]["with_base"] is None
 
 
-def test_a_baseline_that_costs_nothing_has_no_saving(solution: Solution, verdict: dict[str, Any]) -> None:
+def test_a_baseline_that_costs_nothing_has_no_saving(solution: Solution, verdict: Report) -> None:
     normal = solution.compared["normal"]
     still = replace(normal.energy, by_axis=dict.fromkeys("XYZAC", 0.0))
     idle = replace(solution, compared={"normal": replace(normal, energy=still)})
-    assert report_document(idle, verdict, inputs=[])["savings"]["normal"]["total"] is None
+    assert ReportDocument(idle, verdict).as_dict()["savings"]["normal"]["total"] is None
 
 
-def test_stages_keep_their_order_and_a_search_has_no_start(
-    solution: Solution, verdict: dict[str, Any]
-) -> None:
-    stages = report_document(solution, verdict, inputs=[])["solver"]
+def test_stages_keep_their_order_and_a_search_has_no_start(solution: Solution, verdict: Report) -> None:
+    stages = ReportDocument(solution, verdict).as_dict()["solver"]
     assert [s["iterations"] for s in stages] == [12_345, 27]
     assert stages[0]["before"] is None
     assert list(stages[1]) == ["name", "status", "iterations", "before", "after"]
 
 
-def test_the_machine_has_the_source_of_every_figure(solution: Solution, verdict: dict[str, Any]) -> None:
-    machine = report_document(solution, verdict, inputs=[])["machine"]
+def test_the_machine_has_the_source_of_every_figure(solution: Solution, verdict: Report) -> None:
+    machine = ReportDocument(solution, verdict).as_dict()["machine"]
     assert (machine["name"], machine["code"], machine["axes"]) == ("hayashi-640123", "640123", "XYZAC")
     figures = {f["figure"]: f for f in machine["figures"]}
     assert figures["A limits"]["assumed"] is True
@@ -106,43 +105,38 @@ def test_the_machine_has_the_source_of_every_figure(solution: Solution, verdict:
     assert "Hayashi" in figures["Z drive"]["source"]
 
 
-def test_what_is_not_a_finite_number_becomes_null(solution: Solution, verdict: dict[str, Any]) -> None:
-    verdict["figures"] = {"nothing": math.nan, "everything": math.inf, "some": 1.5}
-    figures = report_document(solution, verdict, inputs=[])["verification"]["figures"]
+def test_what_is_not_a_finite_number_becomes_null(solution: Solution, verdict: Report) -> None:
+    verdict = replace(verdict, figures={"nothing": math.nan, "everything": math.inf, "some": 1.5})
+    figures = ReportDocument(solution, verdict).as_dict()["verification"]["figures"]
     assert figures == {"nothing": None, "everything": None, "some": 1.5}
 
 
 def test_folders_of_the_computer_stay_out_of_the_document(
-    solution: Solution, unsafe_verdict: dict[str, Any], tmp_path: Path
+    solution: Solution, unsafe_verdict: Report, tmp_path: Path
 ) -> None:
     file = str(tmp_path / "vase.csv")
-    unsafe_verdict["findings"][0]["place"]["file"] = file
+    findings = [replace(f, place=replace(f.place, file=file)) for f in unsafe_verdict.findings]
+    unsafe_verdict = replace(unsafe_verdict, findings=tuple(findings))
     moved = replace(solution, toolpath=replace(solution.toolpath, name=file))
-    text = json.dumps(report_document(moved, unsafe_verdict, inputs=[]))
+    text = json.dumps(ReportDocument(moved, unsafe_verdict).as_dict())
     assert str(tmp_path) not in text
     assert '"toolpath": "vase.csv"' in text
 
 
-def test_the_verdict_given_is_left_as_it_was(solution: Solution, unsafe_verdict: dict[str, Any]) -> None:
-    unsafe_verdict["findings"][0]["place"]["file"] = "/somewhere/vase.csv"
-    report_document(solution, unsafe_verdict, inputs=[])
-    assert unsafe_verdict["findings"][0]["place"]["file"] == "/somewhere/vase.csv"
-
-
 def test_two_documents_of_one_solution_have_the_same_bytes(
-    solution: Solution, unsafe_verdict: dict[str, Any], tmp_path: Path
+    solution: Solution, unsafe_verdict: Report, tmp_path: Path
 ) -> None:
     for name in ("first.json", "second.json"):
-        write_json(report_document(solution, unsafe_verdict, inputs=[]), tmp_path / name)
+        write_json(ReportDocument(solution, unsafe_verdict), tmp_path / name)
     assert (tmp_path / "first.json").read_bytes() == (tmp_path / "second.json").read_bytes()
 
 
 def test_a_document_read_back_is_the_document_written(
-    solution: Solution, unsafe_verdict: dict[str, Any], tmp_path: Path
+    solution: Solution, unsafe_verdict: Report, tmp_path: Path
 ) -> None:
-    document = report_document(solution, unsafe_verdict, inputs=[])
+    document = ReportDocument(solution, unsafe_verdict)
     path = write_json(document, tmp_path / "report.json")
-    assert json.loads(path.read_text(encoding="utf-8")) == document
+    assert json.loads(path.read_text(encoding="utf-8")) == document.as_dict()
     assert path.read_bytes().endswith(b"}\n")
 
 
@@ -159,18 +153,18 @@ def test_an_input_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 
 def test_a_program_with_an_error_makes_the_whole_run_unsound(
-    solution: Solution, unsafe_verdict: dict[str, Any], program: dict[str, Any]
+    solution: Solution, unsafe_verdict: Report, program: ProgramFigures
 ) -> None:
-    document = report_document(solution, unsafe_verdict, inputs=[], program=program)
+    document = ReportDocument(solution, unsafe_verdict, program=program).as_dict()
     assert document["verification"]["ok"] is False
-    assert document["verification"]["counts"] == unsafe_verdict["counts"]
+    assert document["verification"]["counts"] == unsafe_verdict.counts
     assert document["program"]["inserted"] == 12
 
 
-def test_the_document_has_the_lower_bound(solution: Solution, verdict: dict[str, Any]) -> None:
-    document = report_document(solution, verdict, inputs=[])
+def test_the_document_has_the_lower_bound(solution: Solution, verdict: Report) -> None:
+    document = ReportDocument(solution, verdict).as_dict()
     assert document["bound"] is None
     half = LowerBound(0.5 * document["energy"]["travel"], "travel", 7)
-    bound = report_document(replace(solution, bound=half), verdict, inputs=[])["bound"]
+    bound = ReportDocument(replace(solution, bound=half), verdict).as_dict()["bound"]
     assert bound["gap"] == pytest.approx(0.5)
     assert bound["in_words"] == "at most 50.0% of the travel metric could still be saved by any posture"

@@ -11,12 +11,12 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Axis, Limits, Machine
 from fiveaxis.posture import Solution
+from fiveaxis.report import location_surface
 from fiveaxis.report.landscape import (
     MOST_LOCATIONS,
     modulo_turn,
     posture_map,
     shown_range,
-    surface_at,
 )
 from fiveaxis.toolpath import TiltBounds
 
@@ -38,34 +38,34 @@ def cost_from_zero(solution: Solution, location: int, first: float, second: floa
 
 
 def test_the_surface_holds_the_contact_not_the_tip(any_solution: Solution) -> None:
-    surface = surface_at(any_solution, 180)
+    surface = location_surface(any_solution, 180)
     for i, j in ((0, 0), (17, 40), (120, 71)):
-        expected = cost_from_zero(any_solution, 180, surface.first[i], surface.second[j])
-        assert surface.cost[i, j] == pytest.approx(expected, rel=1e-12)
+        expected = cost_from_zero(any_solution, 180, surface.power.first[i], surface.power.second[j])
+        assert surface.power.total[i, j] == pytest.approx(expected, rel=1e-12)
 
 
 def test_the_admissible_region_keeps_the_tilt(solution: Solution) -> None:
-    surface = surface_at(solution, 180)
-    angles = np.stack(np.meshgrid(surface.first, surface.second, indexing="ij"), axis=-1)
+    surface = location_surface(solution, 180)
+    angles = np.stack(np.meshgrid(surface.power.first, surface.power.second, indexing="ij"), axis=-1)
     cosine = tool_axes(solution.machine, angles) @ solution.toolpath.normal[180]
     tilt = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    np.testing.assert_array_equal(surface.allowed, (tilt >= 15.0) & (tilt <= 75.0))
-    assert 0.05 < surface.allowed.mean() < 0.5
+    np.testing.assert_array_equal(surface.admissible, (tilt >= 15.0) & (tilt <= 75.0))
+    assert 0.05 < surface.admissible.mean() < 0.5
 
 
 def test_the_admissible_region_keeps_the_limits_of_the_linear_axes(solution: Solution) -> None:
     narrow = replace(solution.machine.axis("Z"), limits=Limits(-5.0, 30.0))
     axes = tuple(narrow if a.letter == "Z" else a for a in solution.machine.axes)
     narrowed = replace(solution, machine=replace(solution.machine, axes=axes))
-    free, bound = surface_at(solution, 180), surface_at(narrowed, 180)
-    assert bound.allowed.sum() < free.allowed.sum()
-    assert not np.any(bound.allowed & ~free.allowed)
+    free, bound = location_surface(solution, 180), location_surface(narrowed, 180)
+    assert bound.admissible.sum() < free.admissible.sum()
+    assert not np.any(bound.admissible & ~free.admissible)
 
 
 def test_a_link_allows_every_tilt(solution: Solution) -> None:
     reference = np.full_like(solution.tilt.reference, np.nan)
     free = replace(solution, tilt=TiltBounds(reference, 0.0, 1.0, "normal"))
-    assert surface_at(free, 180).allowed.all()
+    assert location_surface(free, 180).admissible.all()
 
 
 def test_the_map_shows_the_least_cost_over_the_admissible_second_angles(solution: Solution) -> None:

@@ -14,9 +14,11 @@ import pytest
 from matplotlib.image import imread
 
 from fiveaxis.posture import Solution
+from fiveaxis.report import location_surface
 from fiveaxis.report.chart import FORBIDDEN
-from fiveaxis.report.landscape import posture_map, surface_at
-from fiveaxis.report.maps import png_address, posture_map_figure, surface_figure
+from fiveaxis.report.heat import png_address
+from fiveaxis.report.landscape import posture_map
+from fiveaxis.report.maps import posture_map_figure, surface_figure
 from fiveaxis.toolpath import TiltBounds
 
 
@@ -45,7 +47,7 @@ def test_a_picture_is_read_back_as_it_was() -> None:
 def test_maps_are_pictures_without_date_or_program(solution: Solution) -> None:
     for svg in (
         posture_map_figure(solution, posture_map(solution), "normal"),
-        surface_figure(solution, surface_at(solution, 180), "normal"),
+        surface_figure(location_surface(solution, 180), "normal"),
     ):
         found = pictures(svg)
         assert len(found) == 2
@@ -66,7 +68,6 @@ def test_where_no_second_angle_is_admissible_the_map_is_grey(solution: Solution)
 
 
 def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution: Solution) -> None:
-    surface = surface_at(trunnion_solution, 180)
     home = replace(trunnion_solution.motion, positions=np.zeros_like(trunnion_solution.motion.positions))
 
     def share_of_map(svg: str) -> float:
@@ -75,8 +76,8 @@ def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution:
         ground = re.search(r'<rect [^>]*height="([\d.]+)"', svg)
         return float(image[1]) / float(ground[1])  # type: ignore[index]
 
-    assert share_of_map(surface_figure(trunnion_solution, surface, None)) < 0.95
-    inside = surface_figure(replace(trunnion_solution, motion=home), surface, None)
+    assert share_of_map(surface_figure(location_surface(trunnion_solution, 180), None)) < 0.95
+    inside = surface_figure(location_surface(replace(trunnion_solution, motion=home), 180), None)
     assert share_of_map(inside) == pytest.approx(1.0)
 
 

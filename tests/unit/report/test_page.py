@@ -7,13 +7,15 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from fiveaxis.energy import KindEnergy
 from fiveaxis.posture import Solution
-from fiveaxis.report import report_document, write_report
+from fiveaxis.report import ReportDocument, write_report
+from fiveaxis.report.facts import Overriding, ProgramFigures
 from fiveaxis.report.page import compose_page
-from fiveaxis.report.tables import number, saving
+from fiveaxis.report.words import number, saving
+from fiveaxis.verification import Report
+from fiveaxis.verification.report import Gap
 
 Page = Callable[..., str]
 THIN = "\u2009"
@@ -27,9 +29,7 @@ def body_text(page: str) -> str:
     return re.sub(r"[ \n]+", " ", html.unescape(bare))
 
 
-def test_the_page_states_the_figures_of_the_solution(
-    page: Page, solution: Solution, verdict: dict[str, Any]
-) -> None:
+def test_the_page_states_the_figures_of_the_solution(page: Page, solution: Solution, verdict: Report) -> None:
     text = body_text(page(solution, verdict))
     normal = solution.baselines["normal"]
     share = 100.0 * (1.0 - solution.energy.total / normal.total)
@@ -42,7 +42,7 @@ def test_the_page_states_the_figures_of_the_solution(
 
 
 def test_a_path_without_errors_is_called_safe_only_as_far_as_checked(
-    page: Page, solution: Solution, verdict: dict[str, Any]
+    page: Page, solution: Solution, verdict: Report
 ) -> None:
     text = body_text(page(solution, verdict))
     assert "Verified, no errors; not everything was checked." in text
@@ -51,21 +51,19 @@ def test_a_path_without_errors_is_called_safe_only_as_far_as_checked(
 
 
 def test_a_path_that_passed_every_check_is_called_safe(
-    page: Page, solution: Solution, verdict: dict[str, Any]
+    page: Page, solution: Solution, verdict: Report
 ) -> None:
-    assert "Yes: every check passed." in page(solution, verdict | {"not_checked": []})
+    assert "Yes: every check passed." in page(solution, replace(verdict, gaps=()))
 
 
-def test_an_unchecked_path_is_not_called_safe(
-    page: Page, solution: Solution, verdict: dict[str, Any]
-) -> None:
-    text = body_text(page(solution, verdict | {"checked": []}))
+def test_an_unchecked_path_is_not_called_safe(page: Page, solution: Solution, verdict: Report) -> None:
+    text = body_text(page(solution, replace(verdict, checked=())))
     assert "Unknown: nothing was checked." in text
     assert "Verified" not in text
 
 
 def test_an_unsafe_verdict_stands_before_every_saving(
-    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+    page: Page, solution: Solution, unsafe_verdict: Report
 ) -> None:
     text = body_text(page(solution, unsafe_verdict))
     assert "✗ No: don’t run this program." in text
@@ -75,11 +73,10 @@ def test_an_unsafe_verdict_stands_before_every_saving(
 
 
 def test_errors_that_are_overridden_stand_first_with_who_overrides_them(
-    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+    page: Page, solution: Solution, unsafe_verdict: Report
 ) -> None:
     who = "the job file <cup>.toml (override)"
-    more = {"kept_back": {}, "overridden": {"axis-limit": 1_500}, "overridden_by": who}
-    found = page(solution, unsafe_verdict, **more)
+    found = page(solution, unsafe_verdict, overriding=Overriding({"axis-limit": 1_500}, who))
     text = body_text(found)
     assert '<section class="answer verdict overridden">' in found
     assert f"Overridden axis-limit (1{THIN}500), by {who}. The program was written with them" in text
@@ -89,18 +86,18 @@ def test_errors_that_are_overridden_stand_first_with_who_overrides_them(
 
 
 def test_what_still_keeps_the_program_back_is_named_beside_what_is_overridden(
-    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+    page: Page, solution: Solution, unsafe_verdict: Report
 ) -> None:
-    more = {"kept_back": {"gouge": 3}, "overridden": {"axis-limit": 1_500}, "overridden_by": "cup.toml"}
-    text = body_text(page(solution, unsafe_verdict, **more))
+    accepted = Overriding({"axis-limit": 1_500}, "cup.toml")
+    text = body_text(page(solution, unsafe_verdict, kept_back={"gouge": 3}, overriding=accepted))
     assert "Kept back No NC program was written, because of gouge (3)." in text
     assert "was written with them" not in text
 
 
 def test_the_page_states_how_many_blocks_were_inserted_and_removed(
-    page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
+    page: Page, solution: Solution, verdict: Report, program: ProgramFigures
 ) -> None:
-    text = body_text(page(solution, verdict, program))
+    text = body_text(page(solution, verdict, program=program))
     message = (
         "12 blocks were inserted (tolerance 0.005 mm); their postures were optimised too. 82 redundant blocks"
     )
@@ -109,15 +106,17 @@ def test_the_page_states_how_many_blocks_were_inserted_and_removed(
 
 
 def test_the_page_states_why_no_block_was_removed(
-    page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
+    page: Page, solution: Solution, verdict: Report, program: ProgramFigures
 ) -> None:
-    kept = program | {"removed": 0, "redundant_kept_for": ["gouge", "tip-deviation"]}
-    assert "were kept; without them: gouge, tip-deviation." in body_text(page(solution, verdict, kept))
-    assert "No block was redundant." in body_text(page(solution, verdict, program | {"removed": 0}))
+    none = replace(program, removed=0)
+    kept = replace(none, redundant_kept_for=("gouge", "tip-deviation"))
+    text = body_text(page(solution, verdict, program=kept))
+    assert "were kept; without them: gouge, tip-deviation." in text
+    assert "No block was redundant." in body_text(page(solution, verdict, program=none))
 
 
 def test_errors_are_shown_first_and_all_findings_are_counted(
-    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+    page: Page, solution: Solution, unsafe_verdict: Report
 ) -> None:
     text = page(solution, unsafe_verdict)
     # 150 are listed by verification; 1 530 were found, with two causes.
@@ -131,7 +130,7 @@ def test_errors_are_shown_first_and_all_findings_are_counted(
 
 
 def test_a_machine_without_base_power_is_not_given_a_total(
-    page: Page, solution: Solution, verdict: dict[str, Any]
+    page: Page, solution: Solution, verdict: Report
 ) -> None:
     text = body_text(page(solution, verdict))
     assert "of the best baseline, normal (feed drives only)." in text
@@ -139,7 +138,7 @@ def test_a_machine_without_base_power_is_not_given_a_total(
 
 
 def test_a_machine_with_base_power_is_given_a_total(
-    page: Page, solution_with_base: Solution, verdict: dict[str, Any]
+    page: Page, solution_with_base: Solution, verdict: Report
 ) -> None:
     text = body_text(page(solution_with_base, verdict))
     assert f"With base power: plus 2{THIN}763 W over the cycle time" in text
@@ -148,22 +147,20 @@ def test_a_machine_with_base_power_is_given_a_total(
 
 
 def test_a_baseline_that_is_missing_is_named_with_its_reason(
-    page: Page, solution: Solution, verdict: dict[str, Any]
+    page: Page, solution: Solution, verdict: Report
 ) -> None:
     assert "as-programmed isn’t shown: the input has no tool axes" in body_text(page(solution, verdict))
 
 
 def test_a_solution_without_any_baseline_is_still_reported(
-    page: Page, solution: Solution, verdict: dict[str, Any]
+    page: Page, solution: Solution, verdict: Report
 ) -> None:
     text = body_text(page(replace(solution, compared={}), verdict))
     assert "There is no baseline to compare with" in text
     assert "% less" not in text
 
 
-def test_a_loss_is_called_more_not_a_negative_saving(
-    page: Page, solution: Solution, verdict: dict[str, Any]
-) -> None:
+def test_a_loss_is_called_more_not_a_negative_saving(page: Page, solution: Solution, verdict: Report) -> None:
     normal = solution.compared["normal"]
     swapped = replace(
         solution,
@@ -175,9 +172,7 @@ def test_a_loss_is_called_more_not_a_negative_saving(
     assert f"{share:.1f}{THIN}% more" in page(swapped, verdict)
 
 
-def test_an_assumed_figure_of_the_machine_is_marked(
-    page: Page, solution: Solution, verdict: dict[str, Any]
-) -> None:
+def test_an_assumed_figure_of_the_machine_is_marked(page: Page, solution: Solution, verdict: Report) -> None:
     text = page(solution, verdict)
     assert (
         '<th scope="row">A limits</th><td>min -120.0, max 30.0, unit deg</td><td class="warning">assumed</td>'
@@ -187,12 +182,10 @@ def test_an_assumed_figure_of_the_machine_is_marked(
 
 
 def test_a_name_cannot_smuggle_markup_into_the_page(
-    page: Page, solution: Solution, unsafe_verdict: dict[str, Any]
+    page: Page, solution: Solution, unsafe_verdict: Report
 ) -> None:
     nasty = "<script>alert('1')</script>&$title.apt"
-    unsafe_verdict["findings"][0]["message"] = nasty
-    unsafe_verdict["findings"][0]["severity"] = "error"
-    unsafe_verdict["findings"][0]["code"] = "axis-limit"
+    finding = replace(unsafe_verdict.findings[-1], message=nasty, value=99.0)
     text = page(
         replace(
             solution,
@@ -200,21 +193,26 @@ def test_a_name_cannot_smuggle_markup_into_the_page(
             compared={nasty: solution.compared["normal"]},
             missing={nasty: nasty},
         ),
-        unsafe_verdict | {"not_checked": [nasty], "figures": {nasty: 1.0}},
+        replace(
+            unsafe_verdict,
+            findings=(finding, *unsafe_verdict.findings),
+            gaps=(Gap(nasty),),
+            figures={nasty: 1.0},
+        ),
     )
     assert text.count("<script") == 1  # the page's own
     assert nasty not in text
     assert text.count(html.escape(nasty)) >= 8
 
 
-def test_the_page_needs_no_network(page: Page, solution: Solution, verdict: dict[str, Any]) -> None:
+def test_the_page_needs_no_network(page: Page, solution: Solution, verdict: Report) -> None:
     text = page(solution, verdict)
     assert OUTSIDE.findall(re.sub(r"data:image/png;base64,[\w+/=]+", "data:", text)) == []
     assert text.count("data:image/png;base64,") == 4
     assert text.count("<svg") == 7
 
 
-def test_the_page_runs_its_own_script_alone(page: Page, solution: Solution, verdict: dict[str, Any]) -> None:
+def test_the_page_runs_its_own_script_alone(page: Page, solution: Solution, verdict: Report) -> None:
     text = page(solution, verdict)
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]  # type: ignore[index]
     assert "default-src 'none'" in policy
@@ -227,16 +225,14 @@ def test_the_page_runs_its_own_script_alone(page: Page, solution: Solution, verd
 
 
 def test_the_page_is_small_however_long_the_path(
-    page: Page, solution: Solution, long_solution: Solution, verdict: dict[str, Any]
+    page: Page, solution: Solution, long_solution: Solution, verdict: Report
 ) -> None:
     assert len(page(solution, verdict)) < 450_000
     assert len(long_solution.toolpath) > 35_000
-    assert len(compose_page(long_solution, report_document(solution, verdict, inputs=[]))) < 700_000
+    assert len(compose_page(ReportDocument(long_solution, verdict))) < 700_000
 
 
-def test_every_chart_says_in_words_what_it_shows(
-    page: Page, solution: Solution, verdict: dict[str, Any]
-) -> None:
+def test_every_chart_says_in_words_what_it_shows(page: Page, solution: Solution, verdict: Report) -> None:
     charts = re.findall(r"<svg[^>]*>", page(solution, verdict))
     assert all(re.search(r'role="img" aria-label="[^"]{20,}"', chart) for chart in charts)
     assert [re.findall(r'data-over="([^"]*)"', chart) for chart in charts] == [
@@ -245,15 +241,15 @@ def test_every_chart_says_in_words_what_it_shows(
 
 
 def test_two_pages_of_one_solution_have_the_same_bytes(
-    page: Page, solution: Solution, verdict: dict[str, Any], tmp_path: Path
+    page: Page, solution: Solution, verdict: Report, tmp_path: Path
 ) -> None:
     first = page(solution, verdict)
     # Drawn anew, which the pages of the other tests aren't.
-    write_report(solution, report_document(solution, verdict, inputs=[]), tmp_path / "second.html")
+    write_report(ReportDocument(solution, verdict), tmp_path / "second.html")
     assert first.encode() == (tmp_path / "second.html").read_bytes()
 
 
-def test_ids_on_the_page_are_unique(page: Page, solution: Solution, verdict: dict[str, Any]) -> None:
+def test_ids_on_the_page_are_unique(page: Page, solution: Solution, verdict: Report) -> None:
     ids = re.findall(r' id="([^"]+)"', page(solution, verdict))
     assert len(ids) == len(set(ids))
 
@@ -273,7 +269,7 @@ def test_numbers_have_a_true_minus_and_no_negative_zero() -> None:
 
 
 def test_the_headline_compares_whole_programs_and_shows_kinds_of_moves_apart(
-    page: Page, solution: Solution, verdict: dict[str, Any], program: dict[str, Any]
+    page: Page, solution: Solution, verdict: Report, program: ProgramFigures
 ) -> None:
     cut, rapid = KindEnergy(1000.0, 5.0, 6.0), KindEnergy(234.0, 5.0, 1.0)
     kinds = {"cut": cut, "rapid": rapid}
@@ -282,7 +278,7 @@ def test_the_headline_compares_whole_programs_and_shows_kinds_of_moves_apart(
         solution.compared["normal"], energy=replace(solution.energy, by_axis=double, by_kind=kinds)
     )
     compared = replace(solution, compared=dict(solution.compared) | {"normal": normal})
-    text = body_text(page(compared, verdict, program))
+    text = body_text(page(compared, verdict, program=program))
     assert "Energy of whole programs" in text
     assert "50.0\u2009% less" in text
     assert "rapid moves (J)" in text

@@ -1,9 +1,13 @@
 """The page's tables."""
 
 import re
+from dataclasses import replace
+
+import numpy as np
 
 from fiveaxis.findings import Finding, Place, Severity, group_findings
-from fiveaxis.report import report_document
+from fiveaxis.motion import SpeedChange
+from fiveaxis.report import ReportDocument
 from fiveaxis.report.tables import (
     WORDS,
     baseline_table,
@@ -44,7 +48,7 @@ def test_findings_without_a_place_are_one_row_with_the_others_folded():
     findings = [Finding(Severity.WARNING, "drive-estimated", f"axis {c} is <estimated>") for c in "XYZ"]
     findings += [Finding(Severity.WARNING, "feed-over", "too quick", Place(k), float(k)) for k in range(40)]
     findings.append(Finding(Severity.ERROR, "tilt", "too far", Place(3)))
-    text = causes_table([cause.as_dict() for cause in group_findings(findings)])
+    text = causes_table(group_findings(findings))
     rows = [row[:3] for row in cells(text)[1:]]
     assert rows == [
         ["error", "tilt", "1"],
@@ -71,8 +75,8 @@ def test_every_figure_of_a_verification_has_words(solution):
 
 
 def test_starts_and_reversals_are_listed_by_axis_before_and_after(solution, verdict):
-    document = report_document(solution, verdict, inputs=[])
-    head, *rows = cells(steadiness_table(document, "normal"))
+    document = ReportDocument(solution, verdict)
+    head, *rows = cells(steadiness_table(document))
     names = [f"{what}, {name}" for what in ("starts", "reversals") for name in ("normal", "optimised")]
     assert head == ["axis", *names, "change of speed, optimised"]
     before, after = (energy.steadiness for energy in (solution.baselines["normal"], solution.energy))
@@ -82,21 +86,23 @@ def test_starts_and_reversals_are_listed_by_axis_before_and_after(solution, verd
         assert change.startswith(f"{after.changes[axis].size:.3g}" if axis in "XYZ" else "")
         assert change.endswith(f" (block {after.changes[axis].block})")
     assert [int(count) for count in rows[-1][1:-1]] == [sum(each.values()) for each in found]
-    assert cells(steadiness_table(document, None))[0][1:3] == ["starts, optimised", "reversals, optimised"]
+    alone = ReportDocument(replace(solution, compared={}), verdict)
+    assert cells(steadiness_table(alone))[0][1:3] == ["starts, optimised", "reversals, optimised"]
 
 
 def test_an_axis_without_a_change_of_speed_has_none_in_the_table(solution, verdict):
-    document = report_document(solution, verdict, inputs=[])
-    document["energy"]["speed_changes"] = {"C": {"change": 0.5, "unit": "deg/s", "block": 2, "line": 1234}}
-    changes = [row[-1] for row in cells(steadiness_table(document, None))[1:]]
+    steadiness = replace(solution.energy.steadiness, changes={"C": SpeedChange(np.radians(0.5), 2)})
+    turned = replace(solution, energy=replace(solution.energy, steadiness=steadiness), compared={})
+    document = ReportDocument(turned, verdict, lines={"C": 1234})
+    changes = [row[-1] for row in cells(steadiness_table(document))[1:]]
     assert changes == ["–", "–", "–", "–", f"0.5 deg/s (line 1{THIN}234)", ""]
 
 
 def test_every_program_has_its_starts_and_reversals_beside_its_energy(solution, verdict):
-    document = report_document(solution, verdict, inputs=[])
+    document = ReportDocument(solution, verdict)
     head, *rows = cells(baseline_table(document))
     assert head[-2:] == ["starts", "reversals"]
     for (name, *_, starts, reversals), energy in zip(
-        rows, (document["energy"], document["baselines"]["normal"]), strict=True
+        rows, (solution.energy, solution.baselines["normal"]), strict=True
     ):
-        assert (starts, reversals) == (str(energy["starts"]), str(energy["reversals"])), name
+        assert (starts, reversals) == (str(energy.starts), str(energy.reversals)), name

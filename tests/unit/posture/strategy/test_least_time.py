@@ -182,6 +182,6 @@ def test_terminal_report_and_document_of_a_job_have_the_same_time(tmp_path):
     assert document["energy"]["time"] == solution.clock(blocks, solution.machine).total
     shares = {name: saved["time"] for name, saved in document["savings"].items()}
     assert shares == solution.time_savings()
-    page = compose_page(solution, document)
+    page = compose_page(outcome.report)
     assert "time at the feed (s)" in page
     assert f"{document['energy']['time']:.1f}</td>" in page

@@ -1,9 +1,15 @@
-"""Descriptions of cutters in words."""
+"""Numbers, shares and cutters in words, the same on the page, on the terminal and in the answers."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from fiveaxis.motion import SpeedChange
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.shapes import SHAPES
+
+MINUS, THIN_SPACE = "\u2212", "\u2009"
+UNKNOWN, NO_CHANGE = "unknown", "no change"
 
 NAMES = {
     "ball": "ball end mill",
@@ -15,6 +21,43 @@ NAMES = {
     "drill": "drill",
 }
 DEGREES = ("half_angle", "point_angle")
+
+
+def number(value: float | None, digits: int = 0, *, signed: bool = False) -> str:
+    """Format a number with thin spaces between thousands and a true minus sign."""
+    if value is None:
+        return UNKNOWN
+    # Adding 0 after rounding turns −0 into 0.
+    rounded = round(value, digits) + 0.0
+    text = f"{rounded:{'+' if signed and rounded else ''},.{digits}f}"
+    return text.replace(",", THIN_SPACE).replace("-", MINUS)
+
+
+def plain(value: float) -> str:
+    """Format a number as short as possible, with a true minus sign."""
+    return f"{value + 0.0:g}".replace("-", MINUS)
+
+
+def plain_list(values: Sequence[float]) -> str:
+    """Format numbers as short as possible, separated by commas."""
+    return ", ".join(map(plain, values))
+
+
+def saving(share: float | None) -> str:
+    """Format a saved share: ``20.5 % less``, ``3.1 % more``."""
+    if share is None:
+        return UNKNOWN
+    percent = round(100.0 * share, 1)
+    if percent == 0.0:
+        return NO_CHANGE
+    return f"{abs(percent):.1f}{THIN_SPACE}% {'less' if percent > 0.0 else 'more'}"
+
+
+def speed_change(letter: str, change: SpeedChange, line: int | None) -> str:
+    """Format a change of an axis's speed with its place: the program's line, or the number of its block."""
+    place = f"block {number(change.block)}" if line is None else f"line {number(line)}"
+    size, unit = change.shown(letter)
+    return f"{plain(float(f'{size:.3g}'))} {unit} ({place})"
 
 
 def describe_cutter(tool: Tool) -> str:

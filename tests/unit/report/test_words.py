@@ -2,7 +2,7 @@
 
 import pytest
 
-from fiveaxis.report.cutters import describe_tool, what_stays
+from fiveaxis.report.words import describe_tool, what_stays
 from fiveaxis.toolpath import Holder, Section, Tool, parse_tool
 
 
