@@ -153,8 +153,7 @@ class Interpreter(RunMoves):
         if block.frame is not None:
             scale = MILLIMETRES[self.modes.units.now]
             self.modes.units.use(block.line)
-            new = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
-            at.plane = new if block.frame.kind == "set" else at.plane.then(new)
+            at.plane = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
         at.update()
         if at.of_tip != was_of_tip:
             in_cut = bool(track.rows) and track.rows.last_kind == CUT

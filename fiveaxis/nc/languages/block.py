@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Severity
@@ -53,17 +53,15 @@ def block_error(source: Source, line: int, fact: object) -> ToolpathError:
 
 @dataclass(frozen=True, eq=False)
 class FrameChange:
-    """A shift and a rotation of the program's coordinates: ``p_before = rotation @ p_now + origin``.
+    """The frame of the program's coordinates from here on: ``p_before = rotation @ p_now + origin``.
 
     Parameters
     ----------
-    kind : ``set`` replaces the frame in force, ``add`` is relative to it
     origin : (3,), program unit
     rotation : (3, 3)
     word : as written, for messages
     """
 
-    kind: Literal["set", "add"]
     origin: Triple
     rotation: Array
     word: str

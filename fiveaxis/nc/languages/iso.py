@@ -250,13 +250,13 @@ def set_plane(block: Block) -> Block:
     if word == "G53.1":
         return block._replace(vector=(0.0, 0.0, 1.0))
     if word == "G69":
-        return block._replace(frame=FrameChange("set", (0.0, 0.0, 0.0), np.eye(3), word))
+        return block._replace(frame=FrameChange((0.0, 0.0, 0.0), np.eye(3), word))
     if block.words.get("P", 0.0) != 0.0:
         raise BlockError(f"G68.2 P{block.words['P']:g} isn't supported; post Euler angles I, J, K, without P")
     x, y, z = (block.words.get(c, 0.0) for c in "XYZ")
     rotation = turns("ZXZ", [block.words.get(c, 0.0) for c in "IJK"])
     rest = {c: value for c, value in block.words.items() if c not in "XYZIJKP"}
-    return block._replace(words=rest, frame=FrameChange("set", (x, y, z), rotation, word))
+    return block._replace(words=rest, frame=FrameChange((x, y, z), rotation, word))
 
 
 class Macro:

@@ -95,7 +95,7 @@ class MillPlus(Reader):
         """Read ``G93 X Y Z``: the program zero relative to the work offset."""
         x, y, z = (words.get(c, old) for c, old in zip("XYZ", self.shift, strict=True))
         self.shift = (x, y, z)
-        return Block(line, frame=FrameChange("set", self.shift, np.eye(3), "G93"))
+        return Block(line, frame=FrameChange(self.shift, np.eye(3), "G93"))
 
     def _tilt(self, line: int, indexed: dict[str, float | str]) -> Block:
         """Read ``G7 A5= B5= C5=``: angles about fixed X, Y and Z, in this order."""

@@ -43,7 +43,7 @@ class Plane:
     def change(self, word: str) -> FrameChange:
         """Return the change that replaces the frame in force by this plane."""
         x, y, z = (float(v) for v in self.origin)
-        return FrameChange("set", (x, y, z), self.rotation, word)
+        return FrameChange((x, y, z), self.rotation, word)
 
 
 def forget_position(line: int, word: str) -> Block:

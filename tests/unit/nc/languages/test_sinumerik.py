@@ -151,7 +151,6 @@ def test_variables_have_values():
 def test_frames_replace_and_add():
     found = blocks_of("TRANS X10 Y=2*10", "AROT Z90", "ATRANS X1", "TRANS X5", "ROT", "TRANS")
     frames = [b.frame for b in found]
-    assert all(f.kind == "set" for f in frames)
     assert [f.word for f in frames] == ["TRANS", "AROT", "ATRANS", "TRANS", "ROT", "TRANS"]
     np.testing.assert_allclose(place(frames[0], 1, 0, 0), [11, 20, 0])
     np.testing.assert_allclose(place(frames[1], 1, 0, 0), [10, 21, 0])
