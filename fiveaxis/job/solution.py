@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding
@@ -17,7 +17,11 @@ from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.toolpath import Constraints
-from fiveaxis.verification import DEFAULT_TOLERANCES, Report
+from fiveaxis.verification import DEFAULT_TOLERANCES, CheckedInterpolation, Report
+from fiveaxis.verification.verdict import verify_within
+
+if TYPE_CHECKING:
+    from fiveaxis.viewer import Preview
 
 Found = TypeVar("Found", bound=Postures)
 
@@ -46,6 +50,34 @@ class Solution(Postures):
         """Add to postures the constraints and surroundings they were chosen within."""
         own = {f.name: getattr(postures, f.name) for f in fields(Postures)}
         return cls(**own, constraints=constraints, surroundings=surroundings)
+
+    def verify(self, gouge_tolerance: float = DEFAULT_TOLERANCES.gouge) -> Report:
+        """Check the motion as `fiveaxis.verify` does, against everything that it was chosen within.
+
+        Parameters
+        ----------
+        gouge_tolerance : mm, how deep the cutter may reach into the part
+
+        Raises
+        ------
+        FiveAxisError
+            As `fiveaxis.verify`.
+        """
+        return verify_within(
+            self.constraints,
+            self.motion,
+            self.machine,
+            self.toolpath,
+            self.surroundings,
+            CheckedInterpolation.of(None),
+            DEFAULT_TOLERANCES.with_gouge(gouge_tolerance),
+        )
+
+    def preview(self, *, open_browser: bool | None = None, port: int = 0) -> Preview:
+        """Show the motion with what stands around it in a browser, as `fiveaxis.preview` does."""
+        from fiveaxis.viewer import preview
+
+        return preview(self, surroundings=self.surroundings, open_browser=open_browser, port=port)
 
     def program(
         self,

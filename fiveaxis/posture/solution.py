@@ -8,17 +8,19 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fiveaxis.energy import Energy, energy_draws, motion_energy
-from fiveaxis.geometry import Array, product
+from fiveaxis.energy import Energy, energy_draws, motion_energy, move_powers
+from fiveaxis.geometry import Array, angle_between, product
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Motion, PredictedTime
-from fiveaxis.notebook import ShownAsTable, Table
+from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optimality import Optimality, optimality
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
+from fiveaxis.toolpath.lead_lean import lead_lean
 
 # Name of the result beside those of its baselines.
 RESULT = "optimised"
@@ -107,7 +109,7 @@ class Unwrapped:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(ShownAsTable):
+class Solution(ShownAsTable, HasColumns):
     """The cheapest motion that was found, and its baselines.
 
     Parameters
@@ -204,6 +206,26 @@ class Solution(ShownAsTable):
             for name, energy in self.energies.items()
         ]
         return ("program", "feed drives, J", "time, s", "saved", "starts", "reversals"), rows
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the locations by columns, (n,) each.
+
+        Returns
+        -------
+        Those of `Motion.columns`; ``tilt_deg``, ``lead_deg`` and ``lean_deg`` of the tool against surface
+        normal and feed, NaN where there is none; ``X_W``, ``A_W`` and so on, the mean power of each axis in
+        the move to the location, over the time that the control takes for it
+        """
+        path, motion = self.toolpath, self.timed()
+        axis = tool_poses(self.machine, motion.positions)[1]
+        lead, lean = lead_lean(path, axis)
+        angles = {"tilt": angle_between(path.normal, axis), "lead": lead, "lean": lean}
+        powers = move_powers(self.machine, motion)
+        return {
+            **motion.columns(),
+            **{f"{name}_deg": np.degrees(angle) for name, angle in angles.items()},
+            **{f"{letter}_W": power for letter, power in zip(motion.letters, powers.T, strict=True)},
+        }
 
     def savings(self) -> dict[str, float]:
         """Compute the saved share of the feed drives' energy against each baseline, at most 1."""

@@ -22,7 +22,7 @@ import math
 import numpy as np
 
 from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.geometry import Array, normalise, perpendicular
+from fiveaxis.geometry import Array, arctan2, normalise, perpendicular
 from fiveaxis.toolpath.bounds import INSIDE_OF, TiltBounds
 from fiveaxis.toolpath.path import Toolpath
 
@@ -41,6 +41,15 @@ def feed_directions(toolpath: Toolpath, reference: Array) -> Array:
     still = np.isfinite(reference).all(axis=1) & np.isnan(ahead).any(axis=1)
     ahead[still] = perpendicular(reference[still])
     return ahead
+
+
+def lead_lean(toolpath: Toolpath, axis: Array) -> tuple[Array, Array]:
+    """Compute lead and lean, (n,) rad each, of tool axes, (n, 3), at locations; NaN without normals."""
+    feed = feed_directions(toolpath, toolpath.normal)
+    upright = np.sum(axis * toolpath.normal, axis=1)
+    across = np.cross(toolpath.normal, feed)
+    lead, lean = (arctan2(np.sum(axis * side, axis=1), upright) for side in (feed, across))
+    return lead, lean
 
 
 def require_lead_lean(name: str, low: float, high: float) -> None:

@@ -106,16 +106,30 @@ def verify(
     MissingDependency
         pinocchio isn't installed.
     """
+    around = surroundings or Surroundings.load(part)
+    constraints, allowed = Constraints.of_degrees(**bounds), tolerances.with_gouge(gouge_tolerance)
+    return verify_within(
+        constraints, motion, machine, toolpath, around, CheckedInterpolation.of(between), allowed
+    )
+
+
+def verify_within(
+    constraints: Constraints,
+    motion: Motion,
+    machine: Machine,
+    toolpath: Toolpath,
+    around: Surroundings,
+    between: CheckedInterpolation,
+    allowed: Tolerances,
+) -> Report:
+    """Check a motion as `verify` does, with its constraints and all else as records."""
     toolpath = located(toolpath, motion)
-    constraints = Constraints.of_degrees(**bounds)
     toolpath = constraints.zoned(toolpath)
     applied = PathConstraints.of(toolpath, machine, constraints)
-    around = surroundings or Surroundings.load(part)
-    allowed = tolerances.with_gouge(gouge_tolerance)
     if applied.inserted is not None:
         allowed = replace(allowed, row_allowance=allowed.chord_allowance)
     context = make_context(motion, machine, toolpath, applied, allowed)
-    return examine(Examination(context, around, CheckedInterpolation.of(between)), NOT_CHECKED)
+    return examine(Examination(context, around, between), NOT_CHECKED)
 
 
 @dataclass(frozen=True, eq=False)
