@@ -105,8 +105,11 @@ class MadeProgram:
         row = self.motion.first + block
         return self.text.rows.index(row) + 1 if row in self.text.rows else None
 
-    def figures(self, fill: Fill) -> ProgramFigures:
-        """Return the figures of the program of a path for its report."""
+    @property
+    def figures(self) -> ProgramFigures | None:
+        """The figures for a report; None for a motion without a path."""
+        if (fill := self.fill) is None:
+            return None
         return ProgramFigures(
             control=self.text.control,
             coordinates=self.text.coordinates,

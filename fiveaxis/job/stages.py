@@ -94,7 +94,7 @@ class Outcome:
             solution=self.solution,
             verdict=gate.report,
             inputs=self.inputs,
-            program=None if program.fill is None else program.figures(program.fill),
+            program=program.figures,
             budget=self.budget,
             lines={c: program.line_of(at.block) if gate.is_open else None for c, at in changes.items()},
             kept_back=gate.kept,

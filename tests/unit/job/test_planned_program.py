@@ -45,15 +45,15 @@ def solution(hayashi):
 @pytest.mark.parametrize("coordinates", ["axes", "tip"])
 def test_blocks_are_the_locations_and_the_inserted_ones_without_the_redundant(solution, coordinates):
     program = program_of(solution, coordinates=coordinates)
-    said = program.as_dict()
+    said = program.figures
     # A tip led straight would make axes go to and fro that stand still otherwise: fewer blocks can go there.
     assert program.fill.removed > 50 or coordinates == "tip"
-    blocks = said["blocks_before"] + said["inserted"] - said["removed"]
-    assert said["blocks"] == blocks == len(program.motion.blocks)
-    assert said["redundant_kept_for"] == []
+    blocks = said.blocks_before + said.inserted - said.removed
+    assert said.blocks == blocks == len(program.motion.blocks)
+    assert said.redundant_kept_for == ()
     assert program.ok
     # Every location was looked at, those without a block included.
-    assert len(program.fill.path) == 721 + said["inserted"]
+    assert len(program.fill.path) == 721 + said.inserted
     assert program.report.figures["contact_error_mm"] <= 0.005
 
 
@@ -82,8 +82,8 @@ def turning(solution, degrees):
 def test_the_tool_axis_is_held_in_its_plane_and_the_cuts_in_which_it_isnt_are_named(solution, thin):
     degrees = [[0.0, -30.0], [14.0, -30.0], [20.0, -30.0], [180.0, -4.0], [180.0, -40.0]]
     program = program_of(turning(solution, degrees), Constraints.of_degrees(max_turn=180.0), thin=thin)
-    said = program.as_dict()
-    assert said["axis_left_plane"] == said["axis_held_in_plane"] == 1
+    said = program.figures
+    assert said.axis_left_plane == said.axis_held_in_plane == 1
     assert program.report.counts["axis-off-plane"] == 1
     (found,) = [f for f in program.report.findings if f.code == "axis-off-plane"]
     # The place counts the locations of the path that was given.
@@ -98,7 +98,7 @@ def test_a_rate_that_a_cut_keeps_as_a_whole_is_no_error_in_its_parts(solution):
     degrees = [[0.0, -20.0], [30.0, -20.0]]
     rate = 30.0 / 6.0 * (1.0 + 1e-9)
     program = program_of(turning(solution, degrees), Constraints.of_degrees(max_turn=30.0, turn_rate=rate))
-    assert program.as_dict()["axis_held_in_plane"] == 1
+    assert program.figures.axis_held_in_plane == 1
     assert program.ok, program.report.findings
     # Half of the way takes a little more than half of the turn next to the middle, where C is quickest.
     found = program.report.figures["turn_rate_deg_mm"]
@@ -108,8 +108,8 @@ def test_a_rate_that_a_cut_keeps_as_a_whole_is_no_error_in_its_parts(solution):
 def test_what_holds_an_axis_goes_before_the_plane(solution):
     degrees = [[0.0, -30.0], [14.0, -30.0]]
     program = program_of(turning(solution, degrees), Constraints.of_degrees(hold={"A": -30.0}))
-    said = program.as_dict()
-    assert (said["axis_held_in_plane"], said["axis_left_plane"]) == (0, 1)
+    said = program.figures
+    assert (said.axis_held_in_plane, said.axis_left_plane) == (0, 1)
     assert program.ok
     assert program.report.figures["held_axis_off_deg"] < 1e-6
 
