@@ -50,7 +50,7 @@ def test_blocks_are_the_locations_and_the_inserted_ones_without_the_redundant(so
     assert program.fill.removed > 50 or coordinates == "tip"
     blocks = said.blocks_before + said.inserted - said.removed
     assert said.blocks == blocks == len(program.motion.blocks)
-    assert said.redundant_kept_for == []
+    assert said.redundant_kept_for == ()
     assert program.ok
     # Every location was looked at, those without a block included.
     assert len(program.fill.path) == 721 + said.inserted
