@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, get_type_hints
+from typing import Annotated, Any, TypeVar, get_origin, get_type_hints
 
 import typer
 from rich.markup import escape
 
-from fiveaxis.cli.terminal import parse_numbers, parse_positions
-from fiveaxis.options import Bounds, Meshes, Planning, ProgramBounds, Search, options_of
+from fiveaxis.cli.terminal import parse_numbers, parse_positions, parse_words
+from fiveaxis.options import Bounds, Meshes, Planning, ProgramBounds, ReadProgram, Search, options_of
 
 Verb = TypeVar("Verb", bound=Callable[..., None])
 
@@ -74,7 +74,7 @@ def read_flags(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
         A text that isn't written as its option asks.
     """
     found = {}
-    for name, (_, option) in options_of(group).items():
+    for name, (kind, option) in options_of(group).items():
         value = given.get(name)
         if value is None:
             continue
@@ -82,6 +82,8 @@ def read_flags(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
             value = tuple(parse_numbers(value, 2, "MIN:MAX", ":"))
         elif option.written.startswith("X,Y,Z"):
             value = tuple(parse_numbers(value, 3, "X,Y,Z"))
+        elif get_origin(kind) is Sequence:
+            value = parse_words(value)
         elif option.written:
             value = parse_positions(f"--{name.replace('_', '-')}", value)
         found[name] = value
@@ -101,18 +103,7 @@ READING: Mapping[str, Any] = {
     "unit": UNIT,
     "columns": optional(str, "columns of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k"),
     "written_for": optional(str, "machine of an input program, if it isn't --machine"),
-    "positions": optional(
-        str, "table (tip positions of a program turn with it) or machine; default: as the path shows"
-    ),
-    "program_zero": optional(str, "zero (G54) in machine coordinates: X100,Y50,Z-20"),
-    "start": optional(str, "axis positions before the program: X18,Y74,Z0 in mm and deg"),
-    "rapid": optional(float, "rapid speed of axes whose speed isn't known, mm/min"),
-    "block_delete": optional(bool, "skip blocks that begin with /", "--block-delete"),
-    "harmless": optional(str, "M words that move and switch nothing on the machine: M56,M120"),
-    "wrap": optional(
-        Literal["unwound", "shorter", "signed"],
-        "how rotary words of a program count turns; default: as its header says",
-    ),
+    **flags_of(ReadProgram),
 }
 POSTURE: Mapping[str, Any] = {
     "machine": MachineName,

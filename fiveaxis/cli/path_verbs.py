@@ -33,7 +33,6 @@ from fiveaxis.cli.terminal import (
     errors_explained,
     out,
     parse_numbers,
-    parse_positions,
     parse_words,
     print_causes,
     print_first_run,
@@ -46,7 +45,7 @@ from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import group_findings, has_errors
-from fiveaxis.options import Bounds
+from fiveaxis.options import Bounds, ReadProgram
 
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
@@ -178,7 +177,8 @@ def job_of(options: Mapping[str, Any]) -> Job:
         key: tuple(parse_numbers(text, 3, "X,Y,Z")) for key, text in setup.items() if text is not None
     }
     settings["plan"] = {name: value for name, value in options.items() if name in PlanTable.model_fields}
-    settings["program"] = _program(options)
+    written_for = {"machine": options.get("written_for")}
+    settings["program"] = written_for | read_flags(ReadProgram, options)
     settings["nc"], settings["coordinates"] = given_settings(options), coordinates_of(options)
     if settings.get("columns") is not None:
         settings["columns"] = parse_words(settings["columns"])
@@ -196,20 +196,6 @@ def job_of(options: Mapping[str, Any]) -> Job:
         job = make_job(input=source, **settings)
     searched = options.get("setup_search")
     return job if searched is None else choose_search(job, searched)
-
-
-def _program(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Collect the options for reading an NC program."""
-    return {
-        "machine": options.get("written_for"),
-        "positions": options.get("positions"),
-        "start": parse_positions("--start", options.get("start")),
-        "zero": parse_positions("--program-zero", options.get("program_zero")),
-        "rapid": options.get("rapid"),
-        "block_delete": options.get("block_delete") or None,
-        "wrap": options.get("wrap"),
-        "harmless": parse_words(options.get("harmless")),
-    }
 
 
 @contextmanager

@@ -10,14 +10,21 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import PLANNING, POSTURE, PROGRAM_BOUNDS, READING, AsJson, read_flags, takes
+from fiveaxis.cli.options import (
+    PLANNING,
+    POSTURE,
+    PROGRAM_BOUNDS,
+    READING,
+    AsJson,
+    flags_of,
+    read_flags,
+    takes,
+)
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
     out,
     parse_numbers,
-    parse_positions,
-    parse_words,
     print_causes,
     print_json,
     require_machine,
@@ -25,7 +32,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
-from fiveaxis.options import ProgramBounds
+from fiveaxis.options import ProgramBounds, ReadProgram
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -36,10 +43,7 @@ if TYPE_CHECKING:
     from fiveaxis.verification import Report
 
 # How the program itself is read.
-PROGRAM: Mapping[str, Any] = {
-    name: READING[name]
-    for name in ("unit", "positions", "program_zero", "start", "rapid", "block_delete", "harmless", "wrap")
-}
+PROGRAM: Mapping[str, Any] = {"unit": READING["unit"], **flags_of(ReadProgram)}
 _AROUND = ("stock", "part_unit", "fixtures", "surface_tolerance", "gouge_tolerance")
 CHECKING: Mapping[str, Any] = {
     "machine": POSTURE["machine"],
@@ -171,16 +175,8 @@ def _moved(job: Job, options: Mapping[str, Any]) -> Job:
 
 def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
     """Collect the options for reading the program, as keywords of `read_program`."""
-    return {
-        "unit": options["unit"],
-        "start": parse_positions("--start", options["start"]),
-        "program_zero": parse_positions("--program-zero", options["program_zero"]),
-        "rapid_mm_min": options["rapid"],
-        "block_delete": bool(options["block_delete"]),
-        "wrap": options["wrap"],
-        "positions": options["positions"],
-        "harmless": parse_words(options["harmless"]) or (),
-    }
+    unit = {} if options["unit"] is None else {"unit": options["unit"]}
+    return unit | read_flags(ReadProgram, options)
 
 
 def _surroundings(part: Path | None, options: Mapping[str, Any]) -> Surroundings | None:

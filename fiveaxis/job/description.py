@@ -14,7 +14,7 @@ from fiveaxis.errors import FiveAxisError
 from fiveaxis.machine.chain import Triple
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings, find_dialect
-from fiveaxis.options import Bounds, Meshes, Planning, Search, options_of, table_of
+from fiveaxis.options import Bounds, Meshes, Planning, Reading, ReadProgram, Search, options_of, table_of
 from fiveaxis.settings import StrictModel
 from fiveaxis.toolpath import Constraints, parse_tool, require_range
 from fiveaxis.verification.check_context import GOUGE_TOLERANCE
@@ -39,33 +39,18 @@ else:
     PlanTable = table_of(Planning, StrictModel)
 
 
-class ProgramTable(StrictModel):
-    """How an NC program that is the job's input is read."""
-
+class _WrittenFor(StrictModel):
     machine: str | None = Field(
         None,
         min_length=1,
         description="machine that it was written for, by name or file; by default the job's",
     )
-    positions: Literal["table", "machine"] | None = Field(
-        None,
-        description="whether tip positions turn with the table or stay with the machine; by default as the "
-        "path shows",
-    )
-    start: dict[str, float] = Field(
-        {}, description="axis positions before the program starts, by letter, mm and deg"
-    )
-    zero: dict[str, float] | None = Field(
-        None, description="its zero (G54) in machine coordinates, by letter, mm and deg"
-    )
-    rapid: float | None = Field(None, gt=0.0, description="mm/min, for axes whose highest speed isn't known")
-    block_delete: bool = Field(False, description="skip blocks that begin with /")
-    harmless: tuple[str, ...] = Field(
-        (), description="M words of the machine's builder that move and switch nothing"
-    )
-    wrap: Literal["unwound", "shorter", "signed"] | None = Field(
-        None, description="how words of endless rotary axes count turns; by default as written"
-    )
+
+
+if TYPE_CHECKING:
+    ProgramTable = _WrittenFor
+else:
+    ProgramTable = table_of(ReadProgram, _WrittenFor)
 
 
 class SetupSearch(StrictModel):
@@ -253,6 +238,11 @@ class Job(_Bounded):
     def meshes(self) -> Meshes:
         """How meshes are taken."""
         return cast("Meshes", self._of(Meshes))
+
+    @property
+    def reading(self) -> Reading:
+        """How an input that is a program is read, and the unit of any input."""
+        return cast("Reading", self.program.model_dump(exclude={"machine"}) | {"unit": self.unit})
 
     @property
     def planning(self) -> Planning:

@@ -136,7 +136,7 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
     toolpath = _read_as(job, tool, {})
     if job.part is None or toolpath.has_normals:
         return toolpath
-    given = {name for name, value in (("unit", job.unit), ("positions", job.program.positions)) if value}
+    given = {name for name, value in job.reading.items() if name in ("unit", "positions") and value}
     return find_settled_contacts(
         toolpath,
         load_mesh(job.part, unit=part_unit(job), allow_open=True),
@@ -149,21 +149,15 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
 
 def _read_as(job: Job, tool: Tool | None, settings: Mapping[str, Any]) -> Toolpath:
     """Read a job's path, with `settings` in place of the job's."""
-    chosen = {"unit": job.unit, "positions": job.program.positions} | dict(settings)
+    reading: dict[str, Any] = {**job.reading, **settings}
     return read_toolpath(
         job.input,
         tool=tool,
         feed_mm_min=job.feed,
         machine=program_machine(job),
-        start=job.program.start,
-        program_zero=job.program.zero,
-        rapid_mm_min=job.program.rapid,
-        block_delete=job.program.block_delete,
-        harmless=job.program.harmless,
-        wrap=job.program.wrap,
         columns=job.columns,
         path_shape=job.path_shape,
-        **chosen,
+        **reading,
     )
 
 

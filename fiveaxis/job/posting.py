@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Unpack
 
 import numpy as np
 
@@ -30,9 +30,10 @@ from fiveaxis.nc import Program, ProgramSettings, ReadMotion, require_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.kinds import kind_of
 from fiveaxis.nc.motion_table import read_motion_table
-from fiveaxis.nc.options import Positions, ReadOptions, Wrap
+from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.writing.turns import Winding
+from fiveaxis.options import Reading, spelled_out
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import DEFAULT_TOLERANCES, ReadBack, Report, check_text
@@ -66,6 +67,7 @@ class Posted:
         return (*read, *self.made.findings)
 
 
+@spelled_out(Reading)
 def post_program(
     source: str | Path,
     machine: Machine,
@@ -79,14 +81,7 @@ def post_program(
     against: Against = NOTHING,
     unverified: bool = False,
     override: Sequence[str] = (),
-    unit: Literal["mm", "inch"] | None = None,
-    start: Mapping[str, float] | None = None,
-    program_zero: Mapping[str, float] | None = None,
-    rapid_mm_min: float | None = None,
-    block_delete: bool = False,
-    wrap: Wrap | None = None,
-    positions: Positions | None = None,
-    harmless: Sequence[str] = (),
+    **reading: Unpack[Reading],
 ) -> Posted:
     """Read a motion and write it for a control, as a solution becomes a program.
 
@@ -100,8 +95,6 @@ def post_program(
         motion's table has a row for each location of the path, blocks are inserted and removed as for a
         solution
     unverified : whether a program may be written that there is nothing to verify against; its header says so
-    unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : of the source, as for
-        `read_program`
 
     Raises
     ------
@@ -116,18 +109,7 @@ def post_program(
     if kind_of(text) == "motion":
         motion: Motion = read_motion_table(text, machine, source_is_table=True)
     else:
-        reading = ReadOptions(
-            machine=machine,
-            unit=unit,
-            positions=positions,
-            start=start or {},
-            program_zero=program_zero,
-            rapid_mm_min=rapid_mm_min,
-            block_delete=block_delete,
-            wrap=wrap,
-            harmless=tuple(harmless),
-        )
-        motion = read_motion_of(text, machine, reading)
+        motion = read_motion_of(text, machine, ReadOptions.of(reading, machine=machine))
     header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
     settings = settings or ProgramSettings()
     options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 
@@ -19,9 +19,9 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
 from fiveaxis.nc import ReadMotion, read_program, stated_clock
-from fiveaxis.nc.options import Positions, Wrap
 from fiveaxis.nc.own_header import stated_feed, stated_tool
 from fiveaxis.nc.source import load_source
+from fiveaxis.options import Reading, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool
 
 # Characters of a block's text that are shown.
@@ -114,6 +114,7 @@ class ProgramEnergy:
         }
 
 
+@spelled_out(Reading)
 def program_energy(
     path: str | Path,
     machine: Machine,
@@ -121,14 +122,7 @@ def program_energy(
     tool: Tool | None = None,
     corners: Corners = "control",
     control: str | Path | None = None,
-    unit: Literal["mm", "inch"] | None = None,
-    start: Mapping[str, float] | None = None,
-    program_zero: Mapping[str, float] | None = None,
-    rapid_mm_min: float | None = None,
-    block_delete: bool = False,
-    wrap: Wrap | None = None,
-    positions: Positions | None = None,
-    harmless: Sequence[str] = (),
+    **reading: Unpack[Reading],
 ) -> ProgramEnergy:
     """Compute the energy that an NC program costs the feed drives, block by block and by axis.
 
@@ -143,7 +137,6 @@ def program_energy(
         these in any case. ``exact-stop`` or a tolerance in mm runs the program under a time law
         (`time_motion`), along which accelerations take power too
     control : whose times these are; by default the one that a program of fiveaxis names in its header
-    unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : as for `read_program`
 
     Raises
     ------
@@ -154,18 +147,7 @@ def program_energy(
     ----------
     Edem & Balogun (2018), Eq. (1), for weight drives; Hayashi et al. (2018) for tables of power.
     """
-    read = read_program(
-        path,
-        machine,
-        unit=unit,
-        start=start,
-        program_zero=program_zero,
-        rapid_mm_min=rapid_mm_min,
-        block_delete=block_delete,
-        wrap=wrap,
-        positions=positions,
-        harmless=harmless,
-    )
+    read = read_program(path, machine, **reading)
     source = load_source(path)
     lines, taken = source.lines, None
     if corners == "control":

@@ -201,7 +201,7 @@ def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArra
 def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> ReadOptions:
     given = {name: value for name, value in reading.items() if value is not None}
     # What isn't stated isn't judged: a retract to an unknown height would look like a plunge.
-    return ReadOptions(tool=tool, machine=machine, assume_zero=False, **({"rapid_mm_min": RAPID} | given))
+    return ReadOptions(tool=tool, machine=machine, assume_zero=False, **({"rapid": RAPID} | given))
 
 
 def _load(

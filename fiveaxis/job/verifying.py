@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import SettingError
@@ -14,8 +14,7 @@ from fiveaxis.job.traced_program import load_program
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings
-from fiveaxis.nc.options import Positions, Wrap
-from fiveaxis.options import Meshes, ProgramBounds, completed, options_of, spelled_out
+from fiveaxis.options import Meshes, ProgramBounds, Reading, completed, options_of, spelled_out
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import Report, Tolerances
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, GOUGE_TOLERANCE
@@ -27,8 +26,8 @@ if TYPE_CHECKING:
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 
 
-class Checking(ProgramBounds, Meshes, total=False):
-    """Bounds that are checked, and how meshes are taken."""
+class Checking(ProgramBounds, Meshes, Reading, total=False):
+    """Bounds that are checked, and how meshes and programs are read."""
 
 
 @spelled_out(Checking)
@@ -42,14 +41,6 @@ def verify_program(
     surface_tolerance: float = SURFACE_TOLERANCE,
     surroundings: Surroundings | None = None,
     part_unit: Unit = "mm",
-    unit: Literal["mm", "inch"] | None = None,
-    start: Mapping[str, float] | None = None,
-    program_zero: Mapping[str, float] | None = None,
-    rapid_mm_min: float | None = None,
-    block_delete: bool = False,
-    wrap: Wrap | None = None,
-    positions: Positions | None = None,
-    harmless: Sequence[str] = (),
     gouge_tolerance: float = GOUGE_TOLERANCE,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     settings: ProgramSettings | None = None,
@@ -79,7 +70,6 @@ def verify_program(
     part_unit : of the part's file: ``mm``, ``inch`` or ``m``; a mesh is in mm
     surroundings : part, stock and fixtures that cutter, shank, holder and machine keep clear of, in place of
         `part`
-    unit, start, program_zero, rapid_mm_min, block_delete, wrap, positions, harmless : as for `read_program`
     gouge_tolerance : mm, how deep the cutter may reach into the part; anywhere in a program 0.015 mm more is
         allowed, since its blocks are chords of the path within a tolerance of their own
     tolerances : from where on any other difference is a finding
@@ -102,9 +92,7 @@ def verify_program(
     """
     if (part is not None or surroundings is not None) and tool is None and toolpath is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
-    reading: dict[str, Any] = {"unit": unit, "start": start, "program_zero": program_zero}
-    reading |= {"rapid_mm_min": rapid_mm_min, "block_delete": block_delete, "wrap": wrap}
-    reading |= {"positions": positions, "harmless": tuple(harmless)}
+    reading = {name: value for name, value in given.items() if name in options_of(Reading)}
     crease = completed(Checking, given)["crease"]
     bounds = {name: value for name, value in given.items() if name in options_of(ProgramBounds)}
     constraints = Constraints.of_degrees(**singular_told(bounds))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import Unpack
 
 from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
 from fiveaxis.nc.kinds import Kind, kind_of
 from fiveaxis.nc.motion_table import read_motion_path
-from fiveaxis.nc.options import Positions, ReadOptions, Wrap
+from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import read_points
+from fiveaxis.options import Reading, spelled_out
 from fiveaxis.toolpath import PathShape, Tool, Toolpath
 
 logger = logging.getLogger(__name__)
@@ -29,22 +30,16 @@ READERS: dict[Kind, Reader] = {
 }
 
 
+@spelled_out(Reading)
 def read_toolpath(
     path: str | Path,
     *,
     tool: Tool | None = None,
     feed_mm_min: float | None = None,
-    unit: Literal["mm", "inch"] | None = None,
     machine: Machine | None = None,
-    positions: Positions | None = None,
-    start: Mapping[str, float] | None = None,
-    program_zero: Mapping[str, float] | None = None,
-    rapid_mm_min: float | None = None,
-    block_delete: bool = False,
-    wrap: Wrap | None = None,
     columns: tuple[str, ...] | None = None,
-    harmless: Sequence[str] = (),
     path_shape: PathShape | None = None,
+    **reading: Unpack[Reading],
 ) -> Toolpath:
     """Read a toolpath in the format of its content; a name in ``.gz`` means that the file is compressed.
 
@@ -55,12 +50,7 @@ def read_toolpath(
         `fiveaxis.nc.motion_table`). The suffix decides only where the content doesn't tell
     tool : the cutter, in place of the file's
     feed_mm_min : one feed for every location, in place of the file's (1000 mm/min where it has none)
-    unit : length unit, in place of the file's; mm where neither says it
     machine : that an NC program was written for: its rotary words are angles of this machine
-    positions : frame of tip positions in an NC program under TCP control: it turns with the table (``table``)
-        or is fixed to the machine (``machine``); by default as the path shows
-    start, program_zero, block_delete, wrap, harmless : for an NC program, as for `read_program`
-    rapid_mm_min : feed of rapid moves, for axes whose highest speed isn't known
     columns : names of the columns of a list of points without header
     path_shape : what lies between locations: a ``smooth`` curve where they are its samples, or the ``chord``;
         by default smooth for points with normals and where a program switches smoothing on, else chords
@@ -79,21 +69,8 @@ def read_toolpath(
     ToolpathError
         A file of no known kind; one that can't be read completely, with file and line.
     """
-    options = ReadOptions(
-        tool=tool,
-        feed_mm_min=feed_mm_min,
-        unit=unit,
-        machine=machine,
-        positions=positions,
-        start=start or {},
-        program_zero=program_zero,
-        rapid_mm_min=rapid_mm_min,
-        block_delete=block_delete,
-        wrap=wrap,
-        columns=columns,
-        harmless=tuple(harmless),
-        path_shape=path_shape,
-    )
+    others = {"tool": tool, "feed_mm_min": feed_mm_min, "machine": machine}
+    options = ReadOptions.of(reading, **others, columns=columns, path_shape=path_shape)
     return read_path_of(load_source(path), options)
 
 
@@ -102,7 +79,7 @@ def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     kind = kind_of(source)
     logger.info("%s: %d lines, %s", Path(source.name).name, len(source.lines), kind)
     found = READERS[kind](source, options)
-    found = found if options.rapid_mm_min is None else found.with_rapid(options.rapid_mm_min)
+    found = found if options.rapid is None else found.with_rapid(options.rapid)
     found = found if options.path_shape is None else found.shaped(options.path_shape)
     logger.info("%s: %d locations", Path(source.name).name, len(found))
     return found

@@ -16,6 +16,7 @@ from fiveaxis.options.option import (
     table_of,
 )
 from fiveaxis.options.planning import Direction, Order, PlanContour, Planning, Strategy
+from fiveaxis.options.reading import Positions, Reading, ReadProgram, Wrap
 from fiveaxis.options.search import Objective, Search
 
 __all__ = [
@@ -28,9 +29,13 @@ __all__ = [
     "Order",
     "PlanContour",
     "Planning",
+    "Positions",
     "ProgramBounds",
+    "ReadProgram",
+    "Reading",
     "Search",
     "Strategy",
+    "Wrap",
     "completed",
     "defaults",
     "options_of",

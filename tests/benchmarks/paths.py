@@ -68,7 +68,7 @@ def program(name: str, diameter: float, rapid: float = 10_000.0) -> fx.Toolpath:
     """Read one of LinuxCNC's programs on its own machine."""
     machine = fx.load_machine(TRUNNION)
     file = DATA / "toolpaths" / f"linuxcnc_{name}_xyzac.ngc"
-    return fx.read_toolpath(file, tool=fx.Tool.ball(diameter), machine=machine, rapid_mm_min=rapid)
+    return fx.read_toolpath(file, tool=fx.Tool.ball(diameter), machine=machine, rapid=rapid)
 
 
 def example() -> fx.Toolpath:

@@ -146,7 +146,7 @@ def write_program(folder: Path, name: str, lines: int) -> Path:
 
 
 def programs(lines: int) -> None:
-    machine = "machine=fx.load_machine('hayashi-640123'), rapid_mm_min=1e4"
+    machine = "machine=fx.load_machine('hayashi-640123'), rapid=1e4"
     with tempfile.TemporaryDirectory() as folder:
         for name in LANGUAGES:
             path = write_program(Path(folder), name, lines)

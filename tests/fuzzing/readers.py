@@ -70,7 +70,7 @@ def _program(suffix: str, *machines: str) -> Callable[..., object]:
     def read(path: Path, rng: random.Random) -> None:
         machine = _known(rng.choice(machines))
         if rng.random() < 0.5:
-            motion = read_program(path, machine, rapid_mm_min=1000.0, block_delete=rng.random() < 0.5)
+            motion = read_program(path, machine, rapid=1000.0, block_delete=rng.random() < 0.5)
             assert np.isfinite(motion.positions).all()
             assert np.isfinite(motion.time).all()
         else:

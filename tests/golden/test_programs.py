@@ -126,7 +126,7 @@ def test_a_golden_program_is_read_with_all_blocks_around_its_moves(name, control
     machine = load_machine(name)
     kind = "_tip" if coordinates == "tip" else ""
     (file,) = GOLDEN.glob(f"{control}_{name}{kind}.*")
-    places = read_program(file, machine, rapid_mm_min=20_000.0).positions
+    places = read_program(file, machine, rapid=20_000.0).positions
     wanted = posture_of(machine).positions
     near = np.abs(places[None] - wanted[:, None]).max(axis=2) < 2e-3
     assert near.any(axis=1).all()

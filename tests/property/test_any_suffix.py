@@ -79,7 +79,7 @@ def test_a_program_is_read_as_its_motion_under_any_suffix(
     np.testing.assert_allclose(got[near], tips, atol=2e-3)
     np.testing.assert_allclose(path.axis[near], axes, atol=1e-4)
     if mode != "vector":
-        again = read_program(file, machine, rapid_mm_min=5000.0)
+        again = read_program(file, machine, rapid=5000.0)
         assert again.name == str(file)
         ends = [np.linalg.norm(tool_poses(machine, again.positions)[0] - tip, axis=1).min() for tip in tips]
         assert max(ends) < 2e-3

@@ -85,7 +85,7 @@ def require_motion(
     file: Path, motion: Motion, machine: Machine, control: str, *, tips: bool, turns: bool
 ) -> None:
     """Hold places to the decimals that are printed, and times; `turns` where whole ones may be lost."""
-    again, number = read_program(file, machine, rapid_mm_min=RAPID), DIALECTS[control].number
+    again, number = read_program(file, machine, rapid=RAPID), DIALECTS[control].number
     # Parts of long turns are blocks of their own: rows are found again by the time that is left after them.
     left, wanted = (np.cumsum(t[::-1])[::-1] - t for t in (timed_as(again, motion), motion.time))
     rows = np.abs(left[None] - wanted[:, None]).argmin(axis=1)

@@ -20,8 +20,9 @@ from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program
 from fiveaxis.nc.languages.choice import split_program
 from fiveaxis.nc.languages.runs import Run
-from fiveaxis.nc.options import ReadOptions, Wrap
+from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source, load_source
+from fiveaxis.options import Wrap
 
 QUIET = settings(
     deadline=None,
@@ -357,7 +358,7 @@ def mutated(draw: st.DrawFn) -> list[str]:
 def test_no_program_crashes_the_readers(path: Path, lines, name, positions, known):
     machine = None if name is None else load_machine(name)
     path.write_text("\n".join(lines), encoding="utf-8")
-    options = {"start": {"X": 0.0, "Y": 0.0, "Z": 0.0}, "program_zero": {"Z": 1.0}} if known else {}
+    options = {"start": {"X": 0.0, "Y": 0.0, "Z": 0.0}, "zero": {"Z": 1.0}} if known else {}
     faults = []
     try:
         read = fx.read_toolpath(path, tool=BALL, machine=machine, positions=positions, **options)
@@ -370,7 +371,7 @@ def test_no_program_crashes_the_readers(path: Path, lines, name, positions, know
         faults.append(fault)
     if machine is not None:
         try:
-            motion = fx.read_program(path, machine, rapid_mm_min=1000, **options)
+            motion = fx.read_program(path, machine, rapid=1000, **options)
             assert np.isfinite(motion.positions).all()
             assert (motion.time >= 0.0).all()
             assert (motion.feed > 0.0).all()

@@ -131,7 +131,7 @@ def test_a_program_of_angles_is_read_as_its_motion(tmp_path: Path, case, control
     program = compose_program(motion, machine=machine, control=control, coordinates=coordinates)
     if program.dropped:
         return
-    again = read_program(written(tmp_path / "part", program), machine, rapid_mm_min=60.0 * RAPID)
+    again = read_program(written(tmp_path / "part", program), machine, rapid=60.0 * RAPID)
     ends = ends_of_blocks(again)[-len(motion) :]
     assert len(ends) == len(motion)
     at_ends = replace(

@@ -79,7 +79,7 @@ def test_a_program_that_was_written_is_read_as_its_motion(path: Path, case, cont
     program = compose_program(motion, machine=machine, control=control)
     assume(any(line.startswith("G1") for line in program.lines))
     path.write_text(program.text, encoding="utf-8")
-    again = read_program(path, machine, rapid_mm_min=RAPID)
+    again = read_program(path, machine, rapid=RAPID)
     # A first cut has its approach before it; a move of nothing isn't there.
     started = len(again) + program.dropped - len(motion)
     assert started in (0, 1)
@@ -102,7 +102,7 @@ def test_a_motion_that_was_read_is_written_as_the_same_program(path: Path, case,
     program = compose_program(motion, machine=machine, control=control)
     assume(any(line.startswith("G1") for line in program.lines))
     path.write_text(program.text, encoding="utf-8")
-    read = read_program(path, machine, rapid_mm_min=RAPID)
+    read = read_program(path, machine, rapid=RAPID)
     again = compose_program(read, machine=machine, control=control)
     assert again.text == program.text
 
@@ -138,7 +138,7 @@ def test_an_arc_stays_on_its_circle_and_turns_as_told(
         f"{f'R{signed:.9f}' if by_radius else centre} F60000\n",
         encoding="utf-8",
     )
-    motion = read_program(path, MILL, start=dict.fromkeys("XYZ", 0.0), rapid_mm_min=1.0)
+    motion = read_program(path, MILL, start=dict.fromkeys("XYZ", 0.0), rapid=1.0)
     points = motion.positions[1:, ["XYZ".index(first), "XYZ".index(second)]]
     angle = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
     steps = np.diff(angle) * (-1 if clockwise else 1)
@@ -192,7 +192,7 @@ def test_no_program_crashes_the_reader(path: Path, lines: list[str], known: bool
     path.write_text("\n".join(lines), encoding="utf-8")
     start = dict.fromkeys(machine.letters, 0.0) if known else None
     with contextlib.suppress(ToolpathError):
-        motion = read_program(path, machine, start=start, rapid_mm_min=1000)
+        motion = read_program(path, machine, start=start, rapid=1000)
         assert np.isfinite(motion.positions).all()
         assert np.isfinite(motion.time).all()
         assert (motion.time[1:] >= 0.0).all()

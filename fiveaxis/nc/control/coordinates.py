@@ -45,7 +45,7 @@ class WorkOffsets:
             name = "".join(key.split()).upper()
             frame, letter = name[:-1], name[-1:]
             if not math.isfinite(value):
-                raise SettingError(f"program_zero of {key} is {value:g}; give a finite number, mm or deg")
+                raise SettingError(f"zero of {key} is {value:g}; give a finite number, mm or deg")
             self.by_frame.setdefault(frame, {})[machine.column(letter)] = float(value)
         self.given = given is not None
 

@@ -259,7 +259,7 @@ class Interpreter(RunMoves):
                 given = ",".join(f"{frame}{c}{block.words[c]:g}" for c in axes)
                 raise BlockError(
                     f"G10 puts the zero of {frame} at {letter}{block.words[letter]:g} of the machine, and "
-                    f"it is taken to be at {zero[column]:g}; set program_zero (--program-zero {given}, in mm "
+                    f"it is taken to be at {zero[column]:g}; set zero (--zero {given}, in mm "
                     "and deg), or remove the block to read positions from the program's zero"
                 )
         self.ignored["G10"] += 1

@@ -253,7 +253,7 @@ class Modes:
             where = f"since line {self.frame_line}" if self.frame_line is not None else "before"
             raise BlockError(
                 f"{word} here and {self.frame} {where}: their distance isn't in the program; write one "
-                f"program for each, or give both zeros (program_zero, for example {self.frame}X and {word}X)"
+                f"program for each, or give both zeros (zero, for example {self.frame}X and {word}X)"
             )
         self.frame, self.frame_line = word, self.frame_line or line
 

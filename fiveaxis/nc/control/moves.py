@@ -292,7 +292,7 @@ class Moves(InterpreterState):
                 Severity.WARNING,
                 "zero-assumed",
                 f"{word} is in machine coordinates, whose zero is assumed to be the program's; set "
-                "program_zero (--program-zero) if it isn't",
+                "zero (--zero) if it isn't",
             )
 
 

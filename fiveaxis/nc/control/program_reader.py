@@ -11,10 +11,10 @@ aren't limited to the axes' highest speeds, which verification checks.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Unpack
 
 import numpy as np
 
@@ -30,10 +30,11 @@ from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.control.travel import motion_times, travel_of
 from fiveaxis.nc.kinds import kind_of
-from fiveaxis.nc.options import Positions, ReadOptions, Wrap
+from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import first_row
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.words import control_values
+from fiveaxis.options import Reading, spelled_out
 from fiveaxis.toolpath import MoveKind, divided_rows, interpolate
 
 _LIST = (
@@ -74,19 +75,8 @@ class ReadMotion(Motion):
     findings: tuple[Finding, ...] = ()
 
 
-def read_program(
-    path: str | Path,
-    machine: Machine,
-    *,
-    unit: Literal["mm", "inch"] | None = None,
-    start: Mapping[str, float] | None = None,
-    program_zero: Mapping[str, float] | None = None,
-    rapid_mm_min: float | None = None,
-    block_delete: bool = False,
-    wrap: Wrap | None = None,
-    positions: Positions | None = None,
-    harmless: Sequence[str] = (),
-) -> ReadMotion:
+@spelled_out(Reading)
+def read_program(path: str | Path, machine: Machine, **reading: Unpack[Reading]) -> ReadMotion:
     """Read an NC program.
 
     The first row is the start of the program's first move: `start`, or the position to which its first rapid
@@ -98,25 +88,11 @@ def read_program(
     ----------
     path : the program; compressed if its name ends in ``.gz``
     machine : it must have every axis that the program names
-    unit : of lengths, in place of the program's own (G20, G21, G70, G71); mm where neither says it
-    start : axis letter -> mm or deg, in the control's sign: positions before the first block of axes that its
-        rapid moves don't give
-    program_zero : axis letter -> mm or deg: the work offset, machine coordinates (G53) of the program's zero
-        (G54); 0 by default. For several work offsets ``G54X``, ``G55X``, ``G54.1P3X``
-    rapid_mm_min : speed in rapid moves of axes without `max_speed`; deg/min for rotary axes
-    block_delete : whether to skip blocks that begin with ``/``, as with the control's switch on
-    wrap : meaning of rotary words of axes with more than a turn: ``unwound``, as written; ``shorter``, from
-        0 to 360 in the shorter direction (Fanuc with roll-over, Klartext under M126); ``signed``, in the
-        direction of the sign (LinuxCNC's WRAPPED_ROTARY). By default as in a header by `compose_program`,
-        else as written
-    positions : frame of tip positions under TCP: it turns with the table (``table``) or is fixed to the
-        machine (``machine``); by default as the path shows
-    harmless : M words of the machine's builder that move and switch nothing: ``M56``
 
     Returns
     -------
     The motion. `Motion.feed` of moves timed by G93 is distance over time, in mm/s or, if only rotary axes
-    turn, in deg/s; so is that of rapid moves without `rapid_mm_min`. `Motion.source` has the lines of the
+    turn, in deg/s; so is that of rapid moves without `rapid`. `Motion.source` has the lines of the
     file.
 
     Raises
@@ -124,22 +100,12 @@ def read_program(
     SettingError
         An unknown unit; a speed or position that isn't finite.
     MachineError
-        `start` or `program_zero` names an axis that the machine doesn't have.
+        `start` or `zero` names an axis that the machine doesn't have.
     ToolpathError
         With file and line: a list of cutter locations, anything that can't be read completely, a feed move
         before all axes are known, a rapid move of unknown speed, a tool direction instead of angles.
     """
-    options = ReadOptions(
-        unit=unit,
-        machine=machine,
-        start=start or {},
-        program_zero=program_zero,
-        rapid_mm_min=rapid_mm_min,
-        block_delete=block_delete,
-        wrap=wrap,
-        positions=positions,
-        harmless=tuple(harmless),
-    )
+    options = ReadOptions.of(reading, machine=machine)
     return read_motion_of(load_source(path), machine, options)
 
 
@@ -159,7 +125,7 @@ def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> Re
 
 
 def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) -> ReadMotion:
-    rapid = None if options.rapid_mm_min is None else options.rapid_mm_min / 60.0
+    rapid = None if options.rapid is None else options.rapid / 60.0
     track, source = interpreter.track, interpreter.source
     if len(track.rows) < 2:
         raise source.error(why_nothing_moves(track))

@@ -96,7 +96,7 @@ def _run(
 ) -> Interpreter:
     """Run a program as `run_program`, in the unit that it states."""
     wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
-    offsets = WorkOffsets(options.program_zero, machine)
+    offsets = WorkOffsets(options.zero, machine)
     modes = Modes(
         Units(source, options.unit),
         for_motion,
@@ -178,6 +178,6 @@ def note_assumptions(interpreter: Interpreter) -> None:
             Severity.NOTE,
             "machine-zero-moves",
             f"{count} moves in machine coordinates (G53, G28, the first here) aren't in the path: their "
-            "position on the workpiece isn't in the program; set program_zero",
+            "position on the workpiece isn't in the program; set zero",
             interpreter.machine_move_line,
         )

@@ -16,7 +16,8 @@ from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import BED, Machine
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
-from fiveaxis.nc.options import Positions, ReadOptions
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.options import Positions
 from fiveaxis.toolpath import MoveKind
 
 # Words that switch TCP on and leave the frame to a parameter of the control.

@@ -99,7 +99,7 @@ def _rapid_times(
         row, column = np.argwhere(unknown)[0]
         raise source.error(
             f"a rapid move of {axes[column].letter}, which has no max_speed in machine "
-            f"{columns.machine.name!r}; set rapid_mm_min (--rapid), or max_speed in the machine file",
+            f"{columns.machine.name!r}; set rapid (--rapid), or max_speed in the machine file",
             int(columns.lines[row]),
         )
     return np.max(np.where(steps == 0.0, 0.0, np.abs(steps) / speeds), axis=1)

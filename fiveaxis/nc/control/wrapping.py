@@ -18,8 +18,8 @@ from fiveaxis.errors import SettingError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.languages.block import block_error
 from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK, find_language
-from fiveaxis.nc.options import Wrap
 from fiveaxis.nc.source import HEAD, Source
+from fiveaxis.options import Wrap
 
 # deg
 TURN, HALF_TURN = 360.0, 180.0

@@ -56,7 +56,7 @@ def test_a_compiled_loop_says_where_it_is_kept():
     ],
 )
 def test_positions_are_of_axes_or_of_axes_in_a_work_offset(text, positions):
-    assert parse_positions("--program-zero", text) == positions
+    assert parse_positions("--zero", text) == positions
 
 
 @pytest.mark.parametrize("text", ["18", "X", "X1;Y2", "", "X1,,Y2"])

@@ -185,7 +185,7 @@ def test_a_program_read_back_costs_what_its_report_says(
     program = program_of(solution, coordinates=coordinates, control=control)
     blocks = program.motion.blocks
     said = motion_energy(hayashi, blocks)
-    read = fx.program_energy(program.write(tmp_path / "p.nc"), hayashi, rapid_mm_min=1e9)
+    read = fx.program_energy(program.write(tmp_path / "p.nc"), hayashi, rapid=1e9)
     # Around the path lie approach, lead-in and lead-out.
     first, last = (
         int(np.abs(read.motion.positions - end).sum(axis=1).argmin()) for end in blocks.positions[[0, -1]]

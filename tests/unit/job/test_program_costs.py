@@ -189,7 +189,7 @@ def test_a_written_program_costs_what_its_motion_did(tmp_path, hayashi):
     time[0] = 0.0
     motion = Motion("XYZAC", positions, np.full(30, 5.0), time, np.zeros(30, int), np.arange(30))
     path = write_text(motion, tmp_path / "p.ngc", machine=hayashi)
-    found = fx.program_energy(path, hayashi, rapid_mm_min=5000.0)
+    found = fx.program_energy(path, hayashi, rapid=5000.0)
     expected = motion_energy(hayashi, motion)
     # Before them is the approach, and after them the way out.
     assert found.by_block[-30:-1].sum() == pytest.approx(expected.total, rel=1e-5)
@@ -201,7 +201,7 @@ def test_the_feed_of_the_header_counts_where_blocks_do_not_state_it(tmp_path, ha
     path = tmp_path / "p.ngc"
     head = f"(tool: {tool})\n(feed: 1000 mm/min along the path)\nG21 G90 G93\n"
     path.write_text(head + "G0 X20 Y0 Z0 A-30 C0\nG1 X21 A-31 C2 F500\nG1 X22 A-35 C9 F500\n")
-    found = fx.program_energy(path, hayashi, rapid_mm_min=1000.0)
+    found = fx.program_energy(path, hayashi, rapid=1000.0)
     feeds = found.motion.feed[found.motion.cutting][1:] * 60.0
     assert (feeds == pytest.approx(1000.0)) is stated
 
@@ -225,7 +225,7 @@ def test_a_program_that_says_too_little_is_refused_with_its_line(tmp_path, takis
 
 def test_a_machine_without_powers_and_unknown_corners_are_refused(zigzag, takisawa):
     with pytest.raises(MachineError, match="no power for axis"):
-        fx.program_energy(zigzag, fx.Machine.from_code("1203"), rapid_mm_min=1000.0)
+        fx.program_energy(zigzag, fx.Machine.from_code("1203"), rapid=1000.0)
     with pytest.raises(SettingError, match="write control, programmed, exact-stop, or a tolerance"):
         fx.program_energy(zigzag, takisawa, corners="smooth")
     assert run("energy", zigzag, "-m", "takisawa-mac-v3", "--start", "X=3").exit_code == 2
@@ -256,7 +256,7 @@ def test_options_of_the_verb_are_the_librarys(tmp_path):
     path = tmp_path / "p.nc"
     path.write_text("G90 G21\nG53 G00 Z0\nG00 X0 Y0 Z-5\n/G01 X50 F500\nG01 X10 F500\n")
     machine = ("-m", "takisawa-mac-v3", "--json")
-    zero = ("--program-zero", "X1,Y2,Z-3")
+    zero = ("--zero", "X1,Y2,Z-3")
     plain = json.loads(run("energy", path, *machine, *zero).stdout)
     skipped = json.loads(run("energy", path, *machine, *zero, "--block-delete").stdout)
     assert skipped["energy"]["time"] < plain["energy"]["time"]

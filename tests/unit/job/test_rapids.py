@@ -108,7 +108,7 @@ def test_a_program_with_rapid_moves_read_back_follows_its_path_and_costs_the_sam
     bounds = {"max_turn": 180.0}
     program = program_of(solution, coordinates, control=control)
     file = program.write(tmp_path / ("part.h" if control == "heidenhain" else "part.nc"))
-    found = fx.program_energy(file, machine, corners="programmed", rapid_mm_min=SPEED)
+    found = fx.program_energy(file, machine, corners="programmed", rapid=SPEED)
     blocks = program.motion.blocks
     begin = int(np.abs(found.motion.positions - blocks.positions[0]).sum(axis=1).argmin()) + 1
     quick = np.flatnonzero(found.motion.rapid[begin:]) + begin
@@ -123,7 +123,7 @@ def test_a_program_with_rapid_moves_read_back_follows_its_path_and_costs_the_sam
     assert found.motion.time[quick].sum() == pytest.approx(said.time, rel=near)
     assert found.energy.by_kind["rapid"].time == pytest.approx(said.time, rel=near)
     assert found.by_block[quick].sum() == pytest.approx(said.total, rel=integral_near)
-    report = verify_program(file, machine, toolpath=solution.toolpath, rapid_mm_min=SPEED, **bounds)
+    report = verify_program(file, machine, toolpath=solution.toolpath, rapid=SPEED, **bounds)
     assert report.ok, report.findings
 
 
@@ -133,7 +133,7 @@ def test_a_cut_off_the_path_is_named_beside_rapid_moves_that_swerve(hayashi, tmp
     away = blocks.positions.copy()
     away[1, 1] += 0.5
     file = write_text(replace(blocks, positions=away), tmp_path / "part.ngc", machine=hayashi)
-    report = verify_program(file, hayashi, toolpath=solution.toolpath, rapid_mm_min=SPEED, max_turn=180.0)
+    report = verify_program(file, hayashi, toolpath=solution.toolpath, rapid=SPEED, max_turn=180.0)
     assert {"off-path"} <= set(report.counts)
     assert "the course of rapid moves between locations of the path" in report.not_checked
 
@@ -146,7 +146,7 @@ def test_a_cut_that_a_program_makes_in_rapid_is_held_to_the_path(hayashi, tmp_pa
     text[row : row + 1] = ["G0 X5.0 Y0.5", "G0 Y0"]
     file = tmp_path / "part.ngc"
     file.write_text("\n".join(text))
-    report = verify_program(file, hayashi, toolpath=path, rapid_mm_min=SPEED, max_turn=180.0)
+    report = verify_program(file, hayashi, toolpath=path, rapid=SPEED, max_turn=180.0)
     assert "off-path" in report.counts
 
 
@@ -174,7 +174,7 @@ def test_a_rapid_move_that_touches_material_is_found(made_rapid, hayashi, tmp_pa
     text[row : row + 1] = others
     file = tmp_path / "part.ngc"
     file.write_text("\n".join(text))
-    report = verify_program(file, hayashi, toolpath=path, rapid_mm_min=SPEED, max_turn=180.0)
+    report = verify_program(file, hayashi, toolpath=path, rapid=SPEED, max_turn=180.0)
     assert ("rapid-in-cut" in report.counts) is touches
     assert "off-path" not in report.counts
 
@@ -186,7 +186,7 @@ def test_a_rapid_move_to_a_cut_is_the_paths_own(hayashi, tmp_path):
     own = replace(path, kind=kind)
     file = tmp_path / "part.ngc"
     file.write_text("\n".join(program_of(with_postures(own, hayashi)).text.lines))
-    report = verify_program(file, hayashi, toolpath=own, rapid_mm_min=SPEED, max_turn=180.0)
+    report = verify_program(file, hayashi, toolpath=own, rapid=SPEED, max_turn=180.0)
     assert "rapid-in-cut" not in report.counts
 
 
@@ -232,7 +232,7 @@ def test_rapid_moves_of_the_program_no_longer_take_a_feed(boat):
     assert motion.time[motion.rapid].sum() == pytest.approx(87.7, abs=0.1)
     fast = replace(machine, axes=tuple(replace(axis, max_speed=None) for axis in machine.axes))
     motion = follow(path.with_rapid(10_000.0), fast, path.rotary)
-    read = fx.read_program(file, fast, rapid_mm_min=10_000.0)
+    read = fx.read_program(file, fast, rapid=10_000.0)
     assert motion.time[motion.rapid].sum() == pytest.approx(read.time[read.rapid].sum(), rel=0.05)
 
 

@@ -192,13 +192,13 @@ def test_another_path_altogether_is_missed_from_the_first_location(program, haya
 def test_tip_programs_are_followed_as_the_control_leads_the_tip(trunnion, tmp_path):
     path = tmp_path / "tip.ngc"
     path.write_text("G21\nM428\nG0 X0 Y0 Z30 A0 C0\nG1 Z5 F600\nG1 X30 A-20 C40\nG1 Y30 C60\nM429\nM2\n")
-    report = fx.verify_program(path, trunnion, tool=Tool.ball(6), rapid_mm_min=5000.0)
+    report = fx.verify_program(path, trunnion, tool=Tool.ball(6), rapid=5000.0)
     # Led straight by the control, and cut into parts here: the tip keeps to its way.
     assert "tip-deviation" not in report.counts
     assert report.figures["tip_deviation_mm"] <= 0.01
     box = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
     box.apply_translation([30.0, 0.0, 0.0])
-    sunk = fx.verify_program(path, trunnion, tool=Tool.ball(6), part=box, rapid_mm_min=5000.0)
+    sunk = fx.verify_program(path, trunnion, tool=Tool.ball(6), part=box, rapid=5000.0)
     assert {f.place.line for f in sunk.findings if f.code == "gouge"} <= {5, 6}
     assert sunk.counts["gouge"] > 1
 

@@ -43,5 +43,5 @@ def test_a_feed_that_is_not_positive_is_refused(tmp_path, feed):
 
 
 def test_an_unknown_unit_is_refused(tmp_path):
-    with pytest.raises(SettingError, match="unknown unit 'cm'; known: mm, inch"):
+    with pytest.raises(SettingError, match="unit = 'cm' is unknown; give 'mm' or 'inch'"):
         read_toolpath(tmp_path / "a.csv", tool=BALL, unit="cm")

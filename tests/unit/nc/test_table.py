@@ -187,7 +187,7 @@ def test_blanks_and_commas_separate_the_fields_of_a_list_without_header(tmp_path
 
 
 def test_a_rapid_move_has_its_own_column_and_touches_nothing(read):
-    path = read("x,y,z,nx,ny,nz,rapid\n1,2,3,0,0,1,0\n4,5,6,0,0,1,1\n7,8,9,0,0,1,0\n", rapid_mm_min=6000)
+    path = read("x,y,z,nx,ny,nz,rapid\n1,2,3,0,0,1,0\n4,5,6,0,0,1,1\n7,8,9,0,0,1,0\n", rapid=6000)
     assert path.kind.tolist() == [MoveKind.CUT, MoveKind.RAPID, MoveKind.CUT]
     assert np.isnan(path.contact[1]).all()
     assert path.feed[1] == 100.0

@@ -66,11 +66,11 @@ def test_the_travel_of_a_machine_is_evidence(tmp_path):
     machine = load_machine("dmu50ev")
     file = tmp_path / "part.nc"
     file.write_text("G20 G90\nG0 X0 Y0 Z0 B0 C0\nG1 X-30 F20\nX30\nM30\n")
-    doubt = finding(read_program(file, machine, rapid_mm_min=5000), "unit-doubtful")
+    doubt = finding(read_program(file, machine, rapid=5000), "unit-doubtful")
     assert (
         "lengths are read in inch, as the file says, and the cuts' extent of 1524 mm is above 1000" in doubt
     )
-    asked = read_program(file, machine, rapid_mm_min=5000, unit="mm")
+    asked = read_program(file, machine, rapid=5000, unit="mm")
     assert machine.shown(asked.positions)[-1, 0] == pytest.approx(30)
     assert "unit-doubtful" not in {f.code for f in asked.findings}
 

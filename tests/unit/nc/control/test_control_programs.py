@@ -48,7 +48,7 @@ ZEROS = {"G54X": 0.0, "G55X": 0.0, "G56X": 0.0}
 def dmu(data) -> Toolpath:
     machine = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
     file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
-    return read_toolpath(file, tool=BALL, machine=machine, program_zero=ZEROS)
+    return read_toolpath(file, tool=BALL, machine=machine, zero=ZEROS)
 
 
 def test_a_dmu_and_a_haas_have_the_same_tip_in_the_same_operation(data, dmu):
@@ -58,7 +58,7 @@ def test_a_dmu_and_a_haas_have_the_same_tip_in_the_same_operation(data, dmu):
         tool=BALL,
         machine=machine_of("540123", {"B": Line((0.0, 0.0, 1.0))}, reverse="A"),
         unit="inch",
-        program_zero=ZEROS,
+        zero=ZEROS,
     )
     posted = [
         path.at(np.flatnonzero((path.source >= first) & (path.source < first + 350)))

@@ -52,7 +52,7 @@ def read(tmp_path):
     def read_text(text, machine=MILL, **options):
         path = tmp_path / "part.nc"
         path.write_text(text, encoding="utf-8")
-        options = {"start": dict.fromkeys(machine.letters, 0.0), "rapid_mm_min": 6000.0} | options
+        options = {"start": dict.fromkeys(machine.letters, 0.0), "rapid": 6000.0} | options
         return read_program(path, machine, **{"unit": "mm"} | options)
 
     return read_text
@@ -84,7 +84,7 @@ def codes(motion):
 
 def test_the_published_zigzag_has_the_published_travel_and_times(read):
     machine = load_machine("takisawa-mac-v3")
-    motion = read(ZIGZAG, machine, start={"X": 18, "Y": 74, "Z": 0}, rapid_mm_min=10_000)
+    motion = read(ZIGZAG, machine, start={"X": 18, "Y": 74, "Z": 0}, rapid=10_000)
     assert motion.source.tolist() == [1, *range(1, 21)]
     assert motion.kind.tolist() == [RAPID, *[CUT] * 18, RAPID, RAPID]
     moves = np.abs(motion.moves)
@@ -110,7 +110,7 @@ def test_a_reference_without_axes_moves_none_with_a_warning(read):
 def test_an_unknown_rotary_axis_is_refused_with_the_list_of_axes(data, hayashi):
     path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     with pytest.raises(ToolpathError) as caught:
-        read_program(path, hayashi, unit="inch", rapid_mm_min=15_000)
+        read_program(path, hayashi, unit="inch", rapid=15_000)
     assert caught.value.line == 35
     assert "B0: machine 'hayashi-640123' has the axes X, Y, Z, A, C and no B" in str(caught.value)
 
@@ -132,10 +132,10 @@ def test_the_haas_program_is_read_up_to_its_first_cycle(data, tmp_path):
     path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     machine = haas_trunnion()
     with pytest.raises(ToolpathError, match=r":906: G73 is a cycle, which isn't expanded"):
-        read_program(path, machine, unit="inch", rapid_mm_min=15_000)
+        read_program(path, machine, unit="inch", rapid=15_000)
     milling = tmp_path / "milling.nc"
     milling.write_text("\n".join(path.read_text(encoding="utf-8").split("\n")[:900]), encoding="utf-8")
-    motion = read_program(milling, machine, unit="inch", rapid_mm_min=15_000)
+    motion = read_program(milling, machine, unit="inch", rapid=15_000)
     assert motion.source[0] == 35
     assert motion.ignored["M6"] == 4
     assert sorted(codes(motion)) == ["approach-unknown", "long-turn", "zero-assumed"]
@@ -155,7 +155,7 @@ def test_a_rotation_back_through_zero_is_reported_because_controls_differ(data, 
     lines = path.read_text(encoding="utf-8").split("\n")[:600]
     milling = tmp_path / "milling.nc"
     milling.write_text("\n".join(lines), encoding="utf-8")
-    motion = read_program(milling, haas_trunnion(), unit="inch", rapid_mm_min=15_000)
+    motion = read_program(milling, haas_trunnion(), unit="inch", rapid=15_000)
     [turn] = [f for f in motion.findings if f.code == "long-turn"]
     assert turn.place.line == 555
     assert turn.value == pytest.approx(352.356)
@@ -186,7 +186,7 @@ def test_programs_under_tcp_keep_the_tip_on_its_path(data, trunnion, name):
 
 def test_a_motion_continues_across_the_switch_to_tcp(read, trunnion):
     text = "G0 X0 Y0 Z100 A0 C0\nM428\nG0 X10 Y0 Z50 A-30\nG1 X20 A-40 F600\nM429\nG0 X0 Y0 Z100\n"
-    motion = read(text, trunnion, start=None, rapid_mm_min=None)
+    motion = read(text, trunnion, start=None, rapid=None)
     tip, axis = tool_poses(trunnion, motion.positions)
     np.testing.assert_allclose(motion.positions[0], [0, 0, 100, 0, 0])
     [first] = np.flatnonzero(motion.source == 3)
@@ -242,10 +242,10 @@ def test_reversed_axes_change_their_sign(read, trunnion):
     np.testing.assert_allclose(trunnion.shown(motion.positions)[1], [1, 0, 0, -2, 3])
 
 
-def test_machine_coordinates_are_relative_to_the_program_zero(read):
+def test_machine_coordinates_are_relative_to_the_zero(read):
     # The control shows Z-300 in machine coordinates at Z0 of the program.
     text = "G0 Z10\nG53 Z0\nZ20\nG28 Z30\n"
-    motion = read(text, program_zero={"Z": -300})
+    motion = read(text, zero={"Z": -300})
     assert rows(motion)[:, 2].tolist() == [-300, -290, 0, -280, -270, 0]
     assert codes(motion) == []
     assumed = read(text)
@@ -259,7 +259,7 @@ def test_a_machine_coordinate_retract_suspends_tcp_until_it_is_switched(read):
     machine = load_machine("variaxis-630")
     text = "G94\nG0 A0 C0\nG43.4 H1 X0 Y0 Z50\nG1 X10 F600\nG53 G0 Z0\n"
     for after in ("", "G49\nG53 G0 X0 Y0\n", "G43.4 H1\nG0 X0 Y0 Z50\n"):
-        motion = read(text + after, machine, program_zero={"Z": 0.0})
+        motion = read(text + after, machine, zero={"Z": 0.0})
         assert (motion.positions[:, machine.column("Z")] == 0.0).any()
     with pytest.raises(ToolpathError, match=r"after G53 under TCP \(line 5\)"):
         read(text + "G1 X20\n", machine)
@@ -379,7 +379,7 @@ def test_feed_per_revolution_uses_the_spindle_speed(read):
 def test_a_rapid_move_takes_as_long_as_its_slowest_axis(read, trunnion):
     # X 166.67 mm/s and A 30 deg/s are in the machine's file, see LinuxCNC's xyzac-trt.ini.
     speeds = [axis.shown(axis.max_speed) for axis in trunnion.axes]
-    motion = read("G0 X100 A2\nA50\n", trunnion, rapid_mm_min=None)
+    motion = read("G0 X100 A2\nA50\n", trunnion, rapid=None)
     assert motion.time[1] == pytest.approx(max(100 / speeds[0], 2 / speeds[3]))
     assert motion.feed[1] == pytest.approx(100 / motion.time[1])
     assert motion.feed[2] == pytest.approx(speeds[3])
@@ -389,7 +389,7 @@ def test_the_rapid_speed_applies_to_axes_without_max_speed_only(read, hayashi):
     fast = replace(
         hayashi, axes=tuple(replace(a, max_speed=10.0 if a.letter == "X" else None) for a in hayashi.axes)
     )
-    motion = read("G0 X100\nY100\nC100\n", fast, rapid_mm_min=1200)
+    motion = read("G0 X100\nY100\nC100\n", fast, rapid=1200)
     np.testing.assert_allclose(motion.time, [0, 10, 5, 5])
 
 
@@ -407,7 +407,7 @@ def test_klartext_feeds_in_inch_programs_are_in_tenths(tmp_path):
     path = tmp_path / "part.h"
     text = "BEGIN PGM part INCH\nL X+0 Y+0 Z+0 R0 F100\nL X+1\nEND PGM part INCH\n"
     path.write_text(text, encoding="utf-8")
-    motion = fx.read_program(path, Machine.from_code("0123"), start={"X": 0, "Y": 0, "Z": 0}, rapid_mm_min=1)
+    motion = fx.read_program(path, Machine.from_code("0123"), start={"X": 0, "Y": 0, "Z": 0}, rapid=1)
     assert motion.time[-1] == pytest.approx(6)
     assert motion.feed[-1] == pytest.approx(254 / 60)
 
@@ -474,7 +474,7 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
         ("M98 P100\n", 1, "M98 calls or ends a subprogram"),
         ("G65 P1\n", 1, "G65 calls"),
         ("G1 X1 F1\nG91 G30 Z0\nG90 G0 Z5\n", 3, "a move after G30 on line 2, which ends where only"),
-        ("G10 L2 P1 X5\n", 1, "set program_zero (--program-zero G54X5, in mm and deg)"),
+        ("G10 L2 P1 X5\n", 1, "set zero (--zero G54X5, in mm and deg)"),
         ("G91 G10 L2 P1 X5\n", 1, "G10 L2 P1 changes the control's data"),
         ("G10 L50\n", 1, "G10 L50 changes the control's data"),
         ("G1234 X1\n", 1, "G1234 is unknown"),
@@ -527,23 +527,23 @@ def test_a_move_from_an_unknown_position_is_refused(fault, text, fact):
 
 
 def test_a_rapid_move_of_unknown_speed_is_refused_with_axis_and_remedy(fault, hayashi):
-    line, message = fault("G1 X1 F1\nG0 C5\n", hayashi, rapid_mm_min=None)
+    line, message = fault("G1 X1 F1\nG0 C5\n", hayashi, rapid=None)
     assert line == 2
     assert message == (
-        "a rapid move of C, which has no max_speed in machine 'hayashi-640123'; set rapid_mm_min "
+        "a rapid move of C, which has no max_speed in machine 'hayashi-640123'; set rapid "
         "(--rapid), or max_speed in the machine file"
     )
 
 
 def test_options_are_checked(read, hayashi):
-    with pytest.raises(SettingError, match="unknown unit 'cm'"):
+    with pytest.raises(SettingError, match="unit = 'cm' is unknown; give 'mm' or 'inch'"):
         read("G0 X1\n", unit="cm")
-    with pytest.raises(SettingError, match="rapid -1 mm/min"):
-        read("G0 X1\n", rapid_mm_min=-1)
+    with pytest.raises(SettingError, match="rapid = -1 is out of range; give more than 0"):
+        read("G0 X1\n", rapid=-1)
     with pytest.raises(SettingError, match="start of X is nan"):
         read("G0 X1\n", start={"X": float("nan")})
     with pytest.raises(MachineError, match="no axis 'B'"):
-        read("G0 X1\n", hayashi, program_zero={"B": 1})
+        read("G0 X1\n", hayashi, zero={"B": 1})
 
 
 # Use of the motion
@@ -551,7 +551,7 @@ def test_options_are_checked(read, hayashi):
 
 def test_a_program_that_was_read_can_be_used_as_a_motion(read, trunnion):
     text = "G0 X0 Y0 Z10 A0 C0\nG1 Z0 F600\nX10 A-20 C30\nM30\n"
-    motion = read(text, trunnion, start=None, rapid_mm_min=None)
+    motion = read(text, trunnion, start=None, rapid=None)
     assert isinstance(motion, fx.Motion)
     program = compose_program(motion, machine=trunnion)
     assert program.lines[-5] == "G1 X10.000000 Y0.000000 Z0.000000 A-20.000000 C30.000000 F60"

@@ -153,7 +153,7 @@ def test_programs_of_two_controls_give_one_path(data):
     dmu = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
     zeros = {f"{frame}{axis}": 0.0 for frame in ("G54", "G55", "G56") for axis in "XYZBC"}
     one = fx.read_toolpath(haas_file, machine=haas_trunnion(), tool=BALL, unit="inch")
-    other = fx.read_toolpath(dmu_file, machine=dmu, tool=BALL, program_zero=zeros)
+    other = fx.read_toolpath(dmu_file, machine=dmu, tool=BALL, zero=zeros)
 
     def operation(path, file):
         text = file.read_text(encoding="utf-8").split("\n")
@@ -176,7 +176,7 @@ def nmv(data, **options):
         data / "toolpaths" / "nx_nmv5000_fanuc_mm.nc",
         machine=NUTATING,
         tool=BALL,
-        program_zero=zeros,
+        zero=zeros,
         start={"C": 0.0},
         **options,
     )
@@ -468,7 +468,7 @@ def test_tcp_that_ends_within_a_turning_cut_is_refused(read, fault, trunnion):
 
 def test_with_a_known_zero_positions_are_converted_at_the_switch(read, trunnion):
     text = "G0 X0 Y0 Z5 A0 C0\nG1 Z0 F60\nM428\nG1 X1 Y1\n"
-    path = read(text, trunnion, program_zero={"X": 0, "Y": 0, "Z": 0})
+    path = read(text, trunnion, zero={"X": 0, "Y": 0, "Z": 0})
     np.testing.assert_allclose(tips(path)[-1], [1, 1, 0], atol=1e-9)
 
 
@@ -487,7 +487,7 @@ def test_retracts_in_machine_coordinates_are_omitted_with_a_note(read, word):
 
 
 def test_with_a_known_zero_a_retract_is_in_the_path(read):
-    path = read("G0 X0 Y0 Z5\nG1 Z0 F60\nG53 G0 Z0\n", program_zero={"Z": -100})
+    path = read("G0 X0 Y0 Z5\nG1 Z0 F60\nG53 G0 Z0\n", zero={"Z": -100})
     np.testing.assert_allclose(tips(path)[:, 2], [-95, -100, 0])
 
 
@@ -495,8 +495,8 @@ def test_several_work_offsets_need_their_zeros(read, fault):
     text = "G54 G0 X0 Y0 Z5\nG1 Z0 F60\nG55 G0 X0 Y0 Z5\nG1 Z0\n"
     line, message = fault(text)
     assert line == 3
-    assert message.endswith("give both zeros (program_zero, for example G54X and G55X)")
-    path = read(text, program_zero={"G54X": 0, "G55X": 50, "G55 Z": -1})
+    assert message.endswith("give both zeros (zero, for example G54X and G55X)")
+    path = read(text, zero={"G54X": 0, "G55X": 50, "G55 Z": -1})
     np.testing.assert_allclose(tips(path), [[0, 0, 5], [0, 0, 0], [50, 0, 4], [50, 0, -1]])
 
 

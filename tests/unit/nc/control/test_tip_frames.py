@@ -65,7 +65,7 @@ def test_a_fanuc_program_is_read_in_the_frame_in_which_its_path_is_even(write, p
     )
     length = np.linalg.norm(np.diff(tips, axis=0), axis=1).sum()
     assert f"{length:.4g}"[:4] in message
-    motion = read_program(file, MACHINE, rapid_mm_min=5000)
+    motion = read_program(file, MACHINE, rapid=5000)
     ends = np.append(np.flatnonzero(np.diff(motion.source)), len(motion) - 1)
     np.testing.assert_allclose(tool_poses(MACHINE, motion.positions[ends])[0], tips, atol=2e-4)
     assert told(motion.findings)[code] == message

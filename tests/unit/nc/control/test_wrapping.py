@@ -16,7 +16,7 @@ def turned(folder, text, machine, suffix=".nc", **options):
     """C, deg, of every row."""
     path = folder / f"part{suffix}"
     path.write_text(text)
-    motion = read_program(path, machine, rapid_mm_min=1e4, **options)
+    motion = read_program(path, machine, rapid=1e4, **options)
     return np.degrees(motion.positions[:, machine.column("C")]).tolist(), {f.code for f in motion.findings}
 
 
@@ -53,7 +53,7 @@ def test_increments_are_not_wrapped(tmp_path, hayashi):
 
 def test_a_work_offset_of_the_axis_is_no_turn(tmp_path, hayashi):
     text = WORDS.format("G1 C10 F500\n")
-    found, _ = turned(tmp_path, text, hayashi, wrap="signed", program_zero={"C": 90})
+    found, _ = turned(tmp_path, text, hayashi, wrap="signed", zero={"C": 90})
     assert found == pytest.approx([440, 460])
 
 
@@ -89,7 +89,7 @@ def test_a_path_is_read_by_the_same_rule(tmp_path, hayashi):
         (".mpf", "G90 G0 X0 Y0 Z0 A0 C=DC(10)\nG1 C=DC(20) F1\n", "shorter", "DC, ACP, ACN"),
         (".h", KLARTEXT.format("", ""), "signed", "set wrap=shorter"),
         (".nc", WORDS.format("G1 C400 F1\n"), "signed", "C400 is beyond a turn"),
-        (".nc", WORDS.format("G1 C4 F1\n"), "short", "unknown wrap 'short'; known: unwound, shorter, signed"),
+        (".nc", WORDS.format("G1 C4 F1\n"), "short", "wrap = 'short' is unknown; give 'unwound' or 'shorter' or 'signed'"),
     ],
 )
 def test_a_rule_that_does_not_apply_is_refused(tmp_path, hayashi, suffix, text, wrap, message):
@@ -107,7 +107,7 @@ def test_a_rule_without_an_axis_is_refused(tmp_path, hayashi):
 def test_the_header_gives_the_rule_and_the_axes(tmp_path, hayashi):
     path = tmp_path / "part.ngc"
     path.write_text(WORDS.format("G1 C10 F500\nG1 C-350\n"))
-    motion = read_program(path, hayashi, rapid_mm_min=1e4, wrap="signed")
+    motion = read_program(path, hayashi, rapid=1e4, wrap="signed")
     text = compose_program(motion, machine=hayashi, winding="modulo").text
     assert "(winding: modulo signed C)\n" in text
     assert turned(tmp_path, text, hayashi, ".ngc")[0][-2:] == pytest.approx([370, 350])

@@ -177,7 +177,7 @@ def test_rs274_goes_where_the_reader_says_by_the_sign_of_every_word(tmp_path, be
     path.write_text("\n".join(["G21 G90 G0 X0 Y0 Z0 A0", *turned, "G93", *moves, "M2"]), encoding="ascii")
     ends, _ = interpreted(path.read_text(encoding="ascii"), tmp_path, wrapped="C")
     start = {"C": 0.0}  # where rs274 begins
-    read = read_program(path, load_machine("hayashi-640123"), wrap="signed", start=start, rapid_mm_min=1e4)
+    read = read_program(path, load_machine("hayashi-640123"), wrap="signed", start=start, rapid=1e4)
     at_words = {int(line): row for row, line in enumerate(read.source)}
     lines = [i for i, text in enumerate(path.read_text().splitlines(), start=1) if text[:3] == "G1 "]
     rows = [max(row for n, row in at_words.items() if n <= line) for line in lines]

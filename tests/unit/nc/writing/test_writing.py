@@ -124,7 +124,7 @@ def test_the_blocks_around_the_moves_are_read_again(tmp_path, control):
     program = compose_program(SLOPE, machine=OPEN, control=control, settings=around)
     path = tmp_path / f"p{program.suffix}"
     path.write_text(program.text)
-    places = read_program(path, OPEN, rapid_mm_min=1000).positions
+    places = read_program(path, OPEN, rapid=1000).positions
     # Going home is two more rapid moves where the words are axes; after tip control the reader doesn't know
     # where they begin.
     for row in SLOPE.positions:

@@ -1,0 +1,83 @@
+"""How programs are read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal, TypedDict
+
+from fiveaxis.options.option import Option
+
+# Frame of a program's tip positions under TCP control.
+Positions = Literal["table", "machine"]
+# Meaning of rotary words of axes with more than a turn: unwrapped angles, or angles from 0 to 360 with the
+# shorter turn to them, or with a turn in the direction of the word's sign.
+Wrap = Literal["unwound", "shorter", "signed"]
+
+
+class ReadProgram(TypedDict, total=False):
+    """How an NC program is read."""
+
+    positions: Annotated[
+        Positions | None,
+        Option(
+            "whether tip positions turn with the table or stay with the machine; by default as the path "
+            "shows",
+            example="table",
+        ),
+    ]
+    start: Annotated[
+        Mapping[str, float] | None,
+        Option(
+            "axis positions before the program starts, by letter, in the control's sign",
+            unit="mm and deg",
+            written="X18,Y74,Z0",
+            example={"X": 0, "Z": 100},
+        ),
+    ]
+    zero: Annotated[
+        Mapping[str, float] | None,
+        Option(
+            "its zero (G54) in machine coordinates, by letter; 0 by default; of several G54X, G55X, G54.1P3X",
+            unit="mm and deg",
+            written="X100,Y50,Z-20",
+            example={"X": 0, "Y": 0, "Z": 0},
+        ),
+    ]
+    rapid: Annotated[
+        float | None,
+        Option(
+            "mm/min (deg/min), rapid speed of axes whose highest speed isn't known",
+            above=0.0,
+            example=10000,
+        ),
+    ]
+    block_delete: Annotated[
+        bool, Option("skip blocks that begin with /", default=False, flags="--block-delete")
+    ]
+    harmless: Annotated[
+        Sequence[str],
+        Option(
+            "M words of the machine's builder that move and switch nothing",
+            default=(),
+            written="M56,M120",
+            example=["M56"],
+        ),
+    ]
+    wrap: Annotated[
+        Wrap | None,
+        Option(
+            "how words of endless rotary axes count turns: as written, from 0 to 360 the shorter way (Fanuc "
+            "with roll-over, Klartext under M126), or in the direction of the sign (LinuxCNC's "
+            "WRAPPED_ROTARY); by default as the header of a program by fiveaxis says, else as written",
+            example="shorter",
+        ),
+    ]
+
+
+class Reading(ReadProgram, total=False):
+    """How an NC program is read, and its unit."""
+
+    unit: Annotated[
+        Literal["mm", "inch"] | None,
+        Option("unit of lengths, in place of the file's; mm where neither says it"),
+    ]
