@@ -46,7 +46,8 @@ class ReadProgram(TypedDict, total=False):
     rapid: Annotated[
         float | None,
         Option(
-            "mm/min (deg/min), rapid speed of axes whose highest speed isn't known",
+            "rapid speed of axes whose highest speed isn't known; deg/min for rotary axes",
+            unit="mm/min",
             above=0.0,
             example=10000,
         ),

@@ -538,7 +538,7 @@ def test_a_rapid_move_of_unknown_speed_is_refused_with_axis_and_remedy(fault, ha
 def test_options_are_checked(read, hayashi):
     with pytest.raises(SettingError, match="unit = 'cm' is unknown; give 'mm' or 'inch'"):
         read("G0 X1\n", unit="cm")
-    with pytest.raises(SettingError, match="rapid = -1 is out of range; give more than 0"):
+    with pytest.raises(SettingError, match="rapid = -1 mm/min is out of range; give more than 0"):
         read("G0 X1\n", rapid=-1)
     with pytest.raises(SettingError, match="start of X is nan"):
         read("G0 X1\n", start={"X": float("nan")})

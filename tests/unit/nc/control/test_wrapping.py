@@ -89,7 +89,12 @@ def test_a_path_is_read_by_the_same_rule(tmp_path, hayashi):
         (".mpf", "G90 G0 X0 Y0 Z0 A0 C=DC(10)\nG1 C=DC(20) F1\n", "shorter", "DC, ACP, ACN"),
         (".h", KLARTEXT.format("", ""), "signed", "set wrap=shorter"),
         (".nc", WORDS.format("G1 C400 F1\n"), "signed", "C400 is beyond a turn"),
-        (".nc", WORDS.format("G1 C4 F1\n"), "short", "wrap = 'short' is unknown; give 'unwound' or 'shorter' or 'signed'"),
+        (
+            ".nc",
+            WORDS.format("G1 C4 F1\n"),
+            "short",
+            "wrap = 'short' is unknown; give 'unwound' or 'shorter' or 'signed'",
+        ),
     ],
 )
 def test_a_rule_that_does_not_apply_is_refused(tmp_path, hayashi, suffix, text, wrap, message):
