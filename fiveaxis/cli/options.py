@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import typer
 from rich.markup import escape
@@ -82,7 +82,7 @@ def read_flags(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
             value = tuple(parse_numbers(value, 2, "MIN:MAX", ":"))
         elif option.written.startswith("X,Y,Z"):
             value = tuple(parse_numbers(value, 3, "X,Y,Z"))
-        elif get_origin(kind) is Sequence:
+        elif Ellipsis in get_args(kind):
             value = parse_words(value)
         elif option.written:
             value = parse_positions(f"--{name.replace('_', '-')}", value)

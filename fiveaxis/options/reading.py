@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Literal, TypedDict
 
 from fiveaxis.options.option import Option
@@ -56,7 +56,7 @@ class ReadProgram(TypedDict, total=False):
         bool, Option("skip blocks that begin with /", default=False, flags="--block-delete")
     ]
     harmless: Annotated[
-        Sequence[str],
+        tuple[str, ...],
         Option(
             "M words of the machine's builder that move and switch nothing",
             default=(),
