@@ -5,15 +5,26 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import typer
 from rich.markup import escape
 
 from fiveaxis.cli.terminal import parse_numbers, parse_positions, parse_words
-from fiveaxis.options import Bounds, Meshes, Planning, ProgramBounds, ReadProgram, Search, options_of
+from fiveaxis.options import (
+    Bounds,
+    Meshes,
+    Planning,
+    ProgramBounds,
+    ReadProgram,
+    Search,
+    options_of,
+    words_of,
+)
 
 Verb = TypeVar("Verb", bound=Callable[..., None])
+# Numbers of a range; more are a vector.
+RANGE = 2
 
 
 def optional(kind: Any, text: str, flags: str | None = None) -> Any:
@@ -57,7 +68,7 @@ def flags_of(group: type) -> dict[str, Any]:
     panel = (inspect.getdoc(group) or "").rstrip(".")
     flags: dict[str, Any] = {}
     for name, (kind, option) in options_of(group).items():
-        written = option.written or ", ".join(option.words(kind))
+        written = option.written or ", ".join(words_of(kind))
         plain = str | None if written else kind | None
         text = f"{option.sentence}: {written}" if written else option.sentence
         own = [option.flags] if option.flags else []
@@ -73,21 +84,25 @@ def read_flags(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
     SettingError
         A text that isn't written as its option asks.
     """
-    found = {}
-    for name, (kind, option) in options_of(group).items():
-        value = given.get(name)
-        if value is None:
-            continue
-        if option.written.startswith("MIN:MAX"):
-            value = tuple(parse_numbers(value, 2, "MIN:MAX", ":"))
-        elif option.written.startswith("X,Y,Z"):
-            value = tuple(parse_numbers(value, 3, "X,Y,Z"))
-        elif Ellipsis in get_args(kind):
-            value = parse_words(value)
-        elif option.written:
-            value = parse_positions(f"--{name.replace('_', '-')}", value)
-        found[name] = value
-    return found
+    return {
+        name: _read(kind, f"--{name.replace('_', '-')}", given[name])
+        for name, (kind, _) in options_of(group).items()
+        if given.get(name) is not None
+    }
+
+
+def _read(kind: Any, flag: str, value: Any) -> Any:
+    """Read a flag's text as its option's type asks; what is no text already has its type."""
+    whole = next((part for part in (kind, *get_args(kind)) if get_origin(part) in (tuple, Mapping)), None)
+    if whole is None:
+        return value
+    if get_origin(whole) is Mapping:
+        return parse_positions(flag, value)
+    if Ellipsis in get_args(whole):
+        return parse_words(value)
+    count = len(get_args(whole))
+    form, separator = ("MIN:MAX", ":") if count == RANGE else ("X,Y,Z", ",")
+    return tuple(parse_numbers(value, count, form, separator))
 
 
 BOUNDS, PROGRAM_BOUNDS = flags_of(Bounds), flags_of(ProgramBounds)

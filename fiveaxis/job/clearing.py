@@ -189,8 +189,7 @@ def solve_clear(
     """
 
     def solve(path: Toolpath, own: Mask | None, free: bool) -> Postures:
-        # Where passes begin elsewhere, a start has other locations.
-        chosen = replace(options, start=None) if free else options.without_free_start()
+        chosen = options if free else options.without_free_start()
         return find(path, machine, constraints, replace(chosen, mask=own, bound=False))
 
     own, free_start, progress = Mask.of(options.mask), options.free_start, options.progress

@@ -29,10 +29,6 @@ LARGEST_SWEEP = 10_000
 # What the optimiser may choose of a setup.
 SEARCHED = ("x", "y", "z", "angle")
 
-# Settings that bound postures and turns.
-BOUNDS = tuple(options_of(Bounds))
-
-
 if TYPE_CHECKING:
     PlanTable = StrictModel
 else:

@@ -14,6 +14,7 @@ from fiveaxis.options.option import (
     require_known,
     spelled_out,
     table_of,
+    words_of,
 )
 from fiveaxis.options.planning import Direction, Order, PlanContour, Planning, Strategy
 from fiveaxis.options.reading import Positions, Reading, ReadProgram, Wrap
@@ -42,4 +43,5 @@ __all__ = [
     "require_known",
     "spelled_out",
     "table_of",
+    "words_of",
 ]

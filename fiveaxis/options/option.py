@@ -50,12 +50,12 @@ class Option:
         fact, stop, rest = self.about.partition("; ")
         return f"{fact}, {self.unit}{stop}{rest}" if self.unit else self.about
 
-    @staticmethod
-    def words(kind: Any) -> list[str]:
-        """List the words that a type allows; none for other types."""
-        return [
-            word for part in (kind, *get_args(kind)) if get_origin(part) is Literal for word in get_args(part)
-        ]
+
+def words_of(kind: Any) -> list[str]:
+    """List the words that a type allows; none for other types."""
+    return [
+        word for part in (kind, *get_args(kind)) if get_origin(part) is Literal for word in get_args(part)
+    ]
 
 
 @cache
@@ -88,7 +88,7 @@ def completed(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _require_valid(name: str, kind: Any, option: Option, value: Any) -> None:
-    words = option.words(kind)
+    words = words_of(kind)
     if words and value not in words:
         known = " or ".join(repr(word) for word in words)
         raise SettingError(f"{name} = {value!r} is unknown; give {known}")

@@ -15,8 +15,7 @@ from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine, with_powers
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Interpolation
-from fiveaxis.options import Objective, Search, defaults
-from fiveaxis.posture.local.refinement import require_solver
+from fiveaxis.options import Objective, Search, completed, defaults
 from fiveaxis.posture.masks.mask import Mask, MaskFunction
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
@@ -92,7 +91,6 @@ class Options:
         SettingError
             An unknown effort or solver.
         """
-        require_solver(self.solver)
         return effort_of(self.effort).having(solver=self.solver)
 
     def without_free_start(self) -> Options:
@@ -105,15 +103,15 @@ class Options:
         Raises
         ------
         SettingError
-            `free_start` with a mask or a singular cone, `free_direction` without `free_start`, `time_price`
-            with the objective ``time``, `steady` below 0 or above 1.
+            A value out of its range, an unknown word; `free_start` with a mask or a singular cone,
+            `free_direction` without `free_start`, `time_price` with the objective ``time``.
         """
+        own = {name: getattr(self, name) for name in SEARCH}
+        completed(Search, own | ({"effort": SEARCH["effort"]} if isinstance(self.effort, Effort) else {}))
         if self.free_start and (self.mask is not None or constraints.singular_cone is not None):
             raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
         if self.free_direction and not self.free_start:
             raise SettingError("free_direction goes with free_start only; give that, too")
-        if not 0.0 <= self.steady <= 1.0:
-            raise SettingError(f"steady is {self.steady:g}; it is a share of the energy, from 0 to 1")
         if self.is_timed and self.time_price is not None:
             raise SettingError("time_price can't be combined with the objective time; leave one out")
 

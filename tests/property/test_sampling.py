@@ -68,5 +68,5 @@ def test_a_share_of_the_energy_buys_steadier_axes(hayashi):
     free, steady = (fx.optimise(path, hayashi, tilt=(15, 70), effort="quick", steady=s) for s in (0.0, 0.01))
     assert steady.energy.steadiness.events <= free.energy.steadiness.events
     assert steady.energy.total <= 1.01 * free.energy.total * (1.0 + 1e-9)
-    with pytest.raises(SettingError, match="steady is 2; it is a share of the energy, from 0 to 1"):
+    with pytest.raises(SettingError, match="steady = 2 is out of range; give 1 or less"):
         fx.optimise(path, hayashi, tilt=(15, 70), steady=2.0)

@@ -13,6 +13,7 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.tape import play
 
 # What a move asks of a posture, columns of `moves`: a row of the model, the shift of its value, the multiple
@@ -38,7 +39,7 @@ WIDE, CELLS = np.radians(5.0), 128
 # Makes numbers of cells positive.
 OFFSET = 1 << 24
 # rad: a long turn is priced in parts of this size, and in no more than so many; and from so many states.
-PART, MOST_PARTS, MOST_COURSES, TURN = np.radians(20.0), 9, 64, 2.0 * np.pi
+PART, MOST_PARTS, MOST_COURSES = np.radians(20.0), 9, 64
 # A state of which nothing is known moved every axis, so that nothing starts.
 ALL_MOVE = (1 << 62) - 1
 

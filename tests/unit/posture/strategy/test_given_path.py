@@ -21,7 +21,7 @@ def test_many_searches_never_cost_more_than_one(hayashi):
 
 
 def test_an_unknown_effort_is_refused_before_any_work(hayashi):
-    with pytest.raises(SettingError, match="unknown effort"):
+    with pytest.raises(SettingError, match="effort = 'hard' is unknown"):
         optimise(ring(120), hayashi, tilt=(15, 75), effort="hard")
 
 
