@@ -213,48 +213,38 @@ def met(model: Array, e: int, aim: float, o: int, other: float) -> tuple[bool, f
 
 
 @compiled
-def step_price(
-    prices: Prices, i: int, before: int, here: Array, j: int, there: Array, turned: float
-) -> tuple[float, int]:
-    """Price step i from state j of `here`, (s, k), to `there`, (k,); and say which axes move which way."""
-    price, moves, late = prices.bend[i] * turned, 0, 0.0
+def travelled(here: Array, j: int, there: Array, up: Array, down: Array) -> None:
+    """Set how far axes travel up and down, (k,) each, from state j of `here`, (s, k), to `there`, (k,)."""
     for a in range(len(there)):
         travel = there[a] - here[j, a]
-        way = 0 if travel > 0.0 else 1
-        travel = abs(travel)
+        up[a], down[a] = max(travel, 0.0), max(-travel, 0.0)
+
+
+@compiled
+def step_price(
+    prices: Prices, i: int, before: int, up: Array, down: Array, turned: float
+) -> tuple[float, int]:
+    """Price step i by how far axes travel up and down, (k,) each; and say which axes move which way.
+
+    Parameters
+    ----------
+    before : axes that moved in the step before
+    turned : rad², of both rotary axes
+    """
+    price, moves, late = prices.bend[i] * turned, 0, 0.0
+    for a in range(len(up)):
+        travel = up[a] + down[a]
         if travel <= prices.least[i, a]:
             continue
+        way = 0 if up[a] > down[a] else 1
         standing, bit = prices.standing[way, i, a], 1 << (2 * a + way)
         moves |= bit
-        price += prices.slope[way, i, a] * travel
+        price += prices.slope[0, i, a] * up[a] + prices.slope[1, i, a] * down[a]
         if standing > 0.0:
             price += standing * max(1.0, travel / prices.reach[i, a])
             if not before & bit:
                 price += prices.start[way, i, a]
         late = max(late, prices.pace[a] * travel - prices.time[i])
-    return price + prices.delay * late, moves
-
-
-@compiled
-def course_price(prices: Prices, i: int, before: int, course: Array, turned: float) -> tuple[float, int]:
-    """Price step i along a course of axis values, (p, k), as `step_price` prices a straight one."""
-    price, moves, late = prices.bend[i] * turned, 0, 0.0
-    for a in range(course.shape[1]):
-        up = down = 0.0
-        for p in range(1, len(course)):
-            travel = course[p, a] - course[p - 1, a]
-            up, down = up + max(travel, 0.0), down - min(travel, 0.0)
-        if up + down <= prices.least[i, a]:
-            continue
-        price += prices.slope[0, i, a] * up + prices.slope[1, i, a] * down
-        way = 0 if up > down else 1
-        bit, standing = 1 << (2 * a + way), prices.standing[way, i, a]
-        moves |= bit
-        if standing > 0.0:
-            price += standing * max(1.0, (up + down) / prices.reach[i, a])
-            if not before & bit:
-                price += prices.start[way, i, a]
-        late = max(late, prices.pace[a] * (up + down) - prices.time[i])
     return price + prices.delay * late, moves
 
 
@@ -274,7 +264,7 @@ def cheapest_steps(
     """
     locations, turn, prices, cells = task.locations, task.locations.turn, task.prices, task.cells
     spin, axes = locations.rotary[cells.spin], positions.shape[1]
-    least, there = np.empty(size), np.empty(axes)
+    least, there, up, down = np.empty(size), np.empty(axes), np.empty(axes), np.empty(axes)
     given, values = np.empty((MOST_PARTS, 8)), np.empty((MOST_PARTS, 3 * (axes + 3)))
     cost, came, moved = (
         np.full(len(rotary), np.inf),
@@ -290,7 +280,8 @@ def cheapest_steps(
             there[:] = positions[s]
             there[spin] -= turns
             turned = turn1 * turn1 + turn2 * turn2
-            price, moves = step_price(prices, i, layer.moved[j], layer.positions, j, there, turned)
+            travelled(layer.positions, j, there, up, down)
+            price, moves = step_price(prices, i, layer.moved[j], up, down, turned)
             price += layer.cost[j]
             if max(abs(turn1), abs(turn2)) > PART:
                 least[j] = price
@@ -313,11 +304,13 @@ def cheapest_steps(
                         i + 1, d
                     ]
             play(task.tapes.steps, task.tapes.constants, task.tapes.registers, given[:parts], values[:parts])
-            course = np.empty((parts + 1, axes))
-            course[0] = layer.positions[j]
-            course[1:] = values[:parts, :axes]
+            travelled(layer.positions, j, values[0, :axes], up, down)
+            for p in range(1, parts):
+                for a in range(axes):
+                    travel = values[p, a] - values[p - 1, a]
+                    up[a], down[a] = up[a] + max(travel, 0.0), down[a] + max(-travel, 0.0)
             turned = turn1 * turn1 + turn2 * turn2
-            price, moves = course_price(prices, i, layer.moved[j], course, turned)
+            price, moves = step_price(prices, i, layer.moved[j], up, down, turned)
             if layer.cost[j] + price < cost[s]:
                 cost[s], came[s], moved[s] = layer.cost[j] + price, j, moves
         if cost[s] < np.inf:
@@ -413,6 +406,12 @@ def asked(locations: Locations, moves: Array, i: int) -> Array:
 
 
 @compiled
+def aimed(positions: Array, j: int, row: int, value: float) -> float:
+    """Compute what is asked of a row from state j of axis values, (s, k): an axis starts from its own."""
+    return value + positions[j, row] if row < positions.shape[1] else value
+
+
+@compiled
 def keep_held(layer: Layer, j: int, moves: Array, v: int, there: Array) -> None:
     """Give axes that a move holds exactly the values that they have."""
     for which in range(2):
@@ -440,7 +439,8 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
     )
     axes, bounds = len(locations.low), locations.references.shape[1]
     rows, count, least = axes + 3, 0, np.inf
-    model, there = np.empty((axes + 2 * bounds, 6)), np.empty(axes)
+    model = np.empty((axes + 2 * bounds, 6))
+    there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
     directions = np.empty((2 * bounds, 3))
     for b in range(bounds):
         for c in range(3):
@@ -489,9 +489,10 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
                         continue
             else:
                 e, o = int(moves[v, 0, ROW]), int(moves[v, 1, ROW])
-                aim, other = aims[v, 0], aims[v, 1]
-                aim += layer.positions[j, e] if e < axes else 0.0
-                other += layer.positions[j, o] if o < axes else 0.0
+                aim, other = (
+                    aimed(layer.positions, j, e, aims[v, 0]),
+                    aimed(layer.positions, j, o, aims[v, 1]),
+                )
                 # Most moves are too far: that is seen before they are solved.
                 if not abs(model[e, 0] - aim) <= farthest[e] or not abs(model[o, 0] - other) <= farthest[o]:
                     continue
@@ -533,7 +534,8 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
             if v >= 0:
                 keep_held(layer, j, moves, v, there)
             turned = turn1 * turn1 + turn2 * turn2
-            price, _ = step_price(prices, i, layer.moved[j], layer.positions, j, there, turned)
+            travelled(layer.positions, j, there, up, down)
+            price, _ = step_price(prices, i, layer.moved[j], up, down, turned)
             cost = layer.cost[j] + price
             if over > ROUNDING:
                 cost += BROKEN + PER_EXCESS * over
@@ -637,7 +639,8 @@ def solved(
         given[n, 0], given[n, 1] = found.rotary[keep[n], 0], found.rotary[keep[n], 1]
         for d in range(6):
             given[n, 2 + d] = locations.given[i + 1, d]
-    there, left, aims = np.empty(axes), count, asked(locations, moves, i)
+    there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
+    left, aims = count, asked(locations, moves, i)
     for _ in range(MOST):
         play(tapes.steps, tapes.constants, tapes.registers, given[:left], values[:left])
         again = 0
@@ -651,9 +654,8 @@ def solved(
                     aim, other = layer.positions[j, e], corridor.path[i + 1, cells.spin]
                 else:
                     e, o = int(moves[v, 0, ROW]), int(moves[v, 1, ROW])
-                    aim, other = aims[v, 0], aims[v, 1]
-                    aim += layer.positions[j, e] if e < axes else 0.0
-                    other += layer.positions[j, o] if o < axes else 0.0
+                    aim = aimed(layer.positions, j, e, aims[v, 0])
+                    other = aimed(layer.positions, j, o, aims[v, 1])
                 f, f1, f2 = residual(locations.references, i + 1, e, aim, values, n)
                 g, g1, g2 = residual(locations.references, i + 1, o, other, values, n)
                 area = f1 * g2 - f2 * g1
@@ -694,7 +696,8 @@ def solved(
             elif v == BESIDE:
                 there[cells.level] = layer.positions[j, cells.level]
             turned = turn1 * turn1 + turn2 * turn2
-            price, moved = step_price(prices, i, layer.moved[j], layer.positions, j, there, turned)
+            travelled(layer.positions, j, there, up, down)
+            price, moved = step_price(prices, i, layer.moved[j], up, down, turned)
             if over > ROUNDING:
                 price += BROKEN + PER_EXCESS * over
             then.rotary[size, 0], then.rotary[size, 1] = angle1, angle2
