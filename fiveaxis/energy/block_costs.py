@@ -52,6 +52,12 @@ class BlockCosts:
         slope = summed(self.slope) / np.diff(rows)[:, None]
         return BlockCosts(slope, summed(self.standing), summed(self.reach), summed(self.step))
 
+    def backwards(self) -> BlockCosts:
+        """Return the costs of the same blocks on the way back, the last one first."""
+        steps = np.arange(len(self.step))[::-1]
+        slope, standing = (np.ascontiguousarray(part[::-1, steps]) for part in (self.slope, self.standing))
+        return BlockCosts(slope, standing, self.reach[steps], self.step[steps])
+
     @property
     def has_constant_power(self) -> bool:
         """Whether a drive draws power for moving at all, but for rounding."""

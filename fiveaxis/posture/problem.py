@@ -208,6 +208,23 @@ class Problem:
             ramps=None if self.ramps is None else self.ramps[:, first:last],
         )
 
+    def backwards(self) -> Problem:
+        """Return the problem of the path from its last location to its first, at the same cost."""
+        rows, steps = np.arange(len(self))[::-1], np.arange(len(self) - 1)[::-1]
+        return replace(
+            self,
+            pivot=self.pivot[rows],
+            normal=self.normal[rows],
+            bounds=tuple(b.at(rows) for b in self.bounds),
+            plus=self.minus[steps],
+            minus=self.plus[steps],
+            max_turn=self.max_turn[steps],
+            strict=self.strict[steps],
+            least_time=self.least_time[steps],
+            bend_price=self.bend_price[steps],
+            ramps=None,
+        )
+
     def eased(self, rotary: Array) -> Problem:
         """Return the problem with wider bounds on links on which a path, (n, 2) rad, turns too far."""
         turns = np.abs(np.diff(rotary, axis=0))

@@ -34,8 +34,9 @@ ROUNDING = 1e-9
 HALFWAY = 1e-4
 # J, and J per mm, rad or cosine: prices of the path of a corridor where it breaks a bound.
 BROKEN, PER_EXCESS = 1e7, 1e6
-# Angle cells that keep their cheapest state, whatever it costs: their width, rad, and their number a turn.
-WIDE, CELLS = np.radians(5.0), 128
+# Regions of both angles that keep their cheapest state, whatever it costs: their width, rad, their number in
+# a turn, and room for all of them.
+WIDE, AROUND, CELLS = np.radians(5.0), 72, 128
 # Makes numbers of cells positive.
 OFFSET = 1 << 24
 # rad: a long turn is priced in parts of this size, and in no more than so many; and from so many states.
@@ -132,6 +133,7 @@ class Cells(NamedTuple):
     spin : the rotary axis with the wider range, 0 or 1 in chain order
     level_step, spin_step : mm and rad
     around : cells of a turn of the spin axis; 0 for an axis with limits
+    phase : rad, where cells of the spin axis begin
     """
 
     level: int
@@ -139,6 +141,26 @@ class Cells(NamedTuple):
     level_step: float
     spin_step: float
     around: int
+    phase: float
+
+
+class Ahead(NamedTuple):
+    """What it costs from a location to the last one: states of a search from there, location by location.
+
+    Parameters
+    ----------
+    states, costs : (t, 2) rad and (t,) J
+    begin, end : (n,), rows of each location's states; equal where nothing is known
+    """
+
+    states: Array
+    costs: Array
+    begin: IntArray
+    end: IntArray
+
+    def backwards(self) -> Ahead:
+        """Return the same states for the path from its last location to its first."""
+        return self._replace(begin=self.begin[::-1].copy(), end=self.end[::-1].copy())
 
 
 class Task(NamedTuple):
@@ -150,6 +172,7 @@ class Task(NamedTuple):
     corridor: Corridor
     cells: Cells
     moves: Array
+    ahead: Ahead
 
 
 class Layer(NamedTuple):
@@ -166,7 +189,8 @@ class Found(NamedTuple):
 
     Parameters
     ----------
-    cost, parent, move : (m,), J, the state that it comes from, and how
+    cost, worth : (m,), J, so far, and with what is ahead
+    parent, move : (m,), the state that it comes from, and how
     rotary : (m, 2), rad, by the model
     key : (m,), its cell
     table : (t,), by a hash of the cell, its candidate + 1; 0 for none
@@ -174,6 +198,7 @@ class Found(NamedTuple):
     """
 
     cost: Array
+    worth: Array
     parent: IntArray
     move: IntArray
     rotary: Array
@@ -218,6 +243,40 @@ def travelled(here: Array, j: int, there: Array, up: Array, down: Array) -> None
     for a in range(len(there)):
         travel = there[a] - here[j, a]
         up[a], down[a] = max(travel, 0.0), max(-travel, 0.0)
+
+
+@compiled
+def travelled_along(
+    task: Task,
+    layer: Layer,
+    j: int,
+    i: int,
+    turn1: float,
+    turn2: float,
+    given: Array,
+    values: Array,
+    up: Array,
+    down: Array,
+) -> None:
+    """Set how far axes travel up and down, (k,) each, along step i from state j, which turns far, rad.
+
+    Parameters
+    ----------
+    given, values : work space for `MOST_PARTS` parts
+    """
+    locations, axes = task.locations, len(up)
+    parts = int(min(max(abs(turn1), abs(turn2)) // PART + 1, MOST_PARTS))
+    for p in range(parts):
+        share = (p + 1.0) / parts
+        given[p, 0], given[p, 1] = layer.rotary[j, 0] + share * turn1, layer.rotary[j, 1] + share * turn2
+        for d in range(6):
+            given[p, 2 + d] = (1.0 - share) * locations.given[i, d] + share * locations.given[i + 1, d]
+    play(task.tapes.steps, task.tapes.constants, task.tapes.registers, given[:parts], values[:parts])
+    travelled(layer.positions, j, values[0, :axes], up, down)
+    for p in range(1, parts):
+        for a in range(axes):
+            travel = values[p, a] - values[p - 1, a]
+            up[a], down[a] = up[a] + max(travel, 0.0), down[a] + max(-travel, 0.0)
 
 
 @compiled
@@ -294,21 +353,7 @@ def cheapest_steps(
                 break
             least[j] = np.inf
             turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
-            parts = int(min(max(abs(turn1), abs(turn2)) // PART + 1, MOST_PARTS))
-            for p in range(parts):
-                share = (p + 1.0) / parts
-                given[p, 0] = layer.rotary[j, 0] + share * turn1
-                given[p, 1] = layer.rotary[j, 1] + share * turn2
-                for d in range(6):
-                    given[p, 2 + d] = (1.0 - share) * locations.given[i, d] + share * locations.given[
-                        i + 1, d
-                    ]
-            play(task.tapes.steps, task.tapes.constants, task.tapes.registers, given[:parts], values[:parts])
-            travelled(layer.positions, j, values[0, :axes], up, down)
-            for p in range(1, parts):
-                for a in range(axes):
-                    travel = values[p, a] - values[p - 1, a]
-                    up[a], down[a] = up[a] + max(travel, 0.0), down[a] + max(-travel, 0.0)
+            travelled_along(task, layer, j, i, turn1, turn2, given, values, up, down)
             turned = turn1 * turn1 + turn2 * turn2
             price, moves = step_price(prices, i, layer.moved[j], up, down, turned)
             if layer.cost[j] + price < cost[s]:
@@ -378,10 +423,30 @@ def competes(found: Found, count: int, key: int, cost: float) -> int:
 @compiled
 def cell(cells: Cells, level: float, spin: float) -> int:
     """Return the number of the cell of a level, mm, and a spin angle, rad."""
-    number = int(np.floor(spin / cells.spin_step))
+    number = int(np.floor((spin - cells.phase) / cells.spin_step))
     if cells.around:
         number %= cells.around
     return ((int(np.floor(level / cells.level_step)) + OFFSET) << 31) + number + OFFSET
+
+
+@compiled
+def region(cells: Cells, first: float, second: float) -> int:
+    """Return the number of the wide cell of two angles, rad, below `CELLS`²."""
+    spin, other = (first, second) if cells.spin == 0 else (second, first)
+    turns = int(np.floor((spin - cells.phase) / WIDE))
+    return turns % AROUND * CELLS + int(np.floor(other / WIDE)) % CELLS
+
+
+@compiled
+def look_ahead(cells: Cells, ahead: Ahead, i: int, table: Array) -> None:
+    """Set what it costs from location i on, by region, (CELLS²,) J; none is dearer than the dearest known."""
+    dearest = 0.0
+    for t in range(ahead.begin[i], ahead.end[i]):
+        dearest = max(dearest, ahead.costs[t])
+    table[:] = dearest
+    for t in range(ahead.begin[i], ahead.end[i]):
+        at = region(cells, ahead.states[t, 0], ahead.states[t, 1])
+        table[at] = min(table[at], ahead.costs[t])
 
 
 @compiled
@@ -421,7 +486,9 @@ def keep_held(layer: Layer, j: int, moves: Array, v: int, there: Array) -> None:
 
 
 @compiled
-def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin: float, found: Found) -> int:
+def candidates(
+    task: Task, layer: Layer, size: int, bows: Array, i: int, margin: float, table: Array, found: Found
+) -> int:
     """Find candidates for location i + 1 by a model of second order about every state; return their number.
 
     Parameters
@@ -429,6 +496,7 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
     layer, size : the states of location i, and their number
     bows : (s, 6 (k + 3)), the quantities of location i + 1 at their angles, with both derivatives
     margin : J, by which a candidate may cost more than the cheapest
+    table : (CELLS²,), J, what it costs from location i + 1 on, by region
     """
     locations, prices, corridor, cells, moves = (
         task.locations,
@@ -463,7 +531,7 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
     near, aims = len(corridor.path) > 0, asked(locations, moves, i)
     onlys = near and not corridor.free[i + 1]
     for j in range(size):
-        if layer.cost[j] > least + margin:
+        if layer.cost[j] + table[region(cells, layer.rotary[j, 0], layer.rotary[j, 1])] > least + margin:
             continue
         for d in range(6):
             for a in range(axes):
@@ -539,7 +607,8 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
             cost = layer.cost[j] + price
             if over > ROUNDING:
                 cost += BROKEN + PER_EXCESS * over
-            if v != ONTO and cost > least + margin:
+            worth = cost + table[region(cells, angle1, angle2)]
+            if v != ONTO and worth > least + margin:
                 continue
             key = cell(cells, there[cells.level], angle1 if cells.spin == 0 else angle2)
             if cells.spin == 0:
@@ -554,14 +623,17 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
                 continue
             if at == count:
                 count += 1
-            found.cost[at], found.parent[at], found.move[at], found.key[at] = cost, j, v, key
+            found.cost[at], found.worth[at] = cost, worth
+            found.parent[at], found.move[at], found.key[at] = j, v, key
             found.rotary[at, 0], found.rotary[at, 1] = angle1, angle2
-            least = min(least, cost)
+            least = min(least, worth)
     return count
 
 
 @compiled
-def kept(found: Found, count: int, most: int, wide: IntArray, used: IntArray, keep: IntArray) -> int:
+def kept(
+    cells: Cells, found: Found, count: int, most: int, wide: IntArray, used: IntArray, keep: IntArray
+) -> int:
     """Choose candidates: the path's own, the cheapest of every wide cell of both angles, then the cheapest.
 
     Parameters
@@ -580,8 +652,7 @@ def kept(found: Found, count: int, most: int, wide: IntArray, used: IntArray, ke
     stays = np.zeros(count, np.bool_)
     size = regions = 0
     for at in range(count):
-        number = int(np.floor(found.rotary[at, 0] / WIDE)) % CELLS * CELLS
-        number += int(np.floor(found.rotary[at, 1] / WIDE)) % CELLS
+        number = region(cells, found.rotary[at, 0], found.rotary[at, 1])
         best = wide[number] - 1
         if best < 0:
             used[regions] = number
@@ -590,16 +661,16 @@ def kept(found: Found, count: int, most: int, wide: IntArray, used: IntArray, ke
             wide[number] = at + 1
         if found.move[at] == ONTO:
             stays[at], size = True, 1
-    for region in range(regions):
-        at = wide[used[region]] - 1
-        wide[used[region]] = 0
+    for which in range(regions):
+        at = wide[used[which]] - 1
+        wide[used[which]] = 0
         if size < most // 2 and not stays[at]:
             stays[at] = True
             size += 1
     rest = np.full(count, np.inf)
     for at in range(count):
         if not stays[at]:
-            rest[at] = found.cost[at]
+            rest[at] = found.worth[at]
     cut = np.partition(rest, most - size - 1)[most - size - 1]
     size = 0
     for at in range(count):
@@ -607,7 +678,7 @@ def kept(found: Found, count: int, most: int, wide: IntArray, used: IntArray, ke
             keep[size] = at
             size += 1
     for at in range(count):
-        if not stays[at] and found.cost[at] <= cut and size < most:
+        if not stays[at] and found.worth[at] <= cut and size < most:
             keep[size] = at
             size += 1
     return size
@@ -640,6 +711,7 @@ def solved(
         for d in range(6):
             given[n, 2 + d] = locations.given[i + 1, d]
     there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
+    course, along_it = np.empty((MOST_PARTS, 8)), np.empty((MOST_PARTS, 3 * rows))
     left, aims = count, asked(locations, moves, i)
     for _ in range(MOST):
         play(tapes.steps, tapes.constants, tapes.registers, given[:left], values[:left])
@@ -696,7 +768,10 @@ def solved(
             elif v == BESIDE:
                 there[cells.level] = layer.positions[j, cells.level]
             turned = turn1 * turn1 + turn2 * turn2
-            travelled(layer.positions, j, there, up, down)
+            if max(abs(turn1), abs(turn2)) > PART:
+                travelled_along(task, layer, j, i, turn1, turn2, course, along_it, up, down)
+            else:
+                travelled(layer.positions, j, there, up, down)
             price, moved = step_price(prices, i, layer.moved[j], up, down, turned)
             if over > ROUNDING:
                 price += BROKEN + PER_EXCESS * over
@@ -735,19 +810,21 @@ class Trail(NamedTuple):
 
     Parameters
     ----------
-    states, parents : (t, 2) rad, and (t,), row of the state that each comes from
+    states, parents, costs : (t, 2) rad, and (t,) each, row of the state that each comes from, and J
     begin : (n + 1,)
     layers : states of the last two locations; those of location i are in ``layers[i % 2]``
-    found, wide, used, keep, origin : see `candidates`, `kept` and `solved`
+    found, wide, table, used, keep, origin : see `candidates`, `kept` and `solved`
     given, bows : inputs and values of the model of second order
     """
 
     states: Array
     parents: IntArray
+    costs: Array
     begin: IntArray
     layers: tuple[Layer, Layer]
     found: Found
     wide: IntArray
+    table: Array
     used: IntArray
     keep: IntArray
     origin: IntArray
@@ -780,6 +857,7 @@ def trail_of(task: Task, first: Array, start: Array, most: int) -> Trail:
     places = 1 << int(2 * many).bit_length()
     found = Found(
         np.empty(many),
+        np.empty(many),
         np.empty(many, np.int64),
         np.empty(many, np.int64),
         np.empty((many, 2)),
@@ -790,10 +868,12 @@ def trail_of(task: Task, first: Array, start: Array, most: int) -> Trail:
     return Trail(
         states,
         np.empty(len(states), np.int32),
+        np.zeros(len(states)),
         begin,
         (here, then),
         found,
         np.zeros(CELLS * CELLS, np.int64),
+        np.zeros(CELLS * CELLS),
         np.empty(CELLS * CELLS, np.int64),
         np.empty(room, np.int64),
         np.empty(room, np.int64),
@@ -824,19 +904,23 @@ def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: f
             for d in range(6):
                 trail.given[j, 2 + d] = locations.given[i + 1, d]
         play(tapes.bow_steps, tapes.bow_constants, tapes.bow_registers, trail.given[:size], trail.bows[:size])
-        count = candidates(task, here, size, trail.bows, i, margin, found)
-        chosen = kept(found, count, most, trail.wide, trail.used, trail.keep)
+        look_ahead(task.cells, task.ahead, i + 1, trail.table)
+        count = candidates(task, here, size, trail.bows, i, margin, trail.table, found)
+        chosen = kept(task.cells, found, count, most, trail.wide, trail.used, trail.keep)
         size = solved(task, here, found, trail.keep[:chosen], i, trail.bows, then, trail.origin)
         for at in range(count):
             found.table[found.slots[at]] = 0
         if not size:
             return i, margin
-        costs = then.cost[:size]
-        margin = SPARE * (costs.max() - costs.min()) if chosen == most else np.inf
+        least, dearest = np.inf, -np.inf
+        for j in range(size):
+            worth = then.cost[j] + trail.table[region(task.cells, then.rotary[j, 0], then.rotary[j, 1])]
+            least, dearest = min(least, worth), max(dearest, worth)
+        margin = SPARE * (dearest - least) if chosen == most else np.inf
         at = trail.begin[i + 1]
         for j in range(size):
             trail.states[at + j, 0], trail.states[at + j, 1] = then.rotary[j, 0], then.rotary[j, 1]
-            trail.parents[at + j] = trail.begin[i] + trail.origin[j]
+            trail.parents[at + j], trail.costs[at + j] = trail.begin[i] + trail.origin[j], then.cost[j]
         trail.begin[i + 2] = at + size
     return end, margin
 
@@ -845,7 +929,7 @@ def keep_only(trail: Trail, i: int, stays: BoolArray) -> None:
     """Keep some of the states of location i, the last one; (s,)."""
     begin, size = int(trail.begin[i]), int(np.count_nonzero(stays))
     rows = begin + np.flatnonzero(stays)
-    for column in (trail.states, trail.parents):
+    for column in (trail.states, trail.parents, trail.costs):
         column[begin : begin + size] = column[rows]
     for column in trail.layers[i % 2]:
         column[:size] = column[: len(stays)][stays]

@@ -38,6 +38,7 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.successor_kernel import (
     BROKEN,
     ROUNDING,
+    Ahead,
     Cells,
     Corridor,
     Locations,
@@ -72,6 +73,8 @@ FINER, AROUND = 2, 12
 STRIDE, LARGEST_TURN = 8, np.radians(10.0)
 # rad: a move in which it turns farther is divided first; and a path of few locations into so many parts.
 FAR_TURN, MOST_PARTS = np.radians(4.0), 2
+# Cuts are divided that are so many times as long as usual, and into how many parts at most.
+LONG, MOST_OF_LONG = 3.0, 16
 # rad by which a move stays out of the cone in which it would turn too far.
 BESIDE_CONE = np.radians(0.05)
 # Excess that a posture counts as which a mask refuses.
@@ -80,6 +83,8 @@ REFUSED = 1.0
 SMALL_TURN = np.radians(0.5)
 # rad: postures no farther apart are one.
 SAME = 1e-9
+# Length of a direction across the first rotary axis, or mm of a move, that has an azimuth.
+WITH_AZIMUTH = 1e-3
 # A search with fewer states a location isn't one; with more in all it would take too much memory.
 FEWEST, MOST = 8, 8_000_000
 
@@ -104,6 +109,10 @@ class Holding:
         """Return the bounds of moves between some of the locations, (m,)."""
         return replace(self, turns=np.add.reduceat(self.turns[: rows[-1]], rows[:-1]))
 
+    def backwards(self) -> Holding:
+        """Return the bounds of the path from its last location to its first."""
+        return replace(self, turns=np.ascontiguousarray(self.turns[::-1]))
+
 
 @dataclass(frozen=True)
 class Grain:
@@ -116,6 +125,7 @@ class Grain:
     radius : rad, that the axis with the smaller range may be away from a known path, the other twice as far
     start : s, of the power of a moving axis that its start or reversal costs
     rows : about the fewest locations of a search everywhere
+    both_ways : whether a search everywhere is made from both ends (`paths_anywhere`)
     """
 
     level: float
@@ -124,6 +134,7 @@ class Grain:
     radius: float = np.inf
     start: float = 0.02
     rows: int = 250
+    both_ways: bool = False
 
     @property
     def finer(self) -> tuple[Grain, ...]:
@@ -157,24 +168,48 @@ def cheapest_path(
     -------
     (n, 2), rad; None where the search found no sequence of postures
     """
+    return _search(problem, costs, grain, known, free, admits, holding)[0]
+
+
+def _search(
+    problem: Problem,
+    costs: BlockCosts,
+    grain: Grain,
+    known: Array | None = None,
+    free: BoolArray | None = None,
+    admits: Admits | None = None,
+    holding: Holding | None = None,
+    ahead: Ahead | None = None,
+) -> tuple[Array | None, Ahead]:
+    """Find the cheapest path as `cheapest_path` does, and what the states on the way to it cost.
+
+    Parameters
+    ----------
+    ahead : what it costs from each location on, from a search from the other end; with it states are kept
+        that are cheap as a whole, not only so far
+    """
     n, machine = len(problem), problem.machine
+    nothing = np.zeros(n, dtype=np.int64)
+    unknown = Ahead(np.empty((0, 2)), np.empty(0), nothing, nothing)
     linear, rotary = machine.linear_columns, machine.rotary_columns
     spin = int(np.argmax(machine.high[rotary] - machine.low[rotary]))
     dear = costs.standing if costs.standing.any() else costs.slope
     level = linear[int(np.argmax(dear[..., linear].sum(axis=(0, 1))))]
     endless = not np.isfinite(machine.high[rotary[spin]] - machine.low[rotary[spin]])
     around = round(TURN / grain.spin) if endless else 0
-    cells = Cells(level, spin, grain.level, TURN / around if around else grain.spin, around)
+    step, phase = (TURN / around, _phase(problem, spin)) if around else (grain.spin, 0.0)
+    # Samples lie at the phase and half a cell from it, where rounding doesn't decide which cell is theirs.
+    cells = Cells(level, spin, grain.level, step, around, phase - step / 4.0 if around else 0.0)
     locations = _locations(problem, holding)
     if known is None:
         path, radius, free = np.empty((0, 2)), np.full(2, np.inf), np.ones(n, dtype=bool)
     else:
         path = np.ascontiguousarray(known)
-        radius = grain.radius * np.where(np.arange(2) == spin, 2.0, 1.0)
+        radius = np.where(np.arange(2) == spin, 2.0, 1.0) * grain.radius
         free = np.ones(n, dtype=bool) if free is None else free
     first = _first_states(problem, locations, cells, path, radius, bool(free[0]))
     if not len(first):
-        return None
+        return None, unknown
     tapes = location_tapes(machine, problem.zone)
     states = max(min(grain.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
@@ -185,15 +220,17 @@ def cheapest_path(
         corridor,
         cells,
         _moves(problem, cells),
+        unknown if ahead is None else ahead,
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
     trail = trail_of(task, first, start, states)
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
     if not _searched(problem, task, trail, states, admits):
-        return None
+        return None, unknown
+    passed = Ahead(trail.states, trail.costs, trail.begin[:-1], trail.begin[1:])
     # A held axis keeps its angle to the last digit.
-    return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary])
+    return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary]), passed
 
 
 def _searched(problem: Problem, task: Task, trail: Trail, most: int, admits: Admits | None) -> bool:
@@ -202,7 +239,8 @@ def _searched(problem: Problem, task: Task, trail: Trail, most: int, admits: Adm
     known, margin, i = task.corridor.path, np.inf, 0
     # Where the path is held, there is nothing to ask a mask; in links, axes turn as far as they like.
     stops = task.corridor.free.copy() if admits else np.zeros(last + 1, dtype=bool)
-    linked = np.append(False, ~problem.strict & (len(known) == 0))
+    everywhere = not np.isfinite(task.corridor.radius).any()
+    linked = np.append(False, ~problem.strict & everywhere)
     stops |= linked
     while True:
         if admits and task.corridor.free[i]:
@@ -216,11 +254,11 @@ def _searched(problem: Problem, task: Task, trail: Trail, most: int, admits: Adm
             return bool(trail.begin[i + 1] > trail.begin[i])
         following = min(i + 1 + int(np.argmax(np.append(stops[i + 1 :], True))), last)
         reached, margin = advance(task, trail, i, following, most, margin)
-        if not len(known) and (reached < following or linked[following]):
+        if everywhere and (reached < following or linked[following]):
             reached, margin = min(reached + 1, following), np.inf
             if not _bridged(problem, task, trail, reached, most):
                 return False
-        if reached < following and len(known):
+        if reached < following and not everywhere:
             return False
         i = reached
 
@@ -245,6 +283,7 @@ def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> b
     begin = int(trail.begin[i]) + size
     rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
     trail.states[rows], trail.parents[rows] = rotary[kept], trail.begin[i - 1] + came[kept]
+    trail.costs[rows] = cost[kept]
     then.rotary[at], then.positions[at] = rotary[kept], positions[kept]
     then.cost[at], then.moved[at] = cost[kept], moved[kept]
     trail.begin[i + 1] = begin + len(kept)
@@ -265,14 +304,17 @@ def _admitted(trail: Trail, i: int, admits: Admits) -> BoolArray:
     return stays
 
 
-def path_anywhere(
+def paths_anywhere(
     problem: Problem,
     costs: BlockCosts,
     grain: Grain,
     admits: Admits | None = None,
     holding: Holding | None = None,
-) -> Array | None:
+) -> list[Array]:
     """Search the whole range of postures on some of the locations; straight lines lie between them.
+
+    What looks cheap on the way depends on where a search comes from. So it is made from the first location,
+    from the last one, and once more with the costs of the second as what is still ahead.
 
     Parameters
     ----------
@@ -281,18 +323,47 @@ def path_anywhere(
 
     Returns
     -------
-    (n, 2), rad, a path to search near; between the locations searched it may break bounds. None where no
-    sequence of postures was found
+    (n, 2) each, rad, paths to search near; between the locations searched they may break bounds
     """
     rows, every = _sparse(problem, grain.rows), np.arange(len(problem))
-    if len(rows) == len(problem):
-        return cheapest_path(problem, costs, grain, admits=admits, holding=holding)
-    there = None if admits is None else lambda at, rotary: admits(rows[at], rotary)
+    few, prices = problem.thinned(rows), costs.thinned(rows)
     held = None if holding is None else holding.thinned(rows)
-    found = cheapest_path(problem.thinned(rows), costs.thinned(rows), grain, admits=there, holding=held)
-    if found is None:
-        return None
-    return np.stack([np.interp(every, rows, angle) for angle in found.T], axis=1)
+
+    def admitted(rows: IntArray) -> Admits | None:
+        return None if admits is None else lambda at, rotary: admits(rows[at], rotary)
+
+    there = admitted(rows)
+    found = [cheapest_path(few, prices, grain, admits=there, holding=held)]
+    if grain.both_ways:
+        back, dear = few.backwards(), prices.backwards()
+        bound = None if held is None else held.backwards()
+        path, passed = _search(back, dear, grain, None, None, admitted(rows[::-1]), bound)
+        if path is not None:
+            path = path[::-1]
+            found += [path, _search(few, prices, grain, path, None, there, held, passed.backwards())[0]]
+    return [
+        np.stack([np.interp(every, rows, angle) for angle in path.T], axis=1)
+        for path in found
+        if path is not None
+    ]
+
+
+def _phase(problem: Problem, spin: int) -> float:
+    """Return an angle of an endless rotary axis, rad, that turns with the part where that is on its table.
+
+    Cells and samples that begin there make the same search for a part that is turned: it is the azimuth of
+    the first direction, or else of the first move, that has one. For the axis that comes second it is 0.
+    """
+    about = singular_direction(problem.machine)
+    across = normalise(perpendicular(about))
+    directions = np.nan_to_num(problem.bounds[0].reference)
+    for vectors in (directions, np.diff(problem.pivot, axis=0)) if spin == 0 else ():
+        first, second = vectors @ across, vectors @ np.cross(about, across)
+        has_one = np.hypot(first, second) > WITH_AZIMUTH
+        if has_one.any():
+            row = int(np.argmax(has_one))
+            return float(np.arctan2(second[row], first[row]))
+    return 0.0
 
 
 def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]:
@@ -306,17 +377,21 @@ def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]
         count = int(np.ceil((limits.span) / step)) + 1
         return np.linspace(limits.low, limits.high, count), 0.0
     low, count = one_turn_from(limits), int(np.ceil(TURN / step))
-    return np.linspace(low, low + TURN, count, endpoint=False), TURN
+    phase = 0.0 if np.isfinite(limits.span) else _phase(problem, spin) - low
+    return low + np.sort((phase + TURN / count * np.arange(count)) % TURN), TURN
 
 
 def turning_rows(problem: Problem, least: int = 0) -> Array:
-    """Divide moves in which the direction of the lean turns far; fractional indices of locations.
+    """Divide cuts that are long or in which the direction of the lean turns far; fractional indices.
 
     Where a path has at most half as many locations as `least`, every move is divided.
     """
     few = np.clip(least // len(problem), 1, MOST_PARTS)
-    parts = np.maximum(np.ceil(_turning(problem) / FAR_TURN), few).astype(np.int64)
-    return divided_rows(parts)
+    lengths = np.linalg.norm(np.diff(problem.pivot, axis=0), axis=1)
+    usual = np.median(lengths[problem.strict]) if problem.strict.any() else 0.0
+    long = np.divide(lengths, LONG * usual, out=np.ones_like(lengths), where=problem.strict & (usual > 0.0))
+    parts = np.maximum(np.ceil(_turning(problem) / FAR_TURN), np.ceil(np.clip(long, few, MOST_OF_LONG)))
+    return divided_rows(parts.astype(np.int64))
 
 
 def _turning(problem: Problem) -> Array:
@@ -426,7 +501,7 @@ def _first_states(
     """List admissible postures of the first location, (s, 2) rad: a path's own, and one of every cell."""
     if len(path) and not free:
         return path[:1]
-    if len(path):
+    if np.isfinite(radius).any():
         steps = [path[0, r] + radius[r] * np.linspace(-1.0, 1.0, 2 * AROUND + 1) for r in range(2)]
         rotary = _sound(problem, 0, every_pair(*steps).reshape(-1, 2))
     else:
@@ -448,13 +523,15 @@ def sampled(problem: Problem, row: int, step: float = SAMPLED) -> Array:
     """
     grid = every_pair(*(spin_angles(problem, r, step)[0] for r in range(2)))
     found = _sound(problem, row, grid.reshape(-1, 2))
-    around = np.arange(0.0, TURN, step)[:, None]
+    around, about = np.arange(0.0, TURN, step)[:, None], singular_direction(problem.machine)
     postures = [found]
     for bound in problem.bounds:
         reference = bound.reference[row]
         if not np.isfinite(reference).all():
             continue
-        across = normalise(perpendicular(reference))
+        # A ring begins in the plane of the singular direction, and so turns with the part.
+        upright = about - reference * (reference @ about)
+        across = normalise(upright if np.linalg.norm(upright) > WITH_AZIMUTH else perpendicular(reference))
         side = np.cos(around) * across + np.sin(around) * np.cross(reference, across)
         inside = min(INSIDE, (bound.high - bound.low) / 2.0)
         for angle in np.linspace(bound.low + inside, bound.high - inside, RINGS):

@@ -108,7 +108,7 @@ class Delivery(Recorded):
         here = self.priced(rotary)
         if len(rotary) == 1:
             found = self.near.found_anywhere(here.posed, self._costs(here.posed), self.effort.everywhere)
-            return self._final(here if found is None or not here.broken else self.priced(found))
+            return self._final(self.priced(found[0]) if found and here.broken else here)
         if self.objective != "time":
             best = self._by_search(self._divided(here), everywhere)
             return min((self._final(one) for one in (here, self._bare(best), best)), key=rank)
@@ -202,14 +202,19 @@ class Delivery(Recorded):
         """Search the whole range of postures, then corridors about what was found; None for no path."""
         self.progress(SEARCHING, 0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
-        found = self.near.found_anywhere(posed, self._costs(posed), effort.everywhere)
-        if found is None:
-            return None
-        here = self.priced(found, posed)
+        found = [
+            self._searched_about(posed, path, effort)
+            for path in self.near.found_anywhere(posed, self._costs(posed), effort.everywhere)
+        ]
+        return min(found, key=rank, default=None)
+
+    def _searched_about(self, posed: Posed, path: Array, effort: Effort) -> Delivered:
+        """Search corridors about a path, (n, 2) rad, that was found among all postures."""
+        here = self.priced(path, posed)
         self.stages.append(Stage("search of all postures", self._status(here), 0, None, here.cost))
         # The program of a path with straight lines in between has locations that no other needs.
-        refused = self.near.refused(posed, found)
-        here = replace(here, denser=posed, filled=found, refused=refused, times=feed_times(posed.path))
+        refused = self.near.refused(posed, path)
+        here = replace(here, denser=posed, filled=path, refused=refused, times=feed_times(posed.path))
         return reduce(self._settled, effort.after, here)
 
     def _settled(self, best: Delivered, grain: Grain) -> Delivered:

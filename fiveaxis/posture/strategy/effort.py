@@ -76,7 +76,7 @@ QUICK = Effort(
 NORMAL = replace(
     QUICK,
     contains=QUICK,
-    everywhere=grain(0.5, 4.0, 800, rows=500),
+    everywhere=grain(0.5, 4.0, 500, rows=500, both_ways=True),
     after=(grain(0.2, 0.7, 32, 6.0), grain(0.3, 1.0, 64, 8.0)),
     corridors=(grain(0.15, 0.5, 48, 4.0),),
     steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
@@ -86,7 +86,7 @@ NORMAL = replace(
 THOROUGH = replace(
     NORMAL,
     contains=NORMAL,
-    everywhere=grain(0.5, 2.0, 2400, rows=1000),
+    everywhere=grain(0.5, 2.0, 1500, rows=1000, both_ways=True),
     after=(grain(0.2, 0.7, 150, 6.0), grain(0.3, 1.0, 200, 8.0)),
     corridors=random_grains(4, 200),
     promise="what normal does, with more searches and finer ones: never costlier than normal; it takes many "

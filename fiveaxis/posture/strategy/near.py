@@ -12,7 +12,7 @@ from fiveaxis.posture.local.refinement import refine
 from fiveaxis.posture.masks.confinement import Confinement
 from fiveaxis.posture.masks.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import Admits, Grain, Holding, cheapest_path, path_anywhere
+from fiveaxis.posture.search.successors import Admits, Grain, Holding, cheapest_path, paths_anywhere
 from fiveaxis.posture.strategy.effort import Effort, grain
 from fiveaxis.posture.strategy.program_path import Posed
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
@@ -81,11 +81,11 @@ class Near:
         effort, admits = replace(self.effort, everywhere=few), None if mask is None else mask.roughly_admits
         return by_travel(posed.problem, effort, admits)
 
-    def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain) -> Array | None:
-        """Search the whole range of postures; None for no path."""
+    def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain) -> list[Array]:
+        """Search the whole range of postures."""
         mask = None if self.mask is None else self.mask.along(posed.location)
         admits = None if mask is None else mask.roughly_admits
-        return path_anywhere(posed.problem, costs, grain, admits, self._holding(posed))
+        return paths_anywhere(posed.problem, costs, grain, admits, self._holding(posed))
 
     def refused(self, posed: Posed, rotary: Array) -> BoolArray:
         """Find the postures, (n, 2) rad, that the mask refuses; (n,)."""
@@ -128,10 +128,11 @@ def by_travel(problem: Problem, effort: Effort, admits: Admits | None = None) ->
     (n, 2), rad; None where no sequence of postures was found. It may break bounds
     """
     costs = BlockCosts.of_travel(problem.plus, problem.minus)
-    grain = replace(effort.everywhere, level=COARSER * effort.everywhere.level)
-    found = path_anywhere(problem, costs, grain, admits)
-    if found is None:
+    grain = replace(effort.everywhere, level=COARSER * effort.everywhere.level, both_ways=False)
+    paths = paths_anywhere(problem, costs, grain, admits)
+    if not paths:
         return None
+    (found,) = paths
     for _ in range(MOST_EXTENDED):
         if problem.violation(found) <= ALLOWED:
             break

@@ -68,7 +68,7 @@ def test_a_small_path_is_sound_and_has_a_record_of_the_solver(plain):
 def test_the_other_solver_ends_as_low_and_both_where_nothing_is_left_to_gain(hayashi, plain):
     other = optimise(ring(), hayashi, tilt=(15, 75), solver="ipopt")
     assert_sound(other)
-    assert other.energy.total == pytest.approx(plain.energy.total, rel=1e-2)
+    assert other.energy.travel == pytest.approx(plain.energy.travel, rel=1e-2)
     for solution in (plain, other):
         assert solution.kkt.dual < 1.0
         assert solution.kkt.primal <= TOLERANCE
@@ -95,7 +95,8 @@ def scaled(machine: Machine, factor: float) -> Machine:
 def test_twice_the_powers_are_twice_the_energy(hayashi, plain):
     once = plain.energy
     twice = optimise(ring(), scaled(hayashi, 2.0), tilt=(15, 75)).energy
-    assert twice.total == pytest.approx(2.0 * once.total, rel=1e-4)
+    # Paths of least travel need not have the same energy.
+    assert twice.travel == pytest.approx(2.0 * once.travel, rel=1e-4)
 
 
 def test_a_part_turned_about_c_costs_the_same(hayashi, plain):

@@ -9,7 +9,7 @@ import pytest
 from by_degrees import tilt_bounds
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapes import SHAPES, cone, sampled
+from shapes import SHAPES, cone, sampled, turned
 
 import fiveaxis as fx
 from fiveaxis.energy import BlockCosts, block_costs
@@ -17,7 +17,8 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import feed_times, standing_speeds
 from fiveaxis.posture import Problem
 from fiveaxis.posture.problem import ALLOWED
-from fiveaxis.posture.search.successors import Grain, cheapest_path, path_anywhere
+from fiveaxis.posture.search.successors import Grain, cheapest_path, paths_anywhere
+from fiveaxis.posture.search.successors import sampled as postures_of
 from fiveaxis.toolpath import Toolpath
 
 DEGREE = np.pi / 180.0
@@ -66,15 +67,36 @@ def test_paths_keep_every_bound_and_corridors_make_them_cheaper(name, count, mos
 
 def test_on_a_cone_about_the_tables_axis_only_the_table_turns(hayashi):
     problem, costs = posed(sampled(cone, 120, rings=1), hayashi)
-    path = cheapest_path(problem, costs, NEAR, path_anywhere(problem, costs, ANYWHERE))
+    path = cheapest_path(problem, costs, NEAR, paths_anywhere(problem, costs, ANYWHERE)[0])
     moves = np.abs(np.diff(problem.positions(slice(None), path), axis=0))
     stand = moves <= standing_speeds(hayashi) * problem.least_time[:, None]
     assert stand[:, hayashi.linear_columns].mean() > 0.9
 
 
+def test_from_both_ends_the_search_that_looks_ahead_is_no_dearer(hayashi):
+    problem, costs = posed(sampled(SHAPES["wave"], 60, rings=2), hayashi)
+    grain = replace(ANYWHERE, both_ways=True, rows=len(problem))
+    _, back, ahead = paths_anywhere(problem, costs, grain)
+    assert problem.violation(ahead) <= ALLOWED
+    # Starts cost what they do from either end, but for the last block of a stretch.
+    assert priced(problem, costs, ahead) <= priced(problem, costs, back) * (1.0 + 5e-3)
+
+
+@pytest.mark.parametrize("shape", ["bowl", "blade"])
+def test_a_part_that_is_turned_on_the_table_begins_with_the_same_postures(hayashi, shape):
+    path = sampled(SHAPES[shape], 40, rings=1)
+    problem, there = (posed(one, hayashi)[0] for one in (path, turned(path, 37.0)))
+    heights = []
+    for one in (problem, there):
+        postures = postures_of(one, 0)
+        positions = one.positions(np.zeros(len(postures), dtype=np.int64), postures)
+        heights.append(np.sort(positions[:, hayashi.column("Z")]))
+    np.testing.assert_allclose(*heights, atol=1e-9)
+
+
 def test_where_a_search_is_not_free_the_path_stays(hayashi):
     problem, costs = posed(sampled(SHAPES["wave"], 40, rings=1), hayashi)
-    known = path_anywhere(problem, costs, ANYWHERE)
+    known = paths_anywhere(problem, costs, ANYWHERE)[0]
     free = np.ones(len(known), dtype=bool)
     free[[0, 10, 11, 12, 40]] = False
     path = cheapest_path(problem, costs, NEAR, known, free)
@@ -83,7 +105,7 @@ def test_where_a_search_is_not_free_the_path_stays(hayashi):
 
 def test_a_path_that_breaks_a_bound_is_left(hayashi):
     problem, costs = posed(sampled(SHAPES["wave"], 40, rings=1), hayashi, tilt=(40.0, 46.0))
-    sound = cheapest_path(problem, costs, NEAR, path_anywhere(problem, costs, ANYWHERE))
+    sound = cheapest_path(problem, costs, NEAR, paths_anywhere(problem, costs, ANYWHERE)[0])
     assert problem.violation(sound) <= ALLOWED
     # The tool of the location that is nearest to a bound leans out of its range.
     lean = problem.bounds[0].angles(tool_axes(hayashi, sound))
