@@ -18,7 +18,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
 from fiveaxis.nc import Program
 from fiveaxis.nc.control.program_reader import read_motion_of
-from fiveaxis.nc.control.technology import TechnologyTrack, technology_of
+from fiveaxis.nc.control.technology import TechnologyTrack, read_technology
 from fiveaxis.nc.formats import read_path_of
 from fiveaxis.nc.kinds import kind_of, lists_locations
 from fiveaxis.nc.motion_table import read_motion_table
@@ -277,7 +277,7 @@ def _load_path(
         by_tip = replace(path, pivot=path.tips(path.axis))
         time = np.where(path.rapid, motion.time, feed_times(by_tip, turns_of(motion, machine)))
         motion = replace(motion, time=time)
-    technology = None if lists else technology_of(source, path.source)
+    technology = None if lists else read_technology(source).track(path.source)
     tcp = np.ones(len(path), dtype=bool)
     return TracedProgram(
         motion, bare, (assumed, *path.findings), tcp, technology, straight=True, by_control=True

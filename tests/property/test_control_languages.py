@@ -98,7 +98,7 @@ def outcome(split, lines):
         for block in one_by_one(split(Source("part", lines))):
             found.append(block)
     except ToolpathError as fault:
-        return found, str(fault).replace(";", "")
+        return found, str(fault)
     return found, None
 
 
@@ -106,11 +106,14 @@ def outcome(split, lines):
 @QUIET
 @given(data=st.data())
 def test_a_run_is_the_blocks_of_its_lines(language, data):
-    """A comment makes a line one that is read by itself."""
+    """A form feed makes a line one that is read by itself."""
     drawn = data.draw(st.lists(plain_lines(language), min_size=1, max_size=8))
-    lines = [line for line in drawn for _ in range(SHORTEST)]
+    ends = data.draw(st.lists(st.sampled_from(["", ";", " ; X5 (ä", ";~;"]), min_size=1, max_size=3))
+    between = data.draw(st.lists(st.sampled_from(["", "  ", "; X9", "3 ; ~ 5"]), max_size=2))
+    lines = [f"{line}{end}" for line in drawn for _ in range(SHORTEST) for end in ends]
+    lines[7:7] = lines[30:30] = between
     together = outcome(SPLITTERS[language], lines)
-    assert outcome(SPLITTERS[language], [f"{line};" for line in lines]) == together
+    assert outcome(SPLITTERS[language], [f"{line}\f" for line in lines]) == together
 
 
 # Frames

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program
-from fiveaxis.nc.languages.choice import split_program
+from fiveaxis.nc.languages.choice import find_language
 from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source, load_source
@@ -134,6 +135,8 @@ run_words = st.lists(
 spoilers = st.sampled_from(
     ["", "M8", "G91", "G90", "G93", "G94", "X1 X2", "F0", "X2000000", "x1", "U1", "S5", "G2 X1 Y1 R5"]
 )
+# What may stand beside words, and between lines.
+REMARKS = {"nc": ["", "(a)", ";(b", "(c;d) ;e", "((f))"], "mpf": ["", ";(a)"], "h": ["", "; a", ";é"]}
 BEGINNINGS = {"nc": "{}", "mpf": "N10 {}", "h": "7 L {}"}
 
 
@@ -142,20 +145,31 @@ BEGINNINGS = {"nc": "{}", "mpf": "N10 {}", "h": "7 L {}"}
     lines=st.lists(st.tuples(st.sampled_from(["", "", "G1 ", "G0 "]), run_words), min_size=20, max_size=60),
     others=st.dictionaries(st.integers(0, 60), spoilers, max_size=3),
     suffix=st.sampled_from(sorted(BEGINNINGS)),
-    mode=st.sampled_from(["G94", "G93", "fixed", "wrap", "headless"]),
+    mode=st.sampled_from(["G94", "G93", "fixed", "wrap", "headless", "G91"]),
+    remarks=st.lists(st.integers(0, 4), min_size=1, max_size=5),
     for_motion=st.booleans(),
 )
-@example([("G1 ", "X1 Y2 Z3 A4 C5 F6")] * 40, {}, "nc", "G94", True)
-@example([("", f"F{9 + i}") for i in range(30)], {}, "nc", "G94", False)
-@example([("", f"X{i} C{i} F5") for i in range(40)], {}, "h", "G94", True)
-@example([("G1 ", f"C{50 * i % 360} F5") for i in range(40)], {}, "nc", "wrap", True)
-@example([*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")], {0: "G21 G90 G94"}, "nc", "headless", False)
+@example([("G1 ", "X1 Y2 Z3 A4 C5 F6")] * 40, {}, "nc", "G94", [0], True)
+@example([("G1 ", "X1.1 Y2.3 A4.7 F6")] * 40, {}, "nc", "G91", [1], True)
+@example([("", f"F{9 + i}") for i in range(30)], {}, "nc", "G94", [0], False)
+@example([("", f"X{i} C{i} F5") for i in range(40)], {9: "12 ; b", 20: "X8 ; ~"}, "h", "G94", [1], True)
+@example([("G1 ", f"C{50 * i % 360} F5") for i in range(40)], {}, "nc", "wrap", [0, 1], True)
+@example(
+    [*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")], {0: "G21 G90 G94"}, "nc", "headless", [0], False
+)
 def test_a_run_of_plain_blocks_is_the_same_block_by_block(
-    lines: list[tuple[str, str]], others: dict[int, str], suffix: str, mode: str, for_motion: bool
+    lines: list[tuple[str, str]],
+    others: dict[int, str],
+    suffix: str,
+    mode: str,
+    remarks: list[int],
+    for_motion: bool,
 ):
     program = [
         BEGINNINGS[suffix].format(words if suffix == "h" else motion + words) for motion, words in lines
     ]
+    known = REMARKS[suffix]
+    program = [f"{line} {known[remarks[i % len(remarks)] % len(known)]}" for i, line in enumerate(program)]
     for place, other in others.items():
         program.insert(place, other)
     head = {
@@ -171,7 +185,7 @@ def test_a_run_of_plain_blocks_is_the_same_block_by_block(
 
 
 def require_same_block_by_block(name: str, program: list[str], for_motion: bool, **options: Any) -> None:
-    """Compare with a program in which a comment makes each line one that is read by itself."""
+    """Compare with a program in which a form feed makes each line one that is read by itself."""
     machine = load_machine("linuxcnc-xyzac-trt")
 
     def run(end: str) -> object:
@@ -179,13 +193,13 @@ def require_same_block_by_block(name: str, program: list[str], for_motion: bool,
             source = Source(name, [line + end for line in program])
             ran = run_program(source, machine, ReadOptions(machine=machine, **options), for_motion=for_motion)
         except ToolpathError as fault:
-            return str(fault).replace(";", "")
+            return str(fault)
         ignored = {word: n for word, n in ran.ignored.items() if n}
         modes = (ran.modes.motion, ran.modes.feed, ran.modes.feed_mode)
         state = (ran.track.now, ran.track.vector, ran.track.approach)
         return rows_of(ran), state, ignored, modes, ran.findings
 
-    assert run("") == run(";")
+    assert run("") == run("\f")
 
 
 linear_words = st.lists(
@@ -195,6 +209,7 @@ linear_words = st.lists(
     unique_by=lambda word: word[0],
 ).map(" ".join)
 KLARTEXT_WORDS = {"A3=": "TX", "B3=": "TY", "C3=": "TZ", "A5=": "NX", "B5=": "NY", "C5=": "NZ"}
+ISO_WORDS = {"A3=": "I", "B3=": "J", "C3=": "K", " [ABC]5=[0-9.]+": "", "TRAFOOF": "G2 X1 Y1 I5"}
 
 
 @settings(QUIET, max_examples=100)
@@ -212,10 +227,12 @@ KLARTEXT_WORDS = {"A3=": "TX", "B3=": "TY", "C3=": "TZ", "A5=": "NX", "B5=": "NY
         st.sampled_from(["", "X9", "A10 C5", "A3=1 A10", "F9", "G0 X7", "TRAFOOF"]),
         max_size=2,
     ),
-    suffix=st.sampled_from(["mpf", "h"]),
+    suffix=st.sampled_from(["nc", "mpf", "h"]),
     for_motion=st.booleans(),
 )
 @example(["X1"] * 40, ["C3=1"], {20: "X3"}, "mpf", False)
+@example(["X1", "Y2"] * 30, ["C3=1", "A3=0.6 C3=0.8"], {20: "A3=0.8 B3=0.6"}, "nc", False)
+@example(["X1", "Y2"] * 30, ["A3=2"], {20: "TRAFOOF"}, "nc", False)
 @example(["X1", "X2"] * 30, ["C3=1", "A3=1"], {}, "h", False)
 def test_a_run_of_tool_directions_is_the_same_block_by_block(
     lines: list[str], directions: list[str], others: dict[int, str], suffix: str, for_motion: bool
@@ -225,11 +242,15 @@ def test_a_run_of_tool_directions_is_the_same_block_by_block(
     program += lines
     for place, other in others.items():
         program.insert(place, other)
+    if suffix == "nc":
+        for sinumerik, iso in ISO_WORDS.items():
+            program = [re.sub(sinumerik, iso, line) for line in program]
     if suffix == "h":
         for sinumerik, klartext in KLARTEXT_WORDS.items():
             program = [line.replace(sinumerik, klartext) for line in program]
         program = [f"LN {line.replace('G0', '')}" for line in program if line != "TRAFOOF"]
     head = {
+        "nc": ["G21 G90 G94", "G43.5 H1", "G0 X0 Y0 Z0 I0 J0 K1", "G1 F100"],
         "mpf": ["G710 G90 G94", "TRAORI", "G0 X0 Y0 Z0 A3=0 B3=0 C3=1", "G1 F100"],
         "h": ["M128", "LN X0 Y0 Z0 TZ1 FMAX", "L F100"],
     }
@@ -239,14 +260,17 @@ def test_a_run_of_tool_directions_is_the_same_block_by_block(
 REAL = Path(__file__).parents[3] / "shared" / "data" / "toolpaths"
 
 
-@pytest.mark.parametrize("name", ["linuxcnc_impeller_xyzac.ngc", "nx_dmu70_840d_traori_inch.mpf"])
+@pytest.mark.parametrize(
+    "name", ["linuxcnc_impeller_xyzac.ngc", "nx_dmu70_840d_traori_inch.mpf", "nx_dmc160u_millplus.nc"]
+)
 def test_runs_of_real_programs_hold_the_blocks_that_they_stand_for(name: str):
     if not REAL.is_dir():
         pytest.skip("the shared programs are not beside the project")
     source = load_source(REAL / name)
-    alone = Source(source.name, [f"{line};" for line in source.lines])
-    items = list(split_program(source))
-    assert repr(list(one_by_one(items))) == repr(list(split_program(alone)))
+    alone = Source(source.name, [f"{line}\f" for line in source.lines])
+    split = find_language(source).split
+    items = list(split(source))
+    assert repr(list(one_by_one(items))) == repr(list(split(alone)))
     assert sum(len(item) for item in items if isinstance(item, Run)) > 600
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.control.travel import filled, travel_of
+from fiveaxis.nc.languages.block import upper_ascii
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.remarks import remark_on
 from fiveaxis.nc.rows import DEFAULT_FEED, unit_axes, unit_normals
@@ -47,6 +49,8 @@ SMOOTHING_ON = re.compile(
     r"|(?<![A-Z])G0?5\s*P[1-9]\d*\s*$|\bCYCL DEF 32\.1\s+T",
     re.IGNORECASE,
 )
+# What a line that switches it has, in upper case.
+_SMOOTHING = re.compile(r"COMP[OCS]|CYCLE832|G0?5(?:\.1|\s*P)|CYCL DEF 32\.1")
 # A comment, after a semicolon or in parentheses that aren't a word's arguments, or a text.
 COMMENT = re.compile(r";.*|(?<![A-Z0-9_])(?<!CYCLE832 )\([^)]*\)|\"[^\"]*\"", re.IGNORECASE)
 
@@ -204,9 +208,16 @@ def _feeds(path: Toolpath, columns: Columns, interpreter: Interpreter, options: 
 
 def smoothed_lines(source: Source) -> BoolArray:
     """Find the lines, (n,), at whose end smoothing is on."""
-    on, lines = False, np.zeros(len(source.lines), dtype=bool)
-    for number, line in enumerate(source.lines):
-        text = COMMENT.sub("", line)
-        on = False if SMOOTHING_OFF.search(text) else True if SMOOTHING_ON.search(text) else on
-        lines[number] = on
+    text, number, at = upper_ascii("\n".join(source.lines)), 0, 0
+    changes = [(0, False)]
+    # Searched as a whole: few of a hundred thousand lines switch it.
+    for found in _SMOOTHING.finditer(text):
+        number, at = number + text.count("\n", at, found.start()), found.start()
+        words = COMMENT.sub("", source.lines[number])
+        off = SMOOTHING_OFF.search(words) is not None
+        if off or SMOOTHING_ON.search(words):
+            changes.append((number, not off))
+    lines = np.zeros(len(source.lines), dtype=bool)
+    for (begin, on), (end, _) in pairwise([*changes, (len(lines), False)]):
+        lines[begin:end] = on
     return lines

@@ -18,9 +18,9 @@ from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
-from fiveaxis.nc.control.technology import reader_for
+from fiveaxis.nc.control.technology import TechnologyReader
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.languages.choice import find_language, leader_length, split_program
+from fiveaxis.nc.languages.choice import find_language, leader_length
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
@@ -95,14 +95,15 @@ def _run(
     stand_in: bool,
 ) -> Interpreter:
     """Run a program as `run_program`, in the unit that it states."""
-    wrapping = find_wrapping(source, machine, options.wrap, stand_in=stand_in)
+    language = find_language(source)
+    wrapping = find_wrapping(source, language, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.zero, machine)
     modes = Modes(
         Units(source, options.unit),
         for_motion,
         offsets.knows,
         assume_zero=options.assume_zero,
-        technology=reader_for(source),
+        technology=TechnologyReader(language),
     )
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
@@ -116,9 +117,9 @@ def _run(
         fixed_feed=options.feed_mm_min is not None,
         stand_in=stand_in,
         wrapping=wrapping,
-        functions=MachineFunctions(find_language(source), options.harmless),
+        functions=MachineFunctions(language, options.harmless),
     )
-    end = interpreter.run(split_program(source, block_delete=options.block_delete))
+    end = interpreter.run(language.split(source, block_delete=options.block_delete))
     if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
         ignored["lines before the program"] += before
     if end is not None:

@@ -12,7 +12,7 @@ import numpy as np
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.languages.block import Block
-from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language, split_program
+from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language
 from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.source import Source
 
@@ -236,22 +236,13 @@ def tool_name(block: Block) -> str | None:
     return f"{block.words['T']:g}" if "T" in block.words else None
 
 
-def reader_for(source: Source) -> TechnologyReader:
-    """Return a reader for a program's language."""
-    return TechnologyReader(find_language(source))
-
-
 def read_technology(source: Source) -> TechnologyReader:
     """Read what a whole program puts in force."""
-    reader = reader_for(source)
-    for block in split_program(source):
+    language = find_language(source)
+    reader = TechnologyReader(language)
+    for block in language.split(source):
         reader.take(block) if isinstance(block, Block) else reader.take_run(block)
     return reader
-
-
-def technology_of(source: Source, lines: IntArray) -> TechnologyTrack:
-    """Return what is in force on lines of a program, (n,)."""
-    return read_technology(source).track(lines)
 
 
 @dataclass

@@ -17,7 +17,7 @@ import numpy as np
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.languages.block import block_error
-from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK, find_language
+from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK, Language
 from fiveaxis.nc.source import HEAD, Source
 from fiveaxis.options import Wrap
 
@@ -89,11 +89,14 @@ def _shorter(word: float, now: float) -> float:
     return now + (forward if forward <= HALF_TURN else forward - TURN)
 
 
-def find_wrapping(source: Source, machine: Machine, wrap: Wrap | None, *, stand_in: bool) -> Wrapping:
+def find_wrapping(
+    source: Source, language: Language, machine: Machine, wrap: Wrap | None, *, stand_in: bool
+) -> Wrapping:
     """Find the rule of a program's rotary words.
 
     Parameters
     ----------
+    source, language, machine : the program, its language, and the machine of its axes
     wrap : the caller's rule; None for that of the program's header, by default words as written
     stand_in : whether the machine is a placeholder because none was given
 
@@ -106,7 +109,6 @@ def find_wrapping(source: Source, machine: Machine, wrap: Wrap | None, *, stand_
     """
     if wrap == "unwound":
         return Wrapping()
-    language = find_language(source)
     own = None if wrap is not None else _stated(source)
     rule, letters = (wrap, None) if own is None else own
     if rule is None:

@@ -120,8 +120,12 @@ def strip_comment(text: str) -> str:
     if ";" in text:
         found = next((m for m in _QUOTED.finditer(text) if m[0] == ";"), None)
         text = text if found is None else text[: found.start()]
-    # `bytes.upper` changes ASCII only: characters like the long s must not become letters of words.
-    return text.encode("utf-8", "surrogatepass").upper().decode("utf-8", "surrogatepass").strip()
+    return upper_ascii(text).strip()
+
+
+def upper_ascii(text: str) -> str:
+    """Return a text in upper case, without characters like the long s becoming letters of words."""
+    return text.encode("utf-8", "surrogatepass").upper().decode("utf-8", "surrogatepass")
 
 
 def require_short(code: str) -> None:

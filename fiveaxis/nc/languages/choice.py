@@ -31,9 +31,21 @@ class Language:
     suffixes: tuple[str, ...] = ()
 
     def split(self, source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
-        """Yield the blocks of a program in this language, and runs of plain ones, as `split_program`."""
-        reader: Reader = resolve_name(self.reader)(source, block_delete=block_delete)
-        return reader.blocks()
+        """Yield the blocks of a program in this language, and runs of plain ones.
+
+        Parameters
+        ----------
+        source : the file
+        block_delete : whether to skip blocks that begin with ``/``
+
+        Raises
+        ------
+        ToolpathError
+            With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
+        """
+        _require_lines(source)
+        reader: Reader = resolve_name(self.reader)(_without_leader(source), block_delete=block_delete)
+        yield from reader.blocks()
 
 
 ISO = Language("ISO", "fiveaxis.nc.languages.iso:Iso")
@@ -101,8 +113,7 @@ def find_language(source: Source) -> Language:
     Comments and the text before ``%`` are no words of a program.
     """
     head = [text.upper() for text in head_lines(source)]
-    for text in filter(_MAY_HAVE_SIGN.search, head):
-        code = bare_code(text)
+    for code in filter(_MAY_HAVE_SIGN.search, map(bare_code, filter(_MAY_HAVE_SIGN.search, head))):
         for language, pattern in _PATTERNS:
             if pattern.search(code):
                 return language
@@ -162,23 +173,6 @@ def _without_leader(source: Source) -> Source:
     """Return a program with empty lines in place of the text before its ``%``."""
     count = leader_length(source)
     return Source(source.name, [*([""] * count), *source.lines[count:]]) if count else source
-
-
-def split_program(source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
-    """Yield the blocks of a program in any language, and runs of plain ones.
-
-    Parameters
-    ----------
-    source : the file
-    block_delete : whether to skip blocks that begin with ``/``
-
-    Raises
-    ------
-    ToolpathError
-        With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
-    """
-    _require_lines(source)
-    return find_language(source).split(_without_leader(source), block_delete=block_delete)
 
 
 def _require_lines(source: Source) -> None:

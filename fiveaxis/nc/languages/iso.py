@@ -98,7 +98,12 @@ class Iso(Reader):
     A line of ``O`` and text, which some CAM systems write for the operator to fill in, is a comment.
     """
 
-    forms = (PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+"),)
+    forms = (
+        PlainLines.of_words("ABCUVWXYZ", r"[ \t]*+"),
+        PlainLines.of_words("ABCUVWXYZIJK", r"[ \t]*+", "[IJK]"),
+    )
+    # Brackets in brackets are left to `compact_code`.
+    comments = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         super().__init__(source, block_delete=block_delete)

@@ -242,13 +242,15 @@ class Klartext(Reader):
     """Klartext, up to END PGM."""
 
     forms = (
-        PlainLines(re.compile(rf"(?:{_BEGIN}{_WORDS}[ \t]*+\n)*+"), _G1),
+        PlainLines(re.compile(rf"(?:(?:{_BEGIN}{_WORDS})?+[ \t]*+\n)*+"), _G1),
         PlainLines(
-            re.compile(rf"(?:{_BEGIN}{_WORDS}{_POINTING}[ \t]*+\n)*+"),
+            re.compile(rf"(?:(?:{_BEGIN}{_WORDS}{_POINTING})?+[ \t]*+\n)*+"),
             _G1,
             dict(zip(("TX", "TY", "TZ", "NX", "NY", "NZ"), DIRECTION + NORMAL, strict=True)),
         ),
     )
+    # A comment alone, with its block number; but not one that ends with ~, after which the block goes on.
+    comments = re.compile(r"(?:^[ \t]*+[0-9]++[ \t]*+)?;(?![^\n]*~\s*$)[^\n]*+", re.MULTILINE)
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         super().__init__(source, block_delete=block_delete)

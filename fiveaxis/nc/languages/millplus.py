@@ -14,7 +14,7 @@ import numpy as np
 
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple, number_of
-from fiveaxis.nc.languages.iso import WORD_NUMBER, compact_code
+from fiveaxis.nc.languages.iso import WORD_NUMBER, Iso, compact_code
 from fiveaxis.nc.languages.planes import Plane, turns
 from fiveaxis.nc.languages.runs import Reader
 from fiveaxis.nc.source import Source
@@ -32,6 +32,8 @@ CYCLES = ("G81", "G84")
 
 class MillPlus(Reader):
     """MillPlus; parameters other than the angles that G7 stores are refused."""
+
+    forms, comments = Iso.forms[:1], Iso.comments
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         super().__init__(source, block_delete=block_delete)

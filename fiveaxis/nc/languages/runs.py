@@ -1,4 +1,7 @@
-"""Reading a program's lines: long runs of plain blocks together, as most are, and all others one by one."""
+"""Reading a program's lines: long runs of plain blocks together, as most are, and all others one by one.
+
+Comments, block numbers and blank lines don't end a run.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Triple, block_error
+from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Triple, block_error, upper_ascii
 from fiveaxis.nc.source import Source
 
 # Lines that are searched for runs at a time: their arrays fit into the processor's cache.
@@ -37,24 +40,19 @@ class Run:
 
     Parameters
     ----------
-    line : of the first block
+    lines : (n,), of the blocks
     begins : (n + 1,), index of the first word of each block, and their number
     letters : (w,), ASCII codes of G, axes and F, and of the letters of `DIRECTION` and `NORMAL`
     values : (w,), as written
     """
 
-    line: int
+    lines: IntArray
     begins: IntArray
     letters: NDArray[np.uint8]
     values: Array
 
     def __len__(self) -> int:
         return len(self.begins) - 1
-
-    @property
-    def last_line(self) -> int:
-        """Line of the last block."""
-        return self.line + len(self) - 1
 
     def columns(self) -> dict[str, Array]:
         """Return the values of each letter, (n,), NaN where a block doesn't have it."""
@@ -83,7 +81,7 @@ class Run:
         motion = given.pop("G", None)
         vector, normal = _pop_direction(given, DIRECTION), _pop_direction(given, NORMAL)
         g = () if motion is None else (_MOTIONS[motion],)
-        return Block(self.line + row, g, (), given, vector=vector, normal=normal)
+        return Block(int(self.lines[row]), g, (), given, vector=vector, normal=normal)
 
     def blocks(self) -> Iterator[Block]:
         """Iterate over its blocks."""
@@ -92,12 +90,7 @@ class Run:
     def since(self, row: int) -> Run:
         """Return the blocks from one on."""
         begins, words = self.begins[row:], self.begins[row]
-        return Run(self.line + row, begins - words, self.letters[words:], self.values[words:])
-
-    def upto(self, count: int) -> Run:
-        """Return the first blocks."""
-        words = self.begins[count]
-        return Run(self.line, self.begins[: count + 1], self.letters[:words], self.values[:words])
+        return Run(self.lines[row:], begins - words, self.letters[words:], self.values[words:])
 
 
 def _pop_direction(given: dict[str, float], letters: str) -> Triple | None:
@@ -118,7 +111,7 @@ class PlainLines:
 
     Parameters
     ----------
-    pattern : any number of whole lines of the form, with their line ends
+    pattern : any number of whole lines of the form, without comments, and of blank ones, with their line ends
     begin : pattern of what stands for G1 at the beginning of a line, if not G1 itself
     directions : how the components of directions are written: ``A3=`` -> a letter of `DIRECTION` or `NORMAL`
     """
@@ -129,17 +122,41 @@ class PlainLines:
 
     @classmethod
     def of_words(
-        cls, axes: str, between: str, directions: Mapping[str, str] = MappingProxyType({})
+        cls, axes: str, between: str, pointing: str = "", directions: Mapping[str, str] = MappingProxyType({})
     ) -> PlainLines:
-        """Return the form of ISO words, ``N10 G1 X1.5 F100``, with a pattern between letter and number."""
-        pointing = "|".join(name for name, letter in directions.items() if letter in DIRECTION)
-        names = "|".join([*directions, f"[{axes}F]{between}"])
-        begin = r"[ \t]*+(?:N[0-9]++[ \t]*+)?+(?:G0?[01](?![0-9.])[ \t]*+)?+"
-        words = rf"(?=[^\n]*(?:{pointing}))(?:(?:{names}){NUMBER}[ \t]*+)++"
-        return cls(re.compile(rf"(?:{begin}{words}\n)*+"), directions=directions)
+        """Return the form of ISO words, ``N10 G1 X1.5 F100``.
 
-    def parse(self, text: str, line: int) -> Run:
-        """Split lines of the form; those after the first that has a letter twice are left out."""
+        Parameters
+        ----------
+        axes : letters of words besides F
+        between : pattern between letter and number
+        pointing : pattern of a word that every block has, as it gives the tool direction
+        directions : as `directions` of the form
+        """
+        names = "|".join([*directions, f"[{axes}F]{between}"])
+        ahead = rf"(?=[^\n]*(?:{pointing}))" if pointing else ""
+        words = rf"{ahead}(?:G0?[01](?![0-9.])[ \t]*+)?+(?:(?:{names}){NUMBER}[ \t]*+)++"
+        pattern = rf"(?:[ \t]*+(?:N[0-9]++[ \t]*+)?+(?:{words})?+\n)*+"
+        return cls(re.compile(pattern), directions=directions)
+
+    def lines(self, text: str, begin: int) -> str:
+        """Return the lines of the form from an index on, empty if the first isn't one of them."""
+        found = self.pattern.match(text, begin)
+        return "" if found is None else found[0]
+
+    def parse(self, text: str, line: int) -> tuple[Run, int]:
+        """Split lines of the form.
+
+        Parameters
+        ----------
+        text : lines of the form
+        line : number of the first one
+
+        Returns
+        -------
+        Their blocks, and how many lines they are: those from the first one on that has a letter twice are
+        left out.
+        """
         plain = text if self.begin is None else self.begin.sub("G1 ", text)
         for written, letter in self.directions.items():
             plain = plain.replace(written, letter)
@@ -150,11 +167,13 @@ class PlainLines:
         row = np.searchsorted(np.flatnonzero(codes == ord("\n")), at)
         kept = codes[at] != ord("N")
         row, letters = row[kept], codes[at][kept]
-        count = plain.count("\n")
-        run = Run(line, np.searchsorted(row, np.arange(count + 1)), letters, values[kept])
         order = np.argsort(row * 128 + letters, kind="stable")
         twice = (np.diff(row[order]) == 0) & (np.diff(letters[order]) == 0)
-        return run.upto(int(row[order][1:][twice].min())) if twice.any() else run
+        count = int(row[order][1:][twice].min()) if twice.any() else plain.count("\n")
+        begins = np.searchsorted(row, np.arange(count + 1))
+        filled, end = np.flatnonzero(np.diff(begins)), begins[-1]
+        run = Run(line + filled, np.append(begins[filled], end), letters[:end], values[kept][:end])
+        return run, count
 
 
 class Reader(ABC):
@@ -166,8 +185,9 @@ class Reader(ABC):
     block_delete : whether to skip blocks that begin with ``/``
     """
 
-    # The forms of the language's plain blocks.
-    forms: ClassVar[Sequence[PlainLines]] = ()
+    # The forms of the language's plain blocks, and its comments in lines of that form.
+    forms: ClassVar[Sequence[PlainLines]]
+    comments: ClassVar[re.Pattern[str]]
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         self.source, self.block_delete, self.ended = source, block_delete, False
@@ -217,32 +237,28 @@ class Reader(ABC):
         """Yield each line with its number, and runs of plain ones in their place."""
         for first in range(0, len(lines), PART):
             some = lines[first : first + PART]
-            text = "\n".join(some) + "\n"
-            text = text.upper() if text.isascii() else text
-            offsets = [0, *accumulate(len(line) + 1 for line in some)]
+            text = self.comments.sub("", upper_ascii("\n".join(some)) + "\n")
+            offsets = [0, *accumulate(len(line) + 1 for line in text.split("\n"))]
             row = 0
             while row < len(some):
                 line = first + row + 1
-                run, count = None, 0
+                run, count = None, 1
                 if self.is_plain and not (line > 1 and self.continues(lines[line - 2])):
-                    run, count = _run_at(text, offsets[row], line, self.forms)
-                if run is not None:
+                    run, count = self._run_at(text, offsets[row], line)
+                if run is None:
+                    yield from enumerate(some[row : row + count], start=line)
+                else:
                     yield line, run
-                    row += count
-                    continue
-                for _ in range(min(count + 1, len(some) - row)):
-                    yield first + row + 1, some[row]
-                    row += 1
+                row += count
 
+    def _run_at(self, text: str, begin: int, line: int) -> tuple[Run | None, int]:
+        """Return the run that begins at an index of lines without comments, and the number of its lines.
 
-def _run_at(text: str, begin: int, line: int, forms: Sequence[PlainLines]) -> tuple[Run | None, int]:
-    """Return the run that begins at an index, None if it is too short, and the number of its lines."""
-    for form in forms:
-        found = form.pattern.match(text, begin)
-        count = 0 if found is None else text.count("\n", begin, found.end())
-        if found is not None and count >= SHORTEST:
-            run = form.parse(found[0], line)
-            return run if len(run) >= SHORTEST else None, len(run)
-        if count:
-            return None, count
-    return None, 0
+        None if it is too short, with the number of lines to read one by one.
+        """
+        plain, form = max(((form.lines(text, begin), form) for form in self.forms), key=lambda p: len(p[0]))
+        count = plain.count("\n")
+        if count < SHORTEST:
+            return None, count + 1
+        run, count = form.parse(plain, line)
+        return (run, count) if len(run) >= SHORTEST else (None, count + 1)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.nc.languages.block import Block, require_short, strip_comment
+from fiveaxis.nc.languages.block import Block, strip_comment
 from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.languages.sinumerik_state import State
 from fiveaxis.nc.languages.sinumerik_statement import SinumerikStatement
@@ -26,7 +26,11 @@ _SKIPPED = re.compile(r"\s*(?:N[0-9]+\s*)?/[0-9]?(?![0-9])")
 class Sinumerik(Reader):
     """Sinumerik 840D; a drilled hole is several blocks of one line."""
 
-    forms = PlainLines.of_words("XYZABC", "=?"), PlainLines.of_words("XYZABC", "=?", _DIRECTIONS)
+    forms = (
+        PlainLines.of_words("XYZABC", "=?"),
+        PlainLines.of_words("XYZABC", "=?", "[ABC]3=", _DIRECTIONS),
+    )
+    comments = re.compile(r";[^\n]*+")
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         super().__init__(source, block_delete=block_delete)
@@ -56,7 +60,6 @@ class Sinumerik(Reader):
         if skipped is not None and self.block_delete:
             yield Block(line, skipped=True)
             return
-        require_short(code)
         begin = 0 if skipped is None else skipped.end()
         numbered = _NUMBERED.match(code, begin)
         code = code[begin if numbered is None else numbered.end() :]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.languages.choice import LONGEST_LINE, find_language, split_program
+from fiveaxis.nc.languages.choice import ISO, KLARTEXT, LONGEST_LINE, find_language
 from fiveaxis.nc.source import Source, load_source
 
 
@@ -82,14 +82,15 @@ def test_words_of_g_code_outweigh_a_foreign_suffix():
     assert language_of("G92.1\nG1 X1 F5", "program.h") == "ISO"
 
 
-def words_of(text):
-    return [(b.line, b.g, dict(b.words)) for b in split_program(Source("part.nc", text.split("\n")))]
+def words_of(text, language=ISO):
+    return [(b.line, b.g, dict(b.words)) for b in language.split(Source("part.nc", text.split("\n")))]
 
 
 def test_a_listing_before_the_program_is_no_program():
     listing = "Part list, form-shaping\nmachine: X 5 axes\n\n"
     assert words_of(f"{listing}%\nG0 X1\n%") == [(5, ("G0",), {"X": 1})]
-    assert words_of(f"{listing}0 BEGIN PGM A MM\n1 L X+1 R0 FMAX\n")[-1] == (5, ("G0",), {"X": 1})
+    klartext = f"{listing}0 BEGIN PGM A MM\n1 L X+1 R0 FMAX\n"
+    assert words_of(klartext, KLARTEXT)[-1] == (5, ("G0",), {"X": 1})
     # Lines that move are a program, even before %, and text among them is a fault.
     assert words_of("G0 X1\n%\n") == [(1, ("G0",), {"X": 1})]
     with pytest.raises(ToolpathError, match=r"part.nc:1: 'Information': 'INFORMATION' isn't a word"):
@@ -111,5 +112,5 @@ def test_lost_line_ends_are_reported_as_such():
     with pytest.raises(
         ToolpathError, match=r"part.nc:2: 'X1X1X1X1X1X1X1X1X1X1'…: a line of 10000 characters"
     ):
-        list(split_program(Source("part.nc", ["G0 X1", "X1" * 5000])))
+        list(ISO.split(Source("part.nc", ["G0 X1", "X1" * 5000])))
     assert LONGEST_LINE < 10_000

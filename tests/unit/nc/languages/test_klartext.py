@@ -354,7 +354,7 @@ def test_presets_may_be_set_before_moves_but_not_changed_after():
         ("G1 X10", "'G1' begins no supported line"),
         ("ſ+100", "begins no supported line"),
         ("L X+١", "isn't a word"),
-        ("L X+1 " * 1000, "characters in a block, beyond 4096"),
+        ("L X+1 " * 1000, "characters, beyond 4096"),
     ],
 )
 def test_unsupported_lines_are_refused_with_their_line_and_reason(text, fact):
@@ -390,9 +390,14 @@ def test_faults_that_depend_on_earlier_blocks_are_refused_with_their_line(lines,
 
 
 def test_a_line_of_ten_megabytes_is_refused_quickly_and_briefly():
-    with pytest.raises(ToolpathError, match="characters in a block") as caught:
+    with pytest.raises(ToolpathError, match="characters, beyond 4096") as caught:
         blocks_of("L X+1 Y+2 " * 1_000_000)
     assert len(str(caught.value)) < 300
+
+
+def test_a_block_of_many_lines_has_a_longest_length_too():
+    with pytest.raises(ToolpathError, match=r"part.h:1: .*6[0-9]* characters in a block, beyond 4096"):
+        blocks_of("L X+1 ~", *["Y+1 " * 500 + "~"] * 3, "Z+1")
 
 
 def test_a_tool_turned_back_by_the_control_keeps_its_direction_until_angles_are_written():

@@ -361,7 +361,7 @@ def test_work_offsets_may_be_set_before_moves_but_not_changed_after():
         ("X١", "isn't a supported word"),
         ("X#1", "isn't a supported word"),
         ("{", "isn't a word"),
-        ("X1 " * 2000, "characters in a block, beyond 4096"),
+        ("X1 " * 2000, "characters, beyond 4096"),
     ],
 )
 def test_unsupported_lines_are_refused_with_their_line_and_reason(text, fact):
@@ -372,7 +372,7 @@ def test_unsupported_lines_are_refused_with_their_line_and_reason(text, fact):
 
 
 def test_a_line_of_ten_megabytes_is_refused_quickly_and_briefly():
-    with pytest.raises(ToolpathError, match="characters in a block") as caught:
+    with pytest.raises(ToolpathError, match="characters, beyond 4096") as caught:
         blocks_of("X1 Y2 " * 1_700_000)
     assert len(str(caught.value)) < 300
 
