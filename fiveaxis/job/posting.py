@@ -28,7 +28,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates, Interpolation, Motion, ProgramMotion, located, respaced
 from fiveaxis.nc import Program, ProgramSettings, ReadMotion, require_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
-from fiveaxis.nc.kinds import kind_of
+from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source

@@ -31,7 +31,7 @@ from fiveaxis.motion import (
     predicted_time,
 )
 from fiveaxis.nc import NOT_VERIFIED, Program, ProgramSettings, compose_program, require_motion
-from fiveaxis.nc.kinds import require_program_suffix
+from fiveaxis.nc.formats import require_program_suffix
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
 from fiveaxis.nc.writing.framing import AskedTechnology, Frame

@@ -9,7 +9,7 @@ from pathlib import Path
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates
 from fiveaxis.nc import ProgramSettings, find_dialect, require_program
-from fiveaxis.nc.kinds import require_program_suffix
+from fiveaxis.nc.formats import require_program_suffix
 from fiveaxis.nc.writing.framing import AskedTechnology
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.nc.writing.wording import Wording

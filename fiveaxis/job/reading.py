@@ -15,7 +15,7 @@ from fiveaxis.job.description import SEARCHED, SWEEP, TOOL_FILE, FixtureFile, Jo
 from fiveaxis.machine import load_machine
 from fiveaxis.machine.files import READERS as MACHINE_READERS
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
-from fiveaxis.nc.kinds import SUFFIXES, holds_path, suffix_of
+from fiveaxis.nc.formats import SUFFIXES, holds_path, suffix_of
 from fiveaxis.settings import explain, line_of, read_document, read_settings, validate_settings
 from fiveaxis.toolpath import parse_tool
 

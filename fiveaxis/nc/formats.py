@@ -1,24 +1,153 @@
-"""File formats of toolpaths: a reader for each kind of file."""
+"""File formats of toolpaths: what a file holds, told from its content, and its reader."""
 
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable
-from pathlib import Path
-from typing import Unpack
+from dataclasses import replace
+from pathlib import Path, PurePath
+from typing import Literal, Unpack
 
+import numpy as np
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.files import require_suffix
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
-from fiveaxis.nc.kinds import Kind, kind_of
+from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
 from fiveaxis.nc.motion_table import read_motion_path
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.nc.table import read_points
+from fiveaxis.nc.table import KNOWN, POSITION, fields_of, filled_lines, read_points
 from fiveaxis.options import Reading, spelled_out
 from fiveaxis.toolpath import PathShape, Tool, Toolpath
 
 logger = logging.getLogger(__name__)
+
+Kind = Literal["motion", "points", "apt", "program"]
+
+# Suffixes of each kind, for files whose content doesn't tell: one without a readable line, or with faults.
+# The content of an NC program tells its control's language.
+POINT_SUFFIXES = (".csv", ".txt")
+APT_SUFFIXES = (".apt", ".cls", ".clsf", ".ncl", ".aptsource")
+PROGRAM_SUFFIXES = (
+    *(".nc", ".ngc", ".tap", ".gcode", ".cnc", ".eia", ".ptp", ".min", ".iso"),
+    *(".mpf", ".spf", ".arc"),
+    *(".h", ".i"),
+)
+SUFFIXES: dict[str, Kind] = {
+    **dict.fromkeys(POINT_SUFFIXES, "points"),
+    **dict.fromkeys(APT_SUFFIXES, "apt"),
+    **dict.fromkeys(PROGRAM_SUFFIXES, "program"),
+}
+
+# Columns of the table of a motion, after those of the axes.
+MOTION_COLUMNS = ("feed", "time", "source")
+
+# Characters: no header is longer.
+LONGEST_HEADER = 1000
+# Lines that are searched: a file of APT may begin with pages of comments.
+MOST_LINES = 200
+_DIGIT = re.compile("[0-9]")
+_APT = re.compile(
+    r"\s*(?:\$\$|(?:GOTO|FROM|GODLTA|FEDRAT|UNITS?|TOOL "
+    r"PATH|CUTTER|TLDATA|LOADTL|LOAD|MULTAX|MSYS|PAINT|SPINDL"
+    r"|RAPID|CIRCLE|CYCLE|PARTNO|PPRINT|MACHIN|COOLNT|TPRINT|TLAXIS|FINI|REMARK|END-OF-PATH)\s*(?:/|\s*$))",
+    re.IGNORECASE,
+)
+# A line of words of a letter and a number, without blanks.
+_WORDS = re.compile(r"/?(?:[A-Z][-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+))+\*?")
+
+
+def kind_of(source: Source) -> Kind:
+    """Tell what a file holds: by its content, else by its suffix.
+
+    Raises
+    ------
+    ToolpathError
+        Neither tells.
+    """
+    return _kind_of_content(source) or _kind_of_name(source)
+
+
+def _kind_of_content(source: Source) -> Kind | None:
+    first = next(filled_lines(source), None)
+    if first is None:
+        return None
+    fields = [field.strip().lower() for field in fields_of(first[1][:LONGEST_HEADER])]
+    if fields[:1] == ["x"] and set(fields) >= set(MOTION_COLUMNS):
+        return "motion"
+    if len(set(fields) & set(KNOWN)) >= len(POSITION) and not any(map(_DIGIT.search, fields)):
+        return "points"
+    if len(fields) > len(POSITION) and all(map(_is_number, fields)):
+        return "points"
+    lines = head_lines(source)
+    if any(map(_APT.match, lines[:MOST_LINES])):
+        return "apt"
+    codes = (bare_code(text.upper()) for text in lines)
+    return (
+        "program"
+        if any(code and (_WORDS.fullmatch("".join(code.split())) or has_sign(code)) for code in codes)
+        else None
+    )
+
+
+def _is_number(field: str) -> bool:
+    try:
+        parse_number(field.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _kind_of_name(source: Source) -> Kind:
+    suffix = suffix_of(source.name)
+    if suffix not in SUFFIXES:
+        what = f"unknown suffix {suffix!r}" if suffix else "no suffix"
+        raise ToolpathError(
+            f"{what}, and its lines are no points, cutter locations or blocks; known: {', '.join(SUFFIXES)}, "
+            "each also with .gz",
+            file=source.name,
+        )
+    return SUFFIXES[suffix]
+
+
+def require_program_suffix(path: str | Path, own: str) -> None:
+    """Raise unless a file to be written is named like a program: as its control does, or as one that is read.
+
+    Controls also have programs without a suffix, as O1000.
+
+    Raises
+    ------
+    SettingError
+        Another suffix than these and `own`.
+    """
+    if Path(path).suffix:
+        require_suffix(path, tuple(dict.fromkeys((own, *SUFFIXES))), "a program")
+
+
+def suffix_of(name: str) -> str:
+    """Return the suffix of a file in lower case, that before ``.gz`` of a packed one."""
+    return PurePath(PurePath(name).name.lower().removesuffix(".gz")).suffix
+
+
+def holds_path(path: Path) -> bool:
+    """Check whether a file is one that can be read as a path or a motion."""
+    try:
+        return path.is_file() and bool(kind_of(load_source(path)))
+    except ToolpathError:
+        return False
+
+
+def lists_locations(source: Source) -> bool:
+    """Check whether a file is a list of cutter locations, which names no axes."""
+    return kind_of(source) in ("apt", "points")
+
 
 Reader = Callable[[Source, ReadOptions], Toolpath]
 
@@ -79,7 +208,62 @@ def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     kind = kind_of(source)
     logger.info("%s: %d lines, %s", Path(source.name).name, len(source.lines), kind)
     found = READERS[kind](source, options)
+    if kind in ("apt", "program"):
+        found = replace(found, findings=found.findings + remark_on(found))
     found = found if options.rapid is None else found.with_rapid(options.rapid)
     found = found if options.path_shape is None else found.shaped(options.path_shape)
     logger.info("%s: %d locations", Path(source.name).name, len(found))
     return found
+
+
+# Chord between two tool axes that count as the same: files write 6 to 7 decimals.
+SAME_AXIS = 2e-6
+
+
+def remark_on(toolpath: Toolpath) -> tuple[Finding, ...]:
+    """Return the note ``no-simultaneous-path`` if the tool axis never changes within a cut.
+
+    Such a path is a 3-axis path if the tool axis has one direction, and a 3+2 path if it has several.
+
+    Parameters
+    ----------
+    toolpath : as read; without tool axes or cuts there is no finding
+    """
+    if not toolpath.has_axes or not toolpath.cutting.any() or _turns_while_cutting(toolpath):
+        return ()
+    directions = _distinct(toolpath.axis[toolpath.cutting])
+    several = len(directions) > 1
+    # + 0.0 removes the sign of a negative zero.
+    first = ", ".join(f"{c + 0.0:.6g}" for c in directions[0])
+    what = (
+        f"a 3+2 path: its cuts have {len(directions)} directions of the tool axis, and none of them changes "
+        "within a cut"
+        if several
+        else f"a 3-axis path: its cuts have one direction of the tool axis, ({first})"
+    )
+    return (
+        Finding(
+            Severity.NOTE,
+            "no-simultaneous-path",
+            f"{what}; there is no simultaneous 5-axis motion in it",
+            Place(file=toolpath.name),
+            float(len(directions)),
+        ),
+    )
+
+
+def _turns_while_cutting(toolpath: Toolpath) -> bool:
+    """Check whether the tool axis changes within any cutting move."""
+    turns = np.linalg.norm(np.diff(toolpath.axis, axis=0), axis=1) > SAME_AXIS
+    return bool(np.any(turns & toolpath.cutting[1:]))
+
+
+def _distinct(axes: Array) -> Array:
+    """Return the distinct directions, (m, 3), in order of appearance."""
+    # Exact duplicates are removed first: few directions remain to be compared one by one.
+    _, first = np.unique(axes, axis=0, return_index=True)
+    kept: list[Array] = []
+    for axis in axes[np.sort(first)]:
+        if not any(np.linalg.norm(axis - k, axis=-1) <= SAME_AXIS for k in kept):
+            kept.append(axis)
+    return np.array(kept)

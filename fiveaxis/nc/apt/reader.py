@@ -26,7 +26,6 @@ from fiveaxis.nc.apt.moves import Moves
 from fiveaxis.nc.apt.statements import CREO, LONGEST_SHOWN, Statement, statements
 from fiveaxis.nc.apt.tools import Tools
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.remarks import remark_on
 from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, require_finite, scale_positions, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units, told_as
@@ -153,7 +152,7 @@ class _Reader:
         unit = self.units.settle()
         tool, findings = self.tools.settle(options, MILLIMETRES[unit])
         assumed = [*self._assumed(kinds, feeds, lines), *self.units.findings(self.size(), options.machine)]
-        path = Toolpath.from_tips(
+        return Toolpath.from_tips(
             scale_positions(positions, unit, lines, self.source),
             axes,
             tool,
@@ -164,7 +163,6 @@ class _Reader:
             ignored=self.ignored,
             findings=(*findings, *self.frames.findings, *moves.findings, *self.findings, *assumed),
         )
-        return replace(path, findings=path.findings + remark_on(path))
 
     def _assumed(self, kinds: IntArray, feeds: Array, lines: IntArray) -> list[Finding]:
         """Return findings on what the file leaves open.

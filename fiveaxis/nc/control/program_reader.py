@@ -29,7 +29,7 @@ from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothi
 from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.control.travel import motion_times, travel_of
-from fiveaxis.nc.kinds import kind_of
+from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import first_row
 from fiveaxis.nc.source import Source, load_source

@@ -25,7 +25,6 @@ from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.control.travel import filled, travel_of
 from fiveaxis.nc.languages.block import upper_ascii
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.remarks import remark_on
 from fiveaxis.nc.rows import DEFAULT_FEED, unit_axes, unit_normals
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind, Toolpath
@@ -102,7 +101,7 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     smoothed = smoothed_lines(source)
     if smoothed.any():
         path = replace(path, shape="smooth", straight=~smoothed[path.source - 1])
-    return replace(path, findings=path.findings + remark_on(path))
+    return path
 
 
 def _poses(

@@ -18,8 +18,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, product
 from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, require_short, strip_comment
 from fiveaxis.nc.languages.klartext_move import MOVES, Move
-from fiveaxis.nc.languages.klartext_state import VALUE, Line, State
-from fiveaxis.nc.languages.klartext_words import IGNORED_CYCLES, IGNORED_LINES, refusal
+from fiveaxis.nc.languages.klartext_state import IGNORED_CYCLES, IGNORED_LINES, VALUE, Line, State, refusal
 from fiveaxis.nc.languages.planes import turns
 from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.source import Source

@@ -7,8 +7,7 @@ import re
 
 from fiveaxis.findings import Severity
 from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, m_number, put_word
-from fiveaxis.nc.languages.klartext_state import VALUE, Line, State
-from fiveaxis.nc.languages.klartext_words import END_M, REFUSED_M
+from fiveaxis.nc.languages.klartext_state import END_M, REFUSED_M, VALUE, Line, State
 from fiveaxis.nc.languages.planes import turns
 from fiveaxis.nc.source import Source
 

@@ -17,14 +17,15 @@ from fiveaxis.nc.languages.sinumerik_cycles import (
     read_swivel,
     split_arguments,
 )
-from fiveaxis.nc.languages.sinumerik_state import ROTARY, State
-from fiveaxis.nc.languages.sinumerik_words import (
+from fiveaxis.nc.languages.sinumerik_state import (
     IGNORED,
     IGNORED_G,
     IGNORED_SETTINGS,
     MACHINE_COORDINATES,
     REFUSED_G,
+    ROTARY,
     SAME_IN_ISO,
+    State,
     refusal,
 )
 from fiveaxis.nc.source import Source
