@@ -1,15 +1,20 @@
-"""The comments on tool and feed in the header of a program by this package: written and read here."""
+"""The comments in the header of a program by this package that are read back: written and read here."""
 
 from __future__ import annotations
 
 import re
+from typing import get_args
 
 from fiveaxis.errors import ToolError
+from fiveaxis.motion import Coordinates
 from fiveaxis.nc.source import Source
+from fiveaxis.options import Positions, Wrap
 from fiveaxis.toolpath import Tool, parse_tool
 
 # Names of the comments, and the forms of what they state, in lower case.
+_CONTROL, _WINDING, _POSITIONS = "control", "winding", "positions"
 _TOOL, _FEED, _ALONG = "tool", "feed", "mm/min along the path"
+_MODULO = re.compile(r"modulo (shorter|signed) ([abc]+)")
 _SHAPE = re.compile(r"[a-z]+(?::[0-9.]+)+")
 _SPEED = re.compile(rf"([0-9]+\.?[0-9]*) {_ALONG}")
 
@@ -37,3 +42,36 @@ def stated_feed(source: Source) -> float | None:
     """Return the feed along the path that the header states, mm/s; None where it states none."""
     found = _SPEED.fullmatch(source.stated(_FEED) or "")
     return None if found is None else float(found[1]) / 60.0
+
+
+def control_comment(control: str, coordinates: Coordinates) -> str:
+    """Return the comment on the control, and on what the words are positions of."""
+    return f"{_CONTROL}: {control} {coordinates}"
+
+
+def stated_control(source: Source) -> tuple[str, Coordinates]:
+    """Return the control that the header states, empty if none, and the coordinates, by default ``axes``."""
+    name, _, words = (source.stated(_CONTROL) or "").rpartition(" ")
+    return name, next((known for known in get_args(Coordinates) if known == words), "axes")
+
+
+def modulo_comment(direction: Wrap, letters: str) -> str:
+    """Return the comment on rotary words from 0 to 360, of axes by letter."""
+    return f"{_WINDING}: modulo {direction} {letters}"
+
+
+def stated_modulo(source: Source) -> tuple[Wrap, str] | None:
+    """Return the direction of rotary words from 0 to 360, and the letters of their axes, if stated."""
+    found = _MODULO.fullmatch(source.stated(_WINDING) or "")
+    return None if found is None else ("signed" if found[1] == "signed" else "shorter", found[2].upper())
+
+
+def positions_comment(frame: Positions) -> str:
+    """Return the comment on the frame of the tip's words."""
+    return f"{_POSITIONS}: {frame}"
+
+
+def stated_positions(source: Source) -> Positions | None:
+    """Return the frame of the tip's words, if stated."""
+    found = source.stated(_POSITIONS)
+    return next((known for known in get_args(Positions) if known == found), None)

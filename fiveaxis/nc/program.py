@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL, Clock, Coordinates, Motion, ProgramMotion
 from fiveaxis.nc.control.program_reader import ReadMotion
+from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.words import feed_text, fill_formats
 from fiveaxis.nc.writing.blocks import block_lines
@@ -40,8 +41,6 @@ NOT_VERIFIED = (
 BEYOND = 1e-6
 
 COLUMNS = "x,y,z,i,j,k,feed,cut,rapid"
-
-COORDINATES: tuple[Coordinates, ...] = get_args(Coordinates)
 
 
 @dataclass(frozen=True)
@@ -365,6 +364,5 @@ def stated_clock(source: Source, control: str | Path | None = None) -> Clock:
     SettingError
         `control` is unknown.
     """
-    name, _, words = (source.stated("control") or "").rpartition(" ")
-    coordinates: Coordinates = next((known for known in COORDINATES if known == words), "axes")
+    name, coordinates = stated_control(source)
     return Clock(DIALECTS.get(name) if control is None else find_dialect(control), coordinates)

@@ -40,24 +40,24 @@ class WorkOffsets:
 
     def __init__(self, given: Mapping[str, float] | None, machine: Machine) -> None:
         self.machine = machine
-        self.by_frame: dict[str, dict[int, float]] = {}
+        self.by_name: dict[str, dict[int, float]] = {}
         for key, value in ({} if given is None else given).items():
             name = "".join(key.split()).upper()
-            frame, letter = name[:-1], name[-1:]
+            offset, letter = name[:-1], name[-1:]
             if not math.isfinite(value):
                 raise SettingError(f"zero of {key} is {value:g}; give a finite number, mm or deg")
-            self.by_frame.setdefault(frame, {})[machine.column(letter)] = float(value)
+            self.by_name.setdefault(offset, {})[machine.column(letter)] = float(value)
         self.given = given is not None
 
-    def knows(self, frame: str) -> bool:
+    def knows(self, name: str) -> bool:
         """Whether the caller has given this work offset by its name."""
-        return frame in self.by_frame
+        return name in self.by_name
 
-    def of(self, frame: str) -> list[float] | None:
+    def of(self, name: str) -> list[float] | None:
         """Return the zero of a work offset, (k,) mm and deg; None if unknown."""
         if not self.given:
             return None
-        values = self.by_frame.get("", {}) | self.by_frame.get(frame, {})
+        values = self.by_name.get("", {}) | self.by_name.get(name, {})
         return [values.get(column, 0.0) for column in range(len(self.machine.axes))]
 
 
@@ -75,7 +75,7 @@ class Coordinates:
 
     def __init__(self, machine: Machine, offsets: WorkOffsets) -> None:
         self.machine, self.work_offsets = machine, offsets
-        self.frame = "G54"
+        self.work_offset = "G54"
         self.tip_control = False
         self.plane = Plane()
         columns = {a.letter: i for i, a in enumerate(machine.axes)}
@@ -93,7 +93,7 @@ class Coordinates:
     @property
     def zero(self) -> list[float] | None:
         """(k,), mm and deg, machine position of the zero in force; None if unknown."""
-        return self.work_offsets.of(self.frame)
+        return self.work_offsets.of(self.work_offset)
 
     def update(self) -> None:
         """Recompute the shifts of words after a change.

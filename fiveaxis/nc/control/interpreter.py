@@ -25,7 +25,7 @@ from fiveaxis.nc.control.modal import (
     unknown_word,
 )
 from fiveaxis.nc.control.run_moves import RunMoves
-from fiveaxis.nc.control.technology import FRAMES
+from fiveaxis.nc.control.technology import WORK_OFFSETS
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane
 from fiveaxis.nc.languages.runs import Run
@@ -39,7 +39,7 @@ LONGEST_DWELL = 60.0
 
 # L of G10: tables of tool lengths and radii. P of G10 L2: the work offset.
 TOOL_TABLES = (1.0, 10.0, 11.0, 12.0, 13.0)
-WORK_OFFSETS = {float(number): word for number, word in enumerate(FRAMES[:6], start=1)}
+G10_OFFSETS = {float(number): word for number, word in enumerate(WORK_OFFSETS[:6], start=1)}
 # mm and deg: a zero this near to the caller's is the same.
 SAME_ZERO = 1e-4
 
@@ -141,12 +141,12 @@ class Interpreter(RunMoves):
         Known positions are converted; those that can't be become unknown.
         """
         at, track = self.coordinates, self.track
-        changes = block.frame is not None or self.modes.frame != at.frame
+        changes = block.frame is not None or self.modes.work_offset != at.work_offset
         if block.tip_control is None and not changes:
             self._count_length()
             return
         was_of_tip = at.of_tip
-        at.frame = self.modes.frame
+        at.work_offset = self.modes.work_offset
         if block.tip_control is not None:
             at.tip_control = block.tip_control
             self.tip_words.update((*block.g, *block.m) if block.tip_control else ())
@@ -205,8 +205,6 @@ class Interpreter(RunMoves):
     def _count(self, block: Block) -> None:
         if "O" in block.words and self.ignored["O"]:
             raise BlockError("a second program begins; split the file")
-        if block.m or block.ignored or block.tool or "T" in block.words:
-            self.tools.take(block)
         if block.m or block.ignored:
             self.functions.take(block)
         switches = block.tip_control is not None
@@ -244,21 +242,21 @@ class Interpreter(RunMoves):
         if table in TOOL_TABLES:
             self.ignored["G10"] += 1
             return
-        frame = WORK_OFFSETS.get(number) if table == 2.0 and number is not None else None
-        if frame is None or self.modes.incremental or "R" in block.words:
+        offset = G10_OFFSETS.get(number) if table == 2.0 and number is not None else None
+        if offset is None or self.modes.incremental or "R" in block.words:
             raise BlockError(
                 f"G10{_shown(block.words, 'LP')} changes the control's data in a way that isn't supported; "
                 "write G90 G10 L2 P1 to P6 with X, Y, Z and angles, or set the data at the control"
             )
         scale = MILLIMETRES[self.modes.units.now]
-        zero = self.coordinates.work_offsets.of(frame) or [0.0] * len(self.columns)
+        zero = self.coordinates.work_offsets.of(offset) or [0.0] * len(self.columns)
         for letter in axes:
             column = self.columns[letter]
             value = block.words[letter] * (1.0 if column in self.track.rotary else scale)
             if abs(value - zero[column]) > SAME_ZERO:
-                given = ",".join(f"{frame}{c}{block.words[c]:g}" for c in axes)
+                given = ",".join(f"{offset}{c}{block.words[c]:g}" for c in axes)
                 raise BlockError(
-                    f"G10 puts the zero of {frame} at {letter}{block.words[letter]:g} of the machine, and "
+                    f"G10 puts the zero of {offset} at {letter}{block.words[letter]:g} of the machine, and "
                     f"it is taken to be at {zero[column]:g}; set zero (--zero {given}, in mm "
                     "and deg), or remove the block to read positions from the program's zero"
                 )

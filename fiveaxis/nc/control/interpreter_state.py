@@ -13,7 +13,6 @@ from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import DrillingCycle, Modes
-from fiveaxis.nc.control.technology import Tools
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
@@ -47,7 +46,6 @@ class InterpreterState:
     fixed_feed : whether the caller gives the feed, and the program needs none
     stand_in : whether the machine is a placeholder because none was given
     findings : assumptions and omissions
-    tools : tools of the program
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
     functions : M words
     tip_words : words that have switched TCP on
@@ -71,7 +69,6 @@ class InterpreterState:
     suspended: int | None = None
     lost: str = ""
     tip_words: set[str] = field(default_factory=set)
-    tools: Tools = field(default_factory=Tools)
     turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
     functions: MachineFunctions = field(default_factory=MachineFunctions)
@@ -104,6 +101,10 @@ class InterpreterState:
         """Add a finding at a location of the result, even if there are others of its code."""
         place = Place(location=location, line=line, file=self.source.name)
         self.findings.append(Finding(severity, code, message, place, value))
+
+    def note_tools(self) -> None:
+        """Warn of several tools."""
+        self.findings += self.modes.technology.note_tools(self.source, self.track.rows.last_line)
 
     def _keep(self, finding: Finding) -> None:
         if finding.code not in self.noted:

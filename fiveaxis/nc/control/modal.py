@@ -11,7 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.technology import FEED_MODES, FRAMES, LENGTH_ON, MORE_FRAMES, TechnologyReader
+from fiveaxis.nc.control.technology import (
+    FEED_MODES,
+    LENGTH_ON,
+    NUMBERED_OFFSETS,
+    WORK_OFFSETS,
+    TechnologyReader,
+)
 from fiveaxis.nc.languages.block import IS_CYCLE, Block, BlockError
 from fiveaxis.nc.languages.iso import TIP_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
@@ -19,7 +25,8 @@ from fiveaxis.nc.units import Units
 
 MOTION = ("G0", "G1", "G2", "G3")
 UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
-PLANES = ("G17", "G18", "G19")
+# Axes of an arc's plane, in the order in which G3 turns.
+PLANES = {"G17": "XY", "G18": "ZX", "G19": "YZ"}
 # M99 and M17 end a subprogram; M99 restarts a main program, with the same moves.
 END = ("M2", "M30", "M99", "M17")
 # Drilling, boring and tapping: word -> whether the tool returns at feed. Pecking (G73, G83) is omitted, as is
@@ -36,11 +43,11 @@ LEVELS = ("G98", "G99")
 # Words of one group exclude each other in a block.
 GROUPS: tuple[tuple[str, ...], ...] = (
     (*MOTION, *CYCLES),
-    PLANES,
+    tuple(PLANES),
     tuple(UNIT),
     ("G90", "G91"),
     FEED_MODES,
-    (*FRAMES, *MORE_FRAMES),
+    (*WORK_OFFSETS, *NUMBERED_OFFSETS),
     (*LENGTH_ON, "G49"),
     ("G4", "G10", "G28", "G30", *sorted(G92_WORDS)),
 )
@@ -121,7 +128,7 @@ class Modes:
     feed : F in the unit of its mode, None before the first and after a change of mode
     feed_step : length units per minute of F1; 1 except for Heidenhain in inches
     technology : spindle, tool, offsets and coolant, line by line
-    frame, frame_line : the work offset and the line that selects it
+    work_offset, work_offset_line : the work offset and the line that selects it
     to_initial : G98, cycles return to the initial level instead of R
     compensated : G43, the control adds the tool length
     vectors : G43.5, I, J and K of a straight move are the tool direction
@@ -142,8 +149,8 @@ class Modes:
     feed: float | None = None
     feed_step: float = 1.0
     technology: TechnologyReader = field(default_factory=TechnologyReader)
-    frame: str = "G54"
-    frame_line: int | None = None
+    work_offset: str = "G54"
+    work_offset_line: int | None = None
     to_initial: bool = True
     compensated: bool = False
     vectors: bool = False
@@ -235,10 +242,10 @@ class Modes:
             self.feed_mode = word
         elif word in UNIT:
             self.units.state([UNIT[word]], line)
-        elif word in FRAMES:
-            self._set_frame(word, line)
-        elif word in MORE_FRAMES:
-            self._set_frame(f"{word}P{block.words.get('P', 1.0):g}", line)
+        elif word in WORK_OFFSETS:
+            self._set_work_offset(word, line)
+        elif word in NUMBERED_OFFSETS:
+            self._set_work_offset(f"{word}P{block.words.get('P', 1.0):g}", line)
         elif word in LEVELS:
             self.to_initial = word == "G98"
         elif word in ("G43", "G49"):
@@ -246,16 +253,16 @@ class Modes:
         elif word in TIP_WORDS:
             self.vectors = word == "G43.5"
 
-    def _set_frame(self, word: str, line: int) -> None:
-        begun = self.frame_line is not None or self.units.used_line is not None
-        known = self.knows_zero(word) and self.knows_zero(self.frame)
-        if begun and word != self.frame and not known:
-            where = f"since line {self.frame_line}" if self.frame_line is not None else "before"
+    def _set_work_offset(self, word: str, line: int) -> None:
+        begun = self.work_offset_line is not None or self.units.used_line is not None
+        known = self.knows_zero(word) and self.knows_zero(self.work_offset)
+        if begun and word != self.work_offset and not known:
+            where = f"since line {self.work_offset_line}" if self.work_offset_line is not None else "before"
             raise BlockError(
-                f"{word} here and {self.frame} {where}: their distance isn't in the program; write one "
-                f"program for each, or give both zeros (zero, for example {self.frame}X and {word}X)"
+                f"{word} here and {self.work_offset} {where}: their distance isn't in the program; write one "
+                f"program for each, or give both zeros (zero, for example {self.work_offset}X and {word}X)"
             )
-        self.frame, self.frame_line = word, self.frame_line or line
+        self.work_offset, self.work_offset_line = word, self.work_offset_line or line
 
 
 def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool) -> BlockError:

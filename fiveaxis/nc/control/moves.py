@@ -15,7 +15,7 @@ from fiveaxis.nc.control.arcs import Arc, Pair, arc_about, arc_of_radius
 from fiveaxis.nc.control.axis_track import NO_MOVE, Values
 from fiveaxis.nc.control.coordinates import Point
 from fiveaxis.nc.control.interpreter_state import CUT, InterpreterState
-from fiveaxis.nc.control.modal import CYCLES, DrillingCycle, Modes
+from fiveaxis.nc.control.modal import CYCLES, PLANES, DrillingCycle, Modes
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 
@@ -24,7 +24,6 @@ MACHINE_MOVES = "moves in machine coordinates"
 
 STRAIGHT = ("G0", "G1")
 
-PLANES = {"G17": "XY", "G18": "ZX", "G19": "YZ"}
 CENTRE = {"X": "I", "Y": "J", "Z": "K"}
 # More full circles are likelier a wrong word than a helix.
 MOST_TURNS = 1000
@@ -85,21 +84,29 @@ class Moves(InterpreterState):
 
     def _lose(self, word: str, axes: Iterable[str]) -> None:
         """Leave axes where only the machine knows: their positions are unknown until words give them."""
+        self._require_axes(word)
+        self._leave_at({self.columns[letter]: None for letter in axes})
+        if self.modes.for_motion and self.track.rows:
+            self.lost = self.lost or f"{word} on line {self.line}"
+
+    def _require_axes(self, word: str) -> None:
+        """Raise if a word moves axes in a motion whose positions are the tip's."""
         if self.modes.for_motion and self.coordinates.of_tip:
             raise BlockError(
                 f"{word} under TCP: the tip after it isn't in the program; switch TCP off before"
             )
-        columns = {self.columns[letter] for letter in axes}
-        self.named |= columns
-        if not columns.isdisjoint(self.track.rotary):
-            # Rotary axes at unknown positions end the tool direction in force.
-            self.track.vector = None
-        self.track.now = [None if i in columns else v for i, v in enumerate(self.track.now)]
-        self.turned_local = self.coordinates.to_local(self.track.now)
+
+    def _leave_at(self, targets: Mapping[int, float | None]) -> None:
+        """Leave axes, by column, at machine positions, None where unknown; the move isn't in the path."""
+        track = self.track
+        self.named |= targets.keys()
+        if not targets.keys().isdisjoint(track.rotary):
+            # Rotary axes at machine positions end the tool direction in force.
+            track.vector = None
+        track.now = [targets.get(i, v) for i, v in enumerate(track.now)]
+        self.turned_local = self.coordinates.to_local(track.now)
         self.ignored[MACHINE_MOVES] += 1
         self.machine_move_line = self.machine_move_line or self.line
-        if self.modes.for_motion and self.track.rows:
-            self.lost = self.lost or f"{word} on line {self.line}"
 
     def _note_plane(self, target: Values) -> None:
         """Warn that a tilted plane is assumed to turn with the workpiece."""
@@ -264,26 +271,15 @@ class Moves(InterpreterState):
         A motion contains it, unless its zero is neither known nor to be assumed; so does a path of axis
         positions with a known zero.
         """
-        if self.modes.for_motion and self.coordinates.of_tip:
-            raise BlockError(
-                f"{word} under TCP: the tip after it isn't in the program; switch TCP off before"
-            )
+        self._require_axes(word)
         known = self.coordinates.zero is not None and not self.coordinates.of_tip
         if known or (self.modes.for_motion and self.modes.assume_zero):
             return False
-        now = self.track.now.copy()
-        for letter, target in targets.items():
-            column = self.columns[letter]
-            self.named.add(column)
-            now[column] = target if column in self.track.rotary else None
-            if column in self.track.rotary:
-                # Rotary axes at machine positions end the tool direction in force.
-                self.track.vector = None
-                self._note_machine_zero(word)
-        self.track.now = now
-        self.turned_local = self.coordinates.to_local(now)
-        self.ignored[MACHINE_MOVES] += 1
-        self.machine_move_line = self.machine_move_line or self.line
+        columns = {self.columns[letter]: target for letter, target in targets.items()}
+        rotary = self.track.rotary
+        if not columns.keys().isdisjoint(rotary):
+            self._note_machine_zero(word)
+        self._leave_at({column: target if column in rotary else None for column, target in columns.items()})
         return True
 
     def _note_machine_zero(self, word: str) -> None:

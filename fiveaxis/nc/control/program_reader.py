@@ -140,7 +140,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         raise source.error(why_nothing_moves(track))
     note_assumptions(interpreter)
     if written.of_tip.any():  # the tool length matters
-        interpreter.findings += interpreter.tools.findings(source, interpreter.track.rows.last_line)
+        interpreter.note_tools()
     _note_turns(interpreter, written, columns.lines)
     return ReadMotion(
         letters=machine.letters,

@@ -82,7 +82,7 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     columns = interpreter.track.columns()
     tip, axis = _poses(columns, interpreter, options, source)
     note_assumptions(interpreter)
-    interpreter.findings += interpreter.tools.findings(source, interpreter.track.rows.last_line)
+    interpreter.note_tools()
     _note_long_turns(columns, interpreter)
     if len(columns.lines) < 2 and interpreter.track.approach:
         raise source.error(why_nothing_moves(interpreter.track))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -27,9 +27,9 @@ CHANGES = ("M6", "TOOL CALL")
 # Length offset of whatever tool is in the spindle: G43 without H, as LinuxCNC reads it.
 OF_TOOL = "of the loaded tool"
 LENGTH_ON = ("G43", "G43.4", "G43.5", "G234")
-FRAMES = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 # With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
-MORE_FRAMES = ("G54.1", "G154")
+NUMBERED_OFFSETS = ("G54.1", "G154")
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
 FEED_MODES = ("G93", "G94", "G95")
@@ -116,9 +116,14 @@ class TechnologyTrack:
 class TechnologyReader:
     """Follows blocks, and records each change.
 
+    T selects a tool and M6 loads it. In a program without M6, as for turrets and some Sinumerik machines, T
+    changes the tool. TOOL CALL does both.
+
     Parameters
     ----------
     language : whose D (Sinumerik), or else H, is the tool's length offset
+    selections : lines and names of selected tools
+    changes : lines, names and words of changes; the name is None if the program doesn't give it
     """
 
     language: Language = ISO
@@ -126,7 +131,8 @@ class TechnologyReader:
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
     retracts: list[int] = field(default_factory=list)
-    selected: str = ""
+    selections: list[_Change] = field(default_factory=list)
+    changes: list[_Change] = field(default_factory=list)
     cuts: bool = False
     _rapid: bool = False
     _down: int = 0
@@ -165,18 +171,21 @@ class TechnologyReader:
         change: dict[str, Any] = {"feed_mode": modes[-1]} if modes else {}
         return change | ({"speed": block.words["S"]} if "S" in block.words else {})
 
-    def _of_tool(self, block: Block, words: Iterable[str]) -> dict[str, Any]:
-        name = tool_name(block)
+    def _of_tool(self, block: Block, words: Collection[str]) -> dict[str, Any]:
+        name = _written_tool(block)
         if name is not None:
-            self.selected = name
-        if not any(word in CHANGES for word in words):
-            # Without a change the next tool is only made ready; where no change is ever written, T loads it.
-            return {} if name is None or self.now.loaded else {"tool": name}
-        loaded = self.selected
+            self.selections.append((block.line, name, name))
+        latest = self.selections[-1][1] if self.selections else None
+        loads = [word for word in CHANGES if word in words]
+        self.changes += [(block.line, latest, word) for word in loads]
         if block.tool and "T" in block.words:
             # T1 T2 M6 loads the first, and the second waits for the next change.
-            self.selected = f"{block.words['T']:g}"
-        return {"tool": loaded, "loaded": self.now.loaded + 1}
+            waiting = f"T{block.words['T']:g}"
+            self.selections.append((block.line, waiting, waiting))
+        if loads:
+            return {"tool": _tool_number(latest), "loaded": self.now.loaded + 1}
+        # Without a change the next tool is only made ready; where no change is ever written, T loads it.
+        return {} if name is None or self.now.loaded else {"tool": _tool_number(name)}
 
     def _of_offsets(self, block: Block) -> dict[str, Any]:
         change: dict[str, Any] = {}
@@ -189,9 +198,9 @@ class TechnologyReader:
         if "G49" in block.g:
             change["length"] = ""
         for word in block.g:
-            if word in FRAMES:
+            if word in WORK_OFFSETS:
                 change["work_offset"] = word
-            elif word in MORE_FRAMES:
+            elif word in NUMBERED_OFFSETS:
                 change["work_offset"] = f"{word} P{block.words.get('P', 1.0):g}"
         if block.work_offset:
             change["work_offset"] = block.work_offset
@@ -217,72 +226,14 @@ class TechnologyReader:
             elif letter in block.words:
                 self._others.setdefault(letter, block.line)
 
-    def track(self, lines: IntArray) -> TechnologyTrack:
-        """Return what is in force on lines, (n,), of the moves."""
-        state = np.searchsorted(self.lines, lines, side="right")
-        late = {c: line for c, line in self._others.items() if 0 < self._down < line}
-        first = min(late.values(), default=0)
-        states = Technology(), *self.states
-        retracts = tuple(self.retracts)
-        return TechnologyTrack(
-            self.language.name, states, state, lines, retracts, "".join(sorted(late)), first
-        )
-
-
-def tool_name(block: Block) -> str | None:
-    """Return the number or name of the tool that a block selects; None if it selects none."""
-    if block.tool:
-        return block.tool.removeprefix("TOOL CALL").removeprefix("T").strip(' ="')
-    return f"{block.words['T']:g}" if "T" in block.words else None
-
-
-def read_technology(source: Source) -> TechnologyReader:
-    """Read what a whole program puts in force."""
-    language = find_language(source)
-    reader = TechnologyReader(language)
-    for block in language.split(source):
-        reader.take(block) if isinstance(block, Block) else reader.take_run(block)
-    return reader
-
-
-@dataclass
-class Tools:
-    """The tools of a program, in order.
-
-    T selects a tool and M6 loads it. In a program without M6, as for turrets and some Sinumerik machines, T
-    changes the tool. TOOL CALL does both.
-
-    Parameters
-    ----------
-    selected : lines and names of selected tools
-    changed : lines, names and words of changes; the name is None if the program doesn't give it
-    """
-
-    selected: list[tuple[int, str]] = field(default_factory=list)
-    changed: list[_Change] = field(default_factory=list)
-
-    def take(self, block: Block) -> None:
-        """Read the tool words of a block."""
-        name = block.tool or (f"T{block.words['T']:g}" if "T" in block.words else None)
-        if name is not None:
-            self.selected.append((block.line, name))
-        for word in CHANGES:
-            if word in block.m or word in block.ignored:
-                # The tool is that of the last T; without T it is unknown.
-                latest = self.selected[-1][1] if self.selected else None
-                self.changed.append((block.line, latest, word))
-        if block.tool and "T" in block.words:
-            self.selected.append((block.line, f"T{block.words['T']:g}"))
-
-    def findings(self, source: Source, last: int) -> list[Finding]:
+    def note_tools(self, source: Source, last: int) -> list[Finding]:
         """Return a warning at the first change to a second tool: a path has one tool only.
 
         Parameters
         ----------
         last : line of the last move; later tools and an empty spindle don't count
         """
-        found: list[_Change] = self.changed or [(line, name, name) for line, name in self.selected]
-        found = [new for new in found if new[0] <= last and new[1] not in EMPTY]
+        found = [new for new in self.changes or self.selections if new[0] <= last and new[1] not in EMPTY]
         others = [new for old, new in pairwise(found) if new[1] is None or new[1] != old[1]]
         if not others:
             return []
@@ -298,3 +249,33 @@ class Tools:
                 line,
             )
         ]
+
+    def track(self, lines: IntArray) -> TechnologyTrack:
+        """Return what is in force on lines, (n,), of the moves."""
+        state = np.searchsorted(self.lines, lines, side="right")
+        late = {c: line for c, line in self._others.items() if 0 < self._down < line}
+        first = min(late.values(), default=0)
+        states = Technology(), *self.states
+        retracts = tuple(self.retracts)
+        return TechnologyTrack(
+            self.language.name, states, state, lines, retracts, "".join(sorted(late)), first
+        )
+
+
+def _written_tool(block: Block) -> str | None:
+    """Return the tool that a block selects, as written: ``T1``, ``TOOL CALL 1``; None if it selects none."""
+    return block.tool or (f"T{block.words['T']:g}" if "T" in block.words else None)
+
+
+def _tool_number(written: str | None) -> str:
+    """Return the number or name of a tool; empty if none is known."""
+    return (written or "").removeprefix("TOOL CALL").removeprefix("T").strip(' ="')
+
+
+def read_technology(source: Source) -> TechnologyReader:
+    """Read what a whole program puts in force."""
+    language = find_language(source)
+    reader = TechnologyReader(language)
+    for block in language.split(source):
+        reader.take(block) if isinstance(block, Block) else reader.take_run(block)
+    return reader

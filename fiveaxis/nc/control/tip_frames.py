@@ -17,6 +17,7 @@ from fiveaxis.machine import BED, Machine
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.own_header import stated_positions
 from fiveaxis.options import Positions
 from fiveaxis.toolpath import MoveKind
 
@@ -71,7 +72,7 @@ def on_workpiece(tip: Array, columns: Columns, interpreter: Interpreter, options
     carried[known] = carry_to_work(machine, tip[known], positions[known])
     is_open = not interpreter.tip_words.isdisjoint(OPEN_WORDS) and bool(known[columns.of_tip].all())
     readings: dict[Positions, Array] = {"table": tip, "machine": carried}
-    if options.positions is None and (own := interpreter.source.stated("positions")) in readings:
+    if options.positions is None and (own := stated_positions(interpreter.source)) is not None:
         return readings[own]
     return readings[_choose(readings, columns, known, interpreter, options.positions, is_open=is_open)]
 
@@ -88,6 +89,15 @@ def carry_to_work(machine: Machine, points: Array, positions: Array) -> Array:
     -------
     (n, 3), mm, workpiece frame
     """
+    return _carried(machine, points, positions, to_work=True)
+
+
+def carry_to_machine(machine: Machine, points: Array, positions: Array) -> Array:
+    """Convert points of the workpiece back, as `carry_to_work` has them."""
+    return _carried(machine, points, positions, to_work=False)
+
+
+def _carried(machine: Machine, points: Array, positions: Array, *, to_work: bool) -> Array:
     values = positions.copy()
     values[:, machine.linear_columns] = 0.0
     carried = np.empty_like(points)
@@ -95,7 +105,11 @@ def carry_to_work(machine: Machine, points: Array, positions: Array) -> Array:
         part = slice(begin, begin + PART)
         # E_1 … E_j moves the bed relative to the workpiece, and the machine's points with it.
         poses = link_poses(machine, values[part])[BED]
-        carried[part] = np.einsum("nij,nj->ni", poses[:, :3, :3], points[part]) + poses[:, :3, 3]
+        rotation, origin = poses[:, :3, :3], poses[:, :3, 3]
+        if to_work:
+            carried[part] = np.einsum("nij,nj->ni", rotation, points[part]) + origin
+        else:
+            carried[part] = np.einsum("nji,nj->ni", rotation, points[part] - origin)
     return carried
 
 

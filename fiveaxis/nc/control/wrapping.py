@@ -9,7 +9,6 @@ that `compose_program` writes.
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +17,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.languages.block import block_error
 from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK, Language
+from fiveaxis.nc.own_header import stated_modulo
 from fiveaxis.nc.source import HEAD, Source
 from fiveaxis.options import Wrap
 
@@ -28,7 +28,6 @@ SAME = 1e-9
 
 # Mark of LinuxCNC programs with wrapped rotary words.
 WRAPPED = "WRAPPED_ROTARY"
-_STATED = re.compile(r"modulo (shorter|signed) ([abc]+)")
 
 
 @dataclass(frozen=True)
@@ -128,9 +127,8 @@ def find_wrapping(
 
 def _stated(source: Source) -> tuple[Wrap, str] | None:
     """Return the rule and its axis letters from the header of a program written by this package."""
-    found = _STATED.fullmatch(source.stated("winding") or "")
-    if found is not None:
-        return ("signed" if found[1] == "signed" else "shorter"), found[2].upper()
+    if (stated := stated_modulo(source)) is not None:
+        return stated
     for line, text in enumerate(source.lines[:HEAD], start=1):
         if WRAPPED in text:
             raise block_error(

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiveaxis.machine import Machine, Setup
+from fiveaxis.nc.own_header import control_comment, modulo_comment, positions_comment
 from fiveaxis.nc.words import control_value
 from fiveaxis.nc.writing.program_settings import ProgramSettings
 from fiveaxis.nc.writing.table_parts import Comments
@@ -42,9 +43,7 @@ def head_lines(
     machine = wording.machine
     texts = [
         f"machine: {machine.name}, form-shaping code {machine.code}",
-        *_control_line(wording),
-        *_winding_line(wording, winding),
-        *_positions_line(wording),
+        *_read_back(wording, winding),
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
         *(note.text for note in machine_notes(wording, settings, winding)),
     ]
@@ -100,23 +99,15 @@ def _zero_note(wording: Wording) -> str:
     return f"zero: at {home} of the work offset the tool tip is {where}, as in the machine model"
 
 
-def _control_line(wording: Wording) -> list[str]:
-    """Return the control and what the words are positions of, in the form that `header_clock` parses."""
-    return [f"control: {wording.dialect.name} {wording.coordinates}"]
-
-
-def _winding_line(wording: Wording, winding: str) -> list[str]:
-    """Return the rule by which rotary words count from 0 to 360, in the form that the readers parse."""
-    letters = "".join(wording.machine.letters[c] for c in counted_columns(wording.machine))
-    if winding != "modulo" or wording.dialect.modulo is None or not letters:
-        return []
-    return [f"winding: modulo {wording.dialect.modulo.way} {letters}"]
-
-
-def _positions_line(wording: Wording) -> list[str]:
-    """Return the frame of the tip's words, in the form that the readers parse, where a table turns it."""
-    turns = any(letter in "ABC" for letter in wording.machine.code.table)
-    return [f"positions: {wording.mode.positions}"] if wording.coordinates == "tip" and turns else []
+def _read_back(wording: Wording, winding: str) -> Iterator[str]:
+    """Yield the comments that the readers of programs look for."""
+    machine, dialect = wording.machine, wording.dialect
+    yield control_comment(dialect.name, wording.coordinates)
+    letters = "".join(machine.letters[c] for c in counted_columns(machine))
+    if winding == "modulo" and dialect.modulo is not None and letters:
+        yield modulo_comment(dialect.modulo.way, letters)
+    if wording.coordinates == "tip" and any(letter in "ABC" for letter in machine.code.table):
+        yield positions_comment(wording.mode.positions)
 
 
 def _winding_note(wording: Wording, winding: str) -> list[str]:

@@ -10,9 +10,10 @@ import numpy as np
 
 from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import link_poses, singular_angles, tool_poses
-from fiveaxis.machine import BED, Machine
+from fiveaxis.kinematics import singular_angles, tool_poses
+from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates, Interpolation
+from fiveaxis.nc.control.tip_frames import carry_to_machine
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values, rounded
 from fiveaxis.nc.writing.table_parts import Mode
@@ -181,21 +182,3 @@ def _require_tip_control(machine: Machine) -> None:
             f"machine {machine.name!r} has no rotary axis, so it needs no tool centre point control; "
             "write axes"
         )
-
-
-def carry_to_machine(machine: Machine, points: Array, positions: Array) -> Array:
-    """Transform points of the workpiece to a frame that is fixed to the machine while the table turns.
-
-    Parameters
-    ----------
-    points : (n, 3), mm, workpiece frame
-    positions : (n, k), rad; linear axes have no effect
-
-    Returns
-    -------
-    (n, 3), mm, in the workpiece frame at home (every axis 0)
-    """
-    values = positions.copy()
-    values[:, machine.linear_columns] = 0.0
-    poses = link_poses(machine, values)[BED]
-    return np.asarray(np.einsum("nji,nj->ni", poses[:, :3, :3], points - poses[:, :3, 3]))
