@@ -21,7 +21,6 @@ from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, numbers_and_words
 from fiveaxis.nc.control.arcs import LARGEST_DIFFERENCE, LARGEST_SHARE, ROUNDING, Arc, arc_about
 from fiveaxis.nc.rows import LARGEST_POSITION, UNIT_TOLERANCE
-from fiveaxis.nc.source import Source
 
 # rad, tolerance of MOVARC's angle to the angle between its ends.
 ANGLE_TOLERANCE = math.radians(1.0)
@@ -58,7 +57,7 @@ class StatedArc:
     angle: float | None = None
 
 
-def read_circle(statement: Statement, source: Source, scale: float) -> StatedArc:
+def read_circle(statement: Statement, scale: float) -> StatedArc:
     """Read ``CIRCLE`` or ``MOVARC``.
 
     Parameters
@@ -72,13 +71,11 @@ def read_circle(statement: Statement, source: Source, scale: float) -> StatedArc
     """
     numbers, words = numbers_and_words(statement.minors)
     if "TIMES" in words:
-        raise statement.error(source, "is a helix of several turns; let the CAM system write GOTO points")
+        raise statement.error("is a helix of several turns; let the CAM system write GOTO points")
     if len(numbers) < 6 or not set(words) <= {"ANGLE", "RADIUS", ""}:
-        raise statement.error(
-            source, "isn't understood; write the centre, the axis and the radius: x,y,z,i,j,k,r"
-        )
-    require_reachable(np.array(numbers[:6]) * scale, statement, source)
-    axis = _unit(np.array(numbers[3:6]), statement, source)
+        raise statement.error("isn't understood; write the centre, the axis and the radius: x,y,z,i,j,k,r")
+    require_reachable(np.array(numbers[:6]) * scale, statement)
+    axis = _unit(np.array(numbers[3:6]), statement)
     radius = numbers[6] * scale if len(numbers) > 6 else None
     angle = None
     if statement.word == "MOVARC":
@@ -88,11 +85,11 @@ def read_circle(statement: Statement, source: Source, scale: float) -> StatedArc
     return StatedArc(statement, np.array(numbers[:3]) * scale, axis, radius, angle)
 
 
-def require_reachable(point: Array, statement: Statement, source: Source) -> None:
+def require_reachable(point: Array, statement: Statement) -> None:
     """Raise `ToolpathError` if a point of an arc, (n,) mm, isn't finite or beyond any machine's reach."""
     if not np.all(np.abs(point) <= LARGEST_POSITION):
         raise statement.error(
-            source, f"has a number that isn't finite or is beyond {LARGEST_POSITION:g} mm; correct it"
+            f"has a number that isn't finite or is beyond {LARGEST_POSITION:g} mm; correct it"
         )
 
 
@@ -103,14 +100,14 @@ def _cross(a: Array, b: Array) -> Array:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
-def _unit(vector: Array, statement: Statement, source: Source) -> Array:
+def _unit(vector: Array, statement: Statement) -> Array:
     length = math.hypot(*vector)
     if not abs(length - 1.0) <= UNIT_TOLERANCE:
-        raise statement.error(source, f"has an axis of length {length:g}; give a unit vector")
+        raise statement.error(f"has an axis of length {length:g}; give a unit vector")
     return vector / length
 
 
-def arc_points(stated: StatedArc, begin: Array, end: Array, source: Source) -> Array:
+def arc_points(stated: StatedArc, begin: Array, end: Array) -> Array:
     """Sample an arc, or a helix where its ends have different heights.
 
     Parameters
@@ -132,13 +129,13 @@ def arc_points(stated: StatedArc, begin: Array, end: Array, source: Source) -> A
     across = arm - height * stated.axis
     first = math.hypot(*across)
     reach = end - stated.centre - (height + rise) * stated.axis
-    _require_fit(stated, first, math.hypot(*reach), source)
+    _require_fit(stated, first, math.hypot(*reach))
     u = across / first
     v = _cross(stated.axis, u)
     flat = arc_about(
         (first, 0.0), (float(product(reach, u)), float(product(reach, v))), (0.0, 0.0), clockwise=False
     )
-    arc = _with_turns(stated, flat, source)
+    arc = _with_turns(stated, flat)
     parts = arc.parts(PATH_TOLERANCE)
     in_plane = arc.points(parts)
     share = np.arange(1, parts + 1)[:, None] / parts
@@ -190,29 +187,27 @@ def agreement(stated: StatedArc, before: Array, begin: Array) -> float:
     return float(product(move, ahead)) / size if size > 0.0 else 0.0
 
 
-def _require_fit(stated: StatedArc, first: float, last: float, source: Source) -> None:
+def _require_fit(stated: StatedArc, first: float, last: float) -> None:
     """Raise `ToolpathError` if the ends of an arc don't lie on one circle, or not on the stated one."""
     radius = first if stated.radius is None else abs(stated.radius)
     allowed = min(max(ROUNDING, LARGEST_SHARE * radius), LARGEST_DIFFERENCE)
     if not (first > ROUNDING and last > ROUNDING):
-        raise stated.statement.error(source, "begins or ends at its centre; correct the centre")
+        raise stated.statement.error("begins or ends at its centre; correct the centre")
     if not max(abs(first - radius), abs(last - radius), abs(first - last)) <= allowed:
         and_radius = "" if stated.radius is None else f", and its radius is {radius:.6g} mm"
         raise stated.statement.error(
-            source,
             f"begins {first:.6g} mm from its centre and ends {last:.6g} mm from it{and_radius}; these may "
             f"differ by {allowed:.3g} mm: correct the centre, the radius or the ends",
         )
 
 
-def _with_turns(stated: StatedArc, arc: Arc, source: Source) -> Arc:
+def _with_turns(stated: StatedArc, arc: Arc) -> Arc:
     """Add the full turns of an arc that states its angle."""
     if stated.angle is None:
         return arc
     turns = round((stated.angle - arc.sweep) / math.tau) if abs(stated.angle) <= LARGEST_ANGLE else -1
     if not (turns >= 0 and abs(arc.sweep + turns * math.tau - stated.angle) <= ANGLE_TOLERANCE):
         raise stated.statement.error(
-            source,
             f"turns by {math.degrees(stated.angle):.6g} deg, and there are {math.degrees(arc.sweep):.6g} deg "
             "between its ends; correct one of them",
         )
@@ -220,7 +215,7 @@ def _with_turns(stated: StatedArc, arc: Arc, source: Source) -> Arc:
 
 
 def read_tlon(
-    statement: Statement, direction: Array | None, begin: Array, source: Source, scale: float
+    statement: Statement, direction: Array | None, begin: Array, scale: float
 ) -> tuple[StatedArc, Array]:
     """Read ``TLON,GOFWD/…``.
 
@@ -242,42 +237,42 @@ def read_tlon(
     text = statement.minor.upper()
     circle, cylinder = _TLON_CIRCLE.search(text), _CYLINDER.search(text)
     if direction is None:
-        raise statement.error(source, "needs the direction in which it begins: INDIRV/i,j,k before it")
+        raise statement.error("needs the direction in which it begins: INDIRV/i,j,k before it")
     if circle is not None:
-        figures = _figures(circle[1], 4, statement, source) * scale
-        line = _figures(circle[3], 6, statement, source) * scale
+        figures = _figures(circle[1], 4, statement) * scale
+        line = _figures(circle[3], 6, statement) * scale
     elif cylinder is not None and (ends := _POINT.findall(text)):
         # The direction gives the cylinder's axis too; the last point is the arc's end.
-        figures = _figures(cylinder[1], 7, statement, source)[[0, 1, 2, 6]] * scale
-        line = np.concatenate([figures[:3], _figures(ends[-1], 3, statement, source) * scale])
+        figures = _figures(cylinder[1], 7, statement)[[0, 1, 2, 6]] * scale
+        line = np.concatenate([figures[:3], _figures(ends[-1], 3, statement) * scale])
     else:
         raise statement.error(
-            source, "is a motion along geometry that isn't supported; let the CAM system write GOTO points"
+            "is a motion along geometry that isn't supported; let the CAM system write GOTO points"
         )
     centre, radius = figures[:3], abs(float(figures[3]))
     axis = _cross(begin - centre, direction)
     length = float(np.linalg.norm(axis, axis=-1))
     if not length > 1e-6 * radius:
-        raise statement.error(source, "begins in a direction that doesn't follow the circle; correct INDIRV")
+        raise statement.error("begins in a direction that doesn't follow the circle; correct INDIRV")
     stated = StatedArc(statement, centre, axis / length, radius)
-    meetings = _meetings(stated, radius, begin, line, source)
+    meetings = _meetings(stated, radius, begin, line)
     return stated, meetings[-1 if circle is not None and circle[2] else 0]
 
 
-def _figures(text: str, count: int, statement: Statement, source: Source) -> Array:
+def _figures(text: str, count: int, statement: Statement) -> Array:
     numbers, words = numbers_and_words([p.strip() for p in text.split(",")])
     if words or len(numbers) != count or not np.all(np.abs(numbers) <= LARGEST_POSITION):
         shown = text.strip()[:LONGEST_SHOWN]
-        raise statement.error(source, f"has {shown!r} where {count} numbers are needed")
+        raise statement.error(f"has {shown!r} where {count} numbers are needed")
     return np.array(numbers)
 
 
-def _meetings(stated: StatedArc, radius: float, begin: Array, line: Array, source: Source) -> list[Array]:
+def _meetings(stated: StatedArc, radius: float, begin: Array, line: Array) -> list[Array]:
     """Compute the intersections, (3,) mm, of a line, (6,) mm, with a circle, in the order of the motion."""
     start, along = line[:3] - stated.centre, line[3:] - line[:3]
     length = float(np.linalg.norm(along, axis=-1))
     if not length > 0.0:
-        raise stated.statement.error(source, "ends at a line without length; correct its points")
+        raise stated.statement.error("ends at a line without length; correct its points")
     along = along / length
     if float(np.linalg.norm(start, axis=-1)) <= ROUNDING:
         # A line from the centre points at the end.
@@ -285,9 +280,7 @@ def _meetings(stated: StatedArc, radius: float, begin: Array, line: Array, sourc
     nearest = start - float(product(start, along)) * along
     square = radius**2 - float(product(nearest, nearest))
     if square < 0.0:
-        raise stated.statement.error(
-            source, "ends at a line that doesn't meet the circle; correct its points"
-        )
+        raise stated.statement.error("ends at a line that doesn't meet the circle; correct its points")
     half = math.sqrt(square) * along
     ahead = _cross(stated.axis, begin - stated.centre)
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from fiveaxis.findings import Finding
 from fiveaxis.nc.apt.feedrate import FEED_WORDS
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, parse_minors
-from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind
 
 # Kind of cycle -> whether the tool retracts at the feed.
@@ -70,7 +69,7 @@ class Cycle:
         return clear, -self.depth, max(self.back or 0.0, 0.0) or clear
 
 
-def read_cycle(statement: Statement, source: Source) -> Cycle:
+def read_cycle(statement: Statement) -> Cycle:
     """Read a ``CYCLE`` that starts drilling.
 
     Raises
@@ -84,20 +83,18 @@ def read_cycle(statement: Statement, source: Source) -> Cycle:
         kinds.append(parts.popleft())
     if not kinds:
         known = ", ".join(KINDS)
-        raise statement.error(
-            source, f"is a cycle that isn't supported; known: {known}; write its moves as GOTO"
-        )
+        raise statement.error(f"is a cycle that isn't supported; known: {known}; write its moves as GOTO")
     cycle = Cycle(statement, str(kinds[-1] if kinds[-1] not in PECKING else kinds[0]))
     cycle.pecks = bool(PECKING & set(kinds))
-    _take_parts(cycle, parts, source)
+    _take_parts(cycle, parts)
     if not math.isfinite(cycle.depth):
-        raise statement.error(source, "has no depth; write DEPTH or FEDTO and a number, or GOTO points")
+        raise statement.error("has no depth; write DEPTH or FEDTO and a number, or GOTO points")
     if not all(math.isfinite(h) for h in cycle.heights()):
-        raise statement.error(source, "has a height that isn't finite; correct it")
+        raise statement.error("has a height that isn't finite; correct it")
     return cycle
 
 
-def _take_parts(cycle: Cycle, parts: deque[float | str], source: Source) -> None:
+def _take_parts(cycle: Cycle, parts: deque[float | str]) -> None:
     bare: list[float] = []
     while parts:
         part = parts.popleft()
@@ -113,19 +110,19 @@ def _take_parts(cycle: Cycle, parts: deque[float | str], source: Source) -> None
         elif part in BACK and not (parts and isinstance(parts[0], float)):
             pass  # RTRCTO,AUTO: the clearance
         else:
-            _take_couplet(cycle, part, parts, source)
-    _take_bare(cycle, bare, source)
+            _take_couplet(cycle, part, parts)
+    _take_bare(cycle, bare)
 
 
-def _take_couplet(cycle: Cycle, word: str, parts: deque[float | str], source: Source) -> None:
+def _take_couplet(cycle: Cycle, word: str, parts: deque[float | str]) -> None:
     """Read a word and the number that follows it."""
     if word not in (*DEPTH, *CLEAR, *BACK, *FEED_WORDS):
         raise cycle.statement.error(
-            source, f"has the word {word[:LONGEST_SHOWN]!r}, which isn't known; write GOTO points"
+            f"has the word {word[:LONGEST_SHOWN]!r}, which isn't known; write GOTO points"
         )
     number = parts.popleft() if parts else None
     if not isinstance(number, float):
-        raise cycle.statement.error(source, f"has no number after {word}; add it")
+        raise cycle.statement.error(f"has no number after {word}; add it")
     if word in FEED_WORDS:
         cycle.feed = (number, word)
     elif word in DEPTH:
@@ -139,7 +136,7 @@ def _take_couplet(cycle: Cycle, word: str, parts: deque[float | str], source: So
         cycle.rapto = number
 
 
-def _take_bare(cycle: Cycle, bare: list[float], source: Source) -> None:
+def _take_bare(cycle: Cycle, bare: list[float]) -> None:
     """Read the numbers without a word: the depth, then the clearance."""
     clear_of_kind = 2 if cycle.kind in ("DRILL", "BORE", "REAM", "FACE") and not cycle.pecks else 1
     known = [] if not math.isnan(cycle.depth) else ["depth"]
@@ -148,7 +145,6 @@ def _take_bare(cycle: Cycle, bare: list[float], source: Source) -> None:
     if len(bare) > min(len(known), clear_of_kind):
         shown = ", ".join(f"{number:g}" for number in bare)
         raise cycle.statement.error(
-            source,
             f"has numbers of unknown meaning: {shown[:LONGEST_SHOWN]}; name them (DEPTH, CLEAR)",
         )
     for name, number in zip(known, bare, strict=False):
@@ -174,7 +170,7 @@ def hole_points(cycle: Cycle, point: list[float], vector: list[float]) -> list[t
     ]
 
 
-def remark_on_cycle(cycle: Cycle, source: Source) -> list[Finding]:
+def remark_on_cycle(cycle: Cycle) -> list[Finding]:
     """Return findings on what was assumed about a cycle, or omitted."""
     remarks = {
         "cycle-simplified": cycle.pecks and "the steps of the cycle are read as one feed to its depth",
@@ -183,4 +179,4 @@ def remark_on_cycle(cycle: Cycle, source: Source) -> list[Finding]:
         and cycle.rapto is None
         and "the cycle states no clearance: it feeds from its GOTO point",
     }
-    return [cycle.statement.note(source, code, text) for code, text in remarks.items() if text]
+    return [cycle.statement.note(code, text) for code, text in remarks.items() if text]

@@ -16,7 +16,6 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, inverse_transform, product
 from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, LONGEST_SHOWN, Statement
 from fiveaxis.nc.rows import LARGEST_POSITION
-from fiveaxis.nc.source import Source
 
 # Tolerance of unit length and right angles of a frame's axes: files write at least 4 decimals.
 FRAME_TOLERANCE = 1e-3
@@ -35,13 +34,11 @@ class Frames:
 
     Parameters
     ----------
-    source : the file
     world : whether coordinates stay in the base, whatever frame is stated (``TRNTYP/WORLD`` of SolidWorks)
     first, last : by word, the statement and its transform, None for an unknown form
     changes : row and transform, from that row's frame to the first one
     """
 
-    source: Source
     world: bool = False
     first: dict[str, tuple[Statement, Array | None]] = field(default_factory=dict)
     last: dict[str, tuple[Statement, Array | None]] = field(default_factory=dict)
@@ -68,9 +65,7 @@ class Frames:
             self.first[word] = now
             self._note_shift(statement)
         elif before is None or word not in self.first:
-            raise statement.error(
-                self.source, "gives a frame after locations without one; write one file for each frame"
-            )
+            raise statement.error("gives a frame after locations without one; write one file for each frame")
         elif not _same(before, now):
             self._change(now, rows)
 
@@ -81,7 +76,7 @@ class Frames:
                 f"TRANS/{','.join(statement.minors)[:LONGEST_SHOWN]} shifts what a post writes; the path is "
                 "read as written, without it"
             )
-            self.findings.append(self.source.finding(Severity.WARNING, "frame-unused", text, statement.line))
+            self.findings.append(statement.note("frame-unused", text, Severity.WARNING))
 
     def _change(self, now: tuple[Statement, Array | None], rows: int) -> None:
         statement, transform = now
@@ -91,17 +86,17 @@ class Frames:
                 f"{statement.word} differs from the one on line {first.line}; it is ignored, because "
                 "TRNTYP/WORLD keeps coordinates in one frame"
             )
-            self.findings.append(statement.note(self.source, "frame-unused", text))
+            self.findings.append(statement.note("frame-unused", text))
             return
         if transform is None or base is None or len(self.last) > 1:
             raise statement.error(
-                self.source, f"changes the frame given on line {first.line}; write one file for each frame"
+                f"changes the frame given on line {first.line}; write one file for each frame"
             )
         self.changes.append((rows, product(inverse_transform(base), transform)))
         text = (
             f"{statement.word} changes the frame; locations after it are mapped to that of line {first.line}"
         )
-        self.findings.append(statement.note(self.source, "frame-mapped", text))
+        self.findings.append(statement.note("frame-mapped", text))
 
     def apply(self, positions: Array, vectors: Array) -> None:
         """Map locations after a change into the first frame, in place.

@@ -26,7 +26,6 @@ from fiveaxis.nc.apt.frames import Frames
 from fiveaxis.nc.apt.statements import Statement
 from fiveaxis.nc.control.arcs import ROUNDING
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
-from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
 from fiveaxis.toolpath import MoveKind
 
@@ -98,7 +97,7 @@ class Moves:
 
     Parameters
     ----------
-    source, units, feeds, frames : of the file
+    units, feeds, frames : of the file
     rows : the locations
     vector, upright : the tool vector in force, and that of moves that aren't multi-axis
     creo : whether the file comes from Creo
@@ -112,7 +111,6 @@ class Moves:
     findings : what was assumed about cycles and arcs
     """
 
-    source: Source
     units: Units
     feeds: Feeds
     frames: Frames
@@ -156,14 +154,14 @@ class Moves:
     def go_by(self, statement: Statement) -> None:
         """Process ``GODLTA``: increments, or one number along the tool axis."""
         if self.cycle is not None or self.arc is not None:
-            raise statement.error(self.source, "can't end an arc or follow CYCLE; write a GOTO, or CYCLE/OFF")
-        numbers = statement.numbers(self.source)
+            raise statement.error("can't end an arc or follow CYCLE; write a GOTO, or CYCLE/OFF")
+        numbers = statement.numbers()
         if len(numbers) == 1:
             numbers = [numbers[0] * component for component in self.vector]
         elif len(numbers) == 6:
             self.set_vector(numbers[3:])
         elif len(numbers) != 3:
-            raise statement.error(self.source, f"has {len(numbers)} numbers; it needs 1, 3 or 6")
+            raise statement.error(f"has {len(numbers)} numbers; it needs 1, 3 or 6")
         position = [a + b for a, b in zip(self._here(statement).tolist(), numbers, strict=False)]
         self.rows.add(position, self.vector, self._begin_move(), self.feeds.now, statement.line)
 
@@ -180,13 +178,11 @@ class Moves:
         except ValueError:
             numbers = []
         if not numbers or "_" in statement.minor:
-            raise statement.error(self.source, "has a field that isn't a number")
+            raise statement.error("has a field that isn't a number")
         if len(numbers) == 6:
             self.set_vector(numbers[3:])
         elif len(numbers) != 3:
-            raise statement.error(
-                self.source, f"has {len(numbers)} numbers; it needs 3, or 6 with a tool vector"
-            )
+            raise statement.error(f"has {len(numbers)} numbers; it needs 3, or 6 with a tool vector")
         elif self.creo:
             self.vector = self.upright
         if self.units.used_line is None:
@@ -202,11 +198,9 @@ class Moves:
     def _here(self, statement: Statement) -> Array:
         """Return the last location, (3,) in the unit of the file, for a statement that depends on it."""
         if not len(self.rows):
-            raise statement.error(self.source, "has no location before it to begin at; add a GOTO or FROM")
+            raise statement.error("has no location before it to begin at; add a GOTO or FROM")
         if self.frames.changes and self.frames.changes[-1][0] == len(self.rows):
-            raise statement.error(
-                self.source, "begins at a location of another frame; add a GOTO in this one before it"
-            )
+            raise statement.error("begins at a location of another frame; add a GOTO in this one before it")
         return np.array(self.rows.positions[-3:])
 
     # Arcs are computed in mm, as the tolerances are.
@@ -215,9 +209,9 @@ class Moves:
         """Process ``CIRCLE`` or ``MOVARC``."""
         if self.cycle is not None or self.arc is not None:
             what = "CYCLE" if self.arc is None else "an arc that has no GOTO to end at"
-            raise statement.error(self.source, f"can't follow {what}; end that first")
+            raise statement.error(f"can't follow {what}; end that first")
         self._here(statement)
-        self.arc = read_circle(statement, self.source, self.scale)
+        self.arc = read_circle(statement, self.scale)
 
     def end_arc(self) -> None:
         """End an arc of several points."""
@@ -226,18 +220,18 @@ class Moves:
 
     def set_direction(self, statement: Statement) -> None:
         """Process ``INDIRV``."""
-        numbers = statement.numbers(self.source)
+        numbers = statement.numbers()
         if len(numbers) != 3 or not 0.0 < max(map(abs, numbers)) <= LARGEST_POSITION:
-            raise statement.error(self.source, "needs a direction of 3 numbers")
+            raise statement.error("needs a direction of 3 numbers")
         self.direction = np.array(numbers)
 
     def follow(self, statement: Statement) -> None:
         """Process ``TLON,GOFWD/(CIRCLE/…``, which states its own end."""
         if self.cycle is not None or self.arc is not None:
-            raise statement.error(self.source, "can't end an arc or follow CYCLE; write a GOTO, or CYCLE/OFF")
+            raise statement.error("can't end an arc or follow CYCLE; write a GOTO, or CYCLE/OFF")
         begin = self._here(statement) * self.scale
-        require_reachable(begin, statement, self.source)
-        arc, end = read_tlon(statement, self.direction, begin, self.source, self.scale)
+        require_reachable(begin, statement)
+        arc, end = read_tlon(statement, self.direction, begin, self.scale)
         self.direction = None
         self._add_arc(arc, begin, end, self._begin_move(), statement.line)
 
@@ -245,8 +239,8 @@ class Moves:
         """Add the points of an arc that ends at a position in the unit of the file."""
         begin, end = self._here(arc.statement) * self.scale, np.array(position) * self.scale
         self.arc = None
-        require_reachable(end, statement, self.source)
-        require_reachable(begin, arc.statement, self.source)
+        require_reachable(end, statement)
+        require_reachable(begin, arc.statement)
         sweep = sweep_to(arc, begin, end) if self.creo else None
         if self.step is not None and (sweep is None or sweep > LONGER_STEP * self.step):
             self.step = None
@@ -263,7 +257,7 @@ class Moves:
                 f"the arc begins and ends {chord:.2g} mm apart; by its direction it turns by "
                 f"{math.degrees(sweep_to(arc, begin, end) or 0.0):.4g} deg"
             )
-            self.findings.append(statement.note(self.source, "arc-nearly-closed", text))
+            self.findings.append(statement.note("arc-nearly-closed", text))
         self._add_arc(arc, begin, end, kind, statement.line)
         self.rows.positions[-3:] = array("d", position)
         if sweep is not None:
@@ -271,7 +265,7 @@ class Moves:
             self.arc, self.step = replace(arc, angle=None), sweep
 
     def _add_arc(self, arc: StatedArc, begin: Array, end: Array, kind: MoveKind, line: int) -> None:
-        points = arc_points(arc, begin, end, self.source) / self.scale
+        points = arc_points(arc, begin, end) / self.scale
         vectors = arc_vectors(list(self.rows.vectors[-3:]), self.vector, len(points))
         self.rows.add_all(points, vectors, kind, self.feeds.now, line)
 
@@ -283,12 +277,12 @@ class Moves:
             self.cycle = None
             return
         if self.arc is not None:
-            raise statement.error(self.source, "can't follow an arc that has no GOTO to end at")
+            raise statement.error("can't follow an arc that has no GOTO to end at")
         if statement.minors == ["ON"] and self.last_cycle is not None:
             self.cycle = self.last_cycle
             return
-        self.cycle = self.last_cycle = read_cycle(statement, self.source)
-        self.findings += remark_on_cycle(self.cycle, self.source)
+        self.cycle = self.last_cycle = read_cycle(statement)
+        self.findings += remark_on_cycle(self.cycle)
 
     def _drill(self, cycle: Cycle, point: list[float], line: int) -> None:
         feed = self.feeds.now

@@ -78,9 +78,9 @@ class _Reader:
     ended: bool = False
 
     def __post_init__(self) -> None:
-        self.frames = Frames(self.source)
+        self.frames = Frames()
         self.tools = Tools(self.source)
-        self.moves = Moves(self.source, self.units, self.feeds, self.frames)
+        self.moves = Moves(self.units, self.feeds, self.frames)
 
     def process(self, statement: Statement) -> None:
         """Act on a statement; one without an action is counted, unless that would lose a move."""
@@ -93,7 +93,7 @@ class _Reader:
             self.moves.creo = True
         action = ACTIONS.get(word)
         if action is None:
-            _require_harmless(statement, self.source)
+            _require_harmless(statement)
         else:
             action(self, statement)
         if action is None or word in COUNTED:
@@ -101,9 +101,9 @@ class _Reader:
 
     def set_axis(self, statement: Statement) -> None:
         """Process ``TLAXIS``, the tool vector of moves that aren't multi-axis."""
-        numbers = statement.numbers(self.source)
+        numbers = statement.numbers()
         if len(numbers) != 3:
-            raise statement.error(self.source, "needs a tool vector of 3 numbers")
+            raise statement.error("needs a tool vector of 3 numbers")
         self.moves.upright = numbers
         self.moves.set_vector(numbers)
 
@@ -124,7 +124,7 @@ class _Reader:
         if statement.minors[:1] not in ([], ["OFF"]) and not self.compensated:
             self.compensated = True
             text = "CUTCOM is on; positions are read as written"
-            self.findings.append(statement.note(self.source, "cutter-compensation", text))
+            self.findings.append(statement.note("cutter-compensation", text))
 
     @property
     def _begun(self) -> bool:
@@ -144,7 +144,7 @@ class _Reader:
         if not moves.moved:
             raise self.source.error("no GOTO: the file holds no cutter locations")
         if moves.arc is not None:
-            raise moves.arc.statement.error(self.source, "has no GOTO to end at")
+            raise moves.arc.statement.error("has no GOTO to end at")
         positions, vectors, kinds, feeds, lines = moves.rows.columns()
         require_finite(positions, ["x", "y", "z"], lines, self.source)
         axes = unit_axes(vectors, lines, self.source)
@@ -249,24 +249,22 @@ MOTIONS = ("GOTO", "FROM", "CIRCLE", "CYCLE", "GODLTA", "GOHOME", "MOVARC", "RAP
 NEAR, LONGEST_WORD = 0.8, 10
 
 
-def _require_harmless(statement: Statement, source: Source) -> None:
+def _require_harmless(statement: Statement) -> None:
     """Raise `ToolpathError` if ignoring a statement would lose or change a move."""
     word = statement.word
     if word.startswith(CREO):
         return
     if word[:1] in set("0123456789+-."):
-        raise statement.error(
-            source, "has no word; continue a statement with $ at the end of the line before"
-        )
+        raise statement.error("has no word; continue a statement with $ at the end of the line before")
     for part in word.split(","):
         reason = REFUSED.get(part)
         if reason is not None and not _is_usual(part, statement):
-            raise statement.error(source, reason)
+            raise statement.error(reason)
     if "GOTO" in word or word.startswith(("GO", "MOVE", "MOVARC")) or "CIRCLE" in word:
-        raise statement.error(source, "isn't understood; write GOTO/x,y,z or GOTO/x,y,z,i,j,k")
+        raise statement.error("isn't understood; write GOTO/x,y,z or GOTO/x,y,z,i,j,k")
     near = _like_motion(word[:LONGEST_WORD])
     if near is not None:
-        raise statement.error(source, f"isn't known, and {near} would move the tool; correct the word")
+        raise statement.error(f"isn't known, and {near} would move the tool; correct the word")
 
 
 @lru_cache(maxsize=1000)

@@ -30,11 +30,12 @@ class Statement:
 
     Parameters
     ----------
-    line : its first line
+    source, line : the file, and the first line
     word : the text before the slash, in upper case
     minor : the text after it
     """
 
+    source: Source
     line: int
     word: str
     minor: str
@@ -49,15 +50,15 @@ class Statement:
         text = f"{self.word}/{minor}" if minor else self.word
         return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
 
-    def error(self, source: Source, fact: str) -> ToolpathError:
+    def error(self, fact: str) -> ToolpathError:
         """Create the error for a fault of this statement."""
-        return source.error(f"{str(self)!r} {fact}", self.line)
+        return self.source.error(f"{str(self)!r} {fact}", self.line)
 
-    def note(self, source: Source, code: str, text: str) -> Finding:
-        """Create a finding of this statement that needs no action."""
-        return source.finding(Severity.NOTE, code, text, self.line)
+    def note(self, code: str, text: str, severity: Severity = Severity.NOTE) -> Finding:
+        """Create a finding of this statement."""
+        return self.source.finding(severity, code, text, self.line)
 
-    def numbers(self, source: Source) -> list[float]:
+    def numbers(self) -> list[float]:
         """Read all parts as numbers.
 
         Raises
@@ -68,7 +69,7 @@ class Statement:
         try:
             return [parse_number(f) for f in self.minor.split(",")]
         except ValueError:
-            raise self.error(source, "has a field that isn't a number") from None
+            raise self.error("has a field that isn't a number") from None
 
 
 def parse_minors(minors: list[str]) -> list[float | str]:
@@ -121,7 +122,7 @@ def statements(source: Source) -> Iterator[Statement]:
         text = ("".join(begun) + code).strip()
         begun = []
         if text:
-            yield _parse_statement(text, first)
+            yield _parse_statement(source, text, first)
     if begun:
         shown = "".join(begun).strip()[:LONGEST_SHOWN]
         raise source.error(f"the file ends inside the statement {shown!r}, after its $", first)
@@ -140,16 +141,16 @@ def _without_comment(line: str) -> tuple[str, bool]:
 def _catia_frame(source: Source, number: int) -> Statement:
     """Read the three rows of a frame, after line `number` and a line with the frame's name."""
     rows = [line.replace("$$", " ").split() for line in source.lines[number + 1 : number + 4]]
-    return Statement(number, CATIA_FRAME, ",".join(field for row in rows for field in row))
+    return Statement(source, number, CATIA_FRAME, ",".join(field for row in rows for field in row))
 
 
-def _parse_statement(text: str, line: int) -> Statement:
+def _parse_statement(source: Source, text: str, line: int) -> Statement:
     word, slash, minor = text.partition("/")
     word = word.strip().upper()
     if slash and word == "GOTO":
-        return Statement(line, word, minor)
+        return Statement(source, line, word, minor)
     first, _, rest = text.partition(" ")
     lead = first.partition("/")[0].upper()
     if lead in FREE_TEXT or (not slash and not word.startswith(CREO)):
-        return Statement(line, lead, minor or rest)
-    return Statement(line, ",".join(part.strip() for part in word.split(",")), minor)
+        return Statement(source, line, lead, minor or rest)
+    return Statement(source, line, ",".join(part.strip() for part in word.split(",")), minor)

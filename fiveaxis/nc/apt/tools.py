@@ -113,7 +113,7 @@ class Tools:
                 f"the file was made for the tool {stated}; it is read for {tool}, with the same tips and axes"
             )
             findings.append(self._warning("tool-differs", text, line))
-        return tool, [*(self._changed(statement, tool) for statement in self.changes), *findings]
+        return tool, [*(_changed(statement, tool) for statement in self.changes), *findings]
 
     def _stated(self, scale: float) -> Tool | None:
         """Create the file's first tool, None if it has none."""
@@ -133,12 +133,13 @@ class Tools:
             line=self.used.line,
         )
 
-    def _changed(self, statement: Statement, tool: Tool) -> Finding:
-        text = f"{str(statement)!r} selects another tool; the whole path is read for {tool}"
-        return self._warning("tool-change", text, statement.line)
-
     def _warning(self, code: str, text: str, line: int | None) -> Finding:
         return self.source.finding(Severity.WARNING, code, text, line)
+
+
+def _changed(statement: Statement, tool: Tool) -> Finding:
+    text = f"{str(statement)!r} selects another tool; the whole path is read for {tool}"
+    return statement.note("tool-change", text, Severity.WARNING)
 
 
 def _key(stated: Figures | Statement | None) -> object:

@@ -18,37 +18,23 @@ Counted = Literal["number", "tool_number", "length_offset", "spindle_rpm"]
 
 Lines = tuple[str, ...]
 
-# Placeholders that a template may have.
-KNOWN_FIELDS = {
-    "comment": {""},
-    "head": {"name", "number", "unit"},
-    "start": {"unit"},
-    "end": {"name", "number", "unit"},
-    "machine_move": {"words"},
-    "tool_change": {"tool"},
-    "work_offset": {"offset"},
-    "spindle": {"rpm"},
-    "spindle_left": {"rpm"},
-    "rapid": {"words"},
-    "linear": {"words", "feed"},
-    "reset_block": {"words"},
-    "line_number": {"n"},
-    "modulo_word": {"letter", "value"},
-    "on": {"offset"},
-    "on_contained": {"offset"},
-    "off": {"offset"},
-    "off_clear": {"offset"},
-    "first": {"words", "offset"},
-}
-
-# Placeholders that a template must have, each once.
-NEEDED_FIELDS = {
-    **{
-        name: KNOWN_FIELDS[name]
-        for name in ("comment", "machine_move", "tool_change", "work_offset", "spindle", "spindle_left")
-    },
-    **{name: KNOWN_FIELDS[name] for name in ("rapid", "linear", "reset_block", "line_number", "modulo_word")},
-    "first": {"words"},
+# Placeholders that a template must have, each once, and others that it may have.
+TEMPLATES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "comment": (("",), ()),
+    "head": ((), ("name", "number", "unit")),
+    "start": ((), ("unit",)),
+    "end": ((), ("name", "number", "unit")),
+    "machine_move": (("words",), ()),
+    "tool_change": (("tool",), ()),
+    "work_offset": (("offset",), ()),
+    **dict.fromkeys(("spindle", "spindle_left"), (("rpm",), ())),
+    "rapid": (("words",), ()),
+    "linear": (("words", "feed"), ()),
+    "reset_block": (("words",), ()),
+    "line_number": (("n",), ()),
+    "modulo_word": (("value", "letter"), ()),
+    **dict.fromkeys(("on", "on_contained", "off", "off_clear"), ((), ("offset",))),
+    "first": (("words",), ("offset",)),
 }
 
 
@@ -59,15 +45,15 @@ def require_fields(name: str, template: str) -> None:
         parts = [part for part in Formatter().parse(template) if part[1] is not None]
     except ValueError as fault:
         raise ValueError(f"{name} = {template!r}: {fault}; write {{{{ for a bracket") from None
-    known, found = KNOWN_FIELDS[name], [field for _, field, _, _ in parts]
+    wanted, optional = TEMPLATES[name]
+    known, found = {*wanted, *optional}, [field for _, field, _, _ in parts]
     for field in sorted({str(field) for field in found} - known):
         allowed = ", ".join(f"{{{f}}}" for f in sorted(known))
         raise ValueError(f"{name} = {template!r} has {{{field}}}; what it may have is {allowed}")
     if any(form or conversion for _, _, form, conversion in parts):
         raise ValueError(f"{name} = {template!r} formats what fills a bracket; write {{name}} alone")
-    wanted = NEEDED_FIELDS.get(name, set())
     if template and any(found.count(field) != 1 for field in wanted):
-        needed = " and ".join(f"{{{f}}}" for f in sorted(wanted, reverse=True))
+        needed = " and ".join(f"{{{f}}}" for f in wanted)
         raise ValueError(f"{name} = {template!r} needs {needed}, {'each ' if len(wanted) > 1 else ''}once")
 
 

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from fiveaxis.errors import SettingError
 from fiveaxis.motion import Coordinates
 from fiveaxis.nc.writing.table_parts import (
-    KNOWN_FIELDS,
+    TEMPLATES,
     Comments,
     Counted,
     Feed,
@@ -130,7 +130,7 @@ class Dialect(StrictModel):
 
     @model_validator(mode="after")
     def _is_complete(self) -> Dialect:
-        for name in KNOWN_FIELDS.keys() & type(self).model_fields.keys() - {"comment"}:
+        for name in (n for n in TEMPLATES if n in type(self).model_fields and n != "comment"):
             value = getattr(self, name)
             for template in (value,) if isinstance(value, str) else value:
                 require_fields(name, template)
