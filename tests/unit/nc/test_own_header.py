@@ -14,7 +14,7 @@ TOOLS = ("ball:8", "bull:16:4", "taper:4:5:10", "barrel:16:85:3")
 PROGRAMS = sorted(name for name, dialect in DIALECTS.items() if dialect.language == "blocks")
 
 
-@pytest.mark.parametrize(("control", "tool"), zip(PROGRAMS, cycle(TOOLS), strict=False))
+@pytest.mark.parametrize(("control", "tool"), list(zip(PROGRAMS, cycle(TOOLS), strict=False)))
 def test_tool_and_feed_are_read_as_they_were_written(tmp_path, control, tool):
     comments = tool_comments(parse_tool(tool), 1234.5 / 60.0)
     lines = [

@@ -16,16 +16,6 @@ BALL = Tool.ball(10)
 CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
 
 
-@pytest.fixture
-def read(tmp_path):
-    def read_text(text, **options):
-        path = tmp_path / "part.apt"
-        path.write_text(text, encoding="utf-8")
-        return read_toolpath(path, tool=BALL, **options)
-
-    return read_text
-
-
 def tips(path):
     return path.tips(path.axis)
 

@@ -7,21 +7,10 @@ import pytest
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import MoveKind, Tool
+from fiveaxis.toolpath import MoveKind
 
 QUARTER_RIGHT = "CIRCLE/0,0,0,0,0,1\n"
 ROUNDING = 1e-9
-
-
-@pytest.fixture
-def read(tmp_path):
-    def read_text(text, **options):
-        path = tmp_path / "part.apt"
-        path.write_text(text, encoding="utf-8")
-        return read_toolpath(path, tool=Tool.ball(10), **options)
-
-    return read_text
 
 
 def tips(path):

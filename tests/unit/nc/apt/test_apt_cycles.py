@@ -6,20 +6,9 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import MoveKind, Tool
+from fiveaxis.toolpath import MoveKind
 
 CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
-
-
-@pytest.fixture
-def read(tmp_path):
-    def read_text(text, **options):
-        path = tmp_path / "part.apt"
-        path.write_text(text, encoding="utf-8")
-        return read_toolpath(path, tool=Tool.ball(10), **options)
-
-    return read_text
 
 
 def tips(path):

@@ -6,22 +6,10 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool
 
 PLAIN = "MSYS/0,0,0,1,0,0,0,1,0\n"
 # Its x is the base's y, its y the base's x, its z points down.
 DOWN = "MSYS/10,20,30,0,1,0,1,0,0\n"
-
-
-@pytest.fixture
-def read(tmp_path):
-    def read_text(text, **options):
-        path = tmp_path / "part.apt"
-        path.write_text(text, encoding="utf-8")
-        return read_toolpath(path, tool=Tool.ball(10), **options)
-
-    return read_text
 
 
 def tips(path):

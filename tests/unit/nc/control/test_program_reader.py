@@ -115,22 +115,9 @@ def test_an_unknown_rotary_axis_is_refused_with_the_list_of_axes(data, hayashi):
     assert "B0: machine 'hayashi-640123' has the axes X, Y, Z, A, C and no B" in str(caught.value)
 
 
-def haas_trunnion():
-    """Return the Haas trunnion: A tilts, and B, despite its letter, turns about Z on it."""
-    machine = Machine.from_code("540123")
-    joints = tuple(
-        replace(j, line=replace(j.line, direction=(0.0, 0.0, 1.0))) if j.letter == "B" else j
-        for j in machine.chain.joints
-    )
-    chain = replace(machine.chain, joints=joints)
-    # This control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
-    axes = tuple(replace(a, reversed=a.letter == "A") for a in machine.axes)
-    return replace(machine, chain=chain, axes=axes)
-
-
-def test_the_haas_program_is_read_up_to_its_first_cycle(data, tmp_path):
+def test_the_haas_program_is_read_up_to_its_first_cycle(data, tmp_path, haas_trunnion):
     path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
-    machine = haas_trunnion()
+    machine = haas_trunnion
     with pytest.raises(ToolpathError, match=r":906: G73 is a cycle, which isn't expanded"):
         read_program(path, machine, unit="inch", rapid=15_000)
     milling = tmp_path / "milling.nc"
@@ -149,13 +136,13 @@ def test_the_haas_program_is_read_up_to_its_first_cycle(data, tmp_path):
     assert motion.feed[row] * 60 == pytest.approx(9.8 * 25.4)
 
 
-def test_a_rotation_back_through_zero_is_reported_because_controls_differ(data, tmp_path):
+def test_a_rotation_back_through_zero_is_reported_because_controls_differ(data, tmp_path, haas_trunnion):
     # From B359.857 to B7.501 in one feed move: most controls turn by 7.644 deg, the words mean 352.356.
     path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     lines = path.read_text(encoding="utf-8").split("\n")[:600]
     milling = tmp_path / "milling.nc"
     milling.write_text("\n".join(lines), encoding="utf-8")
-    motion = read_program(milling, haas_trunnion(), unit="inch", rapid=15_000)
+    motion = read_program(milling, haas_trunnion, unit="inch", rapid=15_000)
     [turn] = [f for f in motion.findings if f.code == "long-turn"]
     assert turn.place.line == 555
     assert turn.value == pytest.approx(352.356)

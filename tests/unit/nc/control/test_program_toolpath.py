@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,21 +99,9 @@ def test_the_boat_is_read_to_its_last_move(data, trunnion):
     assert approach.message.startswith("1 rapid moves")
 
 
-def haas_trunnion():
-    """Return the Haas trunnion: A tilts, and B, despite its letter, turns about Z on it."""
-    machine = Machine.from_code("540123")
-    joints = tuple(
-        replace(j, line=replace(j.line, direction=(0.0, 0.0, 1.0))) if j.letter == "B" else j
-        for j in machine.chain.joints
-    )
-    # This control counts B as the table turns: p = Rz(B) Rx(-A) (X, Y, Z), see ../shared/data/README.md.
-    axes = tuple(replace(a, reversed=a.letter == "A") for a in machine.axes)
-    return replace(machine, chain=replace(machine.chain, joints=joints), axes=axes)
-
-
-def test_the_haas_program_is_read_to_its_last_block(data):
+def test_the_haas_program_is_read_to_its_last_block(data, haas_trunnion):
     file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
-    path = fx.read_toolpath(file, machine=haas_trunnion(), tool=BALL, unit="inch")
+    path = fx.read_toolpath(file, machine=haas_trunnion, tool=BALL, unit="inch")
     lines = motion_lines(file)
     assert len(lines) == 939
     assert path.ignored[MACHINE_MOVES] == 16
@@ -133,9 +120,9 @@ def test_the_haas_program_is_read_to_its_last_block(data):
     assert tools.message.startswith("T9 M6 loads another tool, the first of 13 changes")
 
 
-def test_a_program_without_a_unit_is_read_in_mm_with_a_warning(data):
+def test_a_program_without_a_unit_is_read_in_mm_with_a_warning(data, haas_trunnion):
     file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
-    path = fx.read_toolpath(file, machine=haas_trunnion(), tool=BALL)
+    path = fx.read_toolpath(file, machine=haas_trunnion, tool=BALL)
     [finding] = [f for f in path.findings if f.code == "unit-assumed"]
     assert "set unit=inch" in finding.message
 
@@ -146,13 +133,13 @@ def machine_of(code, lines, reverse):
     return Machine(code, parsed, Chain.from_code(parsed, lines), axes)
 
 
-def test_programs_of_two_controls_give_one_path(data):
+def test_programs_of_two_controls_give_one_path(data, haas_trunnion):
     """An operation posted in machine coordinates for a Haas, and of the tip for a DMU 70."""
     haas_file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     dmu_file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
     dmu = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
     zeros = {f"{frame}{axis}": 0.0 for frame in ("G54", "G55", "G56") for axis in "XYZBC"}
-    one = fx.read_toolpath(haas_file, machine=haas_trunnion(), tool=BALL, unit="inch")
+    one = fx.read_toolpath(haas_file, machine=haas_trunnion, tool=BALL, unit="inch")
     other = fx.read_toolpath(dmu_file, machine=dmu, tool=BALL, zero=zeros)
 
     def operation(path, file):
@@ -308,8 +295,8 @@ def test_a_program_states_no_tool(tmp_path):
         fx.read_toolpath(path)
 
 
-def test_machine_coordinates_become_tips_by_forward_kinematics(read):
-    machine = haas_trunnion()
+def test_machine_coordinates_become_tips_by_forward_kinematics(read, haas_trunnion):
+    machine = haas_trunnion
     path = read("G0 X1 Y2 Z3 A0 B0\nG1 A-90 F60\nB90\n", machine)
     # p = Rz(B) Rx(-A) (X, Y, Z): a quarter about X takes (1, 2, 3) to (1, -3, 2), one about Z to (3, 1, 2).
     np.testing.assert_allclose(tips(path), [[1, 2, 3], [1, -3, 2], [3, 1, 2]], atol=1e-12)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from blocks import about
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.nc.languages.choice import KLARTEXT
@@ -200,18 +201,6 @@ def test_shifts_replace_axis_by_axis():
     np.testing.assert_allclose([f.origin for f in frames[1:]], [
         *((10, 0, 0), (10, 5, 0), (10, 10, 0), (-1, 10, 2), (0, 0, 0)),
     ])  # fmt: skip
-
-
-def about(letter, angle):
-    """Rotation about X, Y or Z, written out; deg."""
-    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    return np.array(
-        {
-            "X": [[1, 0, 0], [0, c, -s], [0, s, c]],
-            "Y": [[c, 0, s], [0, 1, 0], [-s, 0, c]],
-            "Z": [[c, -s, 0], [s, c, 0], [0, 0, 1]],
-        }[letter]
-    )
 
 
 def test_spatial_angles_are_about_fixed_axes():

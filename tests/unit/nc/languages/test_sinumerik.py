@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from blocks import one_by_one
+from blocks import about, one_by_one
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.nc.languages.choice import SINUMERIK
@@ -158,18 +158,6 @@ def test_frames_replace_and_add():
     np.testing.assert_allclose(place(frames[3], 1, 0, 0), [6, 0, 0])
     np.testing.assert_allclose(place(frames[4], 1, 2, 3), [1, 2, 3])
     assert not any(b.words for b in found)
-
-
-def about(letter, angle):
-    """Rotation about X, Y or Z, written out; deg."""
-    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    return np.array(
-        {
-            "X": [[1, 0, 0], [0, c, -s], [0, s, c]],
-            "Y": [[c, 0, s], [0, 1, 0], [-s, 0, c]],
-            "Z": [[c, -s, 0], [s, c, 0], [0, 0, 1]],
-        }[letter]
-    )
 
 
 def test_three_angles_turn_about_z_then_the_turned_y_then_the_turned_x():
