@@ -23,6 +23,7 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.files import require_suffix, write_atomically
+from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import (
@@ -76,15 +77,9 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
         values, lines = _read_headless(header, source)
     require_finite(values, header, lines, source)
     column = {name: values[:, i] for i, name in enumerate(header)}
-    units = Units(source, options.unit)
-    units.use(int(lines[0]))
     written = np.column_stack([column[c] for c in POSITION])
-    size = Size(float(np.ptp(written, axis=0).max()))
-    # A feed is in mm/min, so only the extent can show inches.
-    other = units.better(size, options.machine)
-    doubt = units.findings(size, options.machine)
-    doubt = doubt if other is None else told_as(other, doubt)
-    position = scale_positions(written, other or units.now, lines, source)
+    unit, doubt = _unit_of(written, int(lines[0]), options, source)
+    position = scale_positions(written, unit, lines, source)
     feed = column.get(FEED, np.full(len(lines), DEFAULT_FEED))
     require_positive_feeds(feed, lines, source)
     if options.feed_mm_min is not None:
@@ -104,6 +99,17 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
         path = Toolpath.from_tips(position, axis, tool, feed_mm_min=feed, source=lines, name=source.name)
     path = path.with_links(~cuts & ~rapid).with_rapids(rapid)
     return replace(path, findings=(*path.findings, *doubt))
+
+
+def _unit_of(written: Array, line: int, options: ReadOptions, source: Source) -> tuple[str, list[Finding]]:
+    """Return the unit of positions, (n, 3) from a line on, and what is doubtful about it."""
+    units = Units(source, options.unit)
+    units.use(line)
+    # A feed is in mm/min, so only the extent can show inches.
+    size = Size(float(np.ptp(written, axis=0).max()))
+    other = units.better(size, options.machine)
+    doubt = units.findings(size, options.machine)
+    return (units.now, doubt) if other is None else (other, told_as(other, doubt))
 
 
 def _switch(name: str, values: Array, lines: IntArray, source: Source) -> BoolArray:

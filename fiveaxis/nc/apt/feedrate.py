@@ -10,7 +10,6 @@ import numpy as np
 from fiveaxis.geometry import Array
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, numbers_and_words
 from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES
-from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Units
 
 # Feed word -> length unit (None: the file's) and whether it is per revolution of the spindle.
@@ -33,22 +32,22 @@ class Feeds:
 
     Parameters
     ----------
-    source : the file
+    units : the length unit of the file
     override : mm/min, the caller's feed in place of all feeds of the file
     now, first : mm/min, the last and the first ``FEDRAT``, None before that
     spindle : rev/min, None if unknown
     highest : highest feed in the file's unit per minute; None if all state their unit
     """
 
-    source: Source
+    units: Units
     override: float | None
     now: float | None = None
     first: float | None = None
     spindle: float | None = None
     highest: float | None = None
 
-    def state(self, minors: list[str], line: int, units: Units) -> None:
-        """Process ``FEDRAT``; feeds in inches are noted in `units`.
+    def state(self, minors: list[str], line: int) -> None:
+        """Process ``FEDRAT``; feeds in inches are noted in the units.
 
         Raises
         ------
@@ -56,12 +55,12 @@ class Feeds:
             No number or several, an unknown word, a feed per revolution at an unknown speed, a feed that
             isn't above 0.
         """
-        feed = self.convert(minors, line, units)
+        feed = self.convert(minors, line)
         if feed is not None:
             self.now = feed
             self.first = self.first or feed
 
-    def convert(self, minors: list[str], line: int, units: Units) -> float | None:
+    def convert(self, minors: list[str], line: int) -> float | None:
         """Convert a number and its unit to a feed in mm/min; None with an override.
 
         Raises
@@ -69,7 +68,7 @@ class Feeds:
         ToolpathError
             As `state`.
         """
-        number, unit, per_turn = self._read(minors, line)
+        units, (number, unit, per_turn) = self.units, self._read(minors, line)
         if unit is None:
             units.use(line)
         elif unit == "inch" and units.inch_feed_line is None:
@@ -79,7 +78,7 @@ class Feeds:
         feed = number * MILLIMETRES[unit or units.now]
         feed *= self._spindle_speed(minors, line) if per_turn else 1.0
         if not (math.isfinite(feed) and feed > 0.0):
-            raise self.source.error(f"feed = {feed:g} mm/min; it must be a number above 0", line)
+            raise self.units.source.error(f"feed = {feed:g} mm/min; it must be a number above 0", line)
         if unit is None:
             self.highest = max(self.highest or 0.0, feed / MILLIMETRES[units.now])
         return feed
@@ -113,17 +112,17 @@ class Feeds:
         text = f"FEDRAT/{','.join(minors)}"[:LONGEST_SHOWN]
         unknown = [w for w in words if w not in FEED_WORDS]
         if unknown:
-            raise self.source.error(
+            raise self.units.source.error(
                 f"{text}: {unknown[0][:LONGEST_SHOWN]!r} isn't known; known: {', '.join(FEED_WORDS)}", line
             )
         if len(numbers) != 1 or len(words) > 1:
-            raise self.source.error(f"{text}: one number and at most one unit are needed", line)
+            raise self.units.source.error(f"{text}: one number and at most one unit are needed", line)
         unit, per_turn = FEED_WORDS[words[0]] if words else (None, False)
         return numbers[0], unit, per_turn
 
     def _spindle_speed(self, minors: list[str], line: int) -> float:
         if self.spindle is None:
-            raise self.source.error(
+            raise self.units.source.error(
                 f"FEDRAT/{','.join(minors)} counts per revolution, and no SPINDL before it gives rev/min; "
                 "write the feed per minute, or give one feed for the path (feed_mm_min)",
                 line,

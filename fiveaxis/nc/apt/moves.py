@@ -288,6 +288,6 @@ class Moves:
         feed = self.feeds.now
         if cycle.feed is not None:
             number, unit = cycle.feed
-            feed = self.feeds.convert([f"{number!r}", unit], cycle.statement.line, self.units) or feed
+            feed = self.feeds.convert([f"{number!r}", unit], cycle.statement.line) or feed
         for position, kind in hole_points(cycle, point, self.vector):
             self.rows.add(position, self.vector, kind, feed, line)

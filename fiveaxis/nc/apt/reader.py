@@ -51,7 +51,8 @@ def read_apt(source: Source, options: ReadOptions) -> Toolpath:
     ToolError
         Neither the caller nor the file specifies a supported tool.
     """
-    reader = _Reader(source, Units(source, options.unit), Feeds(source, options.feed_mm_min))
+    units = Units(source, options.unit)
+    reader = _Reader(source, units, Feeds(units, options.feed_mm_min))
     for statement in statements(source):
         if reader.ended:
             reader.ignored["statements after FINI"] += 1
@@ -205,7 +206,7 @@ ACTIONS: dict[str, Action] = {
     "CYCLE": lambda r, s: r.moves.set_cycle(s),
     "TLAXIS": _Reader.set_axis,
     "MULTAX": _Reader.set_multiaxis,
-    "FEDRAT": lambda r, s: r.feeds.state(s.minors, s.line, r.units),
+    "FEDRAT": lambda r, s: r.feeds.state(s.minors, s.line),
     "SPINDL": lambda r, s: r.feeds.set_spindle(s.minors),
     "CUTCOM": _Reader.set_compensation,
     # No post reads on.

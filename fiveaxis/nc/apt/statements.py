@@ -106,7 +106,7 @@ def statements(source: Source) -> Iterator[Statement]:
                 if line:
                     text = line.strip()
                     if text:
-                        yield _parse_statement(text, number)
+                        yield _parse_statement(source, text, number)
                 continue
             code, continued = line, False
         else:

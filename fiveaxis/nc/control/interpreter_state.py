@@ -116,41 +116,48 @@ class InterpreterState:
         at, track = self.coordinates, self.track
         # In an unturned frame X, Y and Z as words follow from the target.
         target, local = track.now.copy(), self.turned_local.copy()
-        scale = MILLIMETRES[self.modes.units.now]
-        for letter, word in block.words.items():
+        for letter in block.words:
             column = self.columns.get(letter)
             if column is None:
                 continue
-            axis = track.machine.axes[column]
-            value = word if axis.is_rotary else word * scale
-            turned = at.turned and not axis.is_rotary and not of_machine
-            if self._is_increment(letter, block):
-                begin = local["XYZ".index(letter)] if turned else target[column]
-                if begin is None:
-                    raise BlockError(
-                        f"{letter} by an increment (G91) from a position that isn't in the program yet; set "
-                        "start, or write an absolute position (G90) before"
-                    )
-                value += begin
-            elif not turned:
-                offset = 0.0 if of_machine else at.offsets[column]
-                if column in self.wrapped:
-                    value = self._unwrapped(column, value, offset)
-                value += offset
-            if not abs(value) <= LARGEST_POSITION:
-                raise BlockError(
-                    f"{letter}{word:g} goes to {value:g} {axis.unit}, beyond {LARGEST_POSITION:g}; check the "
-                    "unit and the decimal point"
-                )
-            if turned:
-                local["XYZ".index(letter)] = value
+            if at.turned and column not in track.rotary and not of_machine:
+                place = "XYZ".index(letter)
+                local[place] = self._position(letter, block, local[place], None)
             else:
-                target[column] = value
+                offset = 0.0 if of_machine else at.offsets[column]
+                target[column] = self._position(letter, block, target[column], offset)
         if not at.turned:
             return target, at.to_local(target)
         for column, coordinate in zip(at.xyz, at.to_tip(local), strict=True):
             target[column] = coordinate
         return target, local
+
+    def _position(self, letter: str, block: Block, begin: float | None, offset: float | None) -> float:
+        """Return the position, mm or deg, to which a word of an axis leads.
+
+        Parameters
+        ----------
+        begin : position before, None if unknown
+        offset : added to absolute words; None in a turned frame, whose words are positions
+        """
+        column, word = self.columns[letter], block.words[letter]
+        axis = self.track.machine.axes[column]
+        value = word if axis.is_rotary else word * MILLIMETRES[self.modes.units.now]
+        if self._is_increment(letter, block):
+            if begin is None:
+                raise BlockError(
+                    f"{letter} by an increment (G91) from a position that isn't in the program yet; set "
+                    "start, or write an absolute position (G90) before"
+                )
+            value += begin
+        elif offset is not None:
+            value = (self._unwrapped(column, value, offset) if column in self.wrapped else value) + offset
+        if not abs(value) <= LARGEST_POSITION:
+            raise BlockError(
+                f"{letter}{word:g} goes to {value:g} {axis.unit}, beyond {LARGEST_POSITION:g}; check the "
+                "unit and the decimal point"
+            )
+        return value
 
     def _unwrapped(self, column: int, word: float, offset: float) -> float:
         """Return a rotary word from 0 to 360 as the unwrapped angle to which the axis turns."""

@@ -42,12 +42,8 @@ class Moves(InterpreterState):
             return
         if motion is None and axes:
             self._require_begin()
-        if "G53" in block.g:
-            if motion not in STRAIGHT:
-                raise BlockError("G53 needs G0 or G1; write one in its block")
-            if self._omit_move("G53", {c: block.words[c] for c in axes}):
-                return
-            self._note_machine_zero("G53")
+        if "G53" in block.g and not self._takes_machine_move(axes, block):
+            return
         before = self.track.vector
         vector = self._vector(axes, block)
         if vector is None:
@@ -69,6 +65,15 @@ class Moves(InterpreterState):
         else:
             self.go_rapid(target, turns=self.track.vector != before)
         self.turned_local = local
+
+    def _takes_machine_move(self, axes: list[str], block: Block) -> bool:
+        """Check whether a move in machine coordinates (G53) is in the result."""
+        if self.modes.motion not in STRAIGHT:
+            raise BlockError("G53 needs G0 or G1; write one in its block")
+        if self._omit_move("G53", {c: block.words[c] for c in axes}):
+            return False
+        self._note_machine_zero("G53")
+        return True
 
     def _require_begin(self) -> None:
         """Accept a first position without G0 or G1, whose way isn't in the program; else raise."""

@@ -23,12 +23,11 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion
-from fiveaxis.nc.control.axis_track import Columns, Counting
+from fiveaxis.nc.control.axis_track import Columns, Counting, motion_times, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
 from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
-from fiveaxis.nc.control.travel import motion_times, travel_of
 from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import first_row

@@ -18,11 +18,10 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_axes, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.axis_track import Columns, Counting
+from fiveaxis.nc.control.axis_track import Columns, Counting, filled, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
 from fiveaxis.nc.control.tip_frames import on_workpiece
-from fiveaxis.nc.control.travel import filled, travel_of
 from fiveaxis.nc.languages.block import upper_ascii
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import DEFAULT_FEED, unit_axes, unit_normals

@@ -168,27 +168,38 @@ def _choose(
     worse, better = max(in_table, in_machine), min(in_table, in_machine)
     clear = pairs >= FEWEST and worse >= CLEARLY * better
     chosen: Positions = given or (evener if is_open and clear else "table")
-    other: Positions = "table" if chosen == "machine" else "machine"
     contradicted = clear and evener != chosen
     if contradicted or (is_open and given is None):
-        lengths = {
-            name: float(np.linalg.norm(np.diff(t, axis=0), axis=1)[moves].sum())
-            for name, t in readings.items()
-        }
-        figures = {"table": in_table, "machine": in_machine}
-        doubtful = contradicted or not clear
         first = int(np.argmax(moves)) + 1
+        doubtful = contradicted or not clear
+        figures: dict[Positions, float] = {"table": in_table, "machine": in_machine}
         interpreter.report(
             Severity.WARNING if doubtful else Severity.NOTE,
             "positions-doubtful" if doubtful else "positions-assumed",
-            f"tip positions are read in the frame of the {chosen}: over the {int(moves.sum())} cuts that "
-            f"turn the "
-            f"table the tip path is {lengths[chosen]:.6g} mm long and uneven by {figures[chosen]:.3g}, in "
-            f"the "
-            f"frame of the {other} {lengths[other]:.6g} mm and {figures[other]:.3g}; set positions="
-            f"{other if doubtful else chosen} (--positions) if that is meant",
+            f"{_comparison(readings, moves, chosen, figures)}; set positions="
+            f"{_other(chosen) if doubtful else chosen} (--positions) if that is meant",
             int(columns.lines[first]),
             first,
             off,
         )
     return chosen
+
+
+def _comparison(
+    readings: dict[Positions, Array], moves: BoolArray, chosen: Positions, figures: dict[Positions, float]
+) -> str:
+    """Write the length and the unevenness of the path in both frames, the chosen one first."""
+    lengths = {
+        name: float(np.linalg.norm(np.diff(tip, axis=0), axis=1)[moves].sum())
+        for name, tip in readings.items()
+    }
+    other = _other(chosen)
+    return (
+        f"tip positions are read in the frame of the {chosen}: over the {int(moves.sum())} cuts that turn "
+        f"the table the tip path is {lengths[chosen]:.6g} mm long and uneven by {figures[chosen]:.3g}, in "
+        f"the frame of the {other} {lengths[other]:.6g} mm and {figures[other]:.3g}"
+    )
+
+
+def _other(frame: Positions) -> Positions:
+    return "table" if frame == "machine" else "machine"
