@@ -15,7 +15,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Filling, Motion, ProgramMotion
 from fiveaxis.motion.program_motion import LAST, axis_lead
 from fiveaxis.nc import ProgramSettings
-from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.toolpath import Constraints, MoveKind, Toolpath
 from fiveaxis.verification import Leads, Tolerances, choose_leads
 from fiveaxis.verification.outside import surface_at_contacts
@@ -52,7 +52,7 @@ class PlannedProgram:
             for f in findings
         )
 
-    def without_redundant(self, constraints: Constraints, wording: Wording) -> PlannedProgram:
+    def without_redundant(self, constraints: Constraints, wording: WordWriter) -> PlannedProgram:
         """Remove the blocks without which the motion stays within its tolerances."""
         fill = Filling.of(constraints, wording.interpolation).thin(self.fill)
         return replace(self, fill=fill, motion=_around(fill, self.leads, wording, self.retract))
@@ -63,7 +63,7 @@ def plan_program(
     toolpath: Toolpath,
     constraints: Constraints,
     around: Surroundings,
-    wording: Wording,
+    wording: WordWriter,
     settings: ProgramSettings,
     tolerances: Tolerances,
 ) -> PlannedProgram:
@@ -110,7 +110,7 @@ def _with_surface(around: Surroundings, toolpath: Toolpath) -> Surroundings:
     return around if around.part is not None else replace(around, part=surface_at_contacts(toolpath))
 
 
-def may_thin(wording: Wording) -> bool:
+def may_thin(wording: WordWriter) -> bool:
     """Check whether it is known how a control moves between two blocks far apart.
 
     Tool directions leave the angles in between to the control; a tip in a frame that doesn't turn with the
@@ -121,7 +121,7 @@ def may_thin(wording: Wording) -> bool:
     return wording.coordinates == "axes" or wording.mode.positions == "table"
 
 
-def _around(fill: Fill, leads: Leads, wording: Wording, retract: float | None) -> ProgramMotion:
+def _around(fill: Fill, leads: Leads, wording: WordWriter, retract: float | None) -> ProgramMotion:
     return ProgramMotion.around(
         fill.blocks,
         wording.machine,

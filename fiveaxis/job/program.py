@@ -34,8 +34,8 @@ from fiveaxis.nc import NOT_VERIFIED, Program, ProgramSettings, compose_program,
 from fiveaxis.nc.formats import require_program_suffix
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values
-from fiveaxis.nc.writing.framing import AskedTechnology, Frame
-from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology, StartAndEnd
+from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.report.facts import ProgramFigures
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import (
@@ -249,7 +249,7 @@ def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
 
 def compose_verified(
     motion: ProgramMotion,
-    wording: Wording,
+    wording: WordWriter,
     options: ProgramOptions,
     verdict: Verdict | None,
 ) -> MadeProgram:
@@ -304,7 +304,9 @@ def compose_verified(
     return MadeProgram(machine, text, motion, gate, run_time(back))
 
 
-def read_back(text: Program, planned: ProgramMotion, wording: Wording, settings: ProgramSettings) -> ReadBack:
+def read_back(
+    text: Program, planned: ProgramMotion, wording: WordWriter, settings: ProgramSettings
+) -> ReadBack:
     """Read a program's text back, beside the motion and the settings that it was written for.
 
     Raises
@@ -351,17 +353,17 @@ def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:
 
 
 def _unplanned(
-    text: Program, lines: IntArray, owner: IntArray, wording: Wording, settings: ProgramSettings
+    text: Program, lines: IntArray, owner: IntArray, wording: WordWriter, settings: ProgramSettings
 ) -> IntArray:
     """Find the rows of moves that are neither planned nor part of the program's end, (u,)."""
-    ending = tuple(Frame(wording, settings, "unwound").end())
+    ending = tuple(StartAndEnd(wording, settings, "unwound").end())
     silent = np.flatnonzero(owner < 0)
     silent = silent[silent > np.argmax(owner >= 0)]
     strange = [not text.lines[line - 1].endswith(ending) for line in lines[silent].tolist()]
     return np.asarray(silent[np.array(strange, dtype=bool)])
 
 
-def _start(begin: np.ndarray, wording: Wording) -> dict[str, float]:
+def _start(begin: np.ndarray, wording: WordWriter) -> dict[str, float]:
     """Return where Z stands before the approach, in the control's sign and unit."""
     machine = wording.machine
     if wording.coordinates != "axes" or "Z" not in machine.letters:
@@ -370,13 +372,13 @@ def _start(begin: np.ndarray, wording: Wording) -> dict[str, float]:
     return {"Z": float(control_values(machine, begin)[0, column])}
 
 
-def expected_text(text: Program, wording: Wording, settings: ProgramSettings) -> ExpectedText:
+def expected_text(text: Program, wording: WordWriter, settings: ProgramSettings) -> ExpectedText:
     """Return what is expected of a text beside its positions: decimals, spindle, tool, offsets, coolant."""
     number, unit = wording.dialect.number, MILLIMETRES[wording.unit]
     return ExpectedText(
         step=10.0 ** -(number.linear + (wording.unit == "inch")) * unit,
         turn=10.0**-number.rotary,
         coarse=any(wording.mode.feed in COARSE.get(finding.code, ()) for finding in text.findings),
-        asked=AskedTechnology.of(wording, settings),
+        asked=RequiredTechnology.of(wording, settings),
         is_list=wording.dialect.language != "blocks",
     )

@@ -10,9 +10,9 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates
 from fiveaxis.nc import ProgramSettings, find_dialect, require_program
 from fiveaxis.nc.formats import require_program_suffix
-from fiveaxis.nc.writing.framing import AskedTechnology
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology
 from fiveaxis.nc.writing.turns import Winding
-from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.nc.writing.word_writer import WordWriter
 
 Header = Mapping[str, str]
 
@@ -38,7 +38,7 @@ class ProgramOptions:
     override: tuple[str, ...] = ()
     header: Header | None = None
 
-    def wording(self, machine: Machine) -> Wording:
+    def wording(self, machine: Machine) -> WordWriter:
         """Check that the control can write a machine's motions so; return how positions become its words.
 
         Raises
@@ -65,7 +65,7 @@ class ProgramOptions:
         require_program_suffix(path, find_dialect(self.control).suffix)
         return self.named(Path(path).stem)
 
-    def asked(self, machine: Machine, mode: Coordinates) -> AskedTechnology | None:
+    def asked(self, machine: Machine, mode: Coordinates) -> RequiredTechnology | None:
         """Return what is asked of a program in coordinates that need not be these.
 
         Raises
@@ -75,7 +75,7 @@ class ProgramOptions:
         """
         modes = find_dialect(self.control).modes
         coordinates = mode if mode in modes else next(iter(modes))
-        asked = AskedTechnology.of(replace(self, coordinates=coordinates).wording(machine), self.settings)
+        asked = RequiredTechnology.of(replace(self, coordinates=coordinates).wording(machine), self.settings)
         if asked is None or mode in modes:
             return asked
         # What F means depends on the coordinates.

@@ -20,12 +20,12 @@ from fiveaxis.nc.source import Source
 from fiveaxis.nc.words import feed_text, fill_formats
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.feeds import SECONDS
-from fiveaxis.nc.writing.framing import NO_ROW, Frame, numbered
 from fiveaxis.nc.writing.header import Note, head_lines, machine_notes
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
+from fiveaxis.nc.writing.start_and_end import NO_ROW, StartAndEnd, numbered
 from fiveaxis.nc.writing.tables import DIALECTS, find_dialect
 from fiveaxis.nc.writing.turns import Winding, require_winding
-from fiveaxis.nc.writing.wording import Wording, require_expressible
+from fiveaxis.nc.writing.word_writer import WordWriter, require_expressible
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]
 
@@ -118,7 +118,7 @@ def require_program(
     coordinates: Coordinates | None = None,
     winding: Winding = "unwound",
     settings: ProgramSettings | None = None,
-) -> Wording:
+) -> WordWriter:
     """Check that a machine's motions can be written for a control, and return how positions become words.
 
     Raises
@@ -130,9 +130,9 @@ def require_program(
     settings = settings or ProgramSettings()
     chosen = require_expressible(dialect, coordinates, machine)
     require_writable(settings, dialect, machine.letters)
-    wording = Wording(dialect, chosen, machine, settings.unit)
-    require_winding(winding, wording)
-    return wording
+    writer = WordWriter(dialect, chosen, machine, settings.unit)
+    require_winding(winding, writer)
+    return writer
 
 
 def compose_program(
@@ -187,25 +187,25 @@ def compose_program(
         of the control's range; a move without duration.
     """
     settings = settings or ProgramSettings()
-    wording = require_program(machine, control, coordinates, winding, settings)
-    planned = motion if isinstance(motion, ProgramMotion) else _with_usual_leads(motion, wording, settings)
+    writer = require_program(machine, control, coordinates, winding, settings)
+    planned = motion if isinstance(motion, ProgramMotion) else _with_usual_leads(motion, writer, settings)
     if not beyond:
         _require_travel(planned.blocks, machine)
     pairs = [*(header.items() if isinstance(header, Mapping) else header or ()), *verdict]
-    if wording.dialect.language == "blocks":
-        return _program_of_blocks(planned, Frame(wording, settings, winding), pairs)
-    head = head_lines(wording, settings, pairs, winding)
-    lines = tuple(location_lines(planned.blocks, wording, head))
-    dialect = wording.dialect
+    if writer.dialect.language == "blocks":
+        return _program_of_blocks(planned, StartAndEnd(writer, settings, winding), pairs)
+    head = head_lines(writer, settings, pairs, winding)
+    lines = tuple(location_lines(planned.blocks, writer, head))
+    dialect = writer.dialect
     return Program(
         control=dialect.name,
         suffix=dialect.suffix,
         lines=lines,
         rows=(NO_ROW,) * len(lines),
         dropped=0,
-        coordinates=wording.coordinates,
+        coordinates=writer.coordinates,
         language=dialect.language,
-        preparation=Preparation(tuple(machine_notes(wording, settings, winding)), unit=settings.unit),
+        preparation=Preparation(tuple(machine_notes(writer, settings, winding)), unit=settings.unit),
     )
 
 
@@ -228,30 +228,32 @@ def require_motion(motion: Motion, machine: Machine) -> None:
         )
 
 
-def _with_usual_leads(motion: Motion, wording: Wording, settings: ProgramSettings) -> ProgramMotion:
-    require_motion(motion, wording.machine)
+def _with_usual_leads(motion: Motion, writer: WordWriter, settings: ProgramSettings) -> ProgramMotion:
+    require_motion(motion, writer.machine)
     # A program that was read keeps its end: its last feed moves may be a lead-out already.
     keeps_end = not settings.way_out or isinstance(motion, ReadMotion)
     lead_out = np.zeros(len(motion.letters)) if keeps_end else None
-    return ProgramMotion.around(motion, wording.machine, wording.interpolation, lead_out=lead_out)
+    return ProgramMotion.around(motion, writer.machine, writer.interpolation, lead_out=lead_out)
 
 
-def _program_of_blocks(planned: ProgramMotion, frame: Frame, pairs: Sequence[tuple[str, str]]) -> Program:
+def _program_of_blocks(
+    planned: ProgramMotion, around: StartAndEnd, pairs: Sequence[tuple[str, str]]
+) -> Program:
     """Assemble the header, with its `pairs` of name and value, the moves and the blocks around them."""
-    wording, dialect = frame.wording, frame.wording.dialect
-    assumed = frame.assumptions()
+    writer, dialect = around.writer, around.writer.dialect
+    assumed = around.assumptions()
     pairs = [*pairs, *_lead_out_note(planned), *(("assumed", text) for text in assumed)]
-    blocks = block_lines(planned.blocks, wording, frame.winding)
-    head = [*frame.head(), *head_lines(wording, frame.settings, pairs, frame.winding), *frame.modes()]
+    blocks = block_lines(planned.blocks, writer, around.winding)
+    head = [*around.head(), *head_lines(writer, around.settings, pairs, around.winding), *around.modes()]
     tagged = [
         *((line, NO_ROW) for line in head),
-        *frame.approach(planned),
+        *around.approach(planned),
         *((line, row + planned.first) for line, row in zip(blocks.lines, blocks.rows, strict=True)),
-        *frame.lead_out(planned),
-        *((line, NO_ROW) for line in frame.end()),
+        *around.lead_out(planned),
+        *((line, NO_ROW) for line in around.end()),
     ]
-    lines = tuple(numbered([line for line, _ in tagged], wording, frame.settings.line_numbers))
-    _require_width(lines, wording)
+    lines = tuple(numbered([line for line, _ in tagged], writer, around.settings.line_numbers))
+    _require_width(lines, writer)
     findings = (*(Finding(Severity.WARNING, "number-assumed", text) for text in assumed), *blocks.findings)
     return Program(
         control=dialect.name,
@@ -259,15 +261,15 @@ def _program_of_blocks(planned: ProgramMotion, frame: Frame, pairs: Sequence[tup
         lines=lines,
         rows=tuple(row for _, row in tagged),
         dropped=blocks.dropped,
-        coordinates=wording.coordinates,
+        coordinates=writer.coordinates,
         findings=findings,
         preparation=Preparation(
-            notes=tuple(machine_notes(wording, frame.settings, frame.winding)),
-            tool_number=frame.settings.tool_number,
-            work_offset=frame.work_offset,
-            in_force=tuple(frame.in_force()),
-            start=frame.start(planned),
-            unit=frame.settings.unit,
+            notes=tuple(machine_notes(writer, around.settings, around.winding)),
+            tool_number=around.settings.tool_number,
+            work_offset=around.work_offset,
+            in_force=tuple(around.in_force()),
+            start=around.start(planned),
+            unit=around.settings.unit,
         ),
     )
 
@@ -299,28 +301,28 @@ def _require_travel(motion: Motion, machine: Machine) -> None:
     )
 
 
-def _require_width(lines: Sequence[str], wording: Wording) -> None:
+def _require_width(lines: Sequence[str], writer: WordWriter) -> None:
     longest = max(lines, key=len)
-    if len(longest) > wording.dialect.longest:
+    if len(longest) > writer.dialect.longest:
         raise SettingError(
-            f"{longest[:40]!r}… has {len(longest)} characters, and control {wording.dialect.name!r} reads "
-            f"{wording.dialect.longest}; write fewer decimals, or no block numbers"
+            f"{longest[:40]!r}… has {len(longest)} characters, and control {writer.dialect.name!r} reads "
+            f"{writer.dialect.longest}; write fewer decimals, or no block numbers"
         )
 
 
-def location_lines(motion: Motion, wording: Wording, header: Sequence[str]) -> list[str]:
+def location_lines(motion: Motion, writer: WordWriter, header: Sequence[str]) -> list[str]:
     """Write every location of a motion, after the comment lines `header`."""
-    values = wording.rounded(wording.values(motion.positions))
-    if wording.dialect.language == "apt":
-        return [*header, "UNITS/MM", "MULTAX/ON", *_apt(motion, wording, values), "FINI"]
-    return [*header, COLUMNS, *_points(motion, wording, values)]
+    values = writer.rounded(writer.values(motion.positions))
+    if writer.dialect.language == "apt":
+        return [*header, "UNITS/MM", "MULTAX/ON", *_apt(motion, writer, values), "FINI"]
+    return [*header, COLUMNS, *_points(motion, writer, values)]
 
 
-def _apt(motion: Motion, wording: Wording, values: Array) -> list[str]:
+def _apt(motion: Motion, writer: WordWriter, values: Array) -> list[str]:
     """Write GOTO for each location, FEDRAT where the feed changes, RAPID before each rapid move."""
-    goto = "GOTO/" + ",".join(f"%.{int(d)}f" for d in wording.decimals)
+    goto = "GOTO/" + ",".join(f"%.{int(d)}f" for d in writer.decimals)
     rapid = motion.rapid
-    texts = _feeds(motion, wording)
+    texts = _feeds(motion, writer)
     formats, now = [], ""
     for is_rapid, feed in zip(rapid.tolist(), texts, strict=True):
         if is_rapid:
@@ -333,10 +335,10 @@ def _apt(motion: Motion, wording: Wording, values: Array) -> list[str]:
     return _filled(formats, values)
 
 
-def _points(motion: Motion, wording: Wording, values: Array) -> list[str]:
-    row = ",".join(f"%.{int(d)}f" for d in wording.decimals)
+def _points(motion: Motion, writer: WordWriter, values: Array) -> list[str]:
+    row = ",".join(f"%.{int(d)}f" for d in writer.decimals)
     kinds = [f"{int(cut)},{int(rapid)}" for cut, rapid in zip(motion.cutting, motion.rapid, strict=True)]
-    formats = [f"{row},{feed},{kind}" for feed, kind in zip(_feeds(motion, wording), kinds, strict=True)]
+    formats = [f"{row},{feed},{kind}" for feed, kind in zip(_feeds(motion, writer), kinds, strict=True)]
     return _filled(formats, values)
 
 
@@ -345,9 +347,9 @@ def _filled(formats: list[str], values: Array) -> list[str]:
     return [line for text in fill_formats(formats, values, kept) for line in text.split("\n")]
 
 
-def _feeds(motion: Motion, wording: Wording) -> list[str]:
+def _feeds(motion: Motion, writer: WordWriter) -> list[str]:
     """Format the feed of each location, mm/min; few are different."""
-    form = wording.dialect.feed["per_minute"]
+    form = writer.dialect.feed["per_minute"]
     values, owner = np.unique(motion.feed * SECONDS, return_inverse=True)
     texts = [feed_text(value, form) for value in values.tolist()]
     return [texts[i] for i in owner.reshape(-1).tolist()]

@@ -37,7 +37,7 @@ from fiveaxis.nc.rows import (
     unit_normals,
 )
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Size, Units, told_as
+from fiveaxis.nc.units import Size, Units, as_assumption
 from fiveaxis.nc.words import format_number
 from fiveaxis.toolpath import Toolpath
 
@@ -109,7 +109,7 @@ def _unit_of(written: Array, line: int, options: ReadOptions, source: Source) ->
     size = Size(float(np.ptp(written, axis=0).max()))
     other = units.better(size, options.machine)
     doubt = units.findings(size, options.machine)
-    return (units.now, doubt) if other is None else (other, told_as(other, doubt))
+    return (units.now, doubt) if other is None else (other, as_assumption(other, doubt))
 
 
 def _switch(name: str, values: Array, lines: IntArray, source: Source) -> BoolArray:

@@ -195,7 +195,7 @@ def _largest(machine: Machine | None) -> float:
     return travel if math.isfinite(travel) else LARGEST_EXTENT
 
 
-def told_as(unit: str, doubts: list[Finding]) -> list[Finding]:
+def as_assumption(unit: str, doubts: list[Finding]) -> list[Finding]:
     """Return findings on a unit that was chosen instead, as it isn't stated and the sizes don't fit mm."""
     return [
         replace(

@@ -17,7 +17,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
 from fiveaxis.nc.control.technology import TechnologyTrack
-from fiveaxis.nc.writing.framing import AskedTechnology
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
@@ -139,7 +139,7 @@ class ExpectedText:
     step: float
     turn: float
     coarse: bool = False
-    asked: AskedTechnology | None = None
+    asked: RequiredTechnology | None = None
     is_list: bool = False
 
 
@@ -300,7 +300,7 @@ def _check_modes(back: ReadBack, rows: IntArray) -> Result:
     )
 
 
-def _check_technology(back: ReadBack, rows: IntArray, asked: AskedTechnology | None) -> Iterable[Result]:
+def _check_technology(back: ReadBack, rows: IntArray, asked: RequiredTechnology | None) -> Iterable[Result]:
     if back.technology is None:
         return ()
     written = back.written[back.written >= back.planned.first]

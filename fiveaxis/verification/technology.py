@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.nc.control.technology import Technology, TechnologyTrack
-from fiveaxis.nc.writing.framing import AskedTechnology
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology
 from fiveaxis.verification.report import Result
 
 # rev/min: decimals of S.
@@ -18,7 +18,7 @@ SAME_SPEED = 0.5
 
 
 def check_technology(
-    track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None
+    track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None
 ) -> Iterator[Result]:
     """Check what is in force in the cuts of a program.
 
@@ -44,7 +44,7 @@ def check_technology(
 
 
 def check_feed_mode(
-    track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None
+    track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None
 ) -> Iterator[Result]:
     """Check what F means in a program whose durations leave room, since the control chooses the angles."""
     wanted = "" if asked is None else asked.technology.feed_mode
@@ -89,7 +89,7 @@ def _unasked(code: str, sentence: str) -> Result:
     return Result(code, Severity.ERROR, none, np.empty(0), str, {}, not_checked=(sentence,))
 
 
-def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is not None and asked.spindle:
         wanted = asked.technology.spindle
         return _found(
@@ -130,7 +130,7 @@ def _speed(spindle: float) -> str:
     return f"an unstated speed ({sense})" if np.isnan(spindle) else f"{abs(spindle):g} rev/min ({sense})"
 
 
-def _check_tool(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+def _check_tool(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is None or not asked.tool:
         return _unasked("wrong-tool", "tool: no number was given")
     wanted, is_loaded = asked.technology.tool, asked.technology.loaded > 0
@@ -163,7 +163,7 @@ def _check_changes(track: TechnologyTrack, rows: IntArray) -> Result:
     )
 
 
-def _check_length(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+def _check_length(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     wanted = None if asked is None else asked.technology.length
     if asked is None or not wanted:
         return _unasked("length-offset", "tool length offset: none was given")
@@ -182,7 +182,7 @@ def _check_length(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology
     return _found("length-offset", track, rows, is_wrong, text, f"tool length offset: {wanted} in every cut")
 
 
-def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     wanted = None if asked is None else asked.technology.work_offset
     if not wanted:
         return _unasked("work-offset", "work offset: none was given")
@@ -199,7 +199,7 @@ def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: AskedTechn
     )
 
 
-def _check_coolant(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+def _check_coolant(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is None or not asked.coolant:
         return _unasked("coolant-off", "coolant: none was asked for")
     wanted = asked.technology.coolant
@@ -232,7 +232,7 @@ def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
     )
 
 
-def _check_retract(track: TechnologyTrack, rows: IntArray, asked: AskedTechnology | None) -> Result:
+def _check_retract(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is None or not (asked.retracts or asked.goes_clear) or not len(rows):
         return _unasked("no-retract", "retract: none was asked for")
     before = any(line < track.lines[0] for line in track.retracts)

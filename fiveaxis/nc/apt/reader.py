@@ -28,7 +28,7 @@ from fiveaxis.nc.apt.tools import Tools
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, require_finite, scale_positions, unit_axes
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Size, Units, told_as
+from fiveaxis.nc.units import Size, Units, as_assumption
 from fiveaxis.toolpath import MoveKind, Toolpath
 
 
@@ -62,7 +62,7 @@ def read_apt(source: Source, options: ReadOptions) -> Toolpath:
     if other is not None:
         path = read_apt(source, replace(options, unit=other))
         doubt = reader.units.findings(reader.size(), options.machine)
-        return replace(path, findings=(*path.findings, *told_as(other, doubt)))
+        return replace(path, findings=(*path.findings, *as_assumption(other, doubt)))
     return reader.finish(options)
 
 

@@ -24,7 +24,7 @@ from fiveaxis.nc.languages.choice import find_language, leader_length
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Size, Units, told_as
+from fiveaxis.nc.units import Size, Units, as_assumption
 from fiveaxis.toolpath import MoveKind
 
 # Rows that show the unit of a program.
@@ -65,7 +65,7 @@ def run_program(
     if other is not None:
         options = replace(options, unit=other)
         interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
-        doubt = told_as(other, doubt)
+        doubt = as_assumption(other, doubt)
     interpreter.findings += doubt
     return interpreter
 

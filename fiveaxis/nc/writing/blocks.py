@@ -23,7 +23,7 @@ from fiveaxis.nc.writing.feeds import (
     without_creep,
 )
 from fiveaxis.nc.writing.turns import Moves, Words, count_turns, modulo_templates, shortened, split_moves
-from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.nc.writing.word_writer import WordWriter
 
 # s: shorter durations count as 0; no control reads their inverse time.
 SHORTEST = 1e-9
@@ -53,7 +53,7 @@ class Blocks:
     findings: tuple[Finding, ...]
 
 
-def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
+def block_lines(motion: Motion, writer: WordWriter, winding: str) -> Blocks:
     """Write the blocks of all moves but the first, which belongs to the approach.
 
     Raises
@@ -61,29 +61,29 @@ def block_lines(motion: Motion, wording: Wording, winding: str) -> Blocks:
     ToolpathError
         A move without duration; a feed out of the control's range.
     """
-    moves, dropped = _moves(motion, wording)
+    moves, dropped = _moves(motion, writer)
     if winding == "modulo":
-        moves = shortened(moves, wording.machine)
-    moves = without_creep(moves, wording)
-    words = count_turns(moves, wording, winding)
-    _require_numbers(words.values, moves, motion, wording)
-    plain = wording.rounded(moves.values)
+        moves = shortened(moves, writer.machine)
+    moves = without_creep(moves, writer)
+    words = count_turns(moves, writer, winding)
+    _require_numbers(words.values, moves, motion, writer)
+    plain = writer.rounded(moves.values)
     feeds = np.ones(len(moves))
     # The first row has no move and any duration.
     times = np.append(1.0, moves.time[1:])
-    wanted, raised = raised_feeds(feeds_of(plain, times, wording), plain, wording)
-    feeds[1:] = rounded_feeds(wanted, feed_form(wording))[1:]
-    require_range(feeds, moves, motion, wording)
-    kept = words.kept & (_needed(plain, wording)[:, None] | ~wording.is_linear)
-    templates = modulo_templates(wording, winding)
-    texts = _texts(words, kept, np.where(moves.rapid, np.nan, feeds), wording, templates)
+    wanted, raised = raised_feeds(feeds_of(plain, times, writer), plain, writer)
+    feeds[1:] = rounded_feeds(wanted, feed_form(writer))[1:]
+    require_range(feeds, moves, motion, writer)
+    kept = words.kept & (_needed(plain, writer)[:, None] | ~writer.is_linear)
+    templates = modulo_templates(writer, winding)
+    texts = _texts(words, kept, np.where(moves.rapid, np.nan, feeds), writer, templates)
     owners = moves.row[1:].tolist()
     owned = [(line, row) for text, row in zip(texts, owners, strict=True) for line in text.split("\n")]
-    notes = (*note_floor(plain, raised, moves, wording), *note_rounding(wanted, feeds, moves, wording))
+    notes = (*note_floor(plain, raised, moves, writer), *note_rounding(wanted, feeds, moves, writer))
     return Blocks([line for line, _ in owned], [row for _, row in owned], dropped, notes)
 
 
-def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:
+def moving(motion: Motion, values: Array, writer: WordWriter) -> BoolArray:
     """Mark the moves to write, (n,): those in which a word changes, but for the first, the approach.
 
     A move without duration, shorter than `STANDSTILL`, may still change the last decimal; it becomes part of
@@ -93,10 +93,10 @@ def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:
     ----------
     values : (n, c), numbers of words
     """
-    words = wording.rounded(values)
+    words = writer.rounded(values)
     steps = np.abs(np.diff(words, axis=0, prepend=words[:1]))
     timeless = motion.time < SHORTEST
-    bad = timeless & (steps > 2.0 * np.maximum(STANDSTILL, 10.0**-wording.decimals)).any(axis=1)
+    bad = timeless & (steps > 2.0 * np.maximum(STANDSTILL, 10.0**-writer.decimals)).any(axis=1)
     if bad.any():
         row = int(np.argmax(bad))
         raise ToolpathError(
@@ -107,13 +107,13 @@ def moving(motion: Motion, values: Array, wording: Wording) -> BoolArray:
     return (steps > 0.0).any(axis=1) & ~timeless
 
 
-def _moves(motion: Motion, wording: Wording) -> tuple[Moves, int]:
+def _moves(motion: Motion, writer: WordWriter) -> tuple[Moves, int]:
     """Select the moves to write; one below the decimals adds its duration to the next."""
     whole, owner = motion, np.arange(len(motion))
-    if wording.coordinates == "tip":
-        motion, owner = turned_on_the_spot(motion, wording.machine)
-    values = wording.values(motion.positions)
-    written = moving(motion, values, wording)
+    if writer.coordinates == "tip":
+        motion, owner = turned_on_the_spot(motion, writer.machine)
+    values = writer.values(motion.positions)
+    written = moving(motion, values, writer)
     creeps = ~written & (motion.moves != 0.0).any(axis=1)
     kept = np.append(0, np.flatnonzero(written))
     spent = np.cumsum(np.where(written | creeps, motion.time, 0.0))
@@ -158,31 +158,31 @@ def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArr
     )
 
 
-def _needed(values: Array, wording: Wording) -> BoolArray:
+def _needed(values: Array, writer: WordWriter) -> BoolArray:
     """Mark the rows that need their linear words, (m,): a pure rotation is written without.
 
     With them, controls that count F along X, Y and Z would see a path of length 0.
     """
     steps = np.diff(values, axis=0, prepend=values[:1])
-    return np.asarray((steps[:, wording.is_linear] != 0.0).any(axis=1))
+    return np.asarray((steps[:, writer.is_linear] != 0.0).any(axis=1))
 
 
-def _require_numbers(values: Array, moves: Moves, motion: Motion, wording: Wording) -> None:
+def _require_numbers(values: Array, moves: Moves, motion: Motion, writer: WordWriter) -> None:
     """Raise if a number is beyond the control's range."""
-    most = wording.dialect.number.most
+    most = writer.dialect.number.most
     bad = np.abs(values) > most
     if bad.any():
         row, column = (int(i) for i in np.argwhere(bad)[0])
         where = int(moves.row[row])
         raise ToolpathError(
-            f"location {where}: {wording.names[column]}{values[row, column]:g} is beyond {most:g}, the most "
-            f"that control {wording.dialect.name!r} reads in a word; unwind the axis (winding, or a rewind)",
+            f"location {where}: {writer.names[column]}{values[row, column]:g} is beyond {most:g}, the most "
+            f"that control {writer.dialect.name!r} reads in a word; unwind the axis (winding, or a rewind)",
             line=int(motion.source[where]),
         )
 
 
 def _texts(
-    words: Words, kept: BoolArray, feeds: Array, wording: Wording, templates: list[str | None]
+    words: Words, kept: BoolArray, feeds: Array, writer: WordWriter, templates: list[str | None]
 ) -> list[str]:
     """Write the block of each row but the first, after the lines of `words.before`.
 
@@ -193,9 +193,9 @@ def _texts(
     if len(feeds) < 2:
         return []
     rapid = np.isnan(feeds[1:])
-    by_feed = feed_formats(np.where(rapid, 1.0, feeds[1:]), feed_form(wording))
+    by_feed = feed_formats(np.where(rapid, 1.0, feeds[1:]), feed_form(writer))
     by_feed = ["" if is_rapid else text for is_rapid, text in zip(rapid.tolist(), by_feed, strict=True)]
-    formats = _formats(kept[1:], by_feed, wording, templates)
+    formats = _formats(kept[1:], by_feed, writer, templates)
     for row, block in words.before.items():
         formats[row - 1] = f"{block.replace('%', '%%')}\n{formats[row - 1]}"
     plain = np.array([text[:1] == "%" for text in by_feed])
@@ -203,16 +203,16 @@ def _texts(
     return list(fill_formats(formats, values, np.column_stack([kept[1:], plain])))
 
 
-def _formats(kept: BoolArray, feeds: list[str], wording: Wording, templates: list[str | None]) -> list[str]:
+def _formats(kept: BoolArray, feeds: list[str], writer: WordWriter, templates: list[str | None]) -> list[str]:
     """Return the ``%`` format of every row, (m,); few are different.
 
     Parameters
     ----------
     feeds : (m,), format of F, empty in rapid moves
     """
-    words = wording.formats(templates)
-    linear = (wording.mode.linear or wording.dialect.linear).replace("%", "%%")
-    rapid = (wording.mode.rapid or wording.dialect.rapid).replace("%", "%%")
+    words = writer.formats(templates)
+    linear = (writer.mode.linear or writer.dialect.linear).replace("%", "%%")
+    rapid = (writer.mode.rapid or writer.dialect.rapid).replace("%", "%%")
     patterns, owner = np.unique(kept, axis=0, return_inverse=True)
     made: dict[tuple[int, str], str] = {}
     joined = [" ".join(w for w, keep in zip(words, pattern, strict=True) if keep) for pattern in patterns]

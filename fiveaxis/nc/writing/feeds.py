@@ -14,7 +14,7 @@ from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import feed_text
 from fiveaxis.nc.writing.table_parts import Feed, FeedMode
 from fiveaxis.nc.writing.turns import Moves
-from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.nc.writing.word_writer import WordWriter
 
 # Steps of the last decimal of the linear words: with a turn of the rotary axes, a shorter linear move is
 # rounding, and a feed along it is meaningless.
@@ -33,7 +33,7 @@ _REMEDY: dict[tuple[FeedMode, bool], str] = {
 }
 
 
-def without_creep(moves: Moves, wording: Wording) -> Moves:
+def without_creep(moves: Moves, writer: WordWriter) -> Moves:
     """Hold the linear axes where they move only by rounding while rotary axes turn.
 
     They keep the values of the last block that moves them, so omitted moves never add up to more than
@@ -43,10 +43,10 @@ def without_creep(moves: Moves, wording: Wording) -> Moves:
     ----------
     moves : with numbers of words, not yet rounded
     """
-    linear = wording.is_linear
-    values = wording.rounded(moves.values)
+    linear = writer.is_linear
+    values = writer.rounded(moves.values)
     steps = np.diff(values, axis=0, prepend=values[:1])
-    least = ROUNDING * 10.0 ** -float(wording.decimals[linear].max(initial=0)) * (1.0 + 1e-6)
+    least = ROUNDING * 10.0 ** -float(writer.decimals[linear].max(initial=0)) * (1.0 + 1e-6)
     length = np.linalg.norm(steps[:, linear], axis=1)
     turns = (steps[:, ~linear] != 0.0).any(axis=1)
     creeping = np.flatnonzero((length > 0.0) & (length <= least) & turns)
@@ -60,7 +60,7 @@ def without_creep(moves: Moves, wording: Wording) -> Moves:
     return replace(moves, values=values)
 
 
-def path_lengths(values: Array, wording: Wording) -> tuple[Array, BoolArray]:
+def path_lengths(values: Array, writer: WordWriter) -> tuple[Array, BoolArray]:
     """Compute the path length of each move that F refers to.
 
     Parameters
@@ -73,9 +73,9 @@ def path_lengths(values: Array, wording: Wording) -> tuple[Array, BoolArray]:
     is_linear : (m,), whether the linear words change
     """
     steps = np.diff(values, axis=0, prepend=values[:1])
-    linear = wording.is_linear
+    linear = writer.is_linear
     length = np.linalg.norm(steps[:, linear], axis=1)
-    if wording.coordinates == "vector":
+    if writer.coordinates == "vector":
         half = np.clip(np.linalg.norm(steps[:, ~linear], axis=1) / 2.0, 0.0, 1.0)
         turn = np.degrees(2.0 * arcsin(half))
     else:
@@ -84,7 +84,7 @@ def path_lengths(values: Array, wording: Wording) -> tuple[Array, BoolArray]:
     return np.where(is_linear, length, turn), is_linear
 
 
-def feeds_of(values: Array, time: Array, wording: Wording) -> Array:
+def feeds_of(values: Array, time: Array, writer: WordWriter) -> Array:
     """Compute F of each move, (m,), in the units of the control, not yet rounded.
 
     Parameters
@@ -92,16 +92,16 @@ def feeds_of(values: Array, time: Array, wording: Wording) -> Array:
     values : (m, c), rounded, turns unwrapped
     time : (m,), s, above 0
     """
-    if wording.mode.feed == "inverse_time":
+    if writer.mode.feed == "inverse_time":
         return SECONDS / time
-    length, is_linear = path_lengths(values, wording)
-    per_unit = 1.0 if wording.unit == "mm" else 1.0 / wording.dialect.inch_feed
+    length, is_linear = path_lengths(values, writer)
+    per_unit = 1.0 if writer.unit == "mm" else 1.0 / writer.dialect.inch_feed
     return length / time * SECONDS * np.where(is_linear, per_unit, 1.0)
 
 
-def feed_form(wording: Wording) -> Feed:
+def feed_form(writer: WordWriter) -> Feed:
     """Return the form of F in the chosen coordinates."""
-    return wording.dialect.feed[wording.mode.feed]
+    return writer.dialect.feed[writer.mode.feed]
 
 
 def rounded_feeds(feeds: Array, form: Feed) -> Array:
@@ -109,7 +109,7 @@ def rounded_feeds(feeds: Array, form: Feed) -> Array:
     return feeds if form.decimals is None else np.round(feeds, form.decimals)
 
 
-def raised_feeds(feeds: Array, values: Array, wording: Wording) -> tuple[Array, BoolArray]:
+def raised_feeds(feeds: Array, values: Array, writer: WordWriter) -> tuple[Array, BoolArray]:
     """Raise F to the control's lowest where the linear axes creep alone.
 
     They arrive earlier then, still at nearly no speed. Blocks that also turn rotary axes are unchanged, and
@@ -123,17 +123,17 @@ def raised_feeds(feeds: Array, values: Array, wording: Wording) -> tuple[Array, 
     -------
     feeds, (m,), and where they were raised, (m,)
     """
-    least = feed_form(wording).least
-    if least is None or wording.mode.feed == "inverse_time":
+    least = feed_form(writer).least
+    if least is None or writer.mode.feed == "inverse_time":
         return feeds, np.zeros(len(feeds), dtype=bool)
     steps = np.diff(values, axis=0, prepend=values[:1])
-    raised = (feeds < least) & ~(steps[:, ~wording.is_linear] != 0.0).any(axis=1)
+    raised = (feeds < least) & ~(steps[:, ~writer.is_linear] != 0.0).any(axis=1)
     return np.where(raised, least, feeds), raised
 
 
-def require_range(feeds: Array, moves: Moves, motion: Motion, wording: Wording) -> None:
+def require_range(feeds: Array, moves: Moves, motion: Motion, writer: WordWriter) -> None:
     """Raise if a feed, (m,) and rounded, is out of the control's range; the first row has none."""
-    form = feed_form(wording)
+    form = feed_form(writer)
     low = form.least or 0.0
     high = np.inf if form.most is None else form.most
     bad = ((feeds[1:] < low) | (feeds[1:] > high) | (feeds[1:] <= 0.0)) & ~moves.rapid[1:]
@@ -144,14 +144,14 @@ def require_range(feeds: Array, moves: Moves, motion: Motion, wording: Wording) 
     bound = f"above the most, {high:.9g}" if above else f"below the least, {low:g}"
     where = int(moves.row[row])
     raise ToolpathError(
-        f"location {where}: F{feeds[row]:g} {_unit(wording.mode.feed, wording.unit)} of a block of "
-        f"{moves.time[row]:g} s is {bound}, that control {wording.dialect.name!r} reads ({int(bad.sum())} "
-        f"such blocks); {_REMEDY[wording.mode.feed, above]}",
+        f"location {where}: F{feeds[row]:g} {_unit(writer.mode.feed, writer.unit)} of a block of "
+        f"{moves.time[row]:g} s is {bound}, that control {writer.dialect.name!r} reads ({int(bad.sum())} "
+        f"such blocks); {_REMEDY[writer.mode.feed, above]}",
         line=int(motion.source[where]),
     )
 
 
-def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording) -> list[Finding]:
+def note_floor(values: Array, raised: BoolArray, moves: Moves, writer: WordWriter) -> list[Finding]:
     """Return a finding on blocks slower than the control's lowest speed, which it runs faster than planned.
 
     Parameters
@@ -159,10 +159,10 @@ def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording)
     values : (m, c), rounded
     raised : (m,), where F was raised to the lowest
     """
-    form = feed_form(wording)
+    form = feed_form(writer)
     floor = form.least_speed or form.least or 0.0
-    length, is_linear = path_lengths(values, wording)
-    speed = length[1:] * MILLIMETRES[wording.unit] / moves.time[1:] * SECONDS
+    length, is_linear = path_lengths(values, writer)
+    speed = length[1:] * MILLIMETRES[writer.unit] / moves.time[1:] * SECONDS
     slow = raised[1:] | (is_linear[1:] & (form.least_speed is not None) & (speed < floor))
     slow &= ~moves.rapid[1:]
     if not slow.any():
@@ -180,7 +180,7 @@ def note_floor(values: Array, raised: BoolArray, moves: Moves, wording: Wording)
     ]
 
 
-def note_rounding(wanted: Array, feeds: Array, moves: Moves, wording: Wording) -> list[Finding]:
+def note_rounding(wanted: Array, feeds: Array, moves: Moves, writer: WordWriter) -> list[Finding]:
     """Return a finding on blocks whose time differs from the plan because F has too few decimals.
 
     Parameters
@@ -192,14 +192,14 @@ def note_rounding(wanted: Array, feeds: Array, moves: Moves, wording: Wording) -
     if not coarse.any():
         return []
     row = int(np.argmax(np.where(coarse, np.abs(error), 0.0))) + 1
-    time, text = moves.time[row], feed_text(feeds[row], feed_form(wording))
+    time, text = moves.time[row], feed_text(feeds[row], feed_form(writer))
     return [
         Finding(
             Severity.WARNING,
             "feed-rounded",
             f"{int(coarse.sum())} blocks have an F so small that its decimals change their time by more than "
             f"{100.0 * COARSE:g} % (here F{wanted[row]:.3g} is written as {text}: "
-            f"{time / (1.0 + error[row - 1]):.4g} s for {time:.4g} s); {_REMEDY[wording.mode.feed, False]}",
+            f"{time / (1.0 + error[row - 1]):.4g} s for {time:.4g} s); {_REMEDY[writer.mode.feed, False]}",
             Place(location=int(moves.row[row])),
             float(coarse.sum()),
         )

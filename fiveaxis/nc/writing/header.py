@@ -15,7 +15,7 @@ from fiveaxis.nc.words import control_value
 from fiveaxis.nc.writing.program_settings import ProgramSettings
 from fiveaxis.nc.writing.table_parts import Comments
 from fiveaxis.nc.writing.turns import counted_columns
-from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.nc.writing.word_writer import WordWriter
 
 VECTOR_NOTE = (
     "directions of the tool are written, and the control chooses its rotary angles for them: they may be "
@@ -32,7 +32,7 @@ _TO_ASCII = str.maketrans(
 
 
 def head_lines(
-    wording: Wording, settings: ProgramSettings, pairs: Sequence[tuple[str, str]], winding: str
+    writer: WordWriter, settings: ProgramSettings, pairs: Sequence[tuple[str, str]], winding: str
 ) -> list[str]:
     """Write the header's comments.
 
@@ -40,14 +40,14 @@ def head_lines(
     ----------
     pairs : name and value of the caller's comments: tool, source, energy, verdict
     """
-    machine = wording.machine
+    machine = writer.machine
     texts = [
         f"machine: {machine.name}, form-shaping code {machine.code}",
-        *_read_back(wording, winding),
+        *_read_back(writer, winding),
         *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
-        *(note.text for note in machine_notes(wording, settings, winding)),
+        *(note.text for note in machine_notes(writer, settings, winding)),
     ]
-    return [line for text in texts for line in comment_lines(text, wording.dialect.comment)]
+    return [line for text in texts for line in comment_lines(text, writer.dialect.comment)]
 
 
 class Note(NamedTuple):
@@ -63,25 +63,27 @@ class Note(NamedTuple):
     text: str
 
 
-def machine_notes(wording: Wording, settings: ProgramSettings, winding: str) -> list[Note]:
+def machine_notes(writer: WordWriter, settings: ProgramSettings, winding: str) -> list[Note]:
     """List what a program requires at the machine, in the header's order."""
-    return [Note(about, text) for about, texts in _notes(wording, settings, winding) for text in texts]
+    return [Note(about, text) for about, texts in _notes(writer, settings, winding) for text in texts]
 
 
-def _notes(wording: Wording, settings: ProgramSettings, winding: str) -> Iterator[tuple[str, Sequence[str]]]:
-    dialect, is_program = wording.dialect, wording.dialect.language == "blocks"
-    yield "control", [*dialect.notes, *wording.mode.notes]
-    yield "control", [VECTOR_NOTE] if wording.coordinates == "vector" and is_program else []
-    yield "start", _missing_note(settings, wording)
+def _notes(
+    writer: WordWriter, settings: ProgramSettings, winding: str
+) -> Iterator[tuple[str, Sequence[str]]]:
+    dialect, is_program = writer.dialect, writer.dialect.language == "blocks"
+    yield "control", [*dialect.notes, *writer.mode.notes]
+    yield "control", [VECTOR_NOTE] if writer.coordinates == "vector" and is_program else []
+    yield "start", _missing_note(settings, writer)
     if is_program:
         straight = f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}"
-        yield "control", _winding_note(wording, winding)
-        yield "work offset", [_zero_note(wording), *_setup_note(wording)]
-        yield "start", _clamped_notes(wording.machine)
-        yield "tool", [_length_note(wording)]
+        yield "control", _winding_note(writer, winding)
+        yield "work offset", [_zero_note(writer), *_setup_note(writer)]
+        yield "start", _clamped_notes(writer.machine)
+        yield "tool", [_length_note(writer)]
         yield "control", [straight]
-        yield "start", [_start_note(wording)]
-        yield "control", _sign_note(wording)
+        yield "start", [_start_note(writer)]
+        yield "control", _sign_note(writer)
 
 
 def contains_length(machine: Machine) -> bool:
@@ -89,9 +91,9 @@ def contains_length(machine: Machine) -> bool:
     return not machine.length_is_along_z or machine.tool_length > 0.0
 
 
-def _zero_note(wording: Wording) -> str:
-    machine = wording.machine
-    if wording.coordinates != "axes":
+def _zero_note(writer: WordWriter) -> str:
+    machine = writer.machine
+    if writer.coordinates != "axes":
         return "zero: the work offset is the workpiece origin, with every axis at 0"
     home = " ".join(f"{a.letter}0" for a in machine.axes)
     x, y, z = np.round(machine.chain.tool_home[:3, 3], 6) + 0.0
@@ -99,26 +101,26 @@ def _zero_note(wording: Wording) -> str:
     return f"zero: at {home} of the work offset the tool tip is {where}, as in the machine model"
 
 
-def _read_back(wording: Wording, winding: str) -> Iterator[str]:
+def _read_back(writer: WordWriter, winding: str) -> Iterator[str]:
     """Yield the comments that the readers of programs look for."""
-    machine, dialect = wording.machine, wording.dialect
-    yield control_comment(dialect.name, wording.coordinates)
+    machine, dialect = writer.machine, writer.dialect
+    yield control_comment(dialect.name, writer.coordinates)
     letters = "".join(machine.letters[c] for c in counted_columns(machine))
     if winding == "modulo" and dialect.modulo is not None and letters:
         yield modulo_comment(dialect.modulo.way, letters)
-    if wording.coordinates == "tip" and any(letter in "ABC" for letter in machine.code.table):
-        yield positions_comment(wording.mode.positions)
+    if writer.coordinates == "tip" and any(letter in "ABC" for letter in machine.code.table):
+        yield positions_comment(writer.mode.positions)
 
 
-def _winding_note(wording: Wording, winding: str) -> list[str]:
+def _winding_note(writer: WordWriter, winding: str) -> list[str]:
     """Return the control's note for the operator, if an axis has turns to count."""
-    notes = wording.dialect.winding_notes
-    return [notes[winding]] if winding in notes and counted_columns(wording.machine) else []
+    notes = writer.dialect.winding_notes
+    return [notes[winding]] if winding in notes and counted_columns(writer.machine) else []
 
 
-def _missing_note(settings: ProgramSettings, wording: Wording) -> list[str]:
-    missing, kept = settings.missing, wording.mode.off_clear
-    if wording.dialect.language != "blocks":
+def _missing_note(settings: ProgramSettings, writer: WordWriter) -> list[str]:
+    missing, kept = settings.missing, writer.mode.off_clear
+    if writer.dialect.language != "blocks":
         return []
     notes = [f"not written: {', '.join(missing)}; see to it before the start"] if missing else []
     if kept and not settings.goes_clear:
@@ -129,11 +131,11 @@ def _missing_note(settings: ProgramSettings, wording: Wording) -> list[str]:
     return notes
 
 
-def _setup_note(wording: Wording) -> list[str]:
-    setup = wording.machine.setup
+def _setup_note(writer: WordWriter) -> list[str]:
+    setup = writer.machine.setup
     if setup == Setup():
         return []
-    turned = wording.coordinates != "axes" and not np.allclose(setup.frame[:3, :3], np.eye(3), atol=1e-12)
+    turned = writer.coordinates != "axes" and not np.allclose(setup.frame[:3, :3], np.eye(3), atol=1e-12)
     note = "; the work offset must be turned like it" if turned else ""
     return [f"setup: workpiece at {setup} in the machine frame{note}"]
 
@@ -145,9 +147,9 @@ def _clamped_notes(machine: Machine) -> list[str]:
     ]
 
 
-def _length_note(wording: Wording) -> str:
-    machine = wording.machine
-    if wording.coordinates != "axes":
+def _length_note(writer: WordWriter) -> str:
+    machine = writer.machine
+    if writer.coordinates != "axes":
         return (
             "tool length: words are the tip's, and the control adds the length of the loaded tool: measure it"
         )
@@ -161,18 +163,16 @@ def _length_note(wording: Wording) -> str:
     return "tool length: Z is the tool tip's; the control adds the length of the loaded tool, so measure it"
 
 
-def _start_note(wording: Wording) -> str:
-    then = "then X and Y move, then Z" if wording.coordinates == "axes" else "then X, Y and Z move together"
+def _start_note(writer: WordWriter) -> str:
+    then = "then X and Y move, then Z" if writer.coordinates == "axes" else "then X, Y and Z move together"
     return f"start with the tool clear of part and table: first the rotary axes turn, {then}"
 
 
-def _sign_note(wording: Wording) -> list[str]:
+def _sign_note(writer: WordWriter) -> list[str]:
     flipped = [
-        a.letter
-        for a in wording.machine.axes
-        if a.reversed and (a.is_rotary or wording.coordinates == "axes")
+        a.letter for a in writer.machine.axes if a.reversed and (a.is_rotary or writer.coordinates == "axes")
     ]
-    if not flipped or wording.coordinates == "vector":
+    if not flipped or writer.coordinates == "vector":
         return []
     return [f"{' '.join(flipped)} count as on this control, opposite to tool relative to workpiece"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.toolpath import MoveKind
 
 Winding = Literal["unwound", "modulo", "rezero"]
@@ -65,7 +65,7 @@ class Words:
     before: Mapping[int, str] = field(default_factory=dict)
 
 
-def require_winding(winding: str, wording: Wording) -> None:
+def require_winding(winding: str, writer: WordWriter) -> None:
     """Check that the control and the machine support a winding.
 
     Raises
@@ -74,14 +74,14 @@ def require_winding(winding: str, wording: Wording) -> None:
         An unknown winding; one that the control lacks, or that tool directions don't need; ``modulo`` for an
         axis with limits.
     """
-    dialect, machine = wording.dialect, wording.machine
+    dialect, machine = writer.dialect, writer.machine
     if winding not in get_args(Winding):
         raise SettingError(f"unknown winding {winding!r}; known: {', '.join(get_args(Winding))}")
     if winding not in dialect.windings:
         raise SettingError(
             f"control {dialect.name!r} has no winding {winding!r}; it knows {', '.join(dialect.windings)}"
         )
-    if winding != "unwound" and wording.coordinates == "vector":
+    if winding != "unwound" and writer.coordinates == "vector":
         raise SettingError(
             f"winding {winding!r} applies to angles, and tool directions have none; leave it out"
         )
@@ -131,23 +131,23 @@ def split_moves(parts: IntArray) -> tuple[IntArray, Array]:
     return owner, (parts[owner] - order) / parts[owner]
 
 
-def count_turns(moves: Moves, wording: Wording, winding: str) -> Words:
+def count_turns(moves: Moves, writer: WordWriter, winding: str) -> Words:
     """Return the words of moves with turns counted as the winding has it; for ``modulo`` `shortened` ones."""
-    columns = counted_columns(wording.machine)
+    columns = counted_columns(writer.machine)
     if winding == "modulo":
-        return _modulo(moves, columns, wording)
+        return _modulo(moves, columns, writer)
     if winding == "rezero":
-        return _rezeroed(moves, columns, wording)
-    return Words(wording.rounded(moves.values), np.ones(moves.values.shape, dtype=bool))
+        return _rezeroed(moves, columns, writer)
+    return Words(writer.rounded(moves.values), np.ones(moves.values.shape, dtype=bool))
 
 
-def first_words(values: Array, wording: Wording, winding: str) -> Array:
+def first_words(values: Array, writer: WordWriter, winding: str) -> Array:
     """Return the numbers of words, (n, c), as the approach writes them."""
     if winding != "modulo":
         return values
     counted = values.copy()
-    columns = counted_columns(wording.machine)
-    counted[:, columns] = within_a_turn(values[:, columns], wording.decimals[columns], _low(wording))
+    columns = counted_columns(writer.machine)
+    counted[:, columns] = within_a_turn(values[:, columns], writer.decimals[columns], _low(writer))
     return counted
 
 
@@ -157,53 +157,53 @@ def within_a_turn(degrees: Array, decimals: Array | int, low: float = 0.0) -> Ar
     return low + np.remainder(np.rint(np.remainder(degrees - low, TURN) * scale) / scale, TURN)
 
 
-def _low(wording: Wording) -> float:
-    return 0.0 if wording.dialect.modulo is None else float(wording.dialect.modulo.low)
+def _low(writer: WordWriter) -> float:
+    return 0.0 if writer.dialect.modulo is None else float(writer.dialect.modulo.low)
 
 
-def modulo_templates(wording: Wording, winding: str) -> list[str | None]:
+def modulo_templates(writer: WordWriter, winding: str) -> list[str | None]:
     """Return the template of each word, (c,); None for a plain one."""
-    templates: list[str | None] = [None] * len(wording.names)
-    modulo = wording.dialect.modulo
+    templates: list[str | None] = [None] * len(writer.names)
+    modulo = writer.dialect.modulo
     if winding == "modulo" and modulo is not None:
-        for column in counted_columns(wording.machine):
+        for column in counted_columns(writer.machine):
             templates[column] = modulo.word
     return templates
 
 
-def _modulo(moves: Moves, columns: list[int], wording: Wording) -> Words:
+def _modulo(moves: Moves, columns: list[int], writer: WordWriter) -> Words:
     counted = moves.values.copy()
-    counted[:, columns] = within_a_turn(moves.values[:, columns], wording.decimals[columns], _low(wording))
-    values, kept = wording.rounded(counted), np.ones(counted.shape, dtype=bool)
-    modulo = wording.dialect.modulo
+    counted[:, columns] = within_a_turn(moves.values[:, columns], writer.decimals[columns], _low(writer))
+    values, kept = writer.rounded(counted), np.ones(counted.shape, dtype=bool)
+    modulo = writer.dialect.modulo
     if modulo is not None and modulo.way == "signed":
-        steps = np.diff(wording.rounded(moves.values), axis=0, prepend=wording.rounded(moves.values[:1]))
+        steps = np.diff(writer.rounded(moves.values), axis=0, prepend=writer.rounded(moves.values[:1]))
         for column in columns:
             # A word of the angle at which the axis already is might be a whole turn: it is omitted.
             kept[:, column] = steps[:, column] != 0.0
             # There is no −0: the nearest number replaces it.
-            least = 10.0 ** -wording.decimals[column]
+            least = 10.0 ** -writer.decimals[column]
             backwards = steps[:, column] < 0.0
             values[backwards, column] = -np.maximum(values[backwards, column], least)
     return Words(values, kept)
 
 
-def _rezeroed(moves: Moves, columns: list[int], wording: Wording) -> Words:
+def _rezeroed(moves: Moves, columns: list[int], writer: WordWriter) -> Words:
     """Reset counted axes by whole turns where a link begins and they have left the first turn."""
-    reset = wording.dialect.reset
+    reset = writer.dialect.reset
     block = reset.block if reset is not None else ""
     shifts = np.zeros(moves.values.shape)
     shift = np.zeros(moves.values.shape[1])
     before, begin = {}, 0
     for at in (np.flatnonzero(moves.kind[1:] != MoveKind.CUT) + 1).tolist():
-        now = wording.rounded(moves.values[at - 1 : at] - shift)[0]
+        now = writer.rounded(moves.values[at - 1 : at] - shift)[0]
         over = np.zeros(len(now))
         over[columns] = TURN * np.floor(now[columns] / TURN)
         if over.any():
             shifts[begin:at], begin = shift, at
             shift = shift + over
-            letters = "".join(c for c, moved in zip(wording.names, over, strict=True) if moved)
-            before[at] = block.format(words=wording.words(now - over, only=letters))
+            letters = "".join(c for c, moved in zip(writer.names, over, strict=True) if moved)
+            before[at] = block.format(words=writer.words(now - over, only=letters))
     shifts[begin:] = shift
-    values = wording.rounded(moves.values - shifts)
+    values = writer.rounded(moves.values - shifts)
     return Words(values, np.ones(values.shape, dtype=bool), before)

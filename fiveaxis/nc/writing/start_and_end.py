@@ -18,7 +18,7 @@ from fiveaxis.nc.writing.feeds import SECONDS, feed_form
 from fiveaxis.nc.writing.header import contains_length
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
 from fiveaxis.nc.writing.turns import first_words
-from fiveaxis.nc.writing.wording import Wording
+from fiveaxis.nc.writing.word_writer import WordWriter
 
 # Lines without block number: ends of the tape, and the program number.
 _UNNUMBERED = re.compile(r"%|O[0-9]")
@@ -32,17 +32,17 @@ ASSUMED_NUMBER, ASSUMED_NAME = 1, "PROGRAM"
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class StartAndEnd:
     """Writes the blocks around the moves of a program."""
 
-    wording: Wording
+    writer: WordWriter
     settings: ProgramSettings
     winding: str
 
     @property
     def rotary(self) -> str:
         """Letters of the rotary axes."""
-        return "".join(c for c in self.wording.machine.letters if c in "ABC")
+        return "".join(c for c in self.writer.machine.letters if c in "ABC")
 
     @property
     def offset(self) -> int:
@@ -52,11 +52,11 @@ class Frame:
 
     def head(self) -> list[str]:
         """Lines before the comments."""
-        return self._fill(self.wording.dialect.head)
+        return self._fill(self.writer.dialect.head)
 
     def modes(self) -> list[str]:
         """Modes, work offset, retract, tool, spindle, coolant: all before the first move on the workpiece."""
-        dialect, settings = self.wording.dialect, self.settings
+        dialect, settings = self.writer.dialect, self.settings
         lines, offset = self._fill(dialect.start), self.work_offset
         lines += dialect.work_offset.format(offset=offset).splitlines() if offset else []
         lines += self._retract()
@@ -76,19 +76,19 @@ class Frame:
 
     def before_cuts(self) -> list[str]:
         """Lines that put in force what is needed in the cuts, without their positions."""
-        form = feed_form(self.wording).word
+        form = feed_form(self.writer).word
         return [*self.head(), *self.modes(), *self._on(), self._first("X0"), *([form] if form else [])]
 
     def in_force(self) -> list[str]:
         """Lines that set modes, offsets, tool, spindle and coolant, without moves on the workpiece."""
-        first, form = self._first_template(), feed_form(self.wording).word
+        first, form = self._first_template(), feed_form(self.writer).word
         length = [] if first is None else [first.format(words="", offset=self.offset).strip()]
         return [*self.modes(), *self._on(), *length, *([form] if form else [])]
 
     @property
     def work_offset(self) -> str:
         """The control's word for the work offset; empty if it has none."""
-        return self.settings.work_offset or self.wording.dialect.default_offset or ""
+        return self.settings.work_offset or self.writer.dialect.default_offset or ""
 
     def start(self, program: ProgramMotion) -> tuple[tuple[str, float], ...]:
         """Return where the approach leads, in the control's words and in the order in which the axes move.
@@ -101,53 +101,53 @@ class Frame:
         begin = program.motion.positions[at : at + 1]
         by_axes = self._by_axes
         turned = by_axes.rounded(first_words(by_axes.values(begin), by_axes, self.winding))[0]
-        placed = self.wording.rounded(self.wording.values(begin))[0]
+        placed = self.writer.rounded(self.writer.values(begin))[0]
         angles = dict(zip(by_axes.names, turned.tolist(), strict=True))
-        values = dict(zip(self.wording.names, placed.tolist(), strict=True))
+        values = dict(zip(self.writer.names, placed.tolist(), strict=True))
         return tuple((c, angles[c]) for c in self.rotary) + tuple(
             (c, values[c]) for c in by_axes.names if c in "XYZ"
         )
 
     @property
-    def _by_axes(self) -> Wording:
+    def _by_axes(self) -> WordWriter:
         """The words of axis positions, which rotary axes have before TCP is on."""
-        return Wording(self.wording.dialect, "axes", self.wording.machine, self.wording.unit)
+        return WordWriter(self.writer.dialect, "axes", self.writer.machine, self.writer.unit)
 
     def approach(self, program: ProgramMotion) -> Iterator[Line]:
         """Write the rapid approach to the first location, and the lead-in to a first cut."""
-        wording, machine, first = self.wording, self.wording.machine, program.first
+        writer, machine, first = self.writer, self.writer.machine, program.first
         has_lead_in = program.phase[first] == Phase.LEAD_IN
         at = first - has_lead_in
         begin = program.motion.positions[at : at + 1]
         by_axes = self._by_axes
         start = first_words(by_axes.values(begin), by_axes, self.winding)[0]
-        yield from ((line, NO_ROW) for line in (() if wording.coordinates != "axes" else self._on()))
+        yield from ((line, NO_ROW) for line in (() if writer.coordinates != "axes" else self._on()))
         for axis, value in machine.clamped:
-            words = f"{axis.letter}{control_value(axis, value):.{wording.dialect.number.rotary}f}"
+            words = f"{axis.letter}{control_value(axis, value):.{writer.dialect.number.rotary}f}"
             yield self._rapid(words), NO_ROW
         if turn := by_axes.words(start, only=self.rotary):
             yield self._rapid(turn), NO_ROW
-        if wording.coordinates == "axes":
+        if writer.coordinates == "axes":
             above, *down = [w for w in (by_axes.words(start, only=group) for group in ("XY", "Z")) if w]
             yield (self._rapid(above), 0) if down else (self._first(above), at)
             yield from ((self._first(words), at) for words in down)
         else:
             yield from ((line, NO_ROW) for line in self._on())
-            yield self._first(wording.words(wording.values(begin)[0], only="XYZ")), at
-        if word := feed_form(wording).word:
+            yield self._first(writer.words(writer.values(begin)[0], only="XYZ")), at
+        if word := feed_form(writer).word:
             yield word, NO_ROW
         if has_lead_in:
             yield self._lead_in(program), first
 
     def _lead_in(self, program: ProgramMotion) -> str:
-        wording, first = self.wording, program.first
+        writer, first = self.writer, program.first
         # A signed word of the angle at which an axis already is might be a whole turn.
-        modulo = wording.dialect.modulo if self.winding == "modulo" else None
+        modulo = writer.dialect.modulo if self.winding == "modulo" else None
         omitted = self.rotary if modulo is not None and (modulo.way == "signed" or modulo.word) else ""
-        moved = "".join(c for c in wording.machine.letters if c not in omitted)
+        moved = "".join(c for c in writer.machine.letters if c not in omitted)
         position = program.motion.positions[first : first + 1]
-        target = first_words(wording.values(position), wording, self.winding)[0]
-        words = wording.words(target, only="XYZ" if wording.coordinates != "axes" else moved)
+        target = first_words(writer.values(position), writer, self.winding)[0]
+        words = writer.words(target, only="XYZ" if writer.coordinates != "axes" else moved)
         return self._lead(words, program, first)
 
     def lead_out(self, program: ProgramMotion) -> Iterator[Line]:
@@ -157,22 +157,22 @@ class Frame:
             return
         position = program.motion.positions[row : row + 1]
         # Tool directions are repeated: not every control keeps them.
-        only = None if self.wording.coordinates == "vector" else "XYZ"
-        words = self.wording.words(self.wording.values(position)[0], only=only)
+        only = None if self.writer.coordinates == "vector" else "XYZ"
+        words = self.writer.words(self.writer.values(position)[0], only=only)
         yield self._lead(words, program, row), row
 
     def end(self) -> list[str]:
         """Reset modes, retract, switch off spindle and coolant, and go home."""
-        wording, dialect, settings = self.wording, self.wording.dialect, self.settings
+        writer, dialect, settings = self.writer, self.writer.dialect, self.settings
         lines = [dialect.reset.clear] if self.winding == "rezero" and dialect.reset is not None else []
         normal = dialect.feed.get("per_minute")
-        lines += [normal.word] if wording.mode.feed == "inverse_time" and normal and normal.word else []
-        lines += self._fill(wording.mode.off)
+        lines += [normal.word] if writer.mode.feed == "inverse_time" and normal and normal.word else []
+        lines += self._fill(writer.mode.off)
         if self.winding == "modulo" and dialect.modulo is not None:
             lines += dialect.modulo.off
         home = [self._machine_move(dict.fromkeys(group, 0.0)) for group in settings.home.split()]
         clear = self._retract() or (home[:1] if settings.goes_clear else [])
-        lines += [*clear, *(self._fill(wording.mode.off_clear) if clear else [])]
+        lines += [*clear, *(self._fill(writer.mode.off_clear) if clear else [])]
         # The spindle stops once the tool is clear.
         lines += [block for block in (dialect.spindle_off, dialect.coolant_off) if block]
         lines += home if settings.retract is not None else home[1:]
@@ -181,7 +181,7 @@ class Frame:
     def assumptions(self) -> list[str]:
         """Return notes on numbers that the control needs and that are assumed."""
         notes = []
-        dialect, settings = self.wording.dialect, self.settings
+        dialect, settings = self.writer.dialect, self.settings
         on = (*self._on_templates(), self._first_template() or "")
         if any("{offset}" in block for block in on) and (
             settings.length_offset is None and settings.tool_number is None
@@ -198,21 +198,21 @@ class Frame:
 
     @property
     def _contains_length(self) -> bool:
-        contained = self.wording.coordinates == "axes" and contains_length(self.wording.machine)
-        return contained and self.wording.mode.on_contained is not None
+        contained = self.writer.coordinates == "axes" and contains_length(self.writer.machine)
+        return contained and self.writer.mode.on_contained is not None
 
     def _on_templates(self) -> tuple[str, ...]:
-        mode = self.wording.mode
+        mode = self.writer.mode
         return (mode.on_contained or ()) if self._contains_length else mode.on
 
     def _first_template(self) -> str | None:
-        return None if self._contains_length else self.wording.mode.first
+        return None if self._contains_length else self.writer.mode.first
 
     def _on(self) -> list[str]:
         return self._fill(self._on_templates())
 
     def _fill(self, templates: Iterable[str]) -> list[str]:
-        settings, dialect = self.settings, self.wording.dialect
+        settings, dialect = self.settings, self.writer.dialect
         number = settings.number if settings.number is not None else ASSUMED_NUMBER
         values = {
             "unit": dialect.unit[settings.unit],
@@ -227,32 +227,32 @@ class Frame:
         return self._rapid(words) if template is None else template.format(words=words, offset=self.offset)
 
     def _rapid(self, words: str) -> str:
-        return self.wording.dialect.rapid.format(words=words)
+        return self.writer.dialect.rapid.format(words=words)
 
     def _retract(self) -> list[str]:
         return [] if self.settings.retract is None else [self._machine_move({"Z": self.settings.retract})]
 
     def _machine_move(self, targets: dict[str, float]) -> str:
-        number = self.wording.dialect.number
+        number = self.writer.dialect.number
         sign = "+" if number.plus else ""
-        scale = MILLIMETRES[self.wording.unit]
+        scale = MILLIMETRES[self.writer.unit]
         words = (
             f"{letter}{value / (scale if letter in 'XYZ' else 1.0):{sign}.{number.linear}f}"
             for letter, value in targets.items()
         )
-        return self.wording.dialect.machine_move.format(words=" ".join(words))
+        return self.writer.dialect.machine_move.format(words=" ".join(words))
 
     def _lead(self, words: str, program: ProgramMotion, row: int) -> str:
         """Write a lead-in or lead-out, the linear move to a row."""
-        wording, dialect = self.wording, self.wording.dialect
-        form = feed_form(wording)
-        inches = 1.0 if wording.unit == "mm" else dialect.inch_feed
-        per_minute = float(program.motion.feed[row]) * SECONDS / MILLIMETRES[wording.unit] / inches
+        writer, dialect = self.writer, self.writer.dialect
+        form = feed_form(writer)
+        inches = 1.0 if writer.unit == "mm" else dialect.inch_feed
+        per_minute = float(program.motion.feed[row]) * SECONDS / MILLIMETRES[writer.unit] / inches
         inverse = SECONDS / float(program.motion.time[row])
-        feed = inverse if wording.mode.feed == "inverse_time" else per_minute
+        feed = inverse if writer.mode.feed == "inverse_time" else per_minute
         # Clamped to the control's range, as a lead must not make the program fail.
         feed = min(max(feed, form.least or 0.0), form.most or np.inf)
-        linear = wording.mode.linear or dialect.linear
+        linear = writer.mode.linear or dialect.linear
         return linear.format(words=words, feed=feed_text(feed, form))
 
 
@@ -262,7 +262,7 @@ def name_word(name: str) -> str:
     return kept if kept[:1].isalpha() else f"P{kept}" if kept else ASSUMED_NAME
 
 
-def numbered(lines: list[str], wording: Wording, step: int | None) -> Iterator[str]:
+def numbered(lines: list[str], writer: WordWriter, step: int | None) -> Iterator[str]:
     """Put block numbers before lines: before those that aren't comments, or all, depending on the control.
 
     Raises
@@ -270,7 +270,7 @@ def numbered(lines: list[str], wording: Wording, step: int | None) -> Iterator[s
     SettingError
         The control numbers all lines, and there are more than its largest number.
     """
-    dialect = wording.dialect
+    dialect = writer.dialect
     if step is None and not dialect.numbered:
         yield from lines
         return
@@ -296,7 +296,7 @@ def numbered(lines: list[str], wording: Wording, step: int | None) -> Iterator[s
 
 
 @dataclass(frozen=True)
-class AskedTechnology:
+class RequiredTechnology:
     """What has to be in force in every cut.
 
     Parameters
@@ -317,12 +317,12 @@ class AskedTechnology:
     goes_clear: bool = False
 
     @classmethod
-    def of(cls, wording: Wording, settings: ProgramSettings) -> AskedTechnology | None:
+    def of(cls, writer: WordWriter, settings: ProgramSettings) -> RequiredTechnology | None:
         """Read what the head of a control's program puts in force; None for a list of cutter locations."""
-        dialect = wording.dialect
+        dialect = writer.dialect
         if dialect.language != "blocks":
             return None
-        source = Source(f"program{dialect.suffix}", Frame(wording, settings, "unwound").before_cuts())
+        source = Source(f"program{dialect.suffix}", StartAndEnd(writer, settings, "unwound").before_cuts())
         reader = read_technology(source)
         technology = reader.now
         # Numbers are those of the settings, whatever the table makes of them.

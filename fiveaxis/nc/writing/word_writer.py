@@ -27,7 +27,7 @@ CLEAR_OF_SINGULAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Wording:
+class WordWriter:
     """Converts positions to the words of a control, in one kind of coordinates.
 
     `unit` is that of lengths, ``mm`` or ``inch``.
