@@ -12,12 +12,11 @@ import numpy as np
 
 from fiveaxis.errors import MachineError
 from fiveaxis.files import require_suffix, write_atomically
-from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.rows import require_finite, require_near, require_positive_feeds
+from fiveaxis.nc.rows import require, require_finite, require_near, require_positive_feeds
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import fields_of, first_line, read_table
 from fiveaxis.nc.words import format_number
@@ -124,50 +123,38 @@ def read_motion_table(source: Source, machine: Machine, *, source_is_table: bool
     require_near(values[:, : len(machine.axes)], list(machine.letters), lines, source)
     location = values[:, -1] if placed else None
     if location is not None:
-        _require_growing(location, lines, source)
+        require(
+            np.append(location[0] == 0.0, np.diff(location) > 0.0),
+            lines,
+            source,
+            lambda row: (
+                f"location is {location[row]:g}; locations must begin at 0 and increase from row to row"
+            ),
+        )
     k = len(machine.axes)
     require_positive_feeds(values[:, k], lines, source)
-    _require_lines(values[:, k + 2], lines, source)
-    kind = np.full(len(values), MoveKind.CUT, dtype=np.int64)
-    if kinded:
-        _require_kinds(values[:, k + 3], lines, source)
-        kind = values[:, k + 3].astype(np.int64)
+    given, kinds = values[:, k + 2], values[:, k + 3] if kinded else np.full(len(values), MoveKind.CUT)
+    require(
+        (given >= 0.0) & (given == np.rint(given)),
+        lines,
+        source,
+        lambda row: f"source is {given[row]:g}; it must be a line, a whole number from 0",
+    )
+    require(
+        np.isin(kinds, [int(kind) for kind in MoveKind]),
+        lines,
+        source,
+        lambda row: f"kind is {kinds[row]:g}; it must be 0 (cut), 1 (link) or 2 (rapid)",
+    )
     return Motion(
         letters=machine.letters,
         positions=values[:, :k] / machine.shown(np.ones(k)),
         feed=values[:, k] / 60.0,
         time=values[:, k + 1],
-        kind=kind,
-        source=lines if source_is_table else np.rint(values[:, k + 2]).astype(np.int64),
+        kind=kinds.astype(np.int64),
+        source=lines if source_is_table else np.rint(given).astype(np.int64),
         location=location,
     )
-
-
-def _require_lines(numbers: Array, lines: IntArray, source: Source) -> None:
-    bad = np.flatnonzero((numbers < 0.0) | (numbers != np.rint(numbers)))
-    if len(bad):
-        raise source.error(
-            f"source is {numbers[bad[0]]:g}; it must be a line, a whole number from 0", int(lines[bad[0]])
-        )
-
-
-def _require_kinds(kinds: Array, lines: IntArray, source: Source) -> None:
-    bad = np.flatnonzero(~np.isin(kinds, [int(kind) for kind in MoveKind]))
-    if len(bad):
-        raise source.error(
-            f"kind is {kinds[bad[0]]:g}; it must be 0 (cut), 1 (link) or 2 (rapid)", int(lines[bad[0]])
-        )
-
-
-def _require_growing(location: Array, lines: IntArray, source: Source) -> None:
-    """Raise unless locations begin at 0 and increase."""
-    bad = np.append(location[0] != 0.0, np.diff(location) <= 0.0)
-    if bad.any():
-        row = int(np.argmax(bad))
-        raise source.error(
-            f"location is {location[row]:g}; locations must begin at 0 and increase from row to row",
-            int(lines[row]),
-        )
 
 
 def _require_header(source: Source, machine: Machine) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
@@ -30,45 +32,50 @@ def first_row(bad: BoolArray) -> int | None:
     return int(np.argmax(bad)) if bad.any() else None
 
 
+def require(good: BoolArray, lines: IntArray, source: Source, fault: Callable[[int], str]) -> None:
+    """Raise at the first row that isn't good, on its line, with what is wrong in it."""
+    if (row := first_row(~good)) is not None:
+        raise source.error(fault(row), int(lines[row]))
+
+
 def require_finite(values: Array, names: list[str], lines: IntArray, source: Source) -> None:
     """Raise if a value, (n, m), is NaN or infinite; `names` are those of the columns."""
-    row = first_row(np.any(~np.isfinite(values), axis=1))
-    if row is not None:
+
+    def fault(row: int) -> str:
         column = int(np.argmin(np.isfinite(values[row])))
-        raise source.error(
-            f"{names[column]} = {values[row, column]:g} isn't a finite number; correct it", int(lines[row])
-        )
+        return f"{names[column]} = {values[row, column]:g} isn't a finite number; correct it"
+
+    require(np.isfinite(values).all(axis=1), lines, source, fault)
 
 
 def require_near(values: Array, letters: list[str], lines: IntArray, source: Source) -> None:
     """Raise if a position of an axis, (n, k) mm or deg, is beyond `LARGEST_POSITION`."""
-    row = first_row(np.any(np.abs(values) > LARGEST_POSITION, axis=1))
-    if row is not None:
+
+    def fault(row: int) -> str:
         column = int(np.argmax(np.abs(values[row])))
-        raise source.error(
-            f"{letters[column]} = {values[row, column]:g} is beyond {LARGEST_POSITION:g}; check it",
-            int(lines[row]),
-        )
+        return f"{letters[column]} = {values[row, column]:g} is beyond {LARGEST_POSITION:g}; check it"
+
+    require((np.abs(values) <= LARGEST_POSITION).all(axis=1), lines, source, fault)
 
 
 def scale_positions(positions: Array, unit: str, lines: IntArray, source: Source) -> Array:
     """Convert finite positions, (n, 3) in `unit`, to mm; raise beyond `LARGEST_POSITION`."""
     limit = LARGEST_POSITION / MILLIMETRES[unit]
-    row = first_row(np.any(np.abs(positions) > limit, axis=1))
-    if row is not None:
-        raise source.error(
-            f"position ({_vector_text(positions[row])}) {unit} is beyond {limit:g} {unit}; check the unit "
-            "and the decimal points",
-            int(lines[row]),
-        )
+    require(
+        (np.abs(positions) <= limit).all(axis=1),
+        lines,
+        source,
+        lambda row: (
+            f"position ({_vector_text(positions[row])}) {unit} is beyond {limit:g} {unit}; check the "
+            "unit and the decimal points"
+        ),
+    )
     return positions * MILLIMETRES[unit]
 
 
 def require_positive_feeds(feeds: Array, lines: IntArray, source: Source) -> None:
     """Raise if a feed, (n,) mm/min, isn't above 0."""
-    row = first_row(feeds <= 0.0)
-    if row is not None:
-        raise source.error(f"feed = {feeds[row]:g} mm/min; it must be above 0", int(lines[row]))
+    require(feeds > 0.0, lines, source, lambda row: f"feed = {feeds[row]:g} mm/min; it must be above 0")
 
 
 def unit_axes(vectors: Array, lines: IntArray, source: Source) -> Array:
@@ -82,14 +89,16 @@ def unit_axes(vectors: Array, lines: IntArray, source: Source) -> Array:
     require_finite(vectors, ["i", "j", "k"], lines, source)
     with np.errstate(over="ignore"):
         lengths = np.linalg.norm(vectors, axis=1)
-    row = first_row(~(np.abs(lengths - 1.0) <= UNIT_TOLERANCE))
-    if row is not None:
-        raise source.error(
-            f"tool vector ({_vector_text(vectors[row])}) has length {lengths[row]:g}, which is more than "
-            f"{UNIT_TOLERANCE:g} away from 1; give a unit vector from tip to shank, each component "
-            "divided by that length",
-            int(lines[row]),
-        )
+    require(
+        np.abs(lengths - 1.0) <= UNIT_TOLERANCE,
+        lines,
+        source,
+        lambda row: (
+            f"tool vector ({_vector_text(vectors[row])}) has length {lengths[row]:g}, which is more "
+            f"than {UNIT_TOLERANCE:g} away from 1; give a unit vector from tip to shank, each component "
+            "divided by that length"
+        ),
+    )
     return normalise(vectors)
 
 
@@ -97,11 +106,8 @@ def unit_normals(vectors: Array, lines: IntArray, source: Source) -> Array:
     """Normalise finite surface normals, (n, 3), of any length but zero; raise for zero."""
     # Dividing by the largest component first avoids underflow and overflow of squares.
     largest = np.abs(vectors).max(axis=1, keepdims=True)
-    row = first_row(largest[:, 0] == 0.0)
-    if row is not None:
-        raise source.error(
-            "the normal (nx, ny, nz) has length 0; give a direction out of the material", int(lines[row])
-        )
+    fault = "the normal (nx, ny, nz) has length 0; give a direction out of the material"
+    require(largest[:, 0] != 0.0, lines, source, lambda _: fault)
     return normalise(vectors / largest)
 
 

@@ -28,8 +28,8 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import (
     DEFAULT_FEED,
-    first_row,
     parse_number,
+    require,
     require_finite,
     require_positive_feeds,
     scale_positions,
@@ -87,8 +87,7 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     tool = options.tool_or(None, source)
     rapid = _switch(RAPID, column.get(RAPID, np.zeros(len(lines))), lines, source)
     cuts = _switch(CUT, column.get(CUT, np.where(rapid, 0.0, 1.0)), lines, source)
-    if (both := first_row(cuts & rapid)) is not None:
-        raise source.error("cut and rapid are both 1; a rapid move has cut 0", int(lines[both]))
+    require(~(cuts & rapid), lines, source, lambda _: "cut and rapid are both 1; a rapid move has cut 0")
     if NORMAL[0] in column:
         normal = unit_normals(np.column_stack([column[c] for c in NORMAL]), lines, source)
         path = Toolpath.from_contacts(
@@ -113,10 +112,10 @@ def _unit_of(written: Array, line: int, options: ReadOptions, source: Source) ->
 
 
 def _switch(name: str, values: Array, lines: IntArray, source: Source) -> BoolArray:
-    bad = first_row((values != 0.0) & (values != 1.0))
-    if bad is not None:
-        what = "1 for a cut, 0 for a link" if name == CUT else "1 for a rapid move, else 0"
-        raise source.error(f"{name} is {values[bad]:g}; write {what}", int(lines[bad]))
+    what = "1 for a cut, 0 for a link" if name == CUT else "1 for a rapid move, else 0"
+    require(
+        np.isin(values, (0.0, 1.0)), lines, source, lambda row: f"{name} is {values[row]:g}; write {what}"
+    )
     return values == 1.0
 
 

@@ -30,7 +30,7 @@ from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.rows import first_row
+from fiveaxis.nc.rows import require
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.words import control_values
 from fiveaxis.options import Reading, spelled_out
@@ -258,13 +258,11 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
 
 def require_angles(columns: Columns, source: Source) -> None:
     """Raise if a row gives the tool direction: the control chooses the angles."""
-    row = first_row(np.isfinite(columns.vectors[:, 0]))
-    if row is not None:
-        raise source.error(
-            "the block gives the tool direction, and the angles that the control chooses aren't in the "
-            "program; post it with rotary words",
-            int(columns.lines[row]),
-        )
+    fault = (
+        "the block gives the tool direction, and the angles that the control chooses aren't in the program; "
+        "post it with rotary words"
+    )
+    require(~np.isfinite(columns.vectors[:, 0]), columns.lines, source, lambda _: fault)
 
 
 def _solve(columns: Columns, positions: Array, row: IntArray, source: Source) -> _Divided:
@@ -274,13 +272,11 @@ def _solve(columns: Columns, positions: Array, row: IntArray, source: Source) ->
     tip, solved = positions[:, xyz].copy(), positions.copy()
     if of_tip.any():
         solved[of_tip] = linear_positions(machine, tip[of_tip], positions[of_tip][:, machine.rotary_columns])
-    bad = first_row(np.any(np.isnan(solved), axis=1))
-    if bad is not None:
-        raise source.error(
-            f"no position of the linear axes of machine {machine.name!r} puts the tip there at these angles; "
-            "check the machine",
-            int(columns.lines[row[bad]]),
-        )
+    fault = (
+        f"no position of the linear axes of machine {machine.name!r} puts the tip there at these angles; "
+        "check the machine"
+    )
+    require(~np.isnan(solved).any(axis=1), columns.lines[row], source, lambda _: fault)
     return _Divided(tip, solved, row)
 
 
