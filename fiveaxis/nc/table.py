@@ -23,7 +23,6 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.files import require_suffix, write_atomically
-from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import (
@@ -37,7 +36,7 @@ from fiveaxis.nc.rows import (
     unit_normals,
 )
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Size, Units, as_assumption
+from fiveaxis.nc.units import Size, Units
 from fiveaxis.nc.words import format_number
 from fiveaxis.toolpath import Toolpath
 
@@ -78,7 +77,10 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
     require_finite(values, header, lines, source)
     column = {name: values[:, i] for i, name in enumerate(header)}
     written = np.column_stack([column[c] for c in POSITION])
-    unit, doubt = _unit_of(written, int(lines[0]), options, source)
+    units = Units(source, options.unit)
+    units.use(int(lines[0]))
+    # A feed is in mm/min, so only the extent can show inches.
+    unit, doubts = units.judge(Size(float(np.ptp(written, axis=0).max())), options.machine)
     position = scale_positions(written, unit, lines, source)
     feed = column.get(FEED, np.full(len(lines), DEFAULT_FEED))
     require_positive_feeds(feed, lines, source)
@@ -97,18 +99,7 @@ def read_points(source: Source, options: ReadOptions) -> Toolpath:
         axis = unit_axes(np.column_stack([column[c] for c in AXIS]), lines, source)
         path = Toolpath.from_tips(position, axis, tool, feed_mm_min=feed, source=lines, name=source.name)
     path = path.with_links(~cuts & ~rapid).with_rapids(rapid)
-    return replace(path, findings=(*path.findings, *doubt))
-
-
-def _unit_of(written: Array, line: int, options: ReadOptions, source: Source) -> tuple[str, list[Finding]]:
-    """Return the unit of positions, (n, 3) from a line on, and what is doubtful about it."""
-    units = Units(source, options.unit)
-    units.use(line)
-    # A feed is in mm/min, so only the extent can show inches.
-    size = Size(float(np.ptp(written, axis=0).max()))
-    other = units.better(size, options.machine)
-    doubt = units.findings(size, options.machine)
-    return (units.now, doubt) if other is None else (other, as_assumption(other, doubt))
+    return replace(path, findings=(*path.findings, *doubts))
 
 
 def _switch(name: str, values: Array, lines: IntArray, source: Source) -> BoolArray:

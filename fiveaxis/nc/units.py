@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine import Machine
@@ -92,37 +92,32 @@ class Units:
             )
         return self.now
 
-    def findings(self, size: Size, machine: Machine | None) -> list[Finding]:
-        """Return what is to be said of the unit: it isn't stated, isn't the file's, or doesn't fit the sizes.
+    def judge(self, size: Size, machine: Machine | None) -> tuple[str, list[Finding]]:
+        """Return the unit that the file is in, and findings: it isn't the file's, or doesn't fit the sizes.
+
+        Where no unit is stated, it is inch if the sizes fit that and don't fit mm.
 
         Parameters
         ----------
         size : of what was read, in the unit in force
         machine : of the file, None if unknown
         """
-        other, why = _other(self.now), size.faults(self.now, machine)
-        fits = not size.faults(other, machine)
+        other, why = _other(self.now), " and ".join(size.faults(self.now, machine))
         figures = f"{size.text(self.now)} as {self.now}, {size.text(other)} as {other}"
-        if why and fits:
-            stated = "as the file says" if self.stated else "as no unit is stated"
-            whose = "as asked for" if self.given else stated
-            text = (
-                f"lengths are read in {self.now}, {whose}, and {' and '.join(why)}: {figures}; set "
-                f"unit={other} (--unit {other}) if that is meant"
-            )
-            line = self.stated_line or self.used_line
-            return [self.source.finding(Severity.WARNING, "unit-doubtful", text, line)]
-        if self.overridden is not None:
-            unit, line = self.overridden
-            text = f"the file states {unit}, and is read in {self.given} as asked for: {figures}"
-            return [self.source.finding(Severity.WARNING, "unit-overridden", text, line)]
-        return []
-
-    def better(self, size: Size, machine: Machine | None) -> str | None:
-        """Return the unit that an unstated one should have been: the sizes fit it, and don't fit mm."""
-        if self.stated is not None or self.given is not None or not size.faults("mm", machine):
-            return None
-        return None if size.faults("inch", machine) else "inch"
+        code, text, line = "", "", self.stated_line or self.used_line
+        unit = self.now
+        if why and not size.faults(other, machine):
+            if self.stated is None and self.given is None:
+                code, unit, whose = "unit-assumed", other, "as no unit is stated"
+                cure = f"{other} is assumed instead, set unit={self.now} (--unit {self.now}) if it isn't"
+            else:
+                code, whose = "unit-doubtful", "as asked for" if self.given else "as the file says"
+                cure = f"set unit={other} (--unit {other}) if that is meant"
+            text = f"lengths are read in {self.now}, {whose}, and {why}: {figures}; {cure}"
+        elif self.overridden is not None:
+            code, (stated, line) = "unit-overridden", self.overridden
+            text = f"the file states {stated}, and is read in {self.given} as asked for: {figures}"
+        return unit, [self.source.finding(Severity.WARNING, code, text, line)] if code else []
 
     def assumed(self, size: Size, severity: Severity, how: str) -> Finding:
         """Return the finding on a unit that isn't stated, with the sizes in both units.
@@ -193,20 +188,6 @@ def _largest(machine: Machine | None) -> float:
     spans = [] if machine is None else [a.limits.span for a in machine.axes if not a.is_rotary]
     travel = TRAVELS * max(spans, default=math.inf)
     return travel if math.isfinite(travel) else LARGEST_EXTENT
-
-
-def as_assumption(unit: str, doubts: list[Finding]) -> list[Finding]:
-    """Return findings on a unit that was chosen instead, as it isn't stated and the sizes don't fit mm."""
-    return [
-        replace(
-            doubt,
-            code="unit-assumed",
-            message=f"{doubt.message.partition(';')[0]}; {unit} is assumed instead, set unit=mm (--unit "
-            f"mm) if "
-            "it isn't",
-        )
-        for doubt in doubts
-    ]
 
 
 def _other(unit: str) -> str:

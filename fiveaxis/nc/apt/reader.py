@@ -28,7 +28,7 @@ from fiveaxis.nc.apt.tools import Tools
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, require_finite, scale_positions, unit_axes
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Size, Units, as_assumption
+from fiveaxis.nc.units import Size, Units
 from fiveaxis.toolpath import MoveKind, Toolpath
 
 
@@ -58,12 +58,9 @@ def read_apt(source: Source, options: ReadOptions) -> Toolpath:
             reader.ignored["statements after FINI"] += 1
         else:
             reader.process(statement)
-    other = reader.units.better(reader.size(), options.machine)
-    if other is not None:
-        path = read_apt(source, replace(options, unit=other))
-        doubt = reader.units.findings(reader.size(), options.machine)
-        return replace(path, findings=(*path.findings, *as_assumption(other, doubt)))
-    return reader.finish(options)
+    unit, doubts = units.judge(reader.size(), options.machine)
+    path = reader.finish(options) if unit == units.now else read_apt(source, replace(options, unit=unit))
+    return replace(path, findings=(*path.findings, *doubts))
 
 
 @dataclass
@@ -152,7 +149,6 @@ class _Reader:
         self.frames.apply(positions, axes)
         unit = self.units.settle()
         tool, findings = self.tools.settle(options, MILLIMETRES[unit])
-        assumed = [*self._assumed(kinds, feeds, lines), *self.units.findings(self.size(), options.machine)]
         return Toolpath.from_tips(
             scale_positions(positions, unit, lines, self.source),
             axes,
@@ -162,7 +158,13 @@ class _Reader:
             source=lines,
             name=self.source.name,
             ignored=self.ignored,
-            findings=(*findings, *self.frames.findings, *moves.findings, *self.findings, *assumed),
+            findings=(
+                *findings,
+                *self.frames.findings,
+                *moves.findings,
+                *self.findings,
+                *self._assumed(kinds, feeds, lines),
+            ),
         )
 
     def _assumed(self, kinds: IntArray, feeds: Array, lines: IntArray) -> list[Finding]:

@@ -24,7 +24,7 @@ from fiveaxis.nc.languages.choice import find_language, leader_length
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.units import Size, Units, as_assumption
+from fiveaxis.nc.units import Size, Units
 from fiveaxis.toolpath import MoveKind
 
 # Rows that show the unit of a program.
@@ -58,15 +58,12 @@ def run_program(
         With file and line: anything that can't be read completely.
     """
     interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
-    known = None if stand_in else machine
-    units, size = interpreter.modes.units, size_of(interpreter)
-    other = units.better(size, known)
-    doubt = units.findings(size, known)
-    if other is not None:
-        options = replace(options, unit=other)
+    units = interpreter.modes.units
+    unit, doubts = units.judge(size_of(interpreter), None if stand_in else machine)
+    if unit != units.now:
+        options = replace(options, unit=unit)
         interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
-        doubt = as_assumption(other, doubt)
-    interpreter.findings += doubt
+    interpreter.findings += doubts
     return interpreter
 
 
