@@ -45,7 +45,7 @@ def require_finite(values: Array, names: list[str], lines: IntArray, source: Sou
         column = int(np.argmin(np.isfinite(values[row])))
         return f"{names[column]} = {values[row, column]:g} isn't a finite number; correct it"
 
-    require(np.isfinite(values).all(axis=1), lines, source, fault)
+    require(np.all(np.isfinite(values), axis=1), lines, source, fault)
 
 
 def require_near(values: Array, letters: list[str], lines: IntArray, source: Source) -> None:
@@ -55,14 +55,14 @@ def require_near(values: Array, letters: list[str], lines: IntArray, source: Sou
         column = int(np.argmax(np.abs(values[row])))
         return f"{letters[column]} = {values[row, column]:g} is beyond {LARGEST_POSITION:g}; check it"
 
-    require((np.abs(values) <= LARGEST_POSITION).all(axis=1), lines, source, fault)
+    require(np.all(np.abs(values) <= LARGEST_POSITION, axis=1), lines, source, fault)
 
 
 def scale_positions(positions: Array, unit: str, lines: IntArray, source: Source) -> Array:
     """Convert finite positions, (n, 3) in `unit`, to mm; raise beyond `LARGEST_POSITION`."""
     limit = LARGEST_POSITION / MILLIMETRES[unit]
     require(
-        (np.abs(positions) <= limit).all(axis=1),
+        np.all(np.abs(positions) <= limit, axis=1),
         lines,
         source,
         lambda row: (

@@ -276,7 +276,7 @@ def _solve(columns: Columns, positions: Array, row: IntArray, source: Source) ->
         f"no position of the linear axes of machine {machine.name!r} puts the tip there at these angles; "
         "check the machine"
     )
-    require(~np.isnan(solved).any(axis=1), columns.lines[row], source, lambda _: fault)
+    require(np.all(~np.isnan(solved), axis=1), columns.lines[row], source, lambda _: fault)
     return _Divided(tip, solved, row)
 
 
