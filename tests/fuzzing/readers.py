@@ -19,7 +19,7 @@ from fiveaxis.cli import app
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
 from fiveaxis.energy.log_columns import LogColumns, require_columns
 from fiveaxis.energy.motion_log import read_axis_log, require_motion
-from fiveaxis.errors import InputError, JobError
+from fiveaxis.errors import InputError, JobError, ToolpathError
 from fiveaxis.findings import has_errors
 from fiveaxis.job import choose_search, make_job, read_fixtures, read_job
 from fiveaxis.machine import Machine, check_machine, check_text, draft_machine, load_machine
@@ -69,14 +69,21 @@ def _text(read: Callable[[str], object]) -> Callable[..., object]:
 def _program(suffix: str, *machines: str) -> Callable[..., object]:
     def read(path: Path, rng: random.Random) -> None:
         machine = _known(rng.choice(machines))
-        if rng.random() < 0.5:
-            motion = read_program(path, machine, rapid=1000.0, block_delete=rng.random() < 0.5)
-            assert np.isfinite(motion.positions).all()
-            assert np.isfinite(motion.time).all()
-        else:
-            toolpath = read_toolpath(path, tool=BALL, machine=machine if rng.random() < 0.7 else None)
-            assert np.isfinite(toolpath.pivot).all()
-            assert (toolpath.feed > 0.0).all()
+        try:
+            if rng.random() < 0.5:
+                motion = read_program(path, machine, rapid=1000.0, block_delete=rng.random() < 0.5)
+                assert np.isfinite(motion.positions).all()
+                assert (motion.time >= 0.0).all()
+                assert (motion.feed > 0.0).all()
+            else:
+                toolpath = read_toolpath(path, tool=BALL, machine=machine if rng.random() < 0.7 else None)
+                assert np.isfinite(toolpath.pivot).all()
+                assert (toolpath.feed > 0.0).all()
+                assert (toolpath.source >= 1).all()
+        except ToolpathError as fault:
+            if str(path) not in str(fault):
+                raise AssertionError("a message that doesn't name its file") from fault
+            raise
 
     return _file(suffix, read)
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import Limits, Machine, load_machine
 from fiveaxis.motion import Motion
-from fiveaxis.nc import DIALECTS, ProgramSettings, read_program
+from fiveaxis.nc import DIALECTS, ProgramSettings
 from fiveaxis.nc import compose_program as compose_with_lead_out
 from fiveaxis.nc.writing.table_parts import Modulo
 from fiveaxis.nc.writing.turns import within_a_turn
@@ -113,20 +113,6 @@ def test_a_control_turns_the_axis_as_the_motion_does(rule, angles, links):
     np.testing.assert_allclose(reached - turn, np.array(angles[1:]) - angles[0], atol=len(rows) * C_TOLERANCE)
     if winding == "modulo":
         assert np.abs(np.diff(rows[:, 0], prepend=turn)).max() < 180.0
-
-
-def test_read_again_a_program_of_shorter_turns_is_the_motion_up_to_whole_turns(
-    tmp_path, monkeypatch, hayashi
-):
-    monkeypatch.setitem(DIALECTS, "shorter", SHORTER)
-    angles = [10.0, 100.0, 250.0, 400.0, 560.0, 460.0]
-    motion = motion_of(angles, kinds=[MoveKind.RAPID, 0, 0, 0, 0, 0])
-    path = tmp_path / "part.ngc"
-    path.write_text(compose_program(motion, machine=hayashi, control="shorter", winding="modulo").text)
-    again = read_program(path, hayashi)
-    c = np.degrees(again.positions[:, 4])
-    np.testing.assert_allclose(np.remainder(c, 360.0), np.remainder(angles, 360.0), atol=C_TOLERANCE)
-    np.testing.assert_allclose(again.positions[:, :4], motion.positions[:, :4], atol=1e-6)
 
 
 def test_a_counted_axis_is_reset_where_a_link_begins(hayashi):
