@@ -13,9 +13,16 @@ from hypothesis import HealthCheck, settings
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.toolpath import Tool, Toolpath
 
-# Machines that tests run on are shared: how long examples take to draw is no property of the code.
-settings.register_profile("shared", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("shared")
+# The same examples every time. How long they take to draw is no property of the code, as machines are shared.
+# What a test writes to its own folder for one example, it overwrites for the next.
+settings.register_profile(
+    "same",
+    derandomize=True,
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+settings.load_profile("same")
 
 SHARED = Path(__file__).parents[2] / "shared"
 

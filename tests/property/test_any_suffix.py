@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.errors import FiveAxisError
@@ -30,12 +30,7 @@ NAMES = st.lists(
     ),
     max_size=3,
 ).map(" ".join)
-QUIET = settings(
-    deadline=None,
-    derandomize=True,
-    max_examples=6,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+FEW = settings(max_examples=6)
 
 
 def motion_on(machine, seed: int) -> Motion:
@@ -56,7 +51,7 @@ def motion_on(machine, seed: int) -> Motion:
 
 
 @pytest.mark.parametrize(("control", "mode"), MODES)
-@QUIET
+@FEW
 @given(
     name=NAMES,
     suffix=st.sampled_from(SUFFIXES),
@@ -88,7 +83,7 @@ def test_a_program_is_read_as_its_motion_under_any_suffix(
             read_program(file, machine)
 
 
-@QUIET
+@FEW
 @given(suffix=st.sampled_from(SUFFIXES), machine=st.sampled_from(MACHINES).map(load_machine))
 def test_the_table_of_a_motion_is_read_under_any_suffix(tmp_path: Path, suffix, machine):
     motion = motion_on(machine, 5)

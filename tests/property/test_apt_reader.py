@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fiveaxis.errors import ToolError, ToolpathError
@@ -17,8 +17,6 @@ from fiveaxis.geometry import rotation_matrix
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc import read_toolpath
 from fiveaxis.toolpath import Tool, Toolpath
-
-QUIET = settings(deadline=None, derandomize=True, max_examples=150)
 
 # Real forms of all dialects, as the CAM systems write them; each can be read after `HEAD`.
 HEAD = """\
@@ -88,7 +86,6 @@ def broken(draw: st.DrawFn) -> str:
     return form
 
 
-@QUIET
 @given(forms=st.lists(st.sampled_from(FORMS), max_size=8))
 def test_real_forms_are_read_in_any_order(forms: list[str]):
     # A file that names Creo's words is read by Creo's rule for points on arcs, which keeps them rows, too.
@@ -97,7 +94,6 @@ def test_real_forms_are_read_in_any_order(forms: list[str]):
     assert len(read(text, tool=Tool.ball(8))) >= text.count("GOTO")
 
 
-@QUIET
 @given(
     lines=st.tuples(
         st.lists(st.sampled_from(FORMS), max_size=4), broken(), st.lists(broken(), max_size=1)
@@ -115,7 +111,6 @@ def test_every_goto_is_a_row_or_an_error(lines: list[str]):
     require_whole("\n".join(lines))
 
 
-@QUIET
 @given(start=st.integers(0, 12_000), lines=st.lists(broken(), max_size=3), at=st.integers(0, 30))
 def test_a_broken_line_in_a_real_file_is_no_silent_loss(data: Path, start: int, lines: list[str], at: int):
     real = (data / "toolpaths" / "solidworks_boss_3axis.apt").read_text(encoding="ascii").splitlines()
@@ -135,7 +130,6 @@ def written(*numbers: float) -> str:
     return ",".join(f"{float(n)!r}" for n in np.concatenate([np.atleast_1d(n) for n in numbers]))
 
 
-@QUIET
 @given(
     axis=unit_vectors,
     centre=places,
@@ -164,7 +158,6 @@ def test_an_arc_keeps_to_its_circle(axis, centre, radius, sweep, rise, tail):
     assert radius * (1 - np.cos(np.diff(angle).max() / 2)) <= PATH_TOLERANCE * (1 + 1e-6)
 
 
-@QUIET
 @given(
     frames=st.lists(st.tuples(unit_vectors, st.floats(-3, 3), places), min_size=2, max_size=2),
     points=st.lists(st.tuples(places, unit_vectors), min_size=1, max_size=5),

@@ -165,7 +165,7 @@ def branches_in_numpy(machine: Machine, path: Toolpath, found: Postures, low, hi
     return np.array(paths[int(np.argmin(cost))])[:, columns]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.booleans())
 def test_the_compiled_choice_of_branches_is_that_of_whole_arrays(seed, limited):
     rng = np.random.default_rng(seed)

@@ -8,7 +8,7 @@ import random
 import numpy as np
 import pytest
 from blocks import one_by_one
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fiveaxis.errors import ToolpathError
@@ -19,7 +19,6 @@ from fiveaxis.nc.languages.runs import SHORTEST
 from fiveaxis.nc.languages.sinumerik_state import State
 from fiveaxis.nc.source import Source
 
-QUIET = settings(deadline=None, derandomize=True, max_examples=150)
 SPLITTERS = {"mpf": SINUMERIK.split, "h": KLARTEXT.split}
 
 NUMBERS = st.decimals(-9999, 9999, places=4, allow_nan=False).map(lambda d: f"{d:+f}")
@@ -55,7 +54,6 @@ def line_of(row, template, feed):
     return text + (feed if rapid else "")
 
 
-@QUIET
 @given(rows=ROWS)
 def test_straight_moves_are_the_same_blocks_in_every_language(rows):
     iso = blocks_of(ISO.split, *(line_of(r, "{motion} {words}", "") for r in rows))
@@ -103,7 +101,6 @@ def outcome(split, lines):
 
 
 @pytest.mark.parametrize("language", SPLITTERS)
-@QUIET
 @given(data=st.data())
 def test_a_run_is_the_blocks_of_its_lines(language, data):
     """A form feed makes a line one that is read by itself."""
@@ -121,7 +118,6 @@ def test_a_run_is_the_blocks_of_its_lines(language, data):
 ANGLES = st.integers(-720, 720).map(lambda n: n / 2)
 
 
-@QUIET
 @given(x=ANGLES, y=ANGLES, z=ANGLES)
 def test_all_ways_to_write_a_plane_turn_it_the_same(x, y, z):
     written = (
@@ -144,7 +140,6 @@ STEPS = st.lists(
 )
 
 
-@QUIET
 @given(steps=STEPS)
 def test_steps_back_in_reverse_order_leave_no_frame(steps):
     """Each step is undone by its own inverse: ATRANS by the opposite way, AROT axis by axis in reverse."""
@@ -159,7 +154,6 @@ def test_steps_back_in_reverse_order_leave_no_frame(steps):
     np.testing.assert_allclose(found.origin, 0.0, atol=1e-9)
 
 
-@QUIET
 @given(now=st.floats(-1e4, 1e4), end=st.floats(0, 360))
 def test_a_rotary_axis_goes_the_way_that_it_is_told(now, end):
     ends = {way: State(angles={"C": now}).turned("C", end, way) for way in ("DC", "ACP", "ACN")}
@@ -192,14 +186,12 @@ def expressions(draw, depth=3):
     return f"({text}) {kind} [{other}]", value / second if kind == "/" else result[kind]
 
 
-@QUIET
 @given(case=expressions())
 def test_arithmetic_has_the_value_that_it_was_built_with(case):
     text, value = case
     assert evaluate(text, {}.__getitem__) == pytest.approx(value, rel=1e-12, abs=1e-12)
 
 
-@QUIET
 @given(text=st.text(alphabet="0123456789.+-*/()[]#R1QSINCOAXE ^,", max_size=40))
 def test_any_text_has_a_finite_value_or_a_reason(text):
     with contextlib.suppress(BlockError):
@@ -231,7 +223,6 @@ LINES = {
 
 
 @pytest.mark.parametrize("language", sorted(WORDS))
-@QUIET
 @given(data=st.data())
 def test_any_words_give_blocks_or_an_error_with_a_line(language, data):
     words = st.sampled_from(WORDS[language].split())
@@ -241,7 +232,6 @@ def test_any_words_give_blocks_or_an_error_with_a_line(language, data):
 
 
 @pytest.mark.parametrize("language", sorted(WORDS))
-@QUIET
 @given(text=st.text(max_size=200))
 @example(text="\x00\x1a")
 @example(text="X1" * 5000)

@@ -79,7 +79,7 @@ caps = st.lists(
 
 
 @pytest.mark.parametrize("kind", [Caps, MappedCaps])
-@settings(max_examples=4, deadline=None, derandomize=True)
+@settings(max_examples=4)
 @given(drawn=caps)
 def test_a_path_is_admitted_everywhere_and_sound(kind, drawn):
     mask = kind(drawn)

@@ -71,7 +71,6 @@ def run(text: str, machine: Machine) -> tuple[Array, Array]:
     return np.array(rows) * signs * scale, np.array(times)
 
 
-@settings(deadline=None, derandomize=True, max_examples=150)
 @given(motion=motions(), name=st.sampled_from(MACHINES))
 def test_a_program_read_again_is_the_motion(motion: Motion, name: str):
     machine = load_machine(name)
@@ -91,7 +90,6 @@ def test_a_program_read_again_is_the_motion(motion: Motion, name: str):
         assert (moved < 2e-6).sum() >= program.dropped
 
 
-@settings(deadline=None, derandomize=True, max_examples=150)
 @given(motion=motions(), name=st.sampled_from(MACHINES))
 def test_a_motion_table_read_again_is_the_motion(motion: Motion, name: str, tmp_path_factory):
     machine = load_machine(name)
@@ -104,7 +102,7 @@ def test_a_motion_table_read_again_is_the_motion(motion: Motion, name: str, tmp_
     np.testing.assert_array_equal(again.source, motion.source)
 
 
-@settings(deadline=None, derandomize=True, max_examples=200)
+@settings(max_examples=200)
 @given(name=st.text(max_size=40), value=st.text(max_size=400))
 def test_no_header_can_break_out_of_its_comment(name: str, value: str):
     machine = load_machine("hayashi-640123")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -14,15 +14,8 @@ from fiveaxis.nc import read_toolpath
 from fiveaxis.toolpath import Tool
 
 BALL = Tool.ball(8)
-QUIET = settings(
-    deadline=None,
-    derandomize=True,
-    max_examples=200,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
 
 
-@QUIET
 @given(points=arrays(float, st.tuples(st.integers(1, 6), st.just(6)), elements=st.floats(-1e5, 1e5)))
 def test_apt_and_table_give_the_numbers_that_were_written(tmp_path: Path, points: np.ndarray):
     lengths = np.linalg.norm(points[:, 3:], axis=1, keepdims=True)

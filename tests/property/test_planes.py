@@ -67,7 +67,6 @@ def out_of_plane(axis, first, last):
     return np.arcsin(np.minimum(np.abs(axis @ normal) / size, 1.0)) if size > 1e-7 else np.zeros(len(axis))
 
 
-@settings(max_examples=60, deadline=None)
 @given(cases)
 def test_between_two_locations_the_tool_keeps_its_way_and_its_plane_or_the_cut_is_named(case):
     machine, path, rotary, planes = make(case)
@@ -80,7 +79,7 @@ def test_between_two_locations_the_tool_keeps_its_way_and_its_plane_or_the_cut_i
         assert out <= AXIS_TOLERANCE * (1.0 + CUBIC) or planes.left[move]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(cases)
 def test_blocks_that_stand_for_several_keep_the_plane_too(case):
     machine, path, rotary, planes = make(case)
@@ -96,7 +95,7 @@ def test_blocks_that_stand_for_several_keep_the_plane_too(case):
         assert out <= AXIS_TOLERANCE * (1.0 + CUBIC) or planes.left[move]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(cases)
 def test_half_the_blocks_in_equal_parts_wouldnt_do(case):
     machine, path, rotary, planes = make(case)
@@ -112,7 +111,7 @@ def test_half_the_blocks_in_equal_parts_wouldnt_do(case):
             assert off > WRITTEN_TOLERANCE or out > AXIS_TOLERANCE
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(cases)
 def test_given_locations_stay_as_they_are_and_the_same_input_gives_the_same_bytes(case):
     machine, path, rotary, _ = make(case)

@@ -46,7 +46,7 @@ common = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     kind=st.sampled_from(["hull", "torus", "blocks"]),
     seed=st.integers(0, 1000),

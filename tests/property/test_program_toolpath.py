@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from blocks import one_by_one
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import fiveaxis as fx
@@ -25,12 +25,6 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.options import Wrap
 
-QUIET = settings(
-    deadline=None,
-    derandomize=True,
-    max_examples=150,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
 BALL = fx.Tool.ball(6)
 # Table and table, table and head, head and head; two of them count axes against ISO 841.
 MACHINES = ["hayashi-640123", "linuxcnc-xyzac-trt", "linuxcnc-xyzbc-trt", "linuxcnc-bridgemill"]
@@ -70,7 +64,6 @@ REMARKS = {"nc": ["", "(a)", ";(b", "(c;d) ;e", "((f))"], "mpf": ["", ";(a)"], "
 BEGINNINGS = {"nc": "{}", "mpf": "N10 {}", "h": "7 L {}"}
 
 
-@settings(QUIET, max_examples=150)
 @given(
     lines=st.lists(st.tuples(st.sampled_from(["", "", "G1 ", "G0 "]), run_words), min_size=20, max_size=60),
     others=st.dictionaries(st.integers(0, 60), spoilers, max_size=3),
@@ -142,7 +135,6 @@ KLARTEXT_WORDS = {"A3=": "TX", "B3=": "TY", "C3=": "TZ", "A5=": "NX", "B5=": "NY
 ISO_WORDS = {"A3=": "I", "B3=": "J", "C3=": "K", " [ABC]5=[0-9.]+": "", "TRAFOOF": "G2 X1 Y1 I5"}
 
 
-@settings(QUIET, max_examples=100)
 @given(
     lines=st.lists(linear_words, min_size=20, max_size=60),
     directions=st.lists(
@@ -215,7 +207,6 @@ def words_of(machine: Machine, values: np.ndarray) -> str:
     return " ".join(f"{c}{v:.9f}" for c, v in zip(machine.letters, values, strict=True))
 
 
-@QUIET
 @given(rows=poses, name=st.sampled_from(MACHINES))
 def test_positions_of_axes_and_of_the_tip_are_one_path(path: Path, rows, name: str):
     """What inverse kinematics makes of tips is read back as those tips."""
@@ -237,7 +228,6 @@ def test_positions_of_axes_and_of_the_tip_are_one_path(path: Path, rows, name: s
     assert np.abs(by_tip.axis[:, None] - wanted[None]).max(axis=2).min(axis=1).max() < 1e-8
 
 
-@QUIET
 @given(rows=poses, name=st.sampled_from(MACHINES))
 def test_a_point_of_the_machine_is_where_the_machine_leads_the_tip(path: Path, rows, name: str):
     """In a standing frame the words are the axes' own, as they are without tip control, but for the tool."""
@@ -256,7 +246,6 @@ def test_a_point_of_the_machine_is_where_the_machine_leads_the_tip(path: Path, r
     np.testing.assert_allclose(standing.tips(standing.axis), by_axes.tips(by_axes.axis), atol=1e-6)
 
 
-@QUIET
 @given(rows=poses, machine=st.sampled_from(MACHINES))
 def test_inches_and_millimetres_say_the_same(path: Path, rows, machine: str):
     used = load_machine(machine)

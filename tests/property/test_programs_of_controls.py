@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -43,12 +43,7 @@ RAPID = 100.0
 REACH = {"X": 300.0, "Y": 300.0, "Z": 300.0, "A": 4.0, "B": 4.0, "C": 400.0}
 BY_ANGLE = [(n, c) for n, d in DIALECTS.items() for c in d.modes if c != "vector"]
 BY_VECTOR = [(n, "vector") for n, d in DIALECTS.items() if "vector" in d.modes]
-QUIET = settings(
-    deadline=None,
-    derandomize=True,
-    max_examples=8,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
+FEW = settings(max_examples=8)
 
 
 @st.composite
@@ -124,7 +119,7 @@ def require_rapid_times(
 
 
 @pytest.mark.parametrize(("control", "coordinates"), BY_ANGLE)
-@QUIET
+@FEW
 @given(case=motions())
 def test_a_program_of_angles_is_read_as_its_motion(tmp_path: Path, case, control, coordinates):
     machine, motion = case
@@ -177,7 +172,7 @@ def turning_motions(draw: st.DrawFn) -> tuple[Machine, Motion]:
 
 
 @pytest.mark.parametrize(("control", "coordinates", "winding"), WOUND)
-@QUIET
+@FEW
 @given(case=turning_motions())
 def test_a_program_that_counts_turns_its_way_is_read_as_its_motion(
     tmp_path: Path, case, control, coordinates, winding
@@ -205,7 +200,7 @@ def test_a_program_that_counts_turns_its_way_is_read_as_its_motion(
 
 
 @pytest.mark.parametrize(("control", "coordinates"), BY_VECTOR)
-@QUIET
+@FEW
 @given(case=motions())
 def test_a_program_of_directions_is_read_as_its_path(tmp_path: Path, case, control, coordinates):
     machine, motion = case
@@ -233,7 +228,7 @@ SETTINGS = {
 MOTION = Motion("XYZAC", np.eye(5) / 2.0, np.ones(5), np.ones(5), np.zeros(5, int), np.arange(5))
 
 
-@settings(QUIET, max_examples=150)
+@settings(max_examples=150)
 @given(
     data=st.data(),
     control=st.sampled_from(sorted(DIALECTS)),
@@ -264,7 +259,7 @@ def test_whatever_is_asked_gives_a_program_or_one_message(data, control, coordin
 
 
 @pytest.mark.parametrize(("control", "coordinates"), BY_ANGLE + BY_VECTOR)
-@settings(QUIET, max_examples=5)
+@settings(max_examples=5)
 @given(case=motions(), unit=st.sampled_from(["mm", "inch"]), step=st.sampled_from([None, 1, 10]))
 def test_the_same_motion_gives_the_same_bytes_that_every_control_can_read(
     case, control, coordinates, unit, step

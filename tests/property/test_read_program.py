@@ -1,4 +1,4 @@
-"""Laws of reading programs: they are written again as read, arcs stay on their circle, nonsense is an error."""
+"""Laws of reading programs: written again they are the same, arcs keep to circles, nonsense is an error."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -36,12 +36,6 @@ REACH = {"X": 500.0, "Y": 500.0, "Z": 500.0, "A": 4.0, "B": 4.0, "C": 700.0}
 # Programs of every control are held to their motions in test_programs_of_controls.
 BY_AXES = ["linuxcnc", "linuxcnc-switchkins"]
 MILL = Machine.from_code("0123")
-QUIET = settings(
-    deadline=None,
-    derandomize=True,
-    max_examples=150,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
 # mm/min, of axes in rapid moves whose highest speed the machine doesn't tell.
 RAPID = 6000.0
 
@@ -70,7 +64,6 @@ def motions(draw: st.DrawFn) -> tuple[Machine, Motion]:
     return machine, motion
 
 
-@QUIET
 @given(case=motions(), control=st.sampled_from(BY_AXES))
 def test_a_motion_that_was_read_is_written_as_the_same_program(path: Path, case, control: str):
     machine, motion = case
@@ -85,7 +78,6 @@ def test_a_motion_that_was_read_is_written_as_the_same_program(path: Path, case,
 angles = st.floats(-np.pi, np.pi)
 
 
-@QUIET
 @given(
     radius=st.floats(0.01, 1e4),
     start=angles,
@@ -124,7 +116,6 @@ def test_an_arc_stays_on_its_circle_and_turns_as_told(
     assert motion.time[2:].sum() == pytest.approx(radius * sweep / 1000.0, rel=1e-5)
 
 
-@QUIET
 @given(
     steps=st.lists(st.tuples(st.sampled_from("XYZ"), st.integers(-10_000, 10_000)), min_size=1, max_size=8)
 )
@@ -158,7 +149,7 @@ word = st.one_of(
 block = st.lists(word, max_size=6).map(" ".join)
 
 
-@settings(QUIET, max_examples=200)
+@settings(max_examples=200)
 @given(lines=st.lists(block, max_size=8), known=st.booleans())
 @example(lines=["G0 X1", "G2 X2 I.5 J" + "9" * 30 + " F1"], known=True)
 @example(lines=["G93 G1 X1 F" + "9" * 30], known=True)

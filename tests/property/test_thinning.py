@@ -59,7 +59,7 @@ def beside(path, row, centre):
     return np.linalg.norm(centre - curve - share[:, None] * across, axis=1)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(cases)
 @example(("hayashi-640123", (0.0, 1.0, 0.25, 0.0), False, 4))
 def test_the_centre_is_where_the_path_has_it_at_every_moment(case):
@@ -77,7 +77,7 @@ def test_the_centre_is_where_the_path_has_it_at_every_moment(case):
     assert angle_between(axis, given_axis).max() <= AXIS_TOLERANCE + ROUNDING
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(cases)
 def test_kept_rows_are_the_given_ones_and_times_add_up(case):
     machine, path, motion, tcp = make(case)
@@ -94,7 +94,7 @@ def test_kept_rows_are_the_given_ones_and_times_add_up(case):
         assert few.lengths[found.motion.kind == kind].sum() == pytest.approx(way, rel=1e-3, abs=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(cases)
 def test_no_axis_travels_farther_for_fewer_blocks(case):
     machine, path, motion, tcp = make(case)
@@ -103,7 +103,7 @@ def test_no_axis_travels_farther_for_fewer_blocks(case):
     assert (after <= before + 1e-6 * len(motion)).all()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(cases)
 def test_the_same_motion_is_thinned_to_the_same_bytes(case):
     machine, path, motion, tcp = make(case)
@@ -112,7 +112,7 @@ def test_the_same_motion_is_thinned_to_the_same_bytes(case):
     assert one.motion.time.tobytes() == other.motion.time.tobytes()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(cases)
 def test_what_is_kept_of_a_motion_is_kept_when_its_needless_rows_are_sought_again(case):
     machine, path, motion, tcp = make(case)

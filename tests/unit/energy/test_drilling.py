@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fiveaxis.energy.drilling import (
@@ -202,7 +202,6 @@ drills = st.builds(
 )
 
 
-@settings(deadline=None, derandomize=True, max_examples=100)
 @given(drills, st.floats(0.01, 0.4), st.floats(5.0, 500.0), st.integers(1, 40))
 def test_the_lips_integral_is_its_closed_form(drill, advance, spindle, elements):
     """Turning ω (R² - r0²)(K_tc c/2 + K_te/sinκ) for two lips; edge forces count once per lip."""

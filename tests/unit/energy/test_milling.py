@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.integrate import quad
@@ -31,7 +31,6 @@ FEED = 0.1 * CUTTING_SPEED / (2.0 * np.pi * RADIUS)  # mm/s
 ROUNDING = 1e-9
 
 vectors = arrays(float, (4, 3), elements=st.floats(-1e3, 1e3, allow_subnormal=False))
-laws = settings(deadline=None, derandomize=True, max_examples=150)
 
 
 def power_scale(force, moment, velocity, turning, old, new):
@@ -40,7 +39,6 @@ def power_scale(force, moment, velocity, turning, old, new):
     return (size[0] * size[2] + size[1] * size[3] + 2.0 * size[0] * size[3] * size[4]) / 1e3 + 1e-9
 
 
-@laws
 @given(vectors, vectors, vectors, vectors, vectors, vectors)
 def test_wrench_power_is_the_same_at_every_point_when_moment_and_velocity_both_move(
     force, moment, velocity, turning, old, new
@@ -56,7 +54,6 @@ def test_wrench_power_is_the_same_at_every_point_when_moment_and_velocity_both_m
     assert (np.abs(here - there) <= 1e-12 * scale).all()
 
 
-@laws
 @given(vectors, vectors, vectors, vectors, vectors, vectors)
 def test_the_absolute_sum_is_never_below_the_wrench_power_of_any_point(
     force, moment, velocity, turning, old, new
@@ -68,7 +65,6 @@ def test_the_absolute_sum_is_never_below_the_wrench_power_of_any_point(
     assert (absolute_sum_power(force, moment_there, velocity_there, turning) >= true - 1e-12 * scale).all()
 
 
-@laws
 @given(vectors, vectors, vectors, vectors)
 def test_moving_a_moment_there_and_back_leaves_it(force, moment, old, new):
     there = transport_moment(force, moment, old, new)

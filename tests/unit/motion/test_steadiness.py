@@ -149,7 +149,7 @@ MOVES = st.lists(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(MOVES)
 def test_the_counts_are_those_of_going_through_block_by_block(rows):
     table = np.array(rows).reshape(-1, 6)

@@ -138,7 +138,7 @@ def test_a_small_circle_runs_at_the_speed_of_its_centripetal_acceleration():
 # --- laws
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.integers(0, 10_000),
     st.integers(3, 60),
@@ -167,7 +167,7 @@ def test_bounds_hold_where_axes_start_to_move_in_a_corner(seed):
     assert overrun(law) < ROUNDING
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 10_000), st.integers(30, 400), st.sampled_from([1.0, 10.0]))
 def test_bounds_hold_all_along_random_curves(seed, n, more_speed):
     machine = with_limits(TRUNNION, more_speed)
@@ -211,7 +211,7 @@ def test_speeds_times_c_and_accelerations_times_c_squared_divide_the_time_by_c(f
         np.testing.assert_allclose(scaled.motion.time * factor, slow.motion.time, rtol=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000), st.sampled_from(["exact-stop", 0.05]), st.floats(0.05, 0.95))
 def test_splitting_a_block_in_line_changes_nothing(seed, corners, share):
     rng = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
@@ -183,7 +183,6 @@ def test_tips_and_axes_state_chords_until_a_curve_is_asked_for():
     assert path.shaped("smooth").curved[1:].all()
 
 
-@settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_the_curve_of_any_points_stays_within_the_arcs_through_them(seed):
     """No overshoot: over each chord it is no higher than the higher of the arcs of its ends."""

@@ -31,7 +31,6 @@ def filled(path: Toolpath, parts: int = 9) -> Toolpath:
     return refined(path, np.linspace(0.0, len(path) - 1.0, parts * (len(path) - 1) + 1))
 
 
-@settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_the_curve_of_the_path_is_allowed_everywhere_and_its_chords_too(seed):
     path = filled(wandering(seed))
@@ -41,7 +40,6 @@ def test_the_curve_of_the_path_is_allowed_everywhere_and_its_chords_too(seed):
     assert course.distances(rows, path.pivot + chord).max() < 1e-9
 
 
-@settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_the_verification_takes_no_move_for_a_curve_that_is_planned_straight(seed):
     path = wandering(seed)
@@ -52,7 +50,7 @@ def test_the_verification_takes_no_move_for_a_curve_that_is_planned_straight(see
     assert (height[bent > 1e-5] > 0.0).all()
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(seed=st.integers(0, 10**6), off=st.floats(0.02, 0.2))
 def test_a_pivot_beside_the_band_is_found_by_how_far_it_is(seed, off):
     """Across the band, and on both sides of it: it hides nothing."""

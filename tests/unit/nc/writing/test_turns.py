@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fiveaxis.errors import SettingError
@@ -94,7 +94,6 @@ ANGLES = st.lists(
 
 
 @pytest.mark.parametrize("rule", ["signed", "shorter", "rezero", "unwound"])
-@settings(deadline=None, derandomize=True, max_examples=80)
 @given(angles=ANGLES, links=st.lists(st.sampled_from([0, 1]), min_size=6, max_size=6))
 def test_a_control_turns_the_axis_as_the_motion_does(rule, angles, links):
     machine = load_machine("hayashi-640123")

@@ -132,7 +132,7 @@ caps = st.lists(
 )
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=25)
 @given(caps)
 def test_a_moved_baseline_is_admitted_everywhere_and_otherwise_unchanged(drawn):
     own = tool_axes(MACHINE, angles(plain()["normal"]))

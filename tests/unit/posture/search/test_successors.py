@@ -48,7 +48,7 @@ def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float =
     return float(np.sum((way != 0.0) * (standing * faster + slope * np.abs(moves))) + starts.sum())
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(st.sampled_from(sorted(SHAPES)), st.integers(12, 40), st.sampled_from([8.0, 20.0, 45.0]))
 def test_paths_keep_every_bound_and_corridors_make_them_cheaper(name, count, most):
     machine = fx.load_machine("hayashi-640123")

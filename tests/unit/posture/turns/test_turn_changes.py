@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from by_degrees import tilt_bounds
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fiveaxis.geometry import Array, angle_between
@@ -24,7 +24,6 @@ def open_turns(angle: float, limits: Limits) -> int:
     return int(np.floor((limits.high + ON_LIMIT - angle) / TURN) - first) + 1
 
 
-@settings(deadline=None, derandomize=True, max_examples=150)
 @given(
     angles=st.lists(st.floats(-9.0, 9.0), min_size=2, max_size=8).map(np.cumsum),
     low=st.floats(-7.0, 7.0),

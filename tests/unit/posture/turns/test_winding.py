@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from by_degrees import tilt_bounds
 from by_travel import optimise
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fiveaxis.energy import motion_energy
@@ -84,7 +84,6 @@ def cost_of(turns, stop, up, down):
     )
 
 
-@settings(deadline=None, derandomize=True, max_examples=60)
 @given(
     angles=st.lists(st.floats(-8.0, 8.0), min_size=2, max_size=5).map(np.cumsum),
     degrees=st.sampled_from([200.0, 360.0, 400.0]),
