@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 
 CHROMIUM = shutil.which("chromium")
-PATIENCE = 60.0  # s, for an answer of the browser
 # Marks of a module whose tests need the browser.
 NEEDS_BROWSER = [
     pytest.mark.slow,

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 # s: how long others may keep LinuxCNC.
-QUEUE = 240.0
+QUEUE = 600.0
 # System V shared memory, and keys in it that are LinuxCNC's alone.
 MEMORY = Path("/proc/sysvipc/shm")
 SHARED_MEMORY = (0x48414C32, 0x48484C34, 0x90280A48)

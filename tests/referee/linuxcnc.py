@@ -35,7 +35,7 @@ SYSTEM_PYTHON = Path("/usr/bin/python3")
 USER = "nobody"
 LETTERS = "XYZAC"
 # s: one servo cycle, LinuxCNC's usual one; start and end of LinuxCNC itself.
-CYCLE, STARTING = 1e-3, 30.0
+CYCLE, STARTING = 1e-3, 300.0
 # How often LinuxCNC is started until it gives a verdict: on a busy computer its tasks may lose one another's
 # first messages, and it ends by itself before the program has begun.
 STARTS = 3

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -106,7 +107,9 @@ def run_command(command: str, folder: Path) -> str:
     tools = str(Path(sys.executable).parent)
     environment = os.environ | {"COLUMNS": "100", "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
     shell = ["bash", "-o", "pipefail", "-c", command]
-    done = subprocess.run(shell, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
+    done = subprocess.run(
+        shell, cwd=folder, env=environment, capture_output=True, text=True, timeout=PATIENCE
+    )
     assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
     return done.stdout
 
@@ -145,7 +148,7 @@ def finished(tmp_path_factory) -> Path:
     try:
         folder.mkdir()
     except FileExistsError:
-        deadline = time.monotonic() + 600.0
+        deadline = time.monotonic() + PATIENCE
         while not whole.exists():
             assert not failed.exists(), "the tutorial failed in another test process"
             assert time.monotonic() < deadline, "the tutorial isn't done after 10 minutes"

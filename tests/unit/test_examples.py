@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("0*.py"))
@@ -125,4 +126,4 @@ def test_the_public_mill_is_fitted_to_one_run_and_gives_the_others_as_the_page_s
 def ran(script: Path, *arguments: str) -> str:
     """Run a script in a process of its own in which warnings are errors."""
     command = [sys.executable, "-W", "error", str(script), *arguments]
-    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=300).stdout
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=PATIENCE).stdout

@@ -16,7 +16,7 @@ import linuxcnc
 
 JOINTS = 5
 # s: homing takes no motion, and starting a program none to speak of.
-SOON, POLL = 20.0, 0.005
+SOON, POLL = 60.0, 0.005
 FAULTS = (linuxcnc.OPERATOR_ERROR, linuxcnc.NML_ERROR)
 
 status, command, errors = linuxcnc.stat(), linuxcnc.command(), linuxcnc.error_channel()

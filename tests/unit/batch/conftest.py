@@ -14,6 +14,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from patience import PATIENCE
 
 from fiveaxis.batch import Event, Row
 from fiveaxis.batch.events import Listener
@@ -60,7 +61,7 @@ def write_job(tmp_path: Path) -> Callable[..., Path]:
 def in_time() -> Callable[..., Any]:
     """Give what does work that waits for other processes, and says where it stands if that takes for ever."""
 
-    def do(work: Callable[[], Any], seconds: float = 120.0) -> Any:
+    def do(work: Callable[[], Any]) -> Any:
         future: Future[Any] = Future()
 
         def run() -> None:
@@ -70,11 +71,11 @@ def in_time() -> Callable[..., Any]:
                 future.set_exception(fault)
 
         threading.Thread(target=run, daemon=True).start()
-        if not wait([future], seconds).done:
+        if not wait([future], PATIENCE).done:
             with tempfile.TemporaryFile("w+") as stream:
                 faulthandler.dump_traceback(stream)
                 stream.seek(0)
-                pytest.fail(f"not done in {seconds:g} s; the threads stand at\n{stream.read()}")
+                pytest.fail(f"not done in {PATIENCE:g} s; the threads stand at\n{stream.read()}")
         return future.result()
 
     return do

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 
 import pytest
-from browser import NEEDS_BROWSER, PATIENCE, Browser, LeftError
+from browser import NEEDS_BROWSER, Browser, LeftError
+from patience import PATIENCE
 
 from fiveaxis.batch.comparison import write_page
 from fiveaxis.batch.record import Row, Status

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 if sys.platform == "win32":
     pytest.skip("no pseudo terminals there", allow_module_level=True)
@@ -41,7 +42,6 @@ with pretending.pretend() as stand_in:
     main()
 """
 CONTROLS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
-PATIENCE = 60.0  # s
 
 
 class Screen:

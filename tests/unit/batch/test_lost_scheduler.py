@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
+from patience import PATIENCE
 
 from fiveaxis.batch import run_batch
 from fiveaxis.batch.ledger import LINES
@@ -56,7 +57,7 @@ def test_what_is_done_is_kept_and_the_same_command_does_the_rest(
         if event.state == "done":
             told.append(event.name)
             scheduler.kill()
-            scheduler.wait(timeout=60)
+            scheduler.wait(PATIENCE)
 
     with pytest.raises(LostScheduler, match="the same command does the rest") as lost:
         in_time(lambda: run_batch(jobs, tmp_path / "out", scheduler=there, tell=kill))

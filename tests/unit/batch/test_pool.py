@@ -42,9 +42,7 @@ def run(tmp_path, monkeypatch, in_time) -> Callable[..., dict[str, Row]]:
     ) -> dict[str, Row]:
         monkeypatch.setattr(pool, "ENTRY", light_entry(entry))
         tasks = [Task(name, tmp_path / f"{name}.toml") for name in names]
-        rows = in_time(
-            lambda: list(run_on_pool(tasks, tmp_path, workers, limits or Limits(), tell)), seconds=60.0
-        )
+        rows = in_time(lambda: list(run_on_pool(tasks, tmp_path, workers, limits or Limits(), tell)))
         assert sorted(row.name for row in rows) == sorted(names)
         return {row.name: row for row in rows}
 
@@ -80,7 +78,7 @@ def test_a_worker_that_dies_is_replaced_and_its_job_runs_again(run, entry):
 
 
 def test_a_worker_that_stands_still_at_its_start_is_replaced(run, monkeypatch):
-    monkeypatch.setattr(pool, "LONGEST_START", 1.0)
+    monkeypatch.setattr(pool, "LONGEST_START", 5.0)
     rows = run(f"{once('gone', 'os.kill(os.getpid(), signal.SIGSTOP)')}; work(lambda _: None)")
     assert [str(row.status) for row in rows.values()] == ["fine"] * 3
 
@@ -114,15 +112,15 @@ def test_workers_that_somebody_kills_at_their_start_without_end_end_the_batch_to
 
 
 def test_a_job_over_its_time_is_stopped_and_the_others_end(run):
-    rows = run("work(lambda name: name == 'b' and time.sleep(600))", limits=Limits(timeout=0.5))
-    assert rows["b"].message == "ran longer than 0.5 s and was stopped; allow more (--job-timeout)"
+    rows = run("work(lambda name: name == 'b' and time.sleep(600))", limits=Limits(timeout=3.0))
+    assert rows["b"].message == "ran longer than 3 s and was stopped; allow more (--job-timeout)"
     assert [str(row.status) for row in rows.values()].count("fine") == 2
 
 
 def test_a_job_over_its_memory_is_stopped_and_doesnt_count_against_the_next(run):
     entry = (
         "hoard = []; work(lambda name: hoard.append(bytearray(b'x') * (50 if name != 'b' else 400) * 10**6)"
-        " or time.sleep(0.5))"
+        " or time.sleep(600 if name == 'b' else 0.5))"
     )
     rows = run(entry, "acdb", workers=1, limits=Limits(memory=150.0))
     assert re.fullmatch(r"took \d+ MB and was stopped; allow more than 150 MB .*", rows["b"].message)

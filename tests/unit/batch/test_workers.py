@@ -10,6 +10,7 @@ import sys
 import psutil
 import pytest
 from light import COMMAND, DIGEST
+from patience import PATIENCE
 
 from fiveaxis.batch import run_batch
 from fiveaxis.batch.ledger import LINES
@@ -82,7 +83,7 @@ def test_ctrl_c_ends_the_workers_and_the_same_command_does_the_rest(
     start, jobs, tmp_path, pretended, monkeypatch
 ):
     process = start(INTERRUPTED, workers=1)
-    out, err = process.communicate(timeout=400)
+    out, err = process.communicate(timeout=PATIENCE)
     *told, last = [line for line in err.splitlines() if "runs on worker" not in line]
     workers = [int(pid) for pid in told.pop(0).split()]
     assert (process.returncode, out) == (130, "")
@@ -112,4 +113,4 @@ def test_nobody_can_reach_the_workers_and_they_end_with_a_batch_that_is_killed(s
         assert stranger.returncode != 0
         assert "Permission denied" in stranger.stderr
     process.kill()
-    require_end(workers, 5.0)
+    require_end(workers, PATIENCE)

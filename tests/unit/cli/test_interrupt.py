@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 
 from fiveaxis.cli.work import NAME, Work
 from fiveaxis.job.results import undisturbed
@@ -82,7 +83,7 @@ def interrupted(script: str, folder: Path, n: int, after: float) -> tuple[int, s
             assert process.stderr.readline() == "solving\n"
             time.sleep(after)
             os.kill(process.pid, signal.SIGINT)
-            out, err = process.communicate(timeout=60)
+            out, err = process.communicate(timeout=PATIENCE)
         finally:
             process.kill()
     return process.returncode, out, err
@@ -130,7 +131,7 @@ def test_other_verbs_work_in_the_thread_too_and_dont_wait_for_it(tmp_path, work,
         try:
             assert process.stderr.readline() == f"{NAME}\n"
             os.kill(process.pid, signal.SIGINT)
-            out, err = process.communicate(timeout=60)
+            out, err = process.communicate(timeout=PATIENCE)
         finally:
             process.kill()
     assert (process.returncode, out, err) == (130, "", "interrupted; nothing was written\n")
@@ -184,4 +185,4 @@ def test_work_that_was_given_up_ends_at_its_next_step(monkeypatch):
     monkeypatch.setattr("fiveaxis.cli.work.wait", pressed)
     with pytest.raises(KeyboardInterrupt):
         Work().run(work)
-    assert ended.wait(10.0)
+    assert ended.wait(PATIENCE)

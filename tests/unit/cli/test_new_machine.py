@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 from typer.testing import CliRunner
 
 from fiveaxis.cli import app
@@ -54,7 +55,6 @@ OPTIONS = {
     "mass": "8 t",
     "control": "heidenhain",
 }
-PATIENCE = 120.0  # s, for the next line of the command
 
 
 class Terminal:
@@ -105,7 +105,7 @@ class Terminal:
         return asked
 
     def end(self) -> int:
-        code = self.process.wait(timeout=60)
+        code = self.process.wait(PATIENCE)
         os.close(self.ours)
         return code
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from patience import PATIENCE
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and devices there")
 
@@ -15,7 +16,7 @@ DEAF_LIBRARY = """
 import sys, time
 print("importing", file=sys.stderr, flush=True)
 try:
-    time.sleep(60)
+    time.sleep(600)
 except BaseException:
     raise ImportError("not installed")
 """
@@ -46,7 +47,7 @@ def test_ctrl_c_while_libraries_are_imported_ends_the_command_at_once(tmp_path, 
     with start("machines", preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as process:
         assert process.stderr.readline() == "importing\n"
         process.send_signal(signal.SIGINT)
-        assert process.communicate(timeout=30)[1] == "interrupted; nothing was written\n"
+        assert process.communicate(timeout=PATIENCE)[1] == "interrupted; nothing was written\n"
     assert process.returncode == 130
 
 
@@ -56,7 +57,7 @@ def test_a_reader_that_closes_the_pipe_ends_the_command_quietly(words):
     read, write = os.pipe()
     os.close(read)
     with start(*words, stdout=write) as process:
-        assert process.communicate(timeout=60)[1] == ""
+        assert process.communicate(timeout=PATIENCE)[1] == ""
     os.close(write)
     assert process.returncode == 141
 
@@ -64,7 +65,7 @@ def test_a_reader_that_closes_the_pipe_ends_the_command_quietly(words):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")  # noqa: PTH110
 def test_a_full_disk_under_the_output_is_an_error():
     with open("/dev/full", "w") as full, start("machines", "--json", stdout=full) as process:  # noqa: PTH123
-        said = process.communicate(timeout=60)[1]
+        said = process.communicate(timeout=PATIENCE)[1]
     assert said == "error: the output can't be written: No space left on device\n"
     assert process.returncode == 2
 
@@ -72,13 +73,13 @@ def test_a_full_disk_under_the_output_is_an_error():
 @posix
 def test_output_closed_before_the_start_is_no_fault():
     with start("machines", preexec_fn=lambda: os.close(1)) as process:
-        assert process.communicate(timeout=60)[1] == ""
+        assert process.communicate(timeout=PATIENCE)[1] == ""
     assert process.returncode == 0
 
 
 def test_a_fault_of_the_program_is_one_line_and_its_traceback_is_for_who_asks():
     with start("machines", script=FAULTY) as process:
-        said = process.communicate(timeout=60)[1]
+        said = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == 4
     assert said.startswith(
         "error: a fault of fiveaxis itself, not of the input: ZeroDivisionError: of nothing!!!"
@@ -86,4 +87,4 @@ def test_a_fault_of_the_program_is_one_line_and_its_traceback_is_for_who_asks():
     assert said.endswith("(<string>:4); please report it with the output of -vv\n")
     assert len(said) < 3000
     with start("machines", "-vv", script=FAULTY) as process:
-        assert "Traceback (most recent call last)" in process.communicate(timeout=60)[1]
+        assert "Traceback (most recent call last)" in process.communicate(timeout=PATIENCE)[1]

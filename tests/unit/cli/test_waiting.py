@@ -15,12 +15,12 @@ from pathlib import Path
 
 import psutil
 import pytest
+from patience import PATIENCE
 
 pty = pytest.importorskip("pty", reason="there are no pseudo terminals on this system")
 
 PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 LONGEST = 2.0  # s without a change on screen
-PATIENCE = 120.0  # s, for anything at all
 CONTROLS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 LOOK = ("--tool", "ball:8", "--stepdown", "6", "--overhang")
 OPTIMISE = ("optimise", PART, *LOOK, "--machine", "hayashi-640123", "--tilt", "15:75", "--effort", "quick")

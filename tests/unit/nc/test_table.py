@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 
@@ -145,17 +143,6 @@ def test_the_vase_is_read_as_numpy_reads_it(data, vase):
     path = read_toolpath(data / "cases" / "vase_overhang.csv", tool=vase.tool)
     np.testing.assert_allclose(path.pivot, vase.pivot, atol=1e-12)
     assert path.source.tolist() == list(range(2, 3602))
-
-
-def test_a_hundred_thousand_rows_are_read_hardly_slower_than_their_numbers_alone(read):
-    row = "12.345678901,-23.456789012,34.567890123,0.000000000,0.600000000,0.800000000\n"
-    text = NORMALS + row * 100_000
-    start = time.process_time()
-    numbers = [list(map(float, line.split(","))) for line in text.split("\n")[1:-1]]
-    by_hand = time.process_time() - start
-    assert len(read(text)) == len(numbers)
-    # About as long was measured; the bound leaves room for a busy machine and none for a slow parse.
-    assert time.process_time() - start - by_hand < 5.0 * by_hand
 
 
 def test_a_fault_late_in_a_long_file_is_still_named(read):

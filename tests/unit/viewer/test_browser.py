@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import NEEDS_BROWSER, PATIENCE, Browser
+from browser import NEEDS_BROWSER, Browser
+from patience import PATIENCE
 
 from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.findings import Finding, Place, Severity

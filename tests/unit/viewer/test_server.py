@@ -8,6 +8,7 @@ import time
 import webbrowser
 
 import pytest
+from patience import PATIENCE
 
 from fiveaxis.errors import SettingError
 from fiveaxis.viewer import Preview, preview
@@ -20,7 +21,7 @@ def port_of(shown: Preview) -> int:
 
 
 def get(port: int, path: str = "/", host: str | None = None) -> tuple[int, bytes]:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5.0)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     connection.request("GET", path, headers={} if host is None else {"Host": host})
     answer = connection.getresponse()
     content = answer.read()
@@ -38,7 +39,7 @@ def test_it_listens_on_the_loopback_address_only():
         assert shown.url().startswith("http://127.0.0.1:")
         with pytest.raises(ConnectionRefusedError):
             # Another loopback address stands for any other interface: a wildcard listener would answer.
-            socket.create_connection(("127.0.0.2", port_of(shown)), timeout=5.0)
+            socket.create_connection(("127.0.0.2", port_of(shown)), timeout=PATIENCE)
 
 
 def test_a_foreign_host_name_gets_nothing():
@@ -59,7 +60,7 @@ def test_no_other_address_of_this_computer_answers():
             pytest.skip("this computer has no other interface")
         address = probe.getsockname()[0]
     with Preview(PAGE) as shown, pytest.raises(ConnectionRefusedError):
-        socket.create_connection((address, port_of(shown)), timeout=5.0)
+        socket.create_connection((address, port_of(shown)), timeout=PATIENCE)
 
 
 @pytest.mark.parametrize(
@@ -90,7 +91,7 @@ def test_nothing_but_the_page_is_served_whatever_is_requested(path):
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS", "HEAD", "PROPFIND"])
 def test_the_page_can_only_be_read(method):
     with Preview(PAGE) as shown:
-        connection = http.client.HTTPConnection("127.0.0.1", port_of(shown), timeout=5.0)
+        connection = http.client.HTTPConnection("127.0.0.1", port_of(shown), timeout=PATIENCE)
         connection.request(method, "/", body=b"x" if method in {"POST", "PUT"} else None)
         assert connection.getresponse().status == 501
         connection.close()
@@ -98,7 +99,7 @@ def test_the_page_can_only_be_read(method):
 
 def test_headers_forbid_framing_caching_and_sharing_of_the_page():
     with Preview(PAGE) as shown:
-        connection = http.client.HTTPConnection("127.0.0.1", port_of(shown), timeout=5.0)
+        connection = http.client.HTTPConnection("127.0.0.1", port_of(shown), timeout=PATIENCE)
         connection.request("GET", "/")
         headers = connection.getresponse().headers
         connection.close()
@@ -122,7 +123,7 @@ def test_a_browser_that_closes_the_connection_leaves_no_traceback(capfd):
             b"GET / HT",
             f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port_of(shown)}\r\n\r\n".encode(),
         ):
-            with socket.create_connection(("127.0.0.1", port_of(shown)), timeout=5.0) as browser:
+            with socket.create_connection(("127.0.0.1", port_of(shown)), timeout=PATIENCE) as browser:
                 browser.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, closing)
                 browser.sendall(sent)
                 if sent.endswith(b"\n"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -543,19 +542,6 @@ def test_a_program_that_was_read_can_be_used_as_a_motion(read, trunnion):
     program = compose_program(motion, machine=trunnion)
     assert program.lines[-5] == "G1 X10.000000 Y0.000000 Z0.000000 A-20.000000 C30.000000 F60"
     assert fx.read_program is read_program
-
-
-def test_blocks_with_comments_are_read_together_in_a_fraction_of_the_time_one_by_one(read, trunnion):
-    lines = [f"N{i} G1 X{i % 90}.125 Y-.5 Z{i % 7} A{i % 30}. C{i % 300}.5 F1000 (pass)" for i in range(5000)]
-
-    def cpu_time(end):
-        text = "".join(f"{line}{end}" for line in lines)
-        began = time.process_time()
-        assert len(read(text, trunnion)) == len(lines) + 1
-        return time.process_time() - began
-
-    # A form feed makes a line one that is read by itself. A tenth was measured.
-    assert cpu_time("\n") < 0.5 * cpu_time("\f\n")
 
 
 def test_wrapped_rotary_words_without_a_rule_are_refused(tmp_path, trunnion):

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 
 from fiveaxis.machine import load_machine, machine_names
 from fiveaxis.motion import Motion
@@ -54,7 +55,7 @@ def interpreted(text, folder, *, wrapped="", ini=()):
         [str(RS274), *(ini or _ini_of(wrapped, folder)), "-t", str(tools), "-g", str(file)],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         cwd=folder,
         check=False,
     )

@@ -1,9 +1,15 @@
-"""Efforts by name."""
+"""Efforts: by name, and more of it never costs more."""
 
 import pytest
+from by_travel import optimise
+from rings import ring
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.strategy.effort import EFFORTS, effort_of
+from fiveaxis.posture import Effort
+from fiveaxis.posture.strategy.effort import EFFORTS, effort_of, grain
+
+ONE = Effort(grain(2.0, 8.0, 60))
+MANY = Effort(grain(1.0, 5.0, 200), contains=ONE)
 
 
 def test_each_effort_contains_the_smaller_one():
@@ -27,6 +33,15 @@ def test_every_effort_has_a_promise():
         assert len(effort.promise.split()) > 8
 
 
-def test_an_unknown_effort_is_refused_with_the_known_ones():
+def test_an_unknown_effort_is_refused_with_the_known_ones(hayashi):
     with pytest.raises(SettingError, match="'best'; write quick, normal, thorough"):
         effort_of("best")
+    with pytest.raises(SettingError, match="effort = 'best' is unknown"):
+        optimise(ring(12), hayashi, tilt=(15, 75), effort="best")
+
+
+def test_many_searches_never_cost_more_than_one(hayashi):
+    one, many = (optimise(ring(60), hayashi, tilt=(15, 75), effort=effort) for effort in (ONE, MANY))
+    assert many.energy.travel <= one.energy.travel * (1 + 1e-9)
+    for energy in many.baselines.values():
+        assert many.energy.travel <= energy.travel * (1 + 1e-9)
