@@ -39,9 +39,11 @@ tell(fx.optimise(wall, machine, tilt=(10, 60), effort="quick"), machine)
 """
 VECTOR_CODE = " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))
 KERNELS = {
-    "of Haswell": {"OPENBLAS_CORETYPE": "Haswell"},
+    "of Haswell, without numpy's vector code": {
+        "OPENBLAS_CORETYPE": "Haswell",
+        "NPY_DISABLE_CPU_FEATURES": VECTOR_CODE,
+    },
     "of Prescott": {"OPENBLAS_CORETYPE": "Prescott"},
-    "without numpy's vector code": {"NPY_DISABLE_CPU_FEATURES": VECTOR_CODE},
 }
 
 

@@ -112,7 +112,7 @@ def test_links_are_bounded_by_limits_alone(hayashi):
     path = ring()
     links = np.zeros(len(path), dtype=bool)
     links[30:50] = True
-    bounds = {"tilt": (40, 45), "max_turn": 45.0}
+    bounds = {"tilt": (40, 45), "max_turn": 45.0, "effort": "quick"}
     whole = optimise(path, hayashi, **bounds)
     solution = optimise(path.with_links(links), hayashi, **bounds)
     assert_sound(solution)
