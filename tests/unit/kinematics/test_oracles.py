@@ -11,7 +11,7 @@ import pytest
 
 from fiveaxis.geometry import Array, angle_between
 from fiveaxis.kinematics import axis_positions, linear_positions, tool_poses
-from fiveaxis.machine import Axis, Chain, Line, Machine, parse_code, read_linuxcnc
+from fiveaxis.machine import Axis, Chain, Line, Machine, load_machine, parse_code, read_linuxcnc
 
 RNG = np.random.default_rng(20261122)
 TOOL = 30.0  # mm, tool length
@@ -73,6 +73,15 @@ def test_linuxcncs_closed_form_is_met_with_tool_and_rotation_point(tmp_path, nam
     branches = axis_positions(machine, np.array(wanted), axis)
     off = np.abs(np.angle(np.exp(1j * (branches[..., 3:] - counted * turns)))).max(axis=2)
     assert off.min(axis=0).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["xyzac", "xyzbc"])
+def test_the_library_s_trunnions_are_those_of_the_module(tmp_path, name):
+    library, machine = load_machine(f"linuxcnc-{name}-trt"), trunnion_from_ini(tmp_path, name, np.zeros(3))
+    assert [a.reversed for a in library.axes] == [a.reversed for a in machine.axes]
+    positions = RNG.uniform(-1.0, 1.0, (50, 5)) * [100.0, 100.0, 100.0, 2.0, 7.0]
+    for found, wanted in zip(tool_poses(library, positions), tool_poses(machine, positions), strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-9)
 
 
 GOLDEN = [

@@ -68,36 +68,6 @@ def test_linear_axes_are_those_of_equation_5(ideal, positions):
     np.testing.assert_allclose(found[:, :3], expected, atol=1e-11)
 
 
-GOLDEN = [
-    # program X Y Z A C (TCP on, LinuxCNC's signs), joints X Y Z
-    ((10, 0, 0, 0, 0), (10, 0, 0)),
-    ((10, 0, 0, 30, 0), (10, 7.679492, -8.660254)),
-    ((10, 5, -3, -45, 90), (-5, 3.736544, 7.878680)),
-    ((-20, 15, 8, -30, 200), (23.924155, -4.603511, 21.895442)),
-]
-
-
-@pytest.mark.parametrize(("program", "joints"), GOLDEN)
-def test_linuxcncs_golden_table_is_met(trunnion, program, joints):
-    """LinuxCNC counts A and C as table motions: both are `reversed` in the machine's file."""
-    assert trunnion.axis("A").reversed
-    assert trunnion.axis("C").reversed
-    x, y, z, a, c = program
-    found = linear_positions(trunnion, np.array([[x, y, z]], float), -np.radians([[c, a]]))
-    np.testing.assert_allclose(found[0, :3], joints, atol=5e-7)
-
-
-def test_linuxcncs_closed_form_is_met_on_random_poses(trunnion):
-    """program = Rz(−c) [Rx(−a)(J − r − d) + d] + r with d = (0, 20, 10), r = 0."""
-    joints = RNG.uniform(-100, 100, (50, 3))
-    a, c = RNG.uniform(-1.5, 0.8, 50), RNG.uniform(-6, 6, 50)
-    d = np.array([0.0, 20.0, 10.0])
-    tip, _ = tool_poses(trunnion, np.column_stack([joints, -a, -c]))
-    for j, ai, ci, r in zip(joints, a, c, tip, strict=True):
-        tilted = homogeneous("A4", -ai)[:3, :3] @ (j - d) + d
-        np.testing.assert_allclose(homogeneous("A6", -ci)[:3, :3] @ tilted, r, atol=1e-11)
-
-
 def test_both_branches_of_the_inverse_reach_the_pose(trunnion):
     positions = RNG.uniform(-1, 1, (500, 5)) * [100, 100, 100, 2.0, 3.0]
     tip, axis = tool_poses(trunnion, positions)

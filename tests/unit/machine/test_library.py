@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from linuxcnc_kinematics import five_axis, max5, pointing
 
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
@@ -162,85 +163,27 @@ def test_the_head_of_the_bridge_mill_turns_250_mm_above_its_gauge_point():
 
 
 def test_bridge_mill_follows_the_published_5axiskins(rng):
-    """Tip of `5axiskins`, for joints J, tilt b, rotation c, L = pivot length + tool length:
-
-    ``tip = J + L (sin b cos c, sin b sin c, 1 − cos b)``.
-
-    From LinuxCNC/linuxcnc : src/emc/kinematics/5axiskins.c, kinematicsForward: the spherical vector of
-    length L, azimuth c and polar angle 180° − b, plus L along z. Its Z counts from the tip of the tool; the
-    chain's from the gauge point, a tool length higher.
-    """
     machine = load_machine("linuxcnc-bridgemill")
     for tool in (0.0, 87.5):
         values = random_values(machine, rng)
         tip, axis = control_poses(machine.with_tool_length(tool), values)
-        x, y, z = values[:, :3].T
-        b, c = np.radians(values[:, 3:]).T
-        length = 250.0 + tool
-        expected = np.column_stack(
-            [
-                x + length * np.sin(b) * np.cos(c),
-                y + length * np.sin(b) * np.sin(c),
-                z + length * (1.0 - np.cos(b)),
-            ]
-        )
+        joints, turns = values[:, :3], np.radians(values[:, 3:]).T
+        # The control's Z counts from the tip of the tool, the chain's from the gauge point.
+        expected = five_axis(joints, *turns, 250.0 + tool)
         np.testing.assert_allclose(tip + np.array([0.0, 0.0, tool]), expected, rtol=0.0, atol=1e-9)
-        # The tip hangs from the pivot, so the axis points in the opposite direction.
-        pivot = np.column_stack([x, y, z + 250.0])
-        np.testing.assert_allclose(axis, (pivot - tip) / length, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(axis, pointing(*turns), rtol=0.0, atol=1e-12)
 
 
 def test_max5_follows_the_published_maxkins(rng):
-    """Tip of `maxkins`, for joints J, tilt b, table c, L = pivot length + tool length:
-
-    ``tip = Rz(c) (X + L sin b, Y, 0) + (0, 0, Z + L (1 − cos b))``.
-
-    From LinuxCNC/linuxcnc : src/emc/kinematics/maxkins.c at commit 015b723, max_forward, with its default
-    sense (conventional-directions 0) and U = V = W = 0. The forward function of earlier versions shifts by
-    the head after turning by c, against their own inverse. The pivot length of max5 is 0; a tool takes its
-    place.
-    """
+    """The pivot length of max5 is 0; a tool takes its place."""
     machine = load_machine("linuxcnc-max5")
     for tool in (0.0, 112.0):
         values = random_values(machine, rng)
         tip, axis = control_poses(machine.with_tool_length(tool), values)
-        x, y, z = values[:, :3].T
-        b, c = np.radians(values[:, 3:]).T
-        across = x + tool * np.sin(b)
-        expected = np.column_stack(
-            [
-                across * np.cos(c) - y * np.sin(c),
-                across * np.sin(c) + y * np.cos(c),
-                z + tool * (1.0 - np.cos(b)),
-            ]
-        )
+        joints, turns = values[:, :3], np.radians(values[:, 3:]).T
+        expected = max5(joints, *turns, tool)
         np.testing.assert_allclose(tip + np.array([0.0, 0.0, tool]), expected, rtol=0.0, atol=1e-9)
-        leaning = np.column_stack([-np.sin(b) * np.cos(c), -np.sin(b) * np.sin(c), np.cos(b)])
-        np.testing.assert_allclose(axis, leaning, rtol=0.0, atol=1e-12)
-
-
-def test_xyzbc_trunnion_follows_the_published_equations(rng):
-    """Tip of `xyzbc-trt-kins`, for joints J, tilt b, table c, offsets d = (−20, 0, −15):
-
-    ``tip = Rz(−c) [Ry(−b) (J − d) + d]``.
-
-    From LinuxCNC/linuxcnc : src/emc/kinematics/trtfuncs.c, xyzbcKinematicsForward, written out by components.
-    """
-    machine = load_machine("linuxcnc-xyzbc-trt")
-    values = random_values(machine, rng)
-    tip, _ = control_poses(machine, values)
-    dx, dz = -20.0, -15.0
-    x, y, z = values[:, :3].T
-    b, c = np.radians(values[:, 3:]).T
-    along = np.cos(b) * (x - dx) - np.sin(b) * (z - dz) + dx
-    expected = np.column_stack(
-        [
-            np.cos(c) * along + np.sin(c) * y,
-            -np.sin(c) * along + np.cos(c) * y,
-            np.sin(b) * (x - dx) + np.cos(b) * (z - dz) + dz,
-        ]
-    )
-    np.testing.assert_allclose(tip, expected, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(axis, pointing(*turns), rtol=0.0, atol=1e-12)
 
 
 def test_pocket_nc_follows_its_makers_kinematics(rng):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from linuxcnc_kinematics import five_axis, max5, pointing
 from typer.testing import CliRunner
 
 from fiveaxis.cli import app
@@ -243,38 +244,27 @@ def test_a_line_may_be_continued(tmp_path):
     )
 
 
-# The equations of the C sources, as they stand there
+# The equations of the C sources
 
 
 def test_5axiskins_is_reproduced(tmp_path):
-    """5axiskins.c: r = s2r(L, c, 180 - b); position = J + r + L z."""
     machine = read(tmp_path, BRIDGE.replace("= inch", "= mm").replace("length 10", "length 250"))
     joints, b, c = RNG.uniform(-100, 100, (50, 3)), RNG.uniform(-2, 2, 50), RNG.uniform(-6, 6, 50)
     tip, axis = tool_poses(machine, np.column_stack([joints, -b, c]))
-    theta, phi = c, np.pi - b
-    r = 250.0 * np.stack([np.sin(phi) * np.cos(theta), np.sin(phi) * np.sin(theta), np.cos(phi)], axis=1)
-    np.testing.assert_allclose(tip, joints + r + [0.0, 0.0, 250.0], rtol=0.0, atol=1e-10)
-    np.testing.assert_allclose(axis, -r / 250.0, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(tip, five_axis(joints, b, c, 250.0), rtol=0.0, atol=1e-10)
+    np.testing.assert_allclose(axis, pointing(b, c), rtol=0.0, atol=1e-12)
     assert [a.letter for a in machine.axes if a.reversed] == ["B"]
 
 
-@pytest.mark.parametrize("con", [-1.0, 1.0])
-def test_maxkins_is_reproduced(tmp_path, con):
-    """maxkins.c: the head's part is added before C turns it; zb, xb of length L about B."""
-    write(
-        tmp_path,
-        f"setp maxkins.conventional-directions {int(con > 0)}\nsetp maxkins.pivot-length 75",
-        "max.hal",
-    )
+@pytest.mark.parametrize("sense", [-1.0, 1.0])
+def test_maxkins_is_reproduced(tmp_path, sense):
+    words = f"conventional-directions {int(sense > 0)}\nsetp maxkins.pivot-length 75"
+    write(tmp_path, f"setp maxkins.{words}", "max.hal")
     machine = read(tmp_path, MAX)
     joints, b, c = RNG.uniform(-100, 100, (50, 3)), RNG.uniform(-1.5, 1.5, 50), RNG.uniform(-6, 6, 50)
-    tip, _ = tool_poses(machine, np.column_stack([joints, con * b, c]))
-    mx, my = joints[:, 0] - con * 75.0 * np.sin(b), joints[:, 1]
-    radius, angle = np.hypot(mx, my), np.arctan2(my, mx) + c
-    z = joints[:, 2] - 75.0 * np.cos(b) + 75.0
-    wanted = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
-    np.testing.assert_allclose(tip, wanted, rtol=0.0, atol=1e-10)
-    assert [a.letter for a in machine.axes if a.reversed] == ([] if con > 0 else ["B"])
+    tip, _ = tool_poses(machine, np.column_stack([joints, sense * b, c]))
+    np.testing.assert_allclose(tip, max5(joints, b, c, 75.0, sense), rtol=0.0, atol=1e-10)
+    assert [a.letter for a in machine.axes if a.reversed] == ([] if sense > 0 else ["B"])
 
 
 # What is refused
