@@ -1,4 +1,4 @@
-"""Optimiser functions with constraints in degrees and options as keywords."""
+"""Optimiser functions with constraints in degrees and options as keywords, quick unless asked for more."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ from typing import Any
 from fiveaxis import posture
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
 
+QUICK = {"effort": "quick"}
 BOUNDS = tuple(field.name for field in fields(Constraints))
 
 
 def optimise(path: Toolpath, machine, **options: Any) -> posture.Solution:
     """Choose postures; `options` are constraints in degrees and fields of `fiveaxis.posture.Options`."""
-    return posture.optimise(path, machine, _taken(options), posture.Options(**options))
+    return posture.optimise(path, machine, _taken(options), posture.Options(**QUICK | options))
 
 
 def find_front(path: Toolpath, machine, n: int = 8, smoothest=None, **options: Any) -> posture.Front:
     """Find a front; `options` as for `optimise`."""
     bounds = _taken(options)
-    return posture.find_front(path, machine, bounds, n, posture.Options(**options), smoothest=smoothest)
+    return posture.find_front(
+        path, machine, bounds, n, posture.Options(**QUICK | options), smoothest=smoothest
+    )
 
 
 def tilt_bounds(path: Toolpath, tilt=None, cone=None, **bounds: Any) -> TiltBounds:

@@ -39,8 +39,8 @@ BOUNDS = {
 def test_a_given_bound_is_verified_and_one_that_was_not_given_is_found_broken(hayashi, name):
     make, leaning, bound, code = BOUNDS[name]
     path = make()
-    free = optimise(path, hayashi, effort="quick", **leaning)
-    bound_by_it = optimise(path, hayashi, effort="quick", **leaning, **bound)
+    free = optimise(path, hayashi, **leaning)
+    bound_by_it = optimise(path, hayashi, **leaning, **bound)
     broken = verify(free.motion, hayashi, free.toolpath, **leaning, **bound)
     kept = verify(bound_by_it.motion, hayashi, bound_by_it.toolpath, **leaning, **bound)
     assert set(broken.counts) - {"tip-deviation"} == {code}
@@ -56,7 +56,7 @@ def test_where_the_optimiser_could_not_hold_c_verification_warns_of_the_same_mov
     axis = np.stack([np.sin(lean) * np.cos(angle), np.sin(lean) * np.sin(angle), np.full(n, np.cos(lean))], 1)
     path = Toolpath.from_tips(np.stack([angle, 0 * angle, 0 * angle], axis=1), axis, Tool.ball(6.0))
     bounds = {"cone": 1.0, "singular_cone": 8.0}
-    solution = optimise(path, hayashi, effort="quick", **bounds)
+    solution = optimise(path, hayashi, **bounds)
     reported = [f for f in solution.toolpath.findings if f.code == "singular-turn"]
     report = verify(solution.motion, hayashi, solution.toolpath, **bounds)
     assert reported

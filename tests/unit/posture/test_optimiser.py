@@ -35,29 +35,29 @@ def assert_sound(solution):
 
 @pytest.mark.slow
 def test_the_vase_ends_at_its_best_known_energy_and_does_so_again(hayashi, vase):
-    solution = optimise(vase, hayashi, tilt=(15, 75))
+    solution = optimise(vase, hayashi, tilt=(15, 75), effort="normal")
     assert solution.energy.travel <= 7450.0
     assert_sound(solution)
-    again = optimise(vase, hayashi, tilt=(15, 75))
+    again = optimise(vase, hayashi, tilt=(15, 75), effort="normal")
     np.testing.assert_array_equal(again.motion.positions, solution.motion.positions)
     assert [s.after for s in again.stages] == [s.after for s in solution.stages]
 
 
 @pytest.mark.slow
 def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
-    free = optimise(dome, hayashi, tilt=(10, 70), max_turn=360.0)
+    free = optimise(dome, hayashi, tilt=(10, 70), max_turn=360.0, effort="normal")
     # Fast turns, over which the tool would hop out of its range between two locations, aren't taken.
     assert "between-locations" not in {finding.code for finding in free.toolpath.findings}
     assert_sound(free)
-    bounded = optimise(dome, hayashi, tilt=(10, 70))
+    bounded = optimise(dome, hayashi, tilt=(10, 70), effort="normal")
     assert_sound(bounded)
     turns = np.abs(bounded.motion.moves[:, hayashi.rotary_columns])
     assert np.degrees(turns.max()) <= 15.0 + 1e-6
     assert bounded.energy.travel < 33_000.0
 
 
-def test_a_small_path_is_sound_and_has_a_record_of_the_solver(plain):
-    solution = plain
+def test_a_small_path_is_sound_and_has_a_record_of_the_solver(hayashi):
+    solution = optimise(ring(), hayashi, tilt=(15, 75), effort="normal")
     assert_sound(solution)
     names = [stage.name for stage in solution.stages]
     assert names[0] == "path of little travel"

@@ -167,6 +167,6 @@ def test_a_result_under_a_mask_has_baselines(vase, hayashi):
         c, a = rotary.T
         return ~(np.sin(6.0 * c + rows / 40.0) * np.sin(9.0 * a + rows / 90.0) > 0.5)
 
-    found = optimise(path, hayashi, tilt=(15, 75), mask=mask, effort="quick")
+    found = optimise(path, hayashi, tilt=(15, 75), mask=mask)
     assert found.savings()
     assert any(baseline.note for baseline in found.compared.values())

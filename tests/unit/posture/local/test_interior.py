@@ -86,7 +86,7 @@ def test_a_slack_that_rounds_to_zero_beside_its_bound_does_no_harm() -> None:
     normal = np.column_stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
     path = Toolpath.from_contacts(contact, normal, Tool.ball(8.0))
     machine = load_machine("hayashi-640123")
-    solution = optimise(path, machine, tilt=(15.0, 75.0), max_turn=15.0, effort="quick")
+    solution = optimise(path, machine, tilt=(15.0, 75.0), max_turn=15.0)
     assert np.isfinite(solution.motion.positions).all()
     assert all(solution.energy.total <= energy.total for energy in solution.baselines.values())
 

@@ -110,7 +110,7 @@ def test_where_a_mask_refuses_a_narrow_tilt_range_it_is_named_and_not_the_larges
     machine = load_machine("linuxcnc-bridgemill").with_tool_length(60.0).with_setup(setup)
     path, mask = ring(20), lambda rows, _: np.zeros(len(rows), bool)
     with pytest.raises(Infeasible, match="20 of 20 locations have no posture in sequence that the mask") as c:
-        optimise(path, machine, tilt=(44.9, 45.1), max_turn=60.0, mask=mask, effort="quick")
+        optimise(path, machine, tilt=(44.9, 45.1), max_turn=60.0, mask=mask)
     assert [f.place.location for f in c.value.findings] == list(range(20))
     assert all("the mask refuses each of the admissible postures" in f.message for f in c.value.findings)
 

@@ -119,7 +119,7 @@ def test_a_run_whose_ends_nearly_meet_is_left_alone():
 def test_turns_close_above_each_other_are_no_ring_and_keep_their_order(hayashi):
     path = rings(count=6, step=0.5)
     assert not any(ring.closed for ring in find_rings(path))
-    solution = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True)
+    solution = optimise(path, hayashi, tilt=(15, 75), free_start=True)
     np.testing.assert_array_equal(given(solution).contact, path.contact)
 
 
@@ -283,8 +283,8 @@ def test_angles_within_limits_keep_their_turn_along_a_pass():
 
 def test_a_free_start_is_cheaper_and_has_a_finding(hayashi):
     path = rings()
-    bound = optimise(path, hayashi, tilt=(15, 75), effort="quick")
-    free = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True)
+    bound = optimise(path, hayashi, tilt=(15, 75))
+    free = optimise(path, hayashi, tilt=(15, 75), free_start=True)
     assert free.energy.travel <= bound.energy.travel
     assert free.residuals()["tilt"] <= 1e-9
     assert free.residuals()["contact"] <= 1e-9
@@ -296,8 +296,8 @@ def test_a_free_start_is_cheaper_and_has_a_finding(hayashi):
 def test_rings_that_come_to_their_first_location_again_are_cut_whole_from_another_start(hayashi):
     turned = rings().at(np.concatenate([np.arange(40), np.roll(np.arange(40, 80), 13), np.arange(80, 120)]))
     path = closed_rings(turned, 3)
-    bound = optimise(path, hayashi, tilt=(15, 75), effort="quick")
-    free = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True)
+    bound = optimise(path, hayashi, tilt=(15, 75))
+    free = optimise(path, hayashi, tilt=(15, 75), free_start=True)
     assert free.energy.travel <= bound.energy.travel
     assert "begin elsewhere" in free_start_message(free)
     for first in (0, 41, 82):
@@ -307,7 +307,7 @@ def test_rings_that_come_to_their_first_location_again_are_cut_whole_from_anothe
 
 def test_passes_reached_by_links_keep_their_start_and_the_finding_says_why(hayashi):
     path, _ = linked()
-    found = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True)
+    found = optimise(path, hayashi, tilt=(15, 75), free_start=True)
     assert free_start_message(found).startswith("3 keep their start: they are reached or left by links")
     np.testing.assert_array_equal(given(found).pivot, path.pivot)
 
@@ -318,7 +318,7 @@ def test_a_pass_between_two_that_it_joins_is_free_though_links_bind_those(hayash
     layout = layout_of(replace(path, kind=kind))
     assert [ring.closed for ring in layout.rings] == [True, True, True, False]
     cut = replace(path, kind=np.where(np.arange(len(path)) == 40, MoveKind.LINK, path.kind))
-    found = optimise(cut, hayashi, tilt=(15, 75), effort="quick", free_start=True)
+    found = optimise(cut, hayashi, tilt=(15, 75), free_start=True)
     moved = given(found)
     # The first ring is left by the link, and the second, whose first location ends it, is reached by it.
     np.testing.assert_array_equal(moved.source[:80], path.source[:80])
@@ -331,8 +331,8 @@ def given(solution):
 
 def test_linked_passes_of_a_plan_begin_where_it_is_cheaper_and_stay_whole(hayashi):
     path, passes = linked()
-    bound = optimise(path, hayashi, tilt=(15, 75), effort="quick")
-    free = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=passes)
+    bound = optimise(path, hayashi, tilt=(15, 75))
+    free = optimise(path, hayashi, tilt=(15, 75), free_start=True, passes=passes)
     assert free.energy.travel <= bound.energy.travel
     assert steps_cut(given(free)) == steps_cut(path)
     assert free.residuals()["tilt"] <= 1e-9
@@ -341,10 +341,8 @@ def test_linked_passes_of_a_plan_begin_where_it_is_cheaper_and_stay_whole(hayash
 
 def test_a_free_direction_costs_no_more_than_the_given_one(hayashi):
     path, passes = linked()
-    forward = optimise(path, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=passes)
-    both = optimise(
-        path, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=passes, free_direction=True
-    )
+    forward = optimise(path, hayashi, tilt=(15, 75), free_start=True, passes=passes)
+    both = optimise(path, hayashi, tilt=(15, 75), free_start=True, passes=passes, free_direction=True)
     assert both.energy.travel <= forward.energy.travel
     assert steps_cut(given(both)) == steps_cut(path)
 
@@ -354,7 +352,7 @@ def test_open_passes_stay_as_they_are(hayashi):
     half = path.at(np.array([*range(14), *range(27, len(path))]))
     known = Passes(np.array([1, 15]), np.array([13, 39]), len(half), passes.relink)
     assert [ring.closed for ring in known_rings(half, known)] == [False, True]
-    found = optimise(half, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=known)
+    found = optimise(half, hayashi, tilt=(15, 75), free_start=True, passes=known)
     np.testing.assert_array_equal(given(found).contact[1:14], half.contact[1:14])
     assert "of 1 closed passes" in free_start_message(found)
 
@@ -363,7 +361,7 @@ def test_passes_of_another_path_are_refused(hayashi):
     path, passes = linked()
     fewer = path.at(np.arange(len(path) - 1))
     with pytest.raises(SettingError, match="planned with it"):
-        optimise(fewer, hayashi, tilt=(15, 75), effort="quick", free_start=True, passes=passes)
+        optimise(fewer, hayashi, tilt=(15, 75), free_start=True, passes=passes)
 
 
 def test_passes_out_of_order_are_refused():
@@ -387,8 +385,8 @@ def test_a_free_start_and_a_singular_cone_are_refused_together(hayashi):
 
 @pytest.mark.slow
 def test_the_vase_gets_cheaper_with_a_free_start(hayashi, vase):
-    bound = optimise(vase, hayashi, tilt=(15, 75), effort="quick")
-    free = optimise(vase, hayashi, tilt=(15, 75), effort="quick", free_start=True)
+    bound = optimise(vase, hayashi, tilt=(15, 75))
+    free = optimise(vase, hayashi, tilt=(15, 75), free_start=True)
     assert free.energy.travel < bound.energy.travel - 10.0
     rows = np.flatnonzero(~free.toolpath.inserted)
     assert motion_energy(hayashi, free.motion.at(rows)).travel <= 7412.0

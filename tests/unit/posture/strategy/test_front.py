@@ -18,7 +18,7 @@ from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
 @pytest.fixture(scope="module")
 def found(hayashi):
-    return find_front(ring(60), hayashi, 5, tilt=(15, 75), effort="quick")
+    return find_front(ring(60), hayashi, 5, tilt=(15, 75))
 
 
 def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
@@ -39,7 +39,7 @@ def test_a_cheaper_path_found_during_the_sweep_is_the_solution(found, hayashi, m
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", optimise_badly)
     bounds = Constraints.of_degrees(tilt=(15, 75), max_turn=15.0)
     poor = optimise_badly(ring(60), hayashi, bounds, posture.Options(objective="travel", effort="quick"))
-    front = find_front(ring(60), hayashi, 3, tilt=(15, 75), effort="quick")
+    front = find_front(ring(60), hayashi, 3, tilt=(15, 75))
     first = front.points[0]
     assert first.cost == min(p.cost for p in front.points) == pytest.approx(front.solution.travel)
     assert front.solution.energy.travel < poor.energy.travel * (1 - 1e-3)
@@ -54,13 +54,13 @@ def given(solution, motion):
 
 def test_a_path_that_the_mask_refuses_is_no_point_of_the_front(hayashi):
     """A mask that admits what `optimise` found, and nothing else that differs by three degrees."""
-    alone = optimise(ring(60), hayashi, tilt=(15, 75), effort="quick")
+    alone = optimise(ring(60), hayashi, tilt=(15, 75))
     kept = given(alone, alone.motion)
 
     def mask(rows, rotary):
         return (np.abs(rotary - kept[rows]) < np.radians(3.0)).all(axis=1)
 
-    front = find_front(ring(60), hayashi, 4, tilt=(15, 75), effort="quick", mask=mask)
+    front = find_front(ring(60), hayashi, 4, tilt=(15, 75), mask=mask)
     for p in front.points:
         assert mask(np.arange(60), given(front.solution, p.motion)).all()
 
@@ -84,7 +84,7 @@ def test_every_point_keeps_the_bounds(found):
 @pytest.mark.parametrize("end", [0, -1])
 def test_the_ends_are_no_worse_than_a_search_at_their_own_price(found, hayashi, end):
     point = found.points[end]
-    alone = optimise(ring(60), hayashi, tilt=(15, 75), smoothing=point.smoothing, effort="quick")
+    alone = optimise(ring(60), hayashi, tilt=(15, 75), smoothing=point.smoothing)
     columns = hayashi.rotary_columns
     searched = alone.energy.travel + point.smoothing * float((alone.motion.moves[:, columns] ** 2).sum())
     assert point.energy.travel + point.smoothing * point.bend <= searched * (1 + 1e-9)
@@ -99,7 +99,7 @@ def test_no_other_point_is_better_at_a_points_own_price(found):
 def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
     path = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
-    front = find_front(path, machine, 3, tilt=(15, 75), effort="quick", time_price=500.0)
+    front = find_front(path, machine, 3, tilt=(15, 75), time_price=500.0)
     cost = [p.cost for p in front.points]
     assert cost == sorted(cost)
     assert front.solution.problem.cost(front.solution.motion.positions) == cost[0]
@@ -108,7 +108,7 @@ def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, h
 def test_where_speeds_are_known_delay_costs_more_along_the_front_and_time_shrinks(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
     small = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
-    found = find_front(small, machine, 3, tilt=(15, 75), effort="quick")
+    found = find_front(small, machine, 3, tilt=(15, 75))
     assert found.points[0].time_price < found.points[-1].time_price
     assert found.points[-1].energy.time <= found.points[0].energy.time * (1 + 1e-9)
     assert found.points[-1].fastest <= found.points[0].fastest * (1 + 1e-9)
@@ -132,13 +132,13 @@ def test_every_point_has_its_solution_and_is_picked_by_its_number(found):
 
 
 def test_the_same_front_comes_out_again(found, hayashi):
-    again = find_front(ring(60), hayashi, 5, tilt=(15, 75), effort="quick")
+    again = find_front(ring(60), hayashi, 5, tilt=(15, 75))
     assert again.as_dict() == found.as_dict()
 
 
 def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
     steps = []
-    find_front(ring(24), hayashi, 3, tilt=(15, 75), effort="quick", progress=lambda *step: steps.append(step))
+    find_front(ring(24), hayashi, 3, tilt=(15, 75), progress=lambda *step: steps.append(step))
     assert [step[1:] for step in steps if step[0] == "front"] == [(k, 7) for k in range(1, 8)]
     # The stages of one point would look as if all were done.
     assert "refining postures" not in {stage for stage, _, _ in steps}
@@ -179,7 +179,7 @@ def rewound_front(hayashi):
     one = ring(50)
     contact = np.concatenate([one.contact, one.contact - [0.0, 0.0, 0.5]])
     path = Toolpath.from_contacts(contact, np.tile(one.normal, (2, 1)), Tool.ball(6))
-    return path, machine, find_front(path, machine, 4, tilt=(15, 75), effort="quick")
+    return path, machine, find_front(path, machine, 4, tilt=(15, 75))
 
 
 def test_a_front_of_a_path_with_rewinds_has_points_each_with_its_own(rewound_front):
@@ -220,4 +220,4 @@ def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", bare)
     with pytest.raises(SettingError, match="put together by hand"):
-        find_front(ring(60), hayashi, 3, tilt=(15, 75), effort="quick")
+        find_front(ring(60), hayashi, 3, tilt=(15, 75))

@@ -61,7 +61,7 @@ def test_one_held_axis_is_never_left(hayashi):
 
 @pytest.mark.parametrize(("letter", "angle"), [("A", -20.0), ("C", 0.0), ("C", 35.0)])
 def test_four_axes_are_as_good_as_brute_force(hayashi, letter, angle):
-    solution = optimise(wave(), hayashi, tilt=(5, 50), hold={letter: angle}, max_turn=25.0)
+    solution = optimise(wave(), hayashi, tilt=(5, 50), hold={letter: angle}, max_turn=25.0, effort="normal")
     # Every degree of the axis that is free.
     choices = free_angles(solution.machine)[::4]
     assert solution.energy.travel <= cheapest_of_all(solution, choices) * (1.0 + 1e-3)
@@ -90,7 +90,7 @@ def test_held_axes_that_reach_nothing_are_reported_with_the_tilt_that_would_do(h
 
 def test_a_plane_is_kept_and_as_good_as_brute_force(hayashi):
     across = np.array([0.0, 1.0, 0.0])
-    solution = optimise(wave(), hayashi, tilt=(5, 50), plane=tuple(across), max_turn=25.0)
+    solution = optimise(wave(), hayashi, tilt=(5, 50), plane=tuple(across), max_turn=25.0, effort="normal")
     axis = tool_axes(hayashi, rotary_of(solution))
     assert np.degrees(np.arcsin(np.abs(axis @ across))).max() <= 0.5 + 1e-7
     assert verify(solution.motion, hayashi, solution.toolpath, tilt=(5, 50), plane=tuple(across)).ok
@@ -104,7 +104,7 @@ def test_a_plane_is_kept_and_as_good_as_brute_force(hayashi):
 
 def test_lead_and_lean_are_kept_and_as_good_as_brute_force(hayashi):
     bounds = {"lead": (5.0, 25.0), "lean": (-20.0, 10.0)}
-    solution = optimise(wave(), hayashi, **bounds, max_turn=25.0)
+    solution = optimise(wave(), hayashi, **bounds, max_turn=25.0, effort="normal")
     assert max(solution.residuals().values()) <= 1e-9
     assert verify(solution.motion, hayashi, solution.toolpath, **bounds).ok
     steps = (np.radians(np.arange(-180.0, 180.0, 3.0)), np.radians(np.arange(-60.0, 30.0, 1.5)))
@@ -116,6 +116,6 @@ def test_lead_and_lean_are_kept_and_as_good_as_brute_force(hayashi):
 
 @pytest.mark.parametrize("lead", [(9.0, 11.0), (-11.0, -9.0)])
 def test_a_window_narrower_than_the_first_states_of_a_search_is_found(hayashi, lead):
-    solution = optimise(ring(40, 0.5), hayashi, lead=lead, lean=(19.0, 21.0), max_turn=30.0, effort="quick")
+    solution = optimise(ring(40, 0.5), hayashi, lead=lead, lean=(19.0, 21.0), max_turn=30.0)
     assert max(solution.residuals().values()) <= 1e-9
     assert {"normal", "lead-lean"} <= set(solution.baselines)

@@ -84,10 +84,10 @@ def test_the_optimiser_keeps_c_still_in_the_cone_only_if_there_is_one(hayashi):
     path = round_the_top()
     columns = hayashi.rotary_columns
     wide = Cone(np.radians(9.0))
-    free = optimise(path, hayashi, cone=5, effort="quick")
+    free = optimise(path, hayashi, cone=5)
     rotary = free.motion.positions[:, columns]
     assert turning_within(path, hayashi, rotary, wide).any()
-    bound = optimise(path, hayashi, cone=5, effort="quick", singular_cone=9)
+    bound = optimise(path, hayashi, cone=5, singular_cone=9)
     rotary = bound.motion.positions[:, columns]
     assert not turning_within(path, hayashi, rotary, wide).any()
     assert bound.residuals()["tilt"] <= 1e-9

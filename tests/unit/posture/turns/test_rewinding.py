@@ -246,7 +246,7 @@ def helix(hayashi):
     @cache
     def solved(low: float, high: float) -> Solution:
         path, _ = turns_round(1.6, 36)
-        return optimise(path, ranged(hayashi, low, high), tilt=(15, 75), effort="quick")
+        return optimise(path, ranged(hayashi, low, high), tilt=(15, 75))
 
     return solved
 
@@ -280,7 +280,7 @@ def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
         seen.extend(rotary[:, 0])
         return np.asarray(ahead_of_normal(path.normal[rows], rotary[:, 0]) >= 10.0)
 
-    solution = optimise(path, machine, tilt=(15, 75), effort="quick", mask=mask)
+    solution = optimise(path, machine, tilt=(15, 75), mask=mask)
     # It was never called for a turn that the machine hasn't got.
     assert -1e-6 <= min(seen) <= max(seen) <= TURN + 1e-6
     assert [f for f in solution.toolpath.findings if f.code == "rewind"]
@@ -323,9 +323,7 @@ def test_free_starts_are_chosen_before_the_rewinds(hayashi):
     contact = np.concatenate([ring - [0.0, 0.0, 6.0 * k] for k in range(3)])
     path = Toolpath.from_contacts(contact, np.tile(normal, (3, 1)), Tool.ball(6))
     machine = ranged(hayashi, 0.0, 360.0)
-    kept, freed = (
-        optimise(path, machine, tilt=(15, 75), effort="quick", free_start=free) for free in (False, True)
-    )
+    kept, freed = (optimise(path, machine, tilt=(15, 75), free_start=free) for free in (False, True))
     rewinds = [[f for f in s.toolpath.findings if f.code == "rewind"] for s in (kept, freed)]
     assert 1 <= len(rewinds[1]) <= len(rewinds[0])
     assert freed.energy.travel <= kept.energy.travel

@@ -254,7 +254,7 @@ def test_a_path_that_winds_further_than_c_can_is_optimised_with_rewinds(hayashi)
     machine = limited(hayashi, 200.0)
     path, _ = helix()
     path = path.at(np.arange(80))
-    solution = optimise(path, machine, tilt=(15, 75), effort="quick")
+    solution = optimise(path, machine, tilt=(15, 75))
     assert solution.residuals()["limit"] <= 1e-9
     assert solution.residuals()["tilt"] <= 1e-9
     rewinds = [f for f in solution.toolpath.findings if f.code == "rewind"]
