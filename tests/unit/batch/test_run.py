@@ -88,14 +88,6 @@ def test_a_job_whose_input_changes_while_it_runs_isnt_taken_for_done(jobs, prete
     assert run_batch(jobs[:1], tmp_path / "out", workers=1).rows[0].digest == ""
 
 
-def test_a_job_that_fails_now_has_no_program_of_an_earlier_run(jobs, pretended, tmp_path):
-    run_batch(jobs[:1], tmp_path / "out", workers=1)
-    jobs[0].write_text(jobs[0].read_text() + "feed = 500\n")
-    pretended.faults = {"path_a.csv": infeasible()}
-    run_batch(jobs[:1], tmp_path / "out", workers=1)
-    assert not (tmp_path / "out" / "a").exists()
-
-
 def test_a_slip_in_a_job_file_costs_nothing_that_was_done(jobs, pretended, tmp_path):
     out = tmp_path / "out"
     first = run_batch(jobs[:1], out, workers=1)

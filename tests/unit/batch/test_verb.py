@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import re
-import shutil
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -109,16 +108,6 @@ def test_the_exit_code_is_that_of_the_worst_job_also_of_those_that_are_found_don
     result = run([lot.files[name] for name in names.split()], lot.out)
     assert result.exit_code == code
     assert ", as before (" in result.stderr
-
-
-def test_the_same_command_runs_again_only_what_broke(lot, pretending, tmp_path):
-    shutil.copytree(lot.out, tmp_path / "out")
-    with pretending() as stand_in:
-        result = run(list(lot.files.values()), tmp_path / "out", "--json")
-    assert stand_in.ran == ["path_broken.csv"]
-    ends = {job["name"]: job["status"] for job in json.loads(result.stdout)["jobs"]}
-    assert ends == ENDS | {"broken": "fine"}
-    assert result.exit_code == 2
 
 
 def test_a_sweep_ends_in_a_page_a_table_and_a_figure_and_each_is_named(lot):
