@@ -21,7 +21,7 @@ TOLERANCE = 1e-9
 @pytest.fixture(scope="module")
 def plain(hayashi):
     """The ring as it is solved on a machine without limits of C."""
-    return optimise(ring(), hayashi, tilt=(15, 75))
+    return optimise(ring(), hayashi, tilt=(15, 75), effort="normal")
 
 
 def assert_sound(solution):
@@ -46,8 +46,8 @@ def test_the_dome_is_solved_with_and_without_a_bound_on_turns(hayashi, dome):
     assert bounded.energy.travel < 33_000.0
 
 
-def test_a_small_path_is_sound_and_has_a_record_of_the_solver(hayashi):
-    solution = optimise(ring(), hayashi, tilt=(15, 75), effort="normal")
+def test_a_small_path_is_sound_and_has_a_record_of_the_solver(plain):
+    solution = plain
     assert_sound(solution)
     names = [stage.name for stage in solution.stages]
     assert names[0] == "path of little travel"
@@ -56,7 +56,7 @@ def test_a_small_path_is_sound_and_has_a_record_of_the_solver(hayashi):
 
 
 def test_the_other_solver_ends_as_low_and_both_where_nothing_is_left_to_gain(hayashi, plain):
-    other = optimise(ring(), hayashi, tilt=(15, 75), solver="ipopt")
+    other = optimise(ring(), hayashi, tilt=(15, 75), effort="normal", solver="ipopt")
     assert_sound(other)
     assert other.energy.travel == pytest.approx(plain.energy.travel, rel=1e-2)
     for solution in (plain, other):
@@ -210,10 +210,10 @@ def with_c(machine: Machine, low: float, high: float) -> Machine:
     return replace(machine, axes=axes)
 
 
-@pytest.mark.parametrize("c", [(-7200, 7200), (0, 7200), (-1080, 0), (-180, 540), (200, 3000)])
+@pytest.mark.parametrize("c", [(0, 7200), (-180, 540), (200, 3000)])
 def test_where_the_range_of_c_lies_doesnt_matter_as_long_as_it_is_wide(hayashi, plain, c):
     free = plain
-    bounded = optimise(ring(), with_c(hayashi, *c), tilt=(15, 75))
+    bounded = optimise(ring(), with_c(hayashi, *c), tilt=(15, 75), effort="normal")
     assert_sound(bounded)
     assert bounded.energy.travel == pytest.approx(free.energy.travel, rel=0.02)
     for name, energy in free.baselines.items():

@@ -85,8 +85,8 @@ def test_a_baseline_that_would_have_to_jump_across_the_band_is_missing_with_the_
 
 def test_a_mask_that_is_a_bound_gives_what_the_bound_gives(hayashi):
     path = ring()
-    bound = optimise(path, hayashi, tilt=(15, 50))
-    masked = optimise(path, hayashi, tilt=(15, 75), mask=leaning(path, 15, 50))
+    bound = optimise(path, hayashi, tilt=(15, 50), effort="normal")
+    masked = optimise(path, hayashi, tilt=(15, 75), effort="normal", mask=leaning(path, 15, 50))
     assert masked.energy.travel <= bound.energy.travel * (1.0 + DEARER)
     assert leaning(path, 15, 50)(np.arange(80), rotary_of(masked)).all()
 
