@@ -5,8 +5,7 @@
 - its run: `setup_choice` (`run_job`), `setup_search`, `box_search`, `stages`, `clearing` (optimisation clear
   of collisions), `solution`, `results` (its files);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
-  gate), `posting` (programs of motions and of other programs), `traced_program` (a program that is read),
-  `program_check`, `verifying`, `program_costs`.
+  gate), `posting` (programs of motions and of other programs), `verifying` (any program), `program_costs`.
 """
 
 from fiveaxis.job.clearing import optimise
@@ -24,7 +23,6 @@ from fiveaxis.job.loading import (
 from fiveaxis.job.placement import PlacedJob, load_placed
 from fiveaxis.job.posting import Posted, make_of_motion, post_program, write_program
 from fiveaxis.job.program import MadeProgram, make_program
-from fiveaxis.job.program_check import Against
 from fiveaxis.job.program_costs import ProgramEnergy, program_energy
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.reading import build_job, choose_search, make_job, read_fixtures, read_job
@@ -33,7 +31,8 @@ from fiveaxis.job.results import require_folder, write_outcome
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import LEFT_OUT, Outcome
-from fiveaxis.job.verifying import check_program, verify_program
+from fiveaxis.job.verifying import verify_program
+from fiveaxis.verification import Against, check_program
 
 __all__ = [
     "LEFT_OUT",

@@ -10,7 +10,6 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import MissingDependency
 from fiveaxis.findings import Finding
-from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Filling, Motion, ProgramMotion
 from fiveaxis.motion.program_motion import LAST, axis_lead
@@ -38,15 +37,9 @@ class PlannedProgram:
     leads: Leads
     retract: float | None = None
 
-    @property
-    def path_rows(self) -> IntArray:
-        """(m,), the location of the fill where each row of the motion ends; for leads the nearest."""
-        inner = np.arange(len(self.motion)) - self.motion.first
-        return self.fill.kept[np.clip(inner, 0, len(self.fill.kept) - 1)]
-
     def located(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
         """Place the findings of the writer, which name rows of the motion, at locations of the path."""
-        path, rows = self.fill.path, self.path_rows[self.motion.first :]
+        path, rows = self.fill.path, self.fill.rows_in(self.motion)[self.motion.first :]
         return tuple(
             f if f.place.location is None else replace(f, place=path.place(int(rows[f.place.location])))
             for f in findings

@@ -12,18 +12,10 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding
-from fiveaxis.job.program import (
-    MadeProgram,
-    Verdict,
-    compose_verified,
-    expected_text,
-    make_program,
-)
-from fiveaxis.job.program_check import NOTHING, Against, ProgramCheck
+from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_program
 from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.job.solution import Solution
-from fiveaxis.job.traced_program import load_text, trace_tool, with_feeds_of
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates, Interpolation, Motion, ProgramMotion, located, respaced
 from fiveaxis.nc import Program, ProgramSettings, ReadMotion, require_motion
@@ -32,11 +24,21 @@ from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
+from fiveaxis.nc.traced_program import load_text, trace_tool, with_feeds_of
 from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.options import Reading, spelled_out
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
-from fiveaxis.verification import DEFAULT_TOLERANCES, ReadBack, Report, check_text
+from fiveaxis.verification import (
+    DEFAULT_TOLERANCES,
+    NOTHING,
+    Against,
+    ReadBack,
+    Report,
+    check_read,
+    check_table,
+    check_text,
+)
 from fiveaxis.verification.report import make_report
 
 
@@ -253,22 +255,19 @@ def _make_of_program(
     check = _verdict_of(replace(against, program=options), machine)
 
     def verdict(back: ReadBack, draft: Program) -> Sequence[Report]:
-        rows = np.clip(back.end, 0, len(back.read) - 1)
-        results = check_text(back, rows, expected_text(draft, wording, options.settings))
-        path = trace_tool(back.read, machine, against.cutter, "program")
-        return make_report(results, path, ()), *check(back, draft)
+        path = trace_tool(back.motion, machine, against.cutter, "program")
+        return make_report(check_text(back, back.end), path, ()), *check(back, draft)
 
     return compose_verified(planned, wording, options, verdict)
 
 
 def _verdict_of(against: Against, machine: Machine, table: Motion | None = None) -> Verdict:
     """Return the function that checks a text as `verify_program` does a file, and the table it is from."""
-    check = ProgramCheck(machine, against, against.tolerances)
 
     def verdict(back: ReadBack, draft: Program) -> Sequence[Report]:
         read = load_text(draft, machine, {}, back.planned.motion.positions[:1], against.cutter)
         # The report it is merged with is about the same motion, in other rows.
-        own = () if table is None else (check.report_table(table),)
-        return (replace(check.report(read), about=None), *own)
+        found = replace(check_read(read, machine, against), about=None)
+        return (found,) if table is None else (found, check_table(table, machine, against))
 
     return verdict

@@ -11,14 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.errors import FiveAxisError, MissingDependency, ToolpathError, Unverified
+from fiveaxis.errors import MissingDependency, ToolpathError, Unverified
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import IntArray
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate, not_verified
-from fiveaxis.job.traced_program import load_text
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import (
@@ -30,20 +28,18 @@ from fiveaxis.motion import (
     ProgramMotion,
     predicted_time,
 )
-from fiveaxis.nc import NOT_VERIFIED, Program, ProgramSettings, compose_program, require_motion
+from fiveaxis.nc import NOT_VERIFIED, Program, compose_program, require_motion
 from fiveaxis.nc.formats import require_program_suffix
-from fiveaxis.nc.rows import MILLIMETRES
-from fiveaxis.nc.words import control_values
-from fiveaxis.nc.writing.start_and_end import RequiredTechnology, StartAndEnd
 from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.report.facts import ProgramFigures
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import (
     DEFAULT_TOLERANCES,
-    ExpectedText,
     ReadBack,
     Report,
     Tolerances,
+    WrittenText,
+    unsaid,
     verify_text,
 )
 
@@ -53,9 +49,6 @@ logger = logging.getLogger(__name__)
 BELONGS = 0.05
 # Verifies a text beside the motion that it was written for; its reports are merged to one.
 Verdict = Callable[[ReadBack, Program], Sequence[Report]]
-# Findings of the writer where the control's F can't express a block's duration. As the inverse of the time it
-# can, even where the control won't run that slowly.
-COARSE = {"feed-floor": ("per_minute",), "feed-rounded": ("per_minute", "inverse_time")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,16 +180,8 @@ def make_program(
 
     def attempt(planned: PlannedProgram) -> MadeProgram:
         def judge(back: ReadBack, draft: Program) -> Sequence[Report]:
-            expected = expected_text(draft, wording, options.settings)
-            found = verify_text(
-                back,
-                planned.fill,
-                planned.path_rows,
-                constraints,
-                surroundings=around,
-                tolerances=tolerances,
-                expected=expected,
-            )
+            text = WrittenText(back, planned.fill)
+            found = verify_text(text, constraints, surroundings=around, tolerances=tolerances)
             written = Report.of_findings(planned.located(draft.findings))
             return (
                 found,
@@ -262,7 +247,7 @@ def compose_verified(
     Raises
     ------
     FiveAxisError
-        As `compose_program` and `read_back`.
+        As `compose_program` and `ReadBack.of`.
     """
     machine = wording.machine
 
@@ -280,105 +265,23 @@ def compose_verified(
             beyond=verdict is not None,
         )
 
-    def run_time(back: ReadBack) -> PredictedTime:
-        return predicted_time(back.read, machine, wording.dialect, wording.coordinates)
-
     draft = compose(NOT_VERIFIED)
-    back = read_back(draft, motion, wording, options.settings)
+    back = ReadBack.of(draft, motion, wording, options.settings)
+    run_time = predicted_time(back.motion, machine, wording.dialect, wording.coordinates)
     if verdict is None:
-        return MadeProgram(machine, draft, motion, Gate.unverified(), run_time(back))
+        return MadeProgram(machine, draft, motion, Gate.unverified(), run_time)
     try:
         found, *more = verdict(back, draft)
     except MissingDependency as fault:
         found, more = not_verified(fault), []
-    gate = Gate.of(found.merge(*more, back.unsaid()), options.override)
+    gate = Gate.of(found.merge(*more, unsaid(back.read.findings)), options.override)
     text = compose(gate.notes)
     # The header is comments only; make sure that the rest reads the same.
-    again = read_back(text, motion, wording, options.settings)
+    again = ReadBack.of(text, motion, wording, options.settings).motion
     if not (
-        np.array_equal(again.read.positions, back.read.positions)
-        and np.array_equal(again.read.time, back.read.time)
+        np.array_equal(again.positions, back.motion.positions)
+        and np.array_equal(again.time, back.motion.time)
     ):
         raise Unverified("the program reads differently with its header than without; please report this", [])
     logger.info("%s: %d rows, %d lines", text.control, len(motion), len(text.lines))
-    return MadeProgram(machine, text, motion, gate, run_time(back))
-
-
-def read_back(
-    text: Program, planned: ProgramMotion, wording: WordWriter, settings: ProgramSettings
-) -> ReadBack:
-    """Read a program's text back, beside the motion and the settings that it was written for.
-
-    Raises
-    ------
-    Unverified
-        The text can't be read back, so it can't be verified.
-    """
-    machine = wording.machine
-    begin = planned.motion.positions[:1]
-    try:
-        read = load_text(text, machine, _start(begin, wording), begin)
-    except FiveAxisError as fault:
-        raise Unverified(
-            f"the text of the program can't be read back, so it can't be verified and isn't written: {fault}",
-            [],
-        ) from None
-    owner = _owners(text, read.motion.source, planned)
-    return ReadBack(
-        machine,
-        planned,
-        read.motion,
-        read.tcp,
-        read.technology,
-        owner,
-        _unplanned(text, read.motion.source, owner, wording, settings),
-        by_angle=not read.by_control,
-        assumed=read.findings,
-    )
-
-
-def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:
-    """Find the planned row that each row of the text belongs to, (n,)."""
-    rows = np.array(text.rows)
-    if (rows >= 0).any():
-        return np.asarray(rows[lines - 1])
-    # A list of locations has one row per location.
-    if len(lines) != len(planned) - planned.first:
-        raise Unverified(
-            f"the list that was written has {len(lines)} locations, and {len(planned) - planned.first} were "
-            "planned; please report this",
-            [],
-        )
-    return np.arange(len(lines)) + planned.first
-
-
-def _unplanned(
-    text: Program, lines: IntArray, owner: IntArray, wording: WordWriter, settings: ProgramSettings
-) -> IntArray:
-    """Find the rows of moves that are neither planned nor part of the program's end, (u,)."""
-    ending = tuple(StartAndEnd(wording, settings, "unwound").end())
-    silent = np.flatnonzero(owner < 0)
-    silent = silent[silent > np.argmax(owner >= 0)]
-    strange = [not text.lines[line - 1].endswith(ending) for line in lines[silent].tolist()]
-    return np.asarray(silent[np.array(strange, dtype=bool)])
-
-
-def _start(begin: np.ndarray, wording: WordWriter) -> dict[str, float]:
-    """Return where Z stands before the approach, in the control's sign and unit."""
-    machine = wording.machine
-    if wording.coordinates != "axes" or "Z" not in machine.letters:
-        return {}
-    column = machine.column("Z")
-    return {"Z": float(control_values(machine, begin)[0, column])}
-
-
-def expected_text(text: Program, wording: WordWriter, settings: ProgramSettings) -> ExpectedText:
-    """Return what is expected of a text beside its positions: decimals, spindle, tool, offsets, coolant."""
-    number, unit = wording.dialect.number, MILLIMETRES[wording.unit]
-    return ExpectedText(
-        step=10.0 ** -(number.linear + (wording.unit == "inch")) * unit,
-        turn=10.0**-number.rotary,
-        coarse=any(wording.mode.feed in COARSE.get(finding.code, ()) for finding in text.findings),
-        asked=RequiredTechnology.of(wording, settings),
-        is_list=wording.dialect.language != "blocks",
-    )
+    return MadeProgram(machine, text, motion, gate, run_time)

@@ -8,16 +8,20 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import SettingError
-from fiveaxis.job.program_check import SURFACE_TOLERANCE, Against, ProgramCheck
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.job.traced_program import load_program
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.options import Meshes, ProgramBounds, Reading, completed, options_of, spelled_out
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
-from fiveaxis.verification import Report, Tolerances
-from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, GOUGE_TOLERANCE
+from fiveaxis.verification import (
+    DEFAULT_TOLERANCES,
+    SURFACE_TOLERANCE,
+    Against,
+    Report,
+    Tolerances,
+    check_program,
+)
 
 if TYPE_CHECKING:
     import trimesh
@@ -41,7 +45,7 @@ def verify_program(
     surface_tolerance: float = SURFACE_TOLERANCE,
     surroundings: Surroundings | None = None,
     part_unit: Unit = "mm",
-    gouge_tolerance: float = GOUGE_TOLERANCE,
+    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     settings: ProgramSettings | None = None,
     control: str | Path = "linuxcnc",
@@ -107,8 +111,8 @@ def verify_program(
         crease=crease,
         part_unit=part_unit,
     )
-    check = ProgramCheck(machine, against, tolerances.with_gouge(gouge_tolerance), surface_tolerance)
-    return check.report(load_program(program, machine, against.cutter, reading))
+    allowed = tolerances.with_gouge(gouge_tolerance)
+    return check_program(program, machine, against, reading, surface_tolerance, allowed)
 
 
 def singular_told(bounds: Mapping[str, Any]) -> dict[str, Any]:
@@ -116,27 +120,3 @@ def singular_told(bounds: Mapping[str, Any]) -> dict[str, Any]:
     if bounds.get("singular_cone", SINGULAR_CONE) is None:
         return dict(bounds)
     return {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE, **bounds}
-
-
-def check_program(
-    program: str | Path,
-    machine: Machine,
-    against: Against,
-    reading: Mapping[str, Any],
-    surface_tolerance: float = SURFACE_TOLERANCE,
-) -> Report:
-    """Check a program or the table of a motion as `verify_program` does, with records made before.
-
-    Parameters
-    ----------
-    against : path, tool, surroundings and constraints
-    reading : keywords of `read_program`
-    surface_tolerance : mm, gap between cutter and part that counts as touching
-
-    Raises
-    ------
-    FiveAxisError
-        As `verify_program`.
-    """
-    check = ProgramCheck(machine, against, against.tolerances, surface_tolerance)
-    return check.report(load_program(program, machine, against.cutter, reading))

@@ -21,7 +21,7 @@ from fiveaxis.motion.deviation import (
 )
 from fiveaxis.motion.motion import Motion, follow
 from fiveaxis.motion.planes import AXIS_TOLERANCE, AxisPlanes
-from fiveaxis.motion.program_motion import Interpolation
+from fiveaxis.motion.program_motion import Interpolation, ProgramMotion
 from fiveaxis.motion.thinning import thinned
 from fiveaxis.motion.timing import block_times
 from fiveaxis.toolpath import Constraints, Toolpath, divided_rows, filled, interpolate
@@ -153,6 +153,11 @@ class Fill:
         inside = inside_rapids(self.path, self.row)
         share[inside] = self.row[inside] - np.floor(self.row[inside])
         return np.where(after > 0, every[before] + share, 0.0)
+
+    def rows_in(self, program: ProgramMotion) -> IntArray:
+        """Return the location at which each row of a program ends, (m,); for leads the nearest."""
+        inner = np.arange(len(program)) - program.first
+        return self.kept[np.clip(inner, 0, len(self.kept) - 1)]
 
     @property
     def jumps(self) -> IntArray:

@@ -14,7 +14,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, normalise, product
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import TriangleTree, tree_of
-from fiveaxis.motion import PATH_TOLERANCE, STANDSTILL, Motion
+from fiveaxis.motion import STANDSTILL, Motion
 from fiveaxis.motion.program_motion import FIRST, LAST, axis_lead, lead_positions
 from fiveaxis.toolpath import MoveKind, Toolpath
 from fiveaxis.verification.between import JOINT_ONLY
@@ -161,9 +161,7 @@ class _LeadCheck:
         path = replace(path, touching=self.toolpath.touching)
         time = np.ones(len(positions))
         motion = Motion(self.machine.letters, positions, path.feed, time, path.kind, path.source)
-        more = self.tolerances.chord_allowance + PATH_TOLERANCE
-        allowed = replace(self.tolerances, row_allowance=more, chord_allowance=more)
-        context = make_context(motion, self.machine, path, PathConstraints(), allowed)
+        context = make_context(motion, self.machine, path, PathConstraints(), self.tolerances.of_blocks())
         results = run_checks(Examination(context, self.around, JOINT_ONLY), BODY_CHECKS)
         found = make_report(results, path, ()).findings
         return [finding for finding in found if finding.severity is Severity.ERROR]

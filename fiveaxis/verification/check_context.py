@@ -12,7 +12,7 @@ import numpy as np
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Interpolation, Motion
+from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, turned
 from fiveaxis.verification.course import Course
 from fiveaxis.verification.model import tool_poses
@@ -21,6 +21,12 @@ from fiveaxis.verification.model import tool_poses
 GOUGE_TOLERANCE = 0.01
 # mm: allowed distance of a curve from its chords, in a path and in the mesh of its part.
 CHORD_ERROR = 0.01
+# rad: effect of the rounding of rotary words on the tool's lean.
+ROUNDED = math.radians(0.01)
+# rad: allowed overrun of tilt bounds between two locations that keep them.
+LEAN_BETWEEN = math.radians(0.5)
+# Allowed relative difference of a block's duration from the planned one, from the decimals of F.
+SAME_TIME = 0.01
 # Interpolations in reports.
 WORDING = {
     Interpolation.JOINT: "all axes linear in time",
@@ -105,6 +111,47 @@ class Tolerances:
                 f"gouge_tolerance is {depth:g} mm and tolerances.gouge {self.gouge:g} mm; give one of them"
             )
         return replace(self, gouge=depth)
+
+    def of_inserted(self) -> Tolerances:
+        """Return the tolerances for a motion with locations inserted on the chords of its path."""
+        return replace(self, row_allowance=self.chord_allowance)
+
+    def of_blocks(self) -> Tolerances:
+        """Return the tolerances for the moves of a program, which may leave a chord of the path a little."""
+        deepest = self.chord_allowance + PATH_TOLERANCE
+        return replace(self, row_allowance=deepest, chord_allowance=deepest)
+
+    def of_program(self) -> Tolerances:
+        """Return the tolerances for any program: rows may lie on chords, and words are rounded."""
+        return replace(
+            self.of_blocks(),
+            lean=max(self.lean, ROUNDED + AXIS_TOLERANCE),
+            time=max(self.time, SAME_TIME),
+        )
+
+    def of_text(self, step: float, turn: float) -> Tolerances:
+        """Return the tolerances for a program of our own, in which every location of the path has its place.
+
+        An inserted location lies on a chord of the path, no deeper than a chord may be. Between two of them
+        linear axes leave the chord by the tolerance of `fill_in`, and anywhere by that of `thinned`.
+
+        Parameters
+        ----------
+        step, turn : mm and rad, the last decimal of linear and of rotary words
+        """
+        return replace(
+            self.of_program(),
+            # Removed blocks are restored if the tool would otherwise go deeper at a location than allowed.
+            location_allowance=2.0 * step,
+            lean_between=max(self.lean, LEAN_BETWEEN),
+            contact=max(self.contact, PATH_TOLERANCE),
+            deviation=PATH_TOLERANCE,
+            length=max(self.length, step),
+            angle=max(self.angle, turn),
+            # Both ends of a move are rounded.
+            step=2.0 * step,
+            turn=2.0 * turn,
+        )
 
 
 DEFAULT_TOLERANCES = Tolerances()

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.toolpath import Band, across
 from fiveaxis.verification.check_context import CheckContext
-from fiveaxis.verification.report import Result, left_out
+from fiveaxis.verification.report import Result, left_out, violated
 
 
 def check_finite(context: CheckContext) -> Result:
@@ -25,13 +24,10 @@ def check_finite(context: CheckContext) -> Result:
         value = np.hstack([motion.positions[rows[i]], motion.time[rows[i]]])[columns[i]]
         return f"{names[columns[i]]} is {value:g}; compute the motion again"
 
-    return Result(
+    return violated(
         code="not-finite",
-        severity=Severity.ERROR,
         rows=rows,
-        values=np.full(len(rows), np.nan),
         message=message,
-        figures={},
         checked=("axis values and durations are finite numbers",),
     )
 
@@ -55,9 +51,8 @@ def check_limits(context: CheckContext) -> Result:
             "change the tilt range or move the part on the table"
         )
 
-    return Result(
+    return violated(
         code="axis-limit",
-        severity=Severity.ERROR,
         rows=rows,
         values=shown[rows, columns],
         message=message,
@@ -99,9 +94,8 @@ def check_contact(context: CheckContext) -> Result:
             f"{context.tolerances.contact:g} mm); solve the linear axes again for this posture"
         )
 
-    return Result(
+    return violated(
         code="contact-error",
-        severity=Severity.ERROR,
         rows=rows,
         values=error[rows],
         message=message,
@@ -140,9 +134,8 @@ def check_tilt(context: CheckContext) -> Result:
     tilt = np.degrees(angles[0])
     whose = f"; normals {context.toolpath.normals_from}"
     blind = [int((context.toolpath.cutting & np.isnan(a)).sum()) for a in angles]
-    return Result(
+    return violated(
         code="tilt",
-        severity=Severity.ERROR,
         rows=rows,
         values=np.degrees(overrun[rows]),
         message=message,

@@ -21,7 +21,7 @@ from fiveaxis.toolpath import MoveKind
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.verification.check_context import WORDING, CheckContext
 from fiveaxis.verification.model import build_model, load_pinocchio
-from fiveaxis.verification.report import Result
+from fiveaxis.verification.report import Result, violated
 from fiveaxis.verification.tcp_moves import divide_tcp_moves
 
 logger = logging.getLogger(__name__)
@@ -210,9 +210,8 @@ def _collisions(kind: str, found: list[_PairHits]) -> Result:
         )
 
     finite = depth[np.isfinite(depth)]
-    return Result(
+    return violated(
         code=f"{CODES[kind]}-collision",
-        severity=Severity.ERROR,
         rows=row,
         values=depth,
         message=message,
@@ -231,7 +230,7 @@ def _too_near(kind: str, found: list[_PairHits]) -> Result:
             f"{_where(share[i])} (clearance {pair.clearance:g} mm){_more(others[i])}; {REMEDIES[kind]}"
         )
 
-    return Result(
+    return violated(
         code=f"{CODES[kind]}-clearance",
         severity=Severity.WARNING,
         rows=row,

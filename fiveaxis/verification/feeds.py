@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath import MoveKind, Toolpath
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.course import Course
 from fiveaxis.verification.following import pivot_shares
-from fiveaxis.verification.report import Result, left_out
+from fiveaxis.verification.report import Result, left_out, violated
 
 # Allowed relative difference of a block's duration, and of the whole, from what the path's feed asks for.
 BLOCK, WHOLE = 0.1, 0.03
@@ -131,16 +130,14 @@ def check_stated_feeds(context: CheckContext, path: Toolpath, place: Array) -> R
     rows, location = rows[path.cutting[location]], location[path.cutting[location]]
     stated, wanted = context.motion.feed[rows], path.feed[location]
     bad = np.flatnonzero(np.abs(stated / wanted - 1.0) > BLOCK)
-    return Result(
+    return violated(
         code="feed-differs",
-        severity=Severity.ERROR,
         rows=rows[bad],
         values=60.0 * np.abs(stated - wanted)[bad],
         message=lambda i: (
             f"the feed stated here is {60.0 * stated[bad[i]]:.6g} mm/min, but the path asks for "
             f"{60.0 * wanted[bad[i]]:.6g} mm/min; compute the motion again"
         ),
-        figures={},
         checked=("stated feeds: those of the path",),
     )
 
@@ -183,9 +180,8 @@ def _compare(rows: IntArray, found: Array, low: Array, high: Array, feed: Array)
             "correct F, its unit or its mode (G93, G94, G95)"
         )
 
-    return Result(
+    return violated(
         code="feed-differs",
-        severity=Severity.ERROR,
         rows=rows[bad],
         values=np.nan_to_num(off[bad]),
         message=message,

@@ -6,12 +6,12 @@ compared one by one: the track of the tool's centre is compared with the path, i
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.toolpath import Band, MoveKind, Toolpath, across, divided_rows, interpolate, turned
@@ -20,7 +20,7 @@ from fiveaxis.verification.checks import largest
 from fiveaxis.verification.course import Course
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import segment_distances
-from fiveaxis.verification.report import MOST_LISTED, Result
+from fiveaxis.verification.report import Result, violated
 
 # Points per block at which it is compared: with joint interpolation at least 4, under TCP at least its end;
 # more if it passes several of the path's shortest chords (longer than SHORTEST_CHORD, mm), or if the tool
@@ -47,14 +47,14 @@ class Match:
     ----------
     path : to follow
     row : (n,), of the program, the first that passes the location; −1 for none
-    gap : (n,), mm, its distance from the location; NaN for none
     place : (n,), fractional row of the program: 3.25 lies in the block to row 4
+    off : (m,), mm, largest distance from the path in each block of the program; NaN where it isn't compared
     """
 
     path: Toolpath
     row: IntArray
-    gap: Array
     place: Array
+    off: Array
 
     @property
     def passed(self) -> IntArray:
@@ -62,10 +62,10 @@ class Match:
         return np.flatnonzero(self.row >= 0)
 
     @property
-    def missed(self) -> dict[str, int]:
-        """Number of locations that the program doesn't pass, under their code; empty if there are none."""
-        count = int((self.row < 0).sum())
-        return {"path-missed": count} if count else {}
+    def ends(self) -> tuple[int, int] | None:
+        """Rows of the program at its first and last passed location; None if it passes none."""
+        row = self.row[self.passed]
+        return (int(row[0]), int(row[-1])) if len(row) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,10 +131,8 @@ def _swings(axis: Array, arm: float) -> Array:
     return np.asarray(np.ceil(turn * np.sqrt(arm / (8.0 * PATH_TOLERANCE))))
 
 
-def check_following(
-    context: CheckContext, path: Toolpath, *, tcp_height: float | None = None
-) -> tuple[Result, tuple[Finding, ...], Match]:
-    """Check that a program follows a path.
+def follow(context: CheckContext, path: Toolpath, *, tcp_height: float | None = None) -> Match:
+    """Follow a path with a program.
 
     Parameters
     ----------
@@ -142,33 +140,28 @@ def check_following(
     path : the path to follow
     tcp_height : mm above the tip, of the point that moves straight between rows under TCP; None with joint
         interpolation
-
-    Returns
-    -------
-    The result, on rows of the program; findings on locations that the program doesn't pass; the match
     """
-    tolerance = context.tolerances.deviation
     track, straight = Track.of(context, path, tcp_height=tcp_height), tcp_height is not None
-    match, off = _follow(track, path, tolerance, straight=straight)
-    off = np.where(track.linking, np.nan, off)
-    swerves = bool(path.rapid.any() and track.rapid.any())
-    worst = np.zeros(len(context.positions))
-    np.maximum.at(worst, track.row, np.nan_to_num(off))
+    row, place, off = _follow(track, path, context.tolerances.deviation, straight=straight)
+    worst = np.full(len(context.positions), np.nan)
+    np.fmax.at(worst, track.row, np.where(track.linking, np.nan, off))
+    return Match(path, row, place, worst)
+
+
+def check_following(context: CheckContext, match: Match) -> Iterator[Result]:
+    """Check that a program keeps to its path, and passes all of its locations."""
+    path, tolerance, worst = match.path, context.tolerances.deviation, match.off
     rows = np.flatnonzero(worst > tolerance)
-
-    def message(i: int) -> str:
-        return (
-            f"the tool's centre is {worst[rows[i]]:.3g} mm off the path {path.name} (at most {tolerance:g} "
-            "mm); compare zero, unit and this block with the path"
-        )
-
-    leaving = Result(
+    swerves = bool(path.rapid.any() and context.toolpath.rapid.any())
+    yield violated(
         code="off-path",
-        severity=Severity.ERROR,
         rows=rows,
         values=worst[rows],
-        message=message,
-        figures={"off_path_mm": largest(off)},
+        message=lambda i: (
+            f"the tool's centre is {worst[rows[i]]:.3g} mm off the path {path.name} (at most {tolerance:g} "
+            "mm); compare zero, unit and this block with the path"
+        ),
+        figures={"off_path_mm": largest(worst)},
         checked=(
             f"track of the tool's centre: within {tolerance:g} mm of the path {path.name}, past all "
             f"{len(path)} locations in order",
@@ -178,7 +171,16 @@ def check_following(
             *(("the course of rapid moves between locations of the path",) if swerves else ()),
         ),
     )
-    return leaving, _missed(match, tolerance), match
+    missed = np.flatnonzero(match.row < 0)
+    yield violated(
+        code="path-missed",
+        rows=missed,
+        message=(
+            f"the program doesn't pass within {tolerance:g} mm of this location, in order; compare zero, "
+            "unit and blocks with the path"
+        ),
+        path=path,
+    )
 
 
 def check_rapids(context: CheckContext, match: Match) -> Result:
@@ -194,13 +196,10 @@ def check_rapids(context: CheckContext, match: Match) -> Result:
     between = (number > 0) & (number < len(known))
     between[between] = path.cutting[known[number[between]]]
     rows = np.union1d(touches[rapid[touches] & (touches > 0)], quick[between])
-    return Result(
+    return violated(
         code="rapid-in-cut",
-        severity=Severity.ERROR,
         rows=rows,
-        values=np.full(len(rows), np.nan),
-        message=lambda _: "a rapid move where the path cuts, or down to it; write G1 and F",
-        figures={},
+        message="a rapid move where the path cuts, or down to it; write G1 and F",
         checked=("no rapid move where the path cuts, or down to it",),
     )
 
@@ -219,33 +218,32 @@ def _reaching(context: CheckContext, match: Match) -> IntArray:
     return np.asarray(row + (beyond > context.tolerances.deviation))
 
 
-def _missed(match: Match, tolerance: float) -> tuple[Finding, ...]:
-    missed = np.flatnonzero(match.row < 0)
-    return tuple(
-        Finding(
-            Severity.ERROR,
-            "path-missed",
-            f"the program doesn't pass within {tolerance:g} mm of this location, in order; compare zero, "
-            "unit and blocks with the path",
-            match.path.place(int(row)),
-        )
-        for row in missed[:MOST_LISTED]
-    )
+def cutting_rows(context: CheckContext, match: Match | None) -> IntArray:
+    """Return the rows of a program that cut: those of the path, or without one all at feed."""
+    rows = np.flatnonzero(context.toolpath.cutting)
+    if match is None or match.ends is None:
+        return rows
+    known, (first, last) = match.passed, match.ends
+    number = np.searchsorted(match.place[known], rows - NEXT)
+    cutting = match.path.cutting[known[np.clip(number, 0, len(known) - 1)]]
+    return rows[(rows >= first) & (rows <= last) & cutting]
 
 
-def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -> tuple[Match, Array]:
+def _follow(
+    track: Track, path: Toolpath, tolerance: float, *, straight: bool
+) -> tuple[IntArray, Array, Array]:
     """Follow both: find the program's point at each location, and the distance of the others from the chords.
 
     With joint interpolation rapid moves of both may take any course between locations.
 
     Returns
     -------
-    match : of the locations
+    row, place : (n,), of the locations, as in `Match`
     off : (m,), mm, of the track's points from the chord between the locations before and after; NaN before
         the first location, and in the lead-out from the last one
     """
     count, course = len(path), Course.of(path)
-    rows, gaps = np.full(count, -1, dtype=np.int64), np.full(count, np.nan)
+    rows = np.full(count, -1, dtype=np.int64)
     places, axes = np.full(count, np.nan), np.full((count, 3), np.nan)
     off = np.full(len(track.row), np.nan)
     steps = np.linalg.norm(np.diff(track.centre, axis=0), axis=1)
@@ -262,10 +260,9 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
             break
         allowed += DETOUR * lengths[i] + spare if i else 0.0
         end = int(np.searchsorted(travelled, travelled[at] + allowed, side="right"))
-        found = _pass(track, path, i, at, max(end, at + 1), tolerance)
-        if found is None:
+        point = _pass(track, path, i, at, max(end, at + 1), tolerance)
+        if point is None:
             continue
-        point, gap = found
         nearest = _nearest(track, path, i, point, at)
         # Only the two points around it, for speed.
         first = int(nearest[0])
@@ -276,14 +273,14 @@ def _follow(track: Track, path: Toolpath, tolerance: float, *, straight: bool) -
         stop = min(i + 1, count - 1)
         before, begin = (last, at + 1) if last >= 0 else (i, point)
         off[begin : point + 1] = _off(track, path, course, axes, before, stop, begin, point + 1)
-        rows[i], gaps[i] = track.row[_nearer_end(track, path, i, point, at)], gap
+        rows[i] = track.row[_nearer_end(track, path, i, point, at)]
         at, last, allowed = point, i, 0.0
     if last >= 0:
         stop = min(last + 1, count - 1)
         off[at + 1 :] = _off(track, path, course, axes, last, stop, at + 1, len(track.row))
     if last == count - 1:
         off[_leaves(track, places[last])] = np.nan
-    return Match(path, rows, gaps, places), off
+    return rows, places, off
 
 
 def _leaves(track: Track, last: float) -> BoolArray:
@@ -297,10 +294,8 @@ def _leaves(track: Track, last: float) -> BoolArray:
     return np.asarray((track.place > last) & ((track.row <= out) | track.rapid))
 
 
-def _pass(
-    track: Track, path: Toolpath, i: int, begin: int, end: int, tolerance: float
-) -> tuple[int, float] | None:
-    """Find where the track, chords included, first passes a location: the nearest point, and its distance."""
+def _pass(track: Track, path: Toolpath, i: int, begin: int, end: int, tolerance: float) -> int | None:
+    """Find where the track, chords included, first passes a location: the nearest point."""
     first, block = begin, FIRST_BLOCK
     while first < end:
         points = np.arange(first, min(first + block, end))
@@ -314,7 +309,7 @@ def _pass(
         # The next points may be nearer still.
         while best + 1 < len(gap) and gap[best + 1] < gap[best]:
             best += 1
-        return int(points[best]), float(gap[best])
+        return int(points[best])
     return None
 
 

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh import TriangleTree, load_mesh, mesh_size, size_text, tree_of
 from fiveaxis.verification.check_context import CheckContext, Tolerances
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import Result, left_out
+from fiveaxis.verification.report import Result, left_out, violated
 
 if TYPE_CHECKING:
     import trimesh
@@ -75,9 +74,8 @@ def check_gouge(
 
     inside = "whether the whole path lies inside the part: its mesh isn't watertight"
     edges = f"cutting edges higher than {body.height:g} mm: the tool states no cutting length"
-    return Result(
+    return violated(
         code="gouge",
-        severity=Severity.ERROR,
         rows=rows,
         values=depth[rows],
         message=message,

@@ -13,7 +13,7 @@ from fiveaxis.toolpath import across, turned
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import Result, left_out
+from fiveaxis.verification.report import Result, left_out, violated
 
 # Rows, (m,), and a share of the moves that end there → axes, (m, k) mm and rad.
 Within = Callable[[IntArray, float], Array]
@@ -47,9 +47,8 @@ def check_speeds(context: CheckContext) -> Result:
     known = ", ".join(a.letter for a in axes if a.max_speed is not None)
     unknown = ", ".join(a.letter for a in axes if a.max_speed is None)
     lasting = time > 0.0
-    return Result(
+    return violated(
         code="speed",
-        severity=Severity.ERROR,
         rows=rows,
         values=(needed - given)[rows, columns],
         message=message,
@@ -88,7 +87,7 @@ def check_accelerations(context: CheckContext, kind: str) -> Result:
         )
 
     letters = ", ".join(axes[c].letter for c in known)
-    return Result(
+    return violated(
         code=f"{kind}-acceleration",
         severity=Severity.WARNING,
         rows=rows,
@@ -139,7 +138,7 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
             "use a control with TCP or put locations closer together"
         )
 
-    return Result(
+    return violated(
         code="tip-deviation",
         severity=severity,
         rows=rows,

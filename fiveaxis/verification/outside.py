@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.mesh.patches import make_patches
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification.check_context import CheckContext, PathConstraints, make_context
+from fiveaxis.verification.following import Match
 from fiveaxis.verification.gouging import gouge_depths
-from fiveaxis.verification.report import Report, Result, make_report
+from fiveaxis.verification.report import Result, violated
 
 if TYPE_CHECKING:
     import trimesh
@@ -24,30 +25,37 @@ PIECE = 0.02
 DEEP = 0.1
 
 
-def check_outside(
-    context: CheckContext, path: Toolpath, rows: IntArray, *, end: int, tcp_height: float | None
-) -> Report | None:
-    """Check that the cutter keeps out of the surface that a path cuts, in moves that aren't on it.
+def check_outside(context: CheckContext, match: Match, tcp_height: float | None) -> Iterator[Result]:
+    """Check that the cutter keeps out of the surface that a path cuts, before the path and after it.
 
-    The surface is known at the path's contact points, with or without a mesh of the part.
+    The surface is known at the path's contact points, with or without a mesh of the part; without these
+    points there is nothing to check.
 
     Parameters
     ----------
     context : the program
-    rows : (m,), consecutive rows: those up to the first location, or from the last one on
-    end : which of them is at that location; how deep the cutter reaches there is for the path to answer
+    match : the path's locations among its rows
     tcp_height : see `check_gouge`
-
-    Returns
-    -------
-    Findings ``approach-deep``; None for a path without contact points
     """
-    surface = surface_at_contacts(path)
-    if surface is None or len(rows) < 2:
-        return None
-    toolpath = context.toolpath.at(rows)
+    surface = surface_at_contacts(match.path)
+    if surface is None or match.ends is None:
+        return
+    first, last = match.ends
+    for rows, end in ((np.arange(first + 1), -1), (np.arange(last, len(context.positions)), 0)):
+        if len(rows) > 1:
+            yield _check_side(context, surface, rows, end, tcp_height)
+
+
+def _check_side(
+    context: CheckContext, surface: trimesh.Trimesh, rows: IntArray, end: int, tcp_height: float | None
+) -> Result:
+    """Check consecutive rows, (m,), of which the one at `end` is at a location of the path.
+
+    How deep the cutter reaches there is for the path to answer.
+    """
     allowed = replace(context.tolerances, gouge=DEEP, chord_allowance=0.0)
-    some = make_context(context.motion.at(rows), context.machine, toolpath, PathConstraints(), allowed)
+    motion, toolpath = context.motion.at(rows), context.toolpath.at(rows)
+    some = make_context(motion, context.machine, toolpath, PathConstraints(), allowed)
     here, within = gouge_depths(some, surface, tcp_height=tcp_height)
     depth = np.fmax(here, within) - max(float(here[end]), 0.0)
     bad = np.flatnonzero(depth > DEEP)
@@ -58,16 +66,13 @@ def check_outside(
             "raise the approach, or the move after the path"
         )
 
-    found = Result(
+    return violated(
         code="approach-deep",
-        severity=Severity.ERROR,
-        rows=bad,
+        rows=rows[bad],
         values=depth[bad],
         message=message,
-        figures={},
         checked=("before and after the path: the cutter keeps out of the surface that the path cuts",),
     )
-    return make_report((found,), toolpath, ())
 
 
 def surface_at_contacts(path: Toolpath) -> trimesh.Trimesh | None:

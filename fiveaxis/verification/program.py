@@ -1,56 +1,65 @@
-"""The verification of our own programs: the text, against the path that it was made for."""
+"""The verification of programs: of our own, beside what was planned, and of any that is read."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.geometry import IntArray
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, SPEED_TOLERANCE, Fill
+from fiveaxis.findings import Finding
+from fiveaxis.machine import Machine
+from fiveaxis.mesh import mesh_size, size_findings
+from fiveaxis.motion import SPEED_TOLERANCE, Motion
+from fiveaxis.nc.traced_program import TracedProgram, load_program, trace_tool
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification.between import JOINT_ONLY
-from fiveaxis.verification.check_context import PathConstraints, Tolerances, make_context
-from fiveaxis.verification.read_back import SAME_TIME, ExpectedText, ReadBack, WrittenText
-from fiveaxis.verification.report import Report
+from fiveaxis.verification.check_context import CheckContext, PathConstraints, Tolerances, make_context
+from fiveaxis.verification.checks import check_finite
+from fiveaxis.verification.following import follow
+from fiveaxis.verification.program_rows import (
+    SURFACE_TOLERANCE,
+    Against,
+    ProgramRows,
+    check_program_feeds,
+)
+from fiveaxis.verification.read_back import WrittenText, unsaid
+from fiveaxis.verification.report import Report, make_report
 from fiveaxis.verification.verdict import Examination, examine
 
-# rad: allowed overrun of tilt bounds between two locations that keep them.
-LEAN_BETWEEN = math.radians(0.5)
+# What no check covers: in our own programs, where moves were divided, and in any program.
 JERK = "jerk, and acceleration in links"
 NO_ACCELERATIONS = "acceleration: it doesn't follow from the speeds of moves divided by inserted locations"
-# rad: effect of the rounding of rotary words on the tool's lean.
-ROUNDED = math.radians(0.01)
+NOT_CHECKED = (
+    "the move to the first row: the program doesn't say where the axes stand before it",
+    "acceleration and jerk; durations of rapid moves of axes without a known speed",
+)
+NO_TOOL = "gouges and collisions: no tool was given, so only the path of its tip is checked"
+NO_PATH = "whether the program cuts what it should: no path was given to compare it with"
 
 
 def verify_text(
-    back: ReadBack,
-    fill: Fill,
-    rows: IntArray,
-    constraints: Constraints,
-    *,
-    surroundings: Surroundings,
-    tolerances: Tolerances,
-    expected: ExpectedText,
+    text: WrittenText, constraints: Constraints, *, surroundings: Surroundings, tolerances: Tolerances
 ) -> Report:
     """Verify the motion that a program's text describes, at every location of the path and between them.
 
     Parameters
     ----------
-    back : the text with the planned motion
-    fill : the locations that its blocks represent
-    rows : (m,), the location of the fill at which each planned row ends
+    text : with the planned motion, and the locations that its blocks stand for
     constraints : on postures and turns; between two locations their reference directions turn uniformly
     surroundings : part, stock and fixtures
     tolerances : bounds beyond which a difference is a finding
-    expected : properties that the text must have
 
     Raises
     ------
     SettingError, ToolpathError, MeshError, MissingDependency
         As `verify`.
     """
-    machine, driven = back.machine, back.driven(fill)
+    back, fill, machine = text.back, text.fill, text.back.wording.machine
     applied = PathConstraints.of(fill.given, machine, constraints).between(fill.row)
     exact = not fill.removed
     if fill.given.zone.offset:
@@ -62,33 +71,82 @@ def verify_text(
         faster = fill.planes.fastest(fill.row) * (1.0 if exact else 1.0 + SPEED_TOLERANCE)
         applied = replace(applied, turn_rate=applied.turn_rate * faster)
     accelerations = fill.path is fill.given and exact
-    context = make_context(driven, machine, fill.path, applied, allowed_between(tolerances, expected))
+    allowed = tolerances.of_text(back.step, math.radians(back.turn))
+    context = make_context(text.motion(), machine, fill.path, applied, allowed)
     left = (JERK,) if accelerations else (JERK, NO_ACCELERATIONS)
-    text = WrittenText(back, fill, rows, expected)
     return examine(Examination(context, surroundings, JOINT_ONLY, accelerations, text=text), left)
 
 
-def allowed_between(tolerances: Tolerances, expected: ExpectedText) -> Tolerances:
-    """Return the tolerances for the blocks of a program, whose words are rounded.
+def check_program(
+    program: str | Path,
+    machine: Machine,
+    against: Against,
+    reading: Mapping[str, Any],
+    surface_tolerance: float = SURFACE_TOLERANCE,
+    tolerances: Tolerances | None = None,
+) -> Report:
+    """Check the file of a program, or the table of a motion.
 
-    An inserted location lies on a chord of the path, no deeper than a chord may be. Between two of them
-    linear axes leave the chord by the tolerance of `fill_in`, and anywhere by that of `thinned`.
+    Parameters
+    ----------
+    against : path, tool, surroundings and constraints
+    reading : keywords of `read_program`
+    surface_tolerance : mm, gap between cutter and part that counts as touching
+    tolerances : bounds beyond which a difference is a finding; by default those of `against`
+
+    Raises
+    ------
+    FiveAxisError
+        As `fiveaxis.verify_program`.
     """
-    deepest = tolerances.chord_allowance + PATH_TOLERANCE
-    return replace(
-        tolerances,
-        # Removed blocks are restored if the tool would otherwise go deeper at a location than allowed.
-        location_allowance=2.0 * expected.step,
-        row_allowance=deepest,
-        chord_allowance=deepest,
-        lean=max(tolerances.lean, ROUNDED + AXIS_TOLERANCE),
-        lean_between=max(tolerances.lean, LEAN_BETWEEN),
-        contact=max(tolerances.contact, PATH_TOLERANCE),
-        deviation=PATH_TOLERANCE,
-        length=max(tolerances.length, expected.step),
-        angle=max(tolerances.angle, math.radians(expected.turn)),
-        time=max(tolerances.time, SAME_TIME),
-        # Both ends of a move are rounded.
-        step=2.0 * expected.step,
-        turn=2.0 * math.radians(expected.turn),
-    )
+    read = load_program(program, machine, against.cutter, reading)
+    return check_read(read, machine, against, surface_tolerance, tolerances)
+
+
+def check_read(
+    read: TracedProgram,
+    machine: Machine,
+    against: Against,
+    surface_tolerance: float = SURFACE_TOLERANCE,
+    tolerances: Tolerances | None = None,
+) -> Report:
+    """Check a program that was read as `check_program` does."""
+    toolpath, around = against.zoned_path, against.surroundings or Surroundings()
+    if toolpath is not None:
+        read = replace(read, path=read.path.in_zone(toolpath.zone))
+    context = _context(read, machine, against.constraints, tolerances or against.tolerances)
+    match = None if toolpath is None else follow(context, toolpath, tcp_height=read.tcp_height)
+    rows = ProgramRows(read, against, match, surface_tolerance)
+    lacking = ((against.cutter, NO_TOOL), (toolpath, NO_PATH))
+    left = (*NOT_CHECKED, *(sentence for given, sentence in lacking if given is None))
+    report = examine(Examination(context, around, JOINT_ONLY, rows=rows), left)
+    told = Report.of_findings((*read.findings, *_part_size(around, against)))
+    return report.merge(told, *(() if against.program is None else (unsaid(read.findings),)))
+
+
+def check_table(motion: Motion, machine: Machine, against: Against) -> Report:
+    """Check the durations in the table of a motion against its own feeds, with the given cutter."""
+    path = trace_tool(motion, machine, against.cutter, "motion")
+    read = TracedProgram(motion, path, (), np.zeros(len(motion), dtype=bool), None, straight=True)
+    context = _context(read, machine, against.constraints, against.tolerances)
+    results = (check_finite(context), *check_program_feeds(context, ProgramRows(read, against)))
+    return make_report(results, path, ())
+
+
+def _part_size(around: Surroundings, against: Against) -> tuple[Finding, ...]:
+    """Tell a part whose size doesn't go with the cutter's."""
+    if around.part is None or against.cutter is None:
+        return ()
+    diameter, unit = against.cutter.diameter, against.part_unit
+    return size_findings(mesh_size(around.part), unit=unit, diameter=diameter, name="part")
+
+
+def _context(
+    read: TracedProgram, machine: Machine, constraints: Constraints, tolerances: Tolerances
+) -> CheckContext:
+    # The path of a program's pivot over its blocks isn't the path's.
+    turning = replace(constraints.of_turns, turn_rate=None)
+    if len(machine.rotaries) != 2:
+        turning = replace(turning, singular_cone=None, singular_rate=0.0)
+    applied = PathConstraints.of(read.path, machine, turning)
+    return make_context(read.motion, machine, read.path, applied, tolerances.of_program())

@@ -12,24 +12,29 @@ from functools import cached_property
 
 import numpy as np
 
+from fiveaxis.errors import FiveAxisError, Unverified
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.machine import Machine
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.motion import Fill, Interpolation, Motion, ProgramMotion
-from fiveaxis.nc.control.technology import TechnologyTrack
-from fiveaxis.nc.writing.start_and_end import RequiredTechnology
+from fiveaxis.nc import Program, ProgramSettings
+from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.traced_program import TracedProgram, load_text
+from fiveaxis.nc.words import control_values
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology, StartAndEnd
+from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.toolpath import MoveKind
+from fiveaxis.verification.check_context import SAME_TIME
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import Within
-from fiveaxis.verification.report import Report, Result
+from fiveaxis.verification.report import Report, Result, violated
 from fiveaxis.verification.tcp_moves import positions_between
-from fiveaxis.verification.technology import check_technology
 
 # Assumptions that the text of our own programs mustn't leave to a reader.
 MUST_STATE = ("unit-assumed", "rotary-assumed", "several-tools", "long-dwell", "frame-unused")
-# Allowed relative difference of a block's duration from the planned one, from the decimals of F.
-SAME_TIME = 0.01
+# Findings of the writer where the control's F can't express a block's duration. As the inverse of the time it
+# can, even where the control won't run that slowly.
+COARSE = {"feed-floor": ("per_minute",), "feed-rounded": ("per_minute", "inverse_time")}
 # s: smaller differences don't count, nor that a block shorter than `BRIEF` takes up to `LONGER`.
 MOMENT, BRIEF, LONGER = 1e-3, 2e-3, 1e-2
 # Allowed difference of a linear position, in steps of the last decimal: half a step of rounding, or two steps
@@ -43,30 +48,77 @@ SAME_AXIS = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class ReadBack:
-    """A program's motion as planned, and as its text states it.
+    """The text of a program of our own, read as any program is, beside what it was written for.
 
     Parameters
     ----------
-    machine : on which it runs
     planned : m rows
+    wording, settings : how its positions became words, and what else it was to put in force
     read : n rows, of the text
-    tcp : (n,), whether the move is under TCP
-    technology : spindle, tool, offsets and coolant, n rows; None for a list of cutter locations
     owner : (n,), planned row at the end of the block that a row is part of; -1 for none
     unplanned : (u,), rows of moves that no planned row and no retract or home of the end accounts for
-    by_angle : whether the text has rotary words; else the control solves them for the tool's direction
-    assumed : what the reader had to assume
+    coarse : whether the control's F can't express the duration of some blocks, as the writer has reported
     """
 
-    machine: Machine
     planned: ProgramMotion
-    read: Motion
-    tcp: BoolArray
-    technology: TechnologyTrack | None
+    wording: WordWriter
+    settings: ProgramSettings
+    read: TracedProgram
     owner: IntArray
     unplanned: IntArray
-    by_angle: bool
-    assumed: tuple[Finding, ...] = ()
+    coarse: bool
+
+    @classmethod
+    def of(
+        cls, text: Program, planned: ProgramMotion, wording: WordWriter, settings: ProgramSettings
+    ) -> ReadBack:
+        """Read a text back.
+
+        Raises
+        ------
+        Unverified
+            The text can't be read back, so it can't be verified.
+        """
+        begin = planned.motion.positions[:1]
+        try:
+            read = load_text(text, wording.machine, _start(begin, wording), begin)
+        except FiveAxisError as fault:
+            raise Unverified(
+                "the text of the program can't be read back, so it can't be verified and isn't written: "
+                f"{fault}",
+                [],
+            ) from None
+        lines = read.motion.source
+        owner = _owners(text, lines, planned)
+        unplanned = _unplanned(text, lines, owner, StartAndEnd(wording, settings, "unwound"))
+        coarse = any(wording.mode.feed in COARSE.get(finding.code, ()) for finding in text.findings)
+        return cls(planned, wording, settings, read, owner, unplanned, coarse)
+
+    @property
+    def motion(self) -> Motion:
+        """The motion of the text, n rows."""
+        return self.read.motion
+
+    @property
+    def step(self) -> float:
+        """The last decimal of linear words, mm."""
+        number, unit = self.wording.dialect.number, self.wording.unit
+        return float(10.0 ** -(number.linear + (unit == "inch")) * MILLIMETRES[unit])
+
+    @property
+    def turn(self) -> float:
+        """The last decimal of rotary words, deg."""
+        return float(10.0**-self.wording.dialect.number.rotary)
+
+    @property
+    def is_list(self) -> bool:
+        """Whether it is a list of cutter locations, with feeds but no durations and no spindle."""
+        return self.wording.dialect.language != "blocks"
+
+    @property
+    def asked(self) -> RequiredTechnology | None:
+        """Spindle, tool, offsets and coolant that were asked for; None for a list of cutter locations."""
+        return RequiredTechnology.of(self.wording, self.settings)
 
     @cached_property
     def _last(self) -> IntArray:
@@ -76,42 +128,23 @@ class ReadBack:
         last[self.owner[some]] = some
         return last
 
-    def unsaid(self) -> Report:
-        """Report, as errors, the assumptions that the text of our own programs mustn't leave to a reader."""
-        return unsaid(self.assumed)
-
     @property
     def written(self) -> IntArray:
         """The planned rows that have a block in the text, (w,)."""
         return np.flatnonzero(self._last >= 0)
+
+    @property
+    def cuts(self) -> IntArray:
+        """The planned rows of the path that cut and have a block in the text, (c,)."""
+        written = self.written[self.written >= self.planned.first]
+        return np.asarray(written[self.planned.motion.cutting[written]])
 
     @cached_property
     def end(self) -> IntArray:
         """The row of the text at which each planned row is reached, (m,); without a block the axes stand."""
         return np.maximum(np.maximum.accumulate(self._last), 0)
 
-    def driven(self, fill: Fill) -> Motion:
-        """Compute the axis positions and durations at every location of the fill by the text."""
-        blocks = self.planned.first + fill.place
-        positions = positions_between(
-            self.machine, self.read.positions[self.end], blocks, self.planned.interpolation
-        )
-        clock = np.interp(self._in_text(blocks), np.arange(len(self.read)), np.cumsum(self.read.time))
-        # The duration of a rapid move isn't in the text.
-        time = np.where(fill.path.rapid, fill.motion.time, np.diff(clock, prepend=clock[:1]))
-        return replace(fill.motion, positions=positions, time=time)
-
-    def within(self, fill: Fill) -> Within:
-        """Return the function that computes the axes between the locations of a fill by the text."""
-        blocks, ends = self.planned.first + fill.place, self.read.positions[self.end]
-
-        def positions(rows: IntArray, share: float) -> Array:
-            place = blocks[rows - 1] + share * (blocks[rows] - blocks[rows - 1])
-            return positions_between(self.machine, ends, place, self.planned.interpolation)
-
-        return positions
-
-    def _in_text(self, blocks: Array) -> Array:
+    def in_text(self, blocks: Array) -> Array:
         """Convert fractional planned rows to rows of the text; the parts of a block last equally long."""
         after = np.ceil(blocks).astype(np.int64)
         before = np.maximum(after - 1, 0)
@@ -119,69 +152,105 @@ class ReadBack:
         return np.asarray(self.end[before] + share * (self.end[after] - self.end[before]))
 
 
-def unsaid(assumed: Iterable[Finding]) -> Report:
-    """Report, as errors, the assumptions that the text of an own program mustn't leave to a reader."""
-    return Report.of_findings(replace(f, severity=Severity.ERROR) for f in assumed if f.code in MUST_STATE)
-
-
-@dataclass(frozen=True)
-class ExpectedText:
-    """Properties that a text must have, besides its positions.
-
-    Parameters
-    ----------
-    step, turn : the last decimal of linear words, mm, and of rotary words, deg
-    coarse : whether the control's F can't express the duration of some blocks, as the writer has reported
-    asked : spindle, tool, offsets and coolant; None for a list of cutter locations
-    is_list : whether it is a list of cutter locations, with feeds but no durations and no spindle
-    """
-
-    step: float
-    turn: float
-    coarse: bool = False
-    asked: RequiredTechnology | None = None
-    is_list: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class WrittenText:
-    """One of our own programs, for the checks of its text.
+    """A text that was read back, at the locations of the path that its blocks stand for.
 
     Parameters
     ----------
     back : the text with the planned motion
-    fill : the locations that its blocks represent
-    rows : (m,), the location of the fill at which each planned row ends
-    expected : properties that the text must have
+    fill : n locations that the planned blocks stand for
     """
 
     back: ReadBack
     fill: Fill
-    rows: IntArray
-    expected: ExpectedText
+
+    @property
+    def rows(self) -> IntArray:
+        """The location at which each planned row ends, (m,); of leads the nearest."""
+        return self.fill.rows_in(self.back.planned)
+
+    @property
+    def _blocks(self) -> Array:
+        """The planned row at each location, (n,), fractional."""
+        return self.back.planned.first + self.fill.place
+
+    def motion(self) -> Motion:
+        """Compute the axis positions and durations at every location by the text."""
+        back, fill, blocks = self.back, self.fill, self._blocks
+        clock = np.interp(back.in_text(blocks), np.arange(len(back.motion)), np.cumsum(back.motion.time))
+        # The duration of a rapid move isn't in the text.
+        time = np.where(fill.path.rapid, fill.motion.time, np.diff(clock, prepend=clock[:1]))
+        return replace(fill.motion, positions=self._positions(blocks), time=time)
+
+    def within(self) -> Within:
+        """Return the function that computes the axes between the locations by the text."""
+        blocks = self._blocks
+
+        def positions(rows: IntArray, share: float) -> Array:
+            return self._positions(blocks[rows - 1] + share * (blocks[rows] - blocks[rows - 1]))
+
+        return positions
+
+    def _positions(self, blocks: Array) -> Array:
+        """Compute the axes, (r, k), at fractional planned rows, (r,), as the control moves them there."""
+        ends, planned = self.back.motion.positions[self.back.end], self.back.planned
+        return positions_between(self.back.wording.machine, ends, blocks, planned.interpolation)
 
 
-def check_text(back: ReadBack, rows: IntArray, expected: ExpectedText) -> tuple[Result, ...]:
-    """Compare a text with what was planned and asked for: positions, durations, modes, technology.
+def unsaid(assumed: Iterable[Finding]) -> Report:
+    """Report, as errors, the assumptions that the text of our own programs mustn't leave to a reader."""
+    return Report.of_findings(replace(f, severity=Severity.ERROR) for f in assumed if f.code in MUST_STATE)
+
+
+def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:
+    """Find the planned row that each row of the text belongs to, (n,)."""
+    rows = np.array(text.rows)
+    if (rows >= 0).any():
+        return np.asarray(rows[lines - 1])
+    # A list of locations has one row per location.
+    if len(lines) != len(planned) - planned.first:
+        raise Unverified(
+            f"the list that was written has {len(lines)} locations, and {len(planned) - planned.first} were "
+            "planned; please report this",
+            [],
+        )
+    return np.arange(len(lines)) + planned.first
+
+
+def _unplanned(text: Program, lines: IntArray, owner: IntArray, frame: StartAndEnd) -> IntArray:
+    """Find the rows of moves that are neither planned nor part of the program's end, (u,)."""
+    ending = tuple(frame.end())
+    silent = np.flatnonzero(owner < 0)
+    silent = silent[silent > np.argmax(owner >= 0)]
+    strange = [not text.lines[line - 1].endswith(ending) for line in lines[silent].tolist()]
+    return np.asarray(silent[np.array(strange, dtype=bool)])
+
+
+def _start(begin: Array, wording: WordWriter) -> dict[str, float]:
+    """Return where Z stands before the approach, in the control's sign and unit."""
+    machine = wording.machine
+    if wording.coordinates != "axes" or "Z" not in machine.letters:
+        return {}
+    return {"Z": float(control_values(machine, begin)[0, machine.column("Z")])}
+
+
+def check_text(back: ReadBack, rows: IntArray) -> tuple[Result, ...]:
+    """Compare a text with what was planned: positions, durations, modes.
 
     Parameters
     ----------
     rows : (m,), row of the path for findings on each planned row
     """
-    always = _check_positions(back, rows, expected), _check_unplanned(back, rows), _check_rapids(back, rows)
-    if expected.is_list:
+    always = _check_positions(back, rows), _check_unplanned(back, rows), _check_rapids(back, rows)
+    if back.is_list:
         return *always, _check_feeds(back, rows)
-    return (
-        *always,
-        _check_durations(back, rows, expected.coarse),
-        _check_modes(back, rows),
-        *_check_technology(back, rows, expected.asked),
-    )
+    return *always, _check_durations(back, rows), _check_modes(back, rows)
 
 
-def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> Result:
-    machine, written = back.machine, back.written
-    wanted, found = back.planned.motion.positions[written], back.read.positions[back.end[written]]
+def _check_positions(back: ReadBack, rows: IntArray) -> Result:
+    machine, written, by_angle = back.wording.machine, back.written, not back.read.by_control
+    wanted, found = back.planned.motion.positions[written], back.motion.positions[back.end[written]]
     tips, axes = zip(*(tool_poses(machine, p) for p in (wanted, found)), strict=True)
     if back.planned.interpolation is Interpolation.JOINT:
         aside = np.abs(found - wanted)[:, machine.linear_columns].max(axis=1)
@@ -189,9 +258,9 @@ def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> 
         aside = np.linalg.norm(tips[1] - tips[0], axis=1)
     turned = np.degrees(np.abs(found - wanted)[:, machine.rotary_columns].max(axis=1, initial=0.0))
     leaning = np.degrees(np.linalg.norm(axes[1] - axes[0], axis=1))
-    most = HALF_STEP * expected.turn
-    off = (turned > most) if back.by_angle else (leaning > np.degrees(SAME_AXIS))
-    bad = np.flatnonzero((aside > STEPS * expected.step) | off)
+    most = HALF_STEP * back.turn
+    off = (turned > most) if by_angle else (leaning > np.degrees(SAME_AXIS))
+    bad = np.flatnonzero((aside > STEPS * back.step) | off)
 
     def message(i: int) -> str:
         k = bad[i]
@@ -200,31 +269,30 @@ def _check_positions(back: ReadBack, rows: IntArray, expected: ExpectedText) -> 
             "positions; this is a fault of the control's table or of the writer: don't run the program"
         )
 
-    return Result(
+    return violated(
         code="text-differs",
-        severity=Severity.ERROR,
         rows=rows[written[bad]],
         values=np.maximum(aside, turned)[bad],
         message=message,
-        figures={"text_off_mm": largest(aside), "text_off_deg": largest(turned) if back.by_angle else None},
+        figures={"text_off_mm": largest(aside), "text_off_deg": largest(turned) if by_angle else None},
         checked=("the program's text, read back: every block ends at its planned position",),
     )
 
 
 def _check_unplanned(back: ReadBack, rows: IntArray) -> Result:
-    return _same_message(
+    return violated(
         "text-differs",
         np.repeat(rows[-1:], len(back.unplanned)),
         f"the program's text has {len(back.unplanned)} moves that weren't planned, the first on line "
-        f"{back.read.source[back.unplanned[0]] if len(back.unplanned) else 0}; don't run the program",
-        "no move in the text that wasn't planned",
+        f"{back.motion.source[back.unplanned[0]] if len(back.unplanned) else 0}; don't run the program",
+        checked=("no move in the text that wasn't planned",),
     )
 
 
-def _check_durations(back: ReadBack, rows: IntArray, coarse: bool) -> Result:
+def _check_durations(back: ReadBack, rows: IntArray) -> Result:
     written = back.written
     wanted = np.diff(np.cumsum(back.planned.motion.time)[written], prepend=0.0)
-    found = np.diff(np.cumsum(back.read.time)[back.end[written]], prepend=0.0)
+    found = np.diff(np.cumsum(back.motion.time)[back.end[written]], prepend=0.0)
     timed = (back.planned.motion.kind[written] != MoveKind.RAPID) & (written > 0)
     off = np.where(timed, np.abs(found - wanted), 0.0)
     # The highest F of a control may be too low for a block that lasts hardly any time: then it runs slower.
@@ -239,9 +307,9 @@ def _check_durations(back: ReadBack, rows: IntArray, coarse: bool) -> Result:
         )
 
     total = float(wanted[timed].sum())
-    return Result(
+    return violated(
         code="duration-differs",
-        severity=Severity.WARNING if coarse else Severity.ERROR,
+        severity=Severity.WARNING if back.coarse else Severity.ERROR,
         rows=rows[written[bad]],
         values=off[bad],
         message=message,
@@ -253,7 +321,7 @@ def _check_durations(back: ReadBack, rows: IntArray, coarse: bool) -> Result:
 def _check_feeds(back: ReadBack, rows: IntArray) -> Result:
     """Compare the feeds of a list of cutter locations, whose duration depends on the machine."""
     written = back.written[(back.planned.motion.kind != MoveKind.RAPID)[back.written]]
-    wanted, found = back.planned.motion.feed[written], back.read.feed[back.end[written]]
+    wanted, found = back.planned.motion.feed[written], back.motion.feed[back.end[written]]
     off = np.abs(found - wanted)
     bad = np.flatnonzero(off > SAME_TIME * wanted)
 
@@ -264,9 +332,8 @@ def _check_feeds(back: ReadBack, rows: IntArray) -> Result:
             "planned; choose a table whose feeds have enough digits"
         )
 
-    return Result(
+    return violated(
         code="duration-differs",
-        severity=Severity.ERROR,
         rows=rows[written[bad]],
         values=60.0 * off[bad],
         message=message,
@@ -277,45 +344,24 @@ def _check_feeds(back: ReadBack, rows: IntArray) -> Result:
 
 def _check_rapids(back: ReadBack, rows: IntArray) -> Result:
     written = back.written
-    quick = back.read.kind[back.end[written]] == MoveKind.RAPID
+    quick = back.motion.kind[back.end[written]] == MoveKind.RAPID
     bad = written[quick & (back.planned.motion.kind[written] != MoveKind.RAPID) & (written > 0)]
-    return _same_message(
+    return violated(
         "rapid-in-cut",
         rows[bad],
         "by the program's text this move is rapid, but it was planned at feed; don't run the program",
-        "rapid moves where they were planned, and nowhere else",
+        checked=("rapid moves where they were planned, and nowhere else",),
     )
 
 
 def _check_modes(back: ReadBack, rows: IntArray) -> Result:
     written = back.written[back.written > back.planned.first]
     wanted = back.planned.interpolation is Interpolation.TCP
-    bad = written[back.tcp[back.end[written]] != wanted] if back.by_angle else written[:0]
+    bad = written[back.read.tcp[back.end[written]] != wanted] if not back.read.by_control else written[:0]
     state = "on" if wanted else "off"
-    return _same_message(
+    return violated(
         "tcp-state",
         rows[bad],
         f"TCP isn't {state} in this block, but its words require it {state}; don't run the program",
-        f"TCP is {state} in every block of the path",
-    )
-
-
-def _check_technology(back: ReadBack, rows: IntArray, asked: RequiredTechnology | None) -> Iterable[Result]:
-    if back.technology is None:
-        return ()
-    written = back.written[back.written >= back.planned.first]
-    cuts = written[back.planned.motion.cutting[written]]
-    return check_technology(back.technology.at(back.end[cuts]), rows[cuts], asked)
-
-
-def _same_message(code: str, rows: IntArray, text: str, *checked: str) -> Result:
-    """Build the result of a check whose findings all have one message."""
-    return Result(
-        code=code,
-        severity=Severity.ERROR,
-        rows=rows,
-        values=np.full(len(rows), np.nan),
-        message=lambda _: text,
-        figures={},
-        checked=checked,
+        checked=(f"TCP is {state} in every block of the path",),
     )

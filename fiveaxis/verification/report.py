@@ -45,6 +45,7 @@ class Result:
     checked : sentences on what was checked
     not_checked : sentences on what wasn't
     was_made : False for a check that wasn't run; then `not_checked` states why
+    path : whose locations the rows are; by default those of the motion that the report is about
     """
 
     code: str
@@ -56,6 +57,43 @@ class Result:
     checked: tuple[str, ...] = ()
     not_checked: tuple[str, ...] = ()
     was_made: bool = True
+    path: Toolpath | None = None
+
+
+def violated(
+    code: str,
+    rows: IntArray,
+    message: str | Callable[[int], str],
+    *,
+    values: Array | None = None,
+    severity: Severity = Severity.ERROR,
+    figures: Mapping[str, float | None] | None = None,
+    checked: tuple[str, ...] = (),
+    not_checked: tuple[str, ...] = (),
+    path: Toolpath | None = None,
+) -> Result:
+    """Return the result of a check that was run; parameters as of `Result`.
+
+    Parameters
+    ----------
+    message : one for all violations, or that of each
+    values : by default none is worse than another
+    """
+    return Result(
+        code=code,
+        severity=severity,
+        rows=rows,
+        values=np.full(len(rows), np.nan) if values is None else values,
+        message=_always(message) if isinstance(message, str) else message,
+        figures=figures or {},
+        checked=checked,
+        not_checked=not_checked,
+        path=path,
+    )
+
+
+def _always(text: str) -> Callable[[int], str]:
+    return lambda _: text
 
 
 def left_out(code: str, figures: Mapping[str, float | None], *why: str) -> Result:
@@ -265,6 +303,7 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
 
 def _list_worst(result: Result, toolpath: Toolpath) -> Iterable[Finding]:
     """Yield findings of the worst violations, and of the first one on the path."""
+    toolpath = toolpath if result.path is None else result.path
     listed = np.argsort(-result.values, kind="stable")[:MOST_LISTED]
     if len(listed) == MOST_LISTED:
         listed[-1] = listed[-1] if result.rows.min() in result.rows[listed] else result.rows.argmin()

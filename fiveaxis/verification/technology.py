@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from fiveaxis.findings import Severity
-from fiveaxis.geometry import IntArray
+from fiveaxis.geometry import BoolArray, IntArray
 from fiveaxis.nc.control.technology import Technology, TechnologyTrack
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology
-from fiveaxis.verification.report import Result
+from fiveaxis.verification.report import Result, violated
 
 # rev/min: decimals of S.
 SAME_SPEED = 0.5
@@ -61,6 +61,23 @@ def check_feed_mode(
         )
 
 
+def check_switched(tcp: BoolArray, cuts: IntArray) -> Result:
+    """Check that TCP is neither switched on nor off between the cuts.
+
+    Parameters
+    ----------
+    tcp : (n,), whether the move to a row is under TCP
+    cuts : (m,), rows that cut
+    """
+    bad = cuts[tcp[cuts] != tcp[cuts[:1]]] if len(cuts) else cuts
+    return violated(
+        code="tcp-state",
+        rows=bad,
+        message="TCP is switched between the cuts of the path; switch it before them",
+        checked=("TCP isn't switched between the cuts",),
+    )
+
+
 def _found(
     code: str,
     track: TechnologyTrack,
@@ -73,20 +90,17 @@ def _found(
     """Build the result of a check of the states in force."""
     wrong = [is_wrong(state) for state in track.states]
     bad = np.flatnonzero(track.rows_where(wrong))
-    return Result(
+    return violated(
         code=code,
         severity=severity,
         rows=rows[bad],
-        values=np.full(len(bad), np.nan),
         message=lambda i: text(track.states[track.state[bad[i]]]),
-        figures={},
         checked=(checked,),
     )
 
 
 def _unasked(code: str, sentence: str) -> Result:
-    none = np.empty(0, dtype=np.int64)
-    return Result(code, Severity.ERROR, none, np.empty(0), str, {}, not_checked=(sentence,))
+    return violated(code, np.empty(0, dtype=np.int64), "", not_checked=(sentence,))
 
 
 def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
@@ -218,16 +232,13 @@ def _check_coolant(track: TechnologyTrack, rows: IntArray, asked: RequiredTechno
 
 def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
     bad: Sequence[int] = rows[:1].tolist() if track.late_axes else []
-    return Result(
+    return violated(
         code="approach-order",
-        severity=Severity.ERROR,
         rows=np.array(bad, dtype=np.int64),
-        values=np.full(len(bad), np.nan),
-        message=lambda _: (
+        message=(
             f"in the approach Z comes down before {', '.join(track.late_axes)} move (line "
             f"{track.late_line}), from wherever the program before left them; move Z last"
         ),
-        figures={},
         checked=("approach: Z comes down after the other axes have moved",),
     )
 
@@ -240,15 +251,12 @@ def _check_retract(track: TechnologyTrack, rows: IntArray, asked: RequiredTechno
     where = ["before the first cut"] * (asked.retracts and not before)
     where += ["after the last"] * (asked.goes_clear and not after)
     bad = np.unique([rows[0] if name.startswith("before") else rows[-1] for name in where]).astype(np.int64)
-    return Result(
+    return violated(
         code="no-retract",
-        severity=Severity.ERROR,
         rows=bad,
-        values=np.full(len(bad), np.nan),
-        message=lambda _: (
+        message=(
             f"Z doesn't retract in machine coordinates {' and '.join(where)}, as was asked for; "
             "write G53 or G28 Z"
         ),
-        figures={},
         checked=("retract: Z goes to a machine position before and after the cuts",),
     )

@@ -12,8 +12,9 @@ from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, Fill
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
+from fiveaxis.verification.following import Match
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import Result, left_out
+from fiveaxis.verification.report import Result, left_out, violated
 
 # mm: turn per length is reported for moves longer than this.
 SHORTEST = 1e-3
@@ -38,9 +39,8 @@ def check_hold(context: CheckContext) -> Result:
         )
 
     held = ", ".join(f"{letter} at {math.degrees(hold[letter]):g} deg" for letter in letters)
-    return Result(
+    return violated(
         code="held-axis",
-        severity=Severity.ERROR,
         rows=rows,
         values=off[rows, which],
         message=message,
@@ -79,9 +79,8 @@ def check_jumps(context: CheckContext, programmed: Array | None = None, *, block
         )
 
     farther = ", more only where the program turns the tool by more" if allowed.max() > most else ""
-    return Result(
+    return violated(
         code="jump",
-        severity=Severity.ERROR,
         rows=rows,
         values=degrees[rows, which],
         message=message,
@@ -90,6 +89,20 @@ def check_jumps(context: CheckContext, programmed: Array | None = None, *, block
             f"turn of every rotary axis in each cutting block, at most {math.degrees(most):g} deg{farther}",
         ),
     )
+
+
+def check_block_turns(context: CheckContext, match: Match | None) -> Result:
+    """Check how far rotary axes turn in whole blocks of a program, against the bound that was given.
+
+    Turns that the path itself prescribes are allowed beyond the bound; turns of the program alone aren't.
+    """
+    programmed = np.zeros(len(context.positions))
+    if match is not None:
+        known = match.passed
+        # A row before a location belongs to the move to it.
+        following = np.searchsorted(match.row[known], np.arange(len(programmed)))
+        programmed = np.append(programmed_turns(match.path)[known], 0.0)[following]
+    return check_jumps(context, programmed, blocks=True)
 
 
 def _steps_of_moves(context: CheckContext) -> Array:
@@ -152,9 +165,8 @@ def check_turn_rate(context: CheckContext) -> Result:
             "again or allow more"
         )
 
-    return Result(
+    return violated(
         code="turn-rate",
-        severity=Severity.ERROR,
         rows=rows,
         values=np.degrees(turns[rows, which]),
         message=message,
@@ -189,7 +201,7 @@ def check_singular(context: CheckContext) -> Result:
             "the part on the table"
         )
 
-    return Result(
+    return violated(
         code="singular-turn",
         severity=Severity.WARNING,
         rows=rows,
@@ -232,7 +244,7 @@ def check_planes(fill: Fill, rotary: Array) -> Result:
     off = fill.off_plane(rotary)
     moves = np.flatnonzero(fill.planes.left)
     degrees, most = np.degrees(off[moves]), math.degrees(AXIS_TOLERANCE)
-    return Result(
+    return violated(
         code="axis-off-plane",
         severity=Severity.WARNING,
         rows=np.searchsorted(fill.row, moves + 1.0),

@@ -28,11 +28,22 @@ from fiveaxis.verification.check_context import (
 from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.feeds import check_feeds, check_feeds_along
+from fiveaxis.verification.following import check_following, check_rapids, cutting_rows
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import KINDS, check_accelerations, check_deviation, check_speeds
+from fiveaxis.verification.outside import check_outside
+from fiveaxis.verification.program_rows import ProgramRows, check_program_feeds, check_program_lean
 from fiveaxis.verification.read_back import WrittenText, check_text
 from fiveaxis.verification.report import Report, Result, make_report
-from fiveaxis.verification.turns import check_hold, check_jumps, check_planes, check_singular, check_turn_rate
+from fiveaxis.verification.technology import check_feed_mode, check_switched, check_technology
+from fiveaxis.verification.turns import (
+    check_block_turns,
+    check_hold,
+    check_jumps,
+    check_planes,
+    check_singular,
+    check_turn_rate,
+)
 
 if TYPE_CHECKING:
     import trimesh
@@ -127,33 +138,9 @@ def verify_within(
     toolpath = constraints.zoned(toolpath)
     applied = PathConstraints.of(toolpath, machine, constraints)
     if applied.inserted is not None:
-        allowed = replace(allowed, row_allowance=allowed.chord_allowance)
+        allowed = allowed.of_inserted()
     context = make_context(motion, machine, toolpath, applied, allowed)
     return examine(Examination(context, around, between), NOT_CHECKED)
-
-
-@dataclass(frozen=True, eq=False)
-class OwnRows:
-    """Data on a program whose rows aren't the locations of a path.
-
-    Parameters
-    ----------
-    following : check that it follows its path; None without a path
-    lean : check of the tool's lean, at rows where its reference is known
-    turns : check of sudden turns
-    feeds : check of durations
-    technology : checks of spindle, tool, offsets and coolant
-    tcp_height : mm above the tip, of the point that moves straight; None with joint interpolation
-    has_tool : whether the tool is known
-    """
-
-    following: Result | None
-    lean: Result
-    turns: Result
-    feeds: Result
-    technology: tuple[Result, ...]
-    tcp_height: float | None
-    has_tool: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,96 +149,133 @@ class Examination:
 
     Parameters
     ----------
-    context : the motion with its path
+    context : the rows that are checked: the locations of a path with the axes there, or the rows of a program
     surroundings : part, stock and fixtures
-    interpolation : between rows, for gouges and collisions
+    interpolation : between locations, for gouges and collisions
     accelerations : whether accelerations follow from the blocks' speeds; not if moves were divided
-    own : for a program with rows of its own
-    text : for one of our own programs
+    text : of one of our own programs, with what was planned
+    rows : of a program; None where the rows are locations
     """
 
     context: CheckContext
     surroundings: Surroundings
     interpolation: CheckedInterpolation
     accelerations: bool = True
-    own: OwnRows | None = None
     text: WrittenText | None = None
+    rows: ProgramRows | None = None
 
 
 def _positions(e: Examination) -> Iterable[Result]:
-    if e.own is None:
+    if e.rows is None:
         yield check_contact(e.context)
-    elif e.own.following is not None:
-        yield e.own.following
+    elif e.rows.match is not None:
+        yield from check_following(e.context, e.rows.match)
+
+
+def _lean(e: Examination) -> Iterable[Result]:
+    if e.rows is None:
+        yield check_tilt(e.context)
+    else:
+        yield check_program_lean(e.context, e.rows, e.surroundings.part)
+
+
+def _turns(e: Examination) -> Iterable[Result]:
+    if e.rows is None:
+        yield check_jumps(e.context)
+        yield check_turn_rate(e.context)
+    elif e.context.constraints.max_turn is not None:
+        yield check_block_turns(e.context, e.rows.match)
+    else:
+        # Where the swept cutter is checked for gouges, a turn does no harm.
+        swept = e.surroundings.part is not None
+        yield replace(check_jumps(e.context), severity=Severity.WARNING if swept else Severity.ERROR)
 
 
 def _speeds(e: Examination) -> Iterable[Result]:
     found = check_speeds(e.context)
     # A control slows a foreign program down; in our own programs such a duration is a fault.
-    yield found if e.own is None else replace(found, code="feed-over", severity=Severity.WARNING)
+    yield found if e.rows is None else replace(found, code="feed-over", severity=Severity.WARNING)
 
 
 def _feeds(e: Examination) -> Iterable[Result]:
-    if e.own is not None:
-        yield e.own.feeds
-        return
-    if e.text is not None and e.text.expected.is_list:
+    if e.rows is not None:
+        yield from check_program_feeds(e.context, e.rows)
+    elif e.text is None:
+        yield check_feeds(e.context)
+    elif not e.text.back.is_list:
         # A list has feeds, which are compared one by one, and no durations.
-        return
-    if e.text is None:
-        found = check_feeds(e.context)
-    else:
-        fill = e.text.fill
-        given = np.flatnonzero(fill.row == np.floor(fill.row))
-        every = np.arange(len(given))
-        found = check_feeds_along(
-            e.context, fill.given, every, given.astype(float), e.context.positions[given]
-        )
-    # Where F has too few digits for a block, the writer has said so.
-    coarse = e.text is not None and e.text.expected.coarse
-    yield replace(found, severity=Severity.WARNING) if coarse else found
-
-
-def _turn_rates(e: Examination) -> Iterable[Result]:
-    if e.own is None:
-        yield check_turn_rate(e.context)
+        path, row = e.text.fill.given, e.text.fill.row
+        given = np.flatnonzero(row == np.floor(row))
+        every, positions = np.arange(len(given)), e.context.positions[given]
+        found = check_feeds_along(e.context, path, every, given.astype(float), positions)
+        # Where F has too few digits for a block, the writer has said so.
+        yield replace(found, severity=Severity.WARNING) if e.text.back.coarse else found
 
 
 def _accelerations(e: Examination) -> Iterable[Result]:
-    if e.accelerations and e.own is None:
+    if e.accelerations and e.rows is None:
         yield from (check_accelerations(e.context, kind) for kind in KINDS)
 
 
 def _deviations(e: Examination) -> Iterable[Result]:
-    if e.own is None:
-        within = None if e.text is None else e.text.back.within(e.text.fill)
+    if e.rows is None:
+        within = None if e.text is None else e.text.within()
         yield check_deviation(e.context, e.interpolation.of_deviation, within)
-    # With a path given, `following` checks what lies between blocks.
-    elif e.own.tcp_height is None and e.own.following is None:
+    # With a path given, `check_following` checks what lies between blocks.
+    elif e.rows.read.tcp_height is None and e.rows.match is None:
         yield check_deviation(e.context, Severity.WARNING)
 
 
+def _rapids(e: Examination) -> Iterable[Result]:
+    if e.rows is not None and e.rows.match is not None:
+        yield check_rapids(e.context, e.rows.match)
+
+
 def _text(e: Examination) -> Iterable[Result]:
-    if e.own is not None:
-        yield from e.own.technology
     if e.text is not None:
-        yield from check_text(e.text.back, e.text.rows, e.text.expected)
+        yield from check_text(e.text.back, e.text.rows)
+
+
+def _technology(e: Examination) -> Iterable[Result]:
+    if e.text is not None:
+        back, cuts = e.text.back, e.text.back.cuts
+        if back.read.technology is not None:
+            yield from check_technology(
+                back.read.technology.at(back.end[cuts]), e.text.rows[cuts], back.asked
+            )
+    elif e.rows is not None and e.rows.read.technology is not None:
+        read, asked = e.rows.read, e.rows.asked(e.context.machine)
+        cuts = cutting_rows(e.context, e.rows.match)
+        track = e.rows.read.technology.at(cuts)
+        yield from check_technology(track, cuts, asked)
+        if read.by_control:
+            yield from check_feed_mode(track, cuts, asked)
+        yield check_switched(read.tcp, cuts)
+
+
+def _planes(e: Examination) -> Iterable[Result]:
+    if e.text is not None:
         yield check_planes(e.text.fill, e.context.motion.positions[:, e.context.machine.rotary_columns])
 
 
 def _gouges(e: Examination) -> Iterable[Result]:
-    if e.own is None:
+    if e.rows is None:
         yield check_gouges(e.context, e.surroundings.part, e.interpolation)
     else:
-        yield check_gouge(e.context, e.surroundings.part, tcp_height=e.own.tcp_height)
+        yield check_gouge(e.context, e.surroundings.part, tcp_height=e.rows.read.tcp_height)
 
 
 def _collisions(e: Examination) -> Iterable[Result]:
-    if e.own is None:
+    if e.rows is None:
         tcp_height = TIP if e.interpolation.collisions is Interpolation.TCP else None
         yield from check_collisions(e.context, e.surroundings, tcp_height=tcp_height)
-    elif e.own.has_tool:
-        yield from check_collisions(e.context, e.surroundings, tcp_height=e.own.tcp_height)
+    elif e.rows.against.cutter is not None:
+        yield from check_collisions(e.context, e.surroundings, tcp_height=e.rows.read.tcp_height)
+
+
+def _outside(e: Examination) -> Iterable[Result]:
+    if e.rows is not None and e.rows.match is not None:
+        yield from check_outside(e.context, e.rows.match, e.rows.read.tcp_height)
 
 
 CheckFunction = Callable[[Examination], Iterable[Result]]
@@ -261,16 +285,19 @@ BODY_CHECKS: tuple[CheckFunction, ...] = (_gouges, _collisions)
 CHECKS: tuple[CheckFunction, ...] = (
     lambda e: (check_finite(e.context), check_limits(e.context), check_hold(e.context)),
     _positions,
-    lambda e: (check_tilt(e.context) if e.own is None else e.own.lean,),
-    lambda e: (check_jumps(e.context) if e.own is None else e.own.turns,),
-    _turn_rates,
+    _lean,
+    _turns,
     lambda e: (check_singular(e.context),),
     _speeds,
     _feeds,
     _accelerations,
     _deviations,
+    _rapids,
     _text,
+    _technology,
+    _planes,
     *BODY_CHECKS,
+    _outside,
 )
 
 

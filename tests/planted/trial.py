@@ -15,15 +15,13 @@ import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.findings import Severity
-from fiveaxis.geometry import IntArray
 from fiveaxis.job import verify_program
-from fiveaxis.job.planned_program import PlannedProgram
-from fiveaxis.job.program import MadeProgram, expected_text, read_back
+from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.motion import Phase
 from fiveaxis.nc import DIALECTS, ProgramSettings
 from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.verification import DEFAULT_TOLERANCES, Leads, Report, verify_text
+from fiveaxis.verification import DEFAULT_TOLERANCES, ReadBack, Report, WrittenText, unsaid, verify_text
 from planted.clean import clean
 from planted.fault import Fault, Subject
 from planted.measure import Meaning, Measure
@@ -220,24 +218,16 @@ class Trial:
         draft = replace(self.made.text, lines=text.lines, rows=text.rows)
 
         def check() -> Report:
-            back = read_back(draft, self.made.motion, wording, self.settings)
+            back = ReadBack.of(draft, self.made.motion, wording, self.settings)
             report = verify_text(
-                back,
-                self.made.fill,
-                self._path_rows,
+                WrittenText(back, self.made.fill),
                 self.solution.constraints,
                 surroundings=Surroundings(),
                 tolerances=DEFAULT_TOLERANCES,
-                expected=expected_text(draft, wording, self.settings),
             )
-            return report.merge(back.unsaid())
+            return report.merge(unsaid(back.read.findings))
 
         return verdict_of(check)
-
-    @cached_property
-    def _path_rows(self) -> IntArray:
-        none = np.zeros(len(self.solution.machine.axes))
-        return PlannedProgram(self.made.motion, self.made.fill, Leads(none, none)).path_rows
 
     def faults(self, count: int, rng: np.random.Generator) -> Iterator[tuple[Fault, Text]]:
         """Plant faults of each class that applies to the program: `count` of those that chance draws."""

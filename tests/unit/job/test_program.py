@@ -10,12 +10,13 @@ import pytest
 import fiveaxis as fx
 from fiveaxis.errors import SettingError, ToolpathError, Unverified
 from fiveaxis.job import Against, make_of_motion, post_program
-from fiveaxis.job.program import make_program, read_back
+from fiveaxis.job.program import make_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, follow
 from fiveaxis.nc import DIALECTS, ProgramSettings, write_motion
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.verification import ReadBack
 
 TILT = (15.0, 75.0)
 MODES = [(name, mode) for name, dialect in DIALECTS.items() for mode in dialect.modes]
@@ -200,6 +201,6 @@ def test_every_control_says_its_spindle_so_that_it_is_read_back(solution, contro
 def test_the_text_is_read_back_row_by_row(solution):
     made = solution.program(control="fanuc", coordinates="tip")
     wording = ProgramOptions(control="fanuc", coordinates="tip").wording(solution.machine)
-    back = read_back(made.text, made.motion, wording, ProgramSettings())
+    back = ReadBack.of(made.text, made.motion, wording, ProgramSettings())
     np.testing.assert_array_equal(back.written, np.arange(len(made.motion)))
-    assert back.tcp[back.end[1:]].all()
+    assert back.read.tcp[back.end[1:]].all()

@@ -7,8 +7,7 @@ import pytest
 
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import angle_between
-from fiveaxis.job import ProgramOptions, make_of_motion
-from fiveaxis.job.program_check import Against
+from fiveaxis.job import Against, ProgramOptions, make_of_motion
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.motion import measure_steadiness
 from fiveaxis.toolpath import Constraints

@@ -16,12 +16,12 @@ from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
-from fiveaxis.nc import Program
 from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.control.technology import TechnologyTrack, read_technology
 from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.program import Program
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
