@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -126,13 +127,19 @@ class Mask:
     def within(self, own: Mask) -> Mask:
         """Return the mask that admits what both admit, with the other's wording; this one is asked first."""
 
-        def both(rows: IntArray, rotary: Array) -> BoolArray:
-            free = np.array(self.admits(rows, rotary))
+        def both(
+            first: MaskFunction | None, second: MaskFunction | None, rows: IntArray, rotary: Array
+        ) -> BoolArray:
+            free = np.array(_query(first, rows, rotary))
             at = np.flatnonzero(free)
-            free[at] = own.admits(rows[at], rotary[at])
+            free[at] = _query(second, rows[at], rotary[at])
             return free
 
-        return replace(own, exact=both, rough=self.rough)
+        return replace(
+            own,
+            exact=partial(both, self.exact, own.exact),
+            rough=partial(both, self.rough or self.exact, own.rough or own.exact),
+        )
 
     def _each(self, of: Callable[[MaskFunction, IntArray, Array], BoolArray]) -> Mask:
         """Change how both functions are asked."""
