@@ -135,7 +135,7 @@ def load_checked(
         given = job.bounds | given
         gouge = gouge or job.gouge_tolerance
         meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job)} | meshes
-        asked = ProgramOptions(control=options["control"] or job.control, settings=job.nc)
+        asked = ProgramOptions.of(job.nc, control=options["control"] or job.writing["control"])
     else:
         machine = load_machine(require_machine(options["machine"]))
         offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack, cast
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
-from fiveaxis.options import Bounds, Search, options_of, require_known, spelled_out
+from fiveaxis.options import Bounds, Search, parted, spelled_out
 from fiveaxis.posture import Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
@@ -141,16 +141,14 @@ def optimise(
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
-    require_known(Optimising, given)
-    bounds = {name: value for name, value in given.items() if name in options_of(Bounds)}
-    constraints = Constraints.of_degrees(**cast("Bounds", bounds))
+    bounds, search = parted(given, Bounds, Search)
+    constraints = Constraints.of_degrees(**bounds)
     if control is None:
         clock = Clock(None, coordinates or "axes")
         interpolation = Interpolation.JOINT if clock.coordinates == "axes" else Interpolation.TCP
     else:
         wording = require_program(machine, control, coordinates)
         clock, interpolation = Clock(wording.dialect, wording.coordinates), wording.interpolation
-    search: dict[str, Any] = {name: value for name, value in given.items() if name not in bounds}
     options = Options(
         **search,
         mask=mask,

@@ -11,10 +11,21 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_
 from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
 from fiveaxis.errors import FiveAxisError
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine.chain import Triple
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings, find_dialect
-from fiveaxis.options import Bounds, Meshes, Planning, Reading, ReadProgram, Search, options_of, table_of
+from fiveaxis.options import (
+    Bounds,
+    Meshes,
+    Planning,
+    Reading,
+    ReadProgram,
+    Search,
+    Writing,
+    options_of,
+    table_of,
+)
 from fiveaxis.settings import StrictModel
 from fiveaxis.toolpath import Constraints, parse_tool, require_range
 from fiveaxis.verification.check_context import GOUGE_TOLERANCE
@@ -130,7 +141,7 @@ class _Input(StrictModel):
 if TYPE_CHECKING:
     _Bounded = _Input
 else:
-    _Bounded = reduce(lambda base, group: table_of(group, base), (Bounds, Meshes, Search), _Input)
+    _Bounded = reduce(lambda base, group: table_of(group, base), (Bounds, Meshes, Search, Writing), _Input)
 
 
 class Job(_Bounded):
@@ -180,18 +191,7 @@ class Job(_Bounded):
     pick: int | None = Field(
         None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"
     )
-    control: str = Field("linuxcnc", description="NC dialect, by name or as a control table (.toml)")
-    coordinates: Literal["axes", "tip", "vector"] | None = Field(
-        None, description="coordinates of the NC program; by default axes, if the control has them"
-    )
     nc: ProgramSettings = Field(ProgramSettings(), description="tool, spindle, coolant… of the NC program")
-    winding: Literal["unwound", "modulo", "rezero"] = Field(
-        "unwound", description="how the program counts turns of endless rotary axes"
-    )
-    thin: bool = Field(True, description="remove redundant blocks of the NC program; else keep them all")
-    override: tuple[str, ...] = Field(
-        (), description="codes of errors that are accepted: the program is written despite them"
-    )
     tool_length: float | None = Field(
         None, ge=0.0, description="from the spindle's gauge point to the tool tip, mm"
     )
@@ -239,6 +239,16 @@ class Job(_Bounded):
     def reading(self) -> Reading:
         """How an input that is a program is read, and the unit of any input."""
         return cast("Reading", self.program.model_dump(exclude={"machine"}) | {"unit": self.unit})
+
+    @property
+    def writing(self) -> Writing:
+        """How the program is written."""
+        return cast("Writing", self._of(Writing))
+
+    @property
+    def program_options(self) -> ProgramOptions:
+        """How the program is written, with its settings as one record."""
+        return ProgramOptions.of(self.nc, **self.writing)
 
     @property
     def planning(self) -> Planning:

@@ -265,9 +265,10 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
     if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
         files["tool"] = Path(job.tool)
     yield from ((use, path) for use, path in files.items() if path is not None)
-    if job.control.lower().endswith(TOOL_FILE):
-        find_dialect(job.control)  # refuses tables that are based on each other
-        yield from (("control", path) for path in _tables(Path(job.control)))
+    control = str(job.writing["control"])
+    if control.lower().endswith(TOOL_FILE):
+        find_dialect(control)  # refuses tables that are based on each other
+        yield from (("control", path) for path in _tables(Path(control)))
     machines = {"machine": job.machine, "program.machine": job.program.machine}
     machines["drives"] = lender_of(job.drives)
     for use, name in machines.items():

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, Unpack
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding
 from fiveaxis.job.program import MadeProgram, make_program
-from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.motion import Coordinates
+from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.own_header import tool_comments
-from fiveaxis.nc.writing.turns import Winding
+from fiveaxis.options import Writing, spelled_out
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification import DEFAULT_TOLERANCES, CheckedInterpolation, Report
@@ -79,29 +77,20 @@ class Solution(Postures):
 
         return preview(self, surroundings=self.surroundings, open_browser=open_browser, port=port)
 
+    @spelled_out(Writing)
     def program(
         self,
         *,
-        control: str | Path = "linuxcnc",
-        coordinates: Coordinates | None = None,
-        winding: Winding = "unwound",
         settings: ProgramSettings | None = None,
-        thin: bool = True,
-        override: Sequence[str] = (),
-        header: Mapping[str, str] | None = None,
+        header: Header | None = None,
         gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
+        **writing: Unpack[Writing],
     ) -> MadeProgram:
         """Make the NC program of this solution, read its text back, and verify it.
 
         Parameters
         ----------
-        control : a name of `fiveaxis.nc.DIALECTS`, or the path of a control table (``.toml``)
-        coordinates : ``axes``, positions of the machine's axes; ``tip``, the tool's tip and the rotary angles
-            (TCP); ``vector``, the tip and the tool's direction; by default the first that the control has
-        winding : how rotary axes of more than one turn are counted
         settings : tool, spindle, coolant, work offset and so on
-        thin : whether redundant blocks are removed
-        override : codes of errors that are accepted; the header names each
         header : name and value of further comments
         gouge_tolerance : mm, how deep the cutter may reach into the part
 
@@ -110,9 +99,7 @@ class Solution(Postures):
         FiveAxisError
             A control that can't write it, or a text that can't be read back.
         """
-        settings = settings or ProgramSettings()
-        options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
-        return self.make(options, gouge_tolerance)
+        return self.make(ProgramOptions.of(settings, header, **writing), gouge_tolerance)
 
     def make(self, options: ProgramOptions, gouge_tolerance: float = DEFAULT_TOLERANCES.gouge) -> MadeProgram:
         """Make the program as `program` does, with all options in one record."""
@@ -126,18 +113,15 @@ class Solution(Postures):
             tolerances=DEFAULT_TOLERANCES.with_gouge(gouge_tolerance),
         )
 
+    @spelled_out(Writing)
     def write(
         self,
         path: str | Path,
         *,
-        control: str | Path = "linuxcnc",
-        coordinates: Coordinates | None = None,
-        winding: Winding = "unwound",
         settings: ProgramSettings | None = None,
-        thin: bool = True,
-        override: Sequence[str] = (),
-        header: Mapping[str, str] | None = None,
+        header: Header | None = None,
         gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
+        **writing: Unpack[Writing],
     ) -> Report:
         """Write the verified program to a file, whole or not at all; options as for `program`.
 
@@ -152,8 +136,7 @@ class Solution(Postures):
         FiveAxisError
             As `program`; a file that can't be written.
         """
-        settings = settings or ProgramSettings()
-        options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
+        options = ProgramOptions.of(settings, header, **writing)
         made = self.make(options.for_file(path), gouge_tolerance)
         made.write(path)
         return made.report

@@ -27,12 +27,11 @@ from fiveaxis.job.loading import (
     part_unit,
 )
 from fiveaxis.job.program import MadeProgram, make_program
-from fiveaxis.job.program_options import ProgramOptions
+from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
 from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import Clock
-from fiveaxis.nc import require_program
 from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.posture import Front, Options, Solution, find_front
 from fiveaxis.posture import optimise as optimise_postures
@@ -93,7 +92,9 @@ class Outcome:
             budget=self.budget,
             lines={c: program.line_of(at.block) if gate.is_open else None for c, at in changes.items()},
             kept_back=gate.kept,
-            overriding=Overriding(accepted, self.job.override_by, gate.unused) if self.job.override else None,
+            overriding=Overriding(accepted, self.job.override_by, gate.unused)
+            if self.job.writing["override"]
+            else None,
             part_size=None if self.part_size is None else tuple(self.part_size.round(6).tolist()),
             setup_search=self.setup_search,
             front=self.front_programs,
@@ -151,7 +152,7 @@ def run_stages(
     """
     machine = load_job_machine(job)
     # What can't be written or read is found before the work, not after it.
-    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    job.program_options.wording(machine)
     toolpath, passes = loaded or load_job_passes(job, progress)
     progress("reading part and stock", 0, 1)
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
@@ -159,7 +160,7 @@ def run_stages(
     around = load_surroundings(job)
     constraints = job.constraints
     toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
-    require_reached(toolpath, job.override)
+    require_reached(toolpath, job.writing["override"])
     cleared, front = solve(job, constraints, toolpath, machine, progress, passes, around, start)
     solution = cleared.solution
     inputs = describe_inputs(job)
@@ -171,7 +172,10 @@ def run_stages(
             machine,
             solution.toolpath,
             constraints,
-            program_options(job, solution, inputs, moved=moved),
+            replace(
+                job.program_options.named(job.input.stem),
+                header=program_header(solution, inputs, moved=moved),
+            ),
             around=around,
             tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
         )
@@ -217,10 +221,8 @@ def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
         )
 
 
-def program_options(
-    job: Job, solution: Solution, inputs: Sequence[InputFile], *, moved: bool = False
-) -> ProgramOptions:
-    """Return how a job's program is written; its header names the inputs.
+def program_header(solution: Solution, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:
+    """Return the comments of a job's program, which name its inputs.
 
     Parameters
     ----------
@@ -236,15 +238,7 @@ def program_options(
         header["workpiece"] = f"set up elsewhere than given: {solution.machine.setup}"
     for number, source in enumerate(inputs, start=1):
         header[f"source {number}"] = f"{source['name']} sha256 {source['sha256'][:16]}"
-    return ProgramOptions(
-        control=job.control,
-        coordinates=job.coordinates,
-        winding=job.winding,
-        settings=job.nc,
-        thin=job.thin,
-        override=job.override,
-        header=header,
-    ).named(job.input.stem)
+    return header
 
 
 def solve(
@@ -261,7 +255,7 @@ def solve(
 
     `passes` are those of a planned path: with a free start the links between them are planned anew.
     """
-    wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    wording = job.program_options.wording(machine)
     options = Options(
         **job.search,
         passes=passes,

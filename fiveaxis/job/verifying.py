@@ -14,7 +14,7 @@ from fiveaxis.job.traced_program import load_program
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings
-from fiveaxis.options import Meshes, ProgramBounds, Reading, completed, options_of, spelled_out
+from fiveaxis.options import Meshes, ProgramBounds, Reading, completed, parted, spelled_out
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import Report, Tolerances
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, GOUGE_TOLERANCE
@@ -92,11 +92,9 @@ def verify_program(
     """
     if (part is not None or surroundings is not None) and tool is None and toolpath is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
-    reading = {name: value for name, value in given.items() if name in options_of(Reading)}
-    crease = completed(Checking, given)["crease"]
-    bounds = {name: value for name, value in given.items() if name in options_of(ProgramBounds)}
+    reading, bounds, meshes = parted(given, Reading, ProgramBounds, Meshes)
     constraints = Constraints.of_degrees(**singular_told(bounds))
-    program_asked = None if settings is None else ProgramOptions(control=control, settings=settings)
+    program_asked = None if settings is None else ProgramOptions.of(settings, control=control)
     around = surroundings or Surroundings.load(part, unit=part_unit)
     against = Against(
         toolpath,
@@ -104,7 +102,7 @@ def verify_program(
         around,
         constraints,
         program=program_asked,
-        crease=crease,
+        **completed(Meshes, meshes),
         part_unit=part_unit,
     )
     check = ProgramCheck(machine, against, tolerances.with_gouge(gouge_tolerance), surface_tolerance)

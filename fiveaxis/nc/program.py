@@ -23,8 +23,9 @@ from fiveaxis.nc.writing.framing import NO_ROW, Frame, numbered
 from fiveaxis.nc.writing.header import Note, head_lines, machine_notes
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
 from fiveaxis.nc.writing.tables import DIALECTS, find_dialect
-from fiveaxis.nc.writing.turns import Winding, require_winding
+from fiveaxis.nc.writing.turns import require_winding
 from fiveaxis.nc.writing.wording import Wording, require_expressible
+from fiveaxis.options import Winding
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]
 
