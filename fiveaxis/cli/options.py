@@ -20,6 +20,7 @@ from fiveaxis.options import (
     ProgramBounds,
     ReadProgram,
     Search,
+    Surrounding,
     Writing,
     options_of,
     words_of,
@@ -132,17 +133,8 @@ READING: Mapping[str, Any] = {
 POSTURE: Mapping[str, Any] = {
     "machine": MachineName,
     **BOUNDS,
-    "part": optional(Path, "mesh of the part: surface normals, gouge check, preview"),
-    "stock": optional(Path, "mesh of the stock, for collisions"),
-    "part_unit": optional(
-        str, "unit of part and stock: mm, inch or m; default: that of an input mesh, else mm"
-    ),
+    **flags_of(Surrounding),
     "fixtures": optional(Path, escape("TOML with [[fixture]] and [clearance], as in a job")),
-    "keep_clear": optional(
-        bool, "choose postures clear of collisions, or only report collisions", "--keep-clear/--only-verify"
-    ),
-    "surface_tolerance": optional(float, "gap between cutter and part that counts as touching, mm"),
-    "gouge_tolerance": optional(float, "how deep the cutter may reach into the part, mm; default: 0.01"),
     "drives": Drives,
     "path_shape": optional(
         str,

@@ -21,7 +21,6 @@ from fiveaxis.cli.terminal import (
 )
 from fiveaxis.cli.verify_verb import (
     CHECKING,
-    Part,
     PathToFollow,
     load_checked,
     reading_of,
@@ -67,7 +66,6 @@ def post(
     context: typer.Context,
     source: Annotated[Path, typer.Argument(help="motion.csv, or an NC program in any supported language")],
     output: Annotated[Path, typer.Option("--output", "-o", help="file for the new program")],
-    part: Part = None,
     path: PathToFollow = None,
     unverified: Annotated[
         bool, typer.Option("--unverified", help="exit code 0 without anything to verify the program against")
@@ -88,7 +86,7 @@ def post(
 
         def work(step: Progress) -> tuple[Posted, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)
-            machine, against, told = load_checked(path, part, options)
+            machine, against, told = load_checked(path, options)
             step("writing and verifying the program", 0, 1)
             posted = post_program(
                 source,

@@ -13,7 +13,6 @@ from fiveaxis.collision import ClearanceTable, FixtureTable
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine.chain import Triple
-from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.options import (
     Bounds,
@@ -22,13 +21,14 @@ from fiveaxis.options import (
     Reading,
     ReadProgram,
     Search,
+    Surrounding,
+    Unit,
     Writing,
     options_of,
     table_of,
 )
 from fiveaxis.settings import StrictModel
 from fiveaxis.toolpath import Constraints, parse_tool, require_range
-from fiveaxis.verification.check_context import GOUGE_TOLERANCE
 
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.batch`), and its key for how several lists are combined.
@@ -141,7 +141,9 @@ class _Input(StrictModel):
 if TYPE_CHECKING:
     _Bounded = _Input
 else:
-    _Bounded = reduce(lambda base, group: table_of(group, base), (Bounds, Meshes, Search, Writing), _Input)
+    _Bounded = reduce(
+        lambda base, group: table_of(group, base), (Bounds, Surrounding, Meshes, Search, Writing), _Input
+    )
 
 
 class Job(_Bounded):
@@ -151,29 +153,11 @@ class Job(_Bounded):
     unit: Unit | None = Field(
         None, description="unit of lengths of an input that doesn't state it; m for meshes only"
     )
-    part_unit: Unit | None = Field(
-        None, description="unit of part and stock; by default that of an input mesh, else mm"
-    )
     columns: tuple[str, ...] | None = Field(
         None, description="columns of a list of points without a header line"
     )
-    part: Path | None = Field(
-        None, description="mesh of the part: for missing surface normals, the gouge check and the preview"
-    )
-    stock: Path | None = Field(None, description="mesh of the stock, for collisions")
     fixture: tuple[FixtureTable, ...] = Field((), description="clamps and vices, in the workpiece frame")
     clearance: ClearanceTable = ClearanceTable()
-    keep_clear: bool = Field(
-        True, description="choose postures clear of collisions; else collisions are only reported"
-    )
-    surface_tolerance: float = Field(
-        0.05, gt=0.0, description="gap between cutter and part that counts as touching, mm"
-    )
-    gouge_tolerance: float = Field(
-        GOUGE_TOLERANCE,
-        gt=0.0,
-        description="how deep the cutter may reach into the part at a location, mm; 0.01 deeper in between",
-    )
     drives: str | None = Field(
         None,
         min_length=1,
@@ -229,6 +213,11 @@ class Job(_Bounded):
     def search(self) -> Search:
         """What is minimised, and how it is searched."""
         return cast("Search", self._of(Search))
+
+    @property
+    def surrounding(self) -> Surrounding:
+        """Part and stock, by their files, and how near the tool comes to what stands around it."""
+        return cast("Surrounding", self._of(Surrounding))
 
     @property
     def meshes(self) -> Meshes:

@@ -134,13 +134,14 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
     if job.unit == "m":
         raise JobError("unit = m is for meshes, and the input is none; give mm or inch", file=job.input)
     toolpath = _read_as(job, tool, {})
-    if job.part is None or toolpath.has_normals:
+    around = job.surrounding
+    if around["part"] is None or toolpath.has_normals:
         return toolpath
     given = {name for name, value in job.reading.items() if name in ("unit", "positions") and value}
     return find_settled_contacts(
         toolpath,
-        load_mesh(job.part, unit=part_unit(job), allow_open=True),
-        job.surface_tolerance,
+        load_mesh(around["part"], unit=part_unit(job), allow_open=True),
+        around["surface_tolerance"],
         lambda settings: _read_as(job, tool, settings),
         given,
         crease=job.meshes["crease"],
@@ -221,19 +222,21 @@ def load_surroundings(job: Job) -> Surroundings:
         A mesh that can't be read, or is refused.
     """
     fixtures = tuple(table.build(Path()) for table in job.fixture)
-    file = part_of(job)
-    part = None if file is None else read_solid(file, part_unit(job) if job.part else job.unit or "mm")
-    return Surroundings.load(part, job.stock, fixtures, job.clearance.build(), unit=part_unit(job))
+    file, around = part_of(job), job.surrounding
+    unit = part_unit(job) if around["part"] else job.unit or "mm"
+    part = None if file is None else read_solid(file, unit)
+    return Surroundings.load(part, around["stock"], fixtures, job.clearance.build(), unit=part_unit(job))
 
 
 def part_of(job: Job) -> Path | None:
     """Return the file of the part's mesh: the given one, else the one that passes are planned on."""
-    return job.part or (job.input if is_mesh(job.input) else None)
+    part = job.surrounding["part"]
+    return Path(str(part)) if part else job.input if is_mesh(job.input) else None
 
 
 def part_unit(job: Job) -> Unit:
     """Return the unit of a job's part and stock: the given one, else that of an input mesh, else mm."""
-    return job.part_unit or (job.unit if is_mesh(job.input) else None) or "mm"
+    return job.surrounding["part_unit"] or (job.unit if is_mesh(job.input) else None) or "mm"
 
 
 def describe_inputs(job: Job) -> list[InputFile]:
@@ -260,7 +263,7 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
     """
     if job.file is not None:
         yield "job", job.file
-    files = {"input": job.input, "part": job.part, "stock": job.stock}
+    files: dict[str, Any] = {"input": job.input} | {name: getattr(job, name) for name in ("part", "stock")}
     files |= {f"fixture.{i}": fixture.file for i, fixture in enumerate(job.fixture)}
     if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
         files["tool"] = Path(job.tool)

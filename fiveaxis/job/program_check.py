@@ -16,7 +16,7 @@ from fiveaxis.job.traced_program import TracedProgram, trace_tool
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit, mesh_size, size_findings
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Coordinates, Interpolation, Motion
-from fiveaxis.options import CREASE
+from fiveaxis.options import CREASE, SURFACE_TOLERANCE
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, interpolate
 from fiveaxis.verification import (
     CheckedInterpolation,
@@ -44,8 +44,6 @@ from fiveaxis.verification.turns import check_jumps, programmed_turns
 
 # A row this near to a location, as a share of its move, ends there.
 SAME_ROW = 1e-3
-# mm: gap between cutter and part that counts as touching.
-SURFACE_TOLERANCE = 0.05
 NOT_CHECKED = (
     "the move to the first row: the program doesn't say where the axes stand before it",
     "acceleration and jerk; durations of rapid moves of axes without a known speed",

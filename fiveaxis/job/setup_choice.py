@@ -57,7 +57,7 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
     job.program_options.wording(machine)
     loaded = load_job_passes(job, progress)
     given = job.setup.model_copy(update={"search": None})
-    around = load_surroundings(job) if job.keep_clear else None
+    around = load_surroundings(job) if job.surrounding["keep_clear"] else None
     trials = search_setups(job, machine, loaded[0], progress, around)
     numbers = count(1)
 

@@ -177,7 +177,7 @@ def run_stages(
                 header=program_header(solution, inputs, moved=moved),
             ),
             around=around,
-            tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
+            tolerances=DEFAULT_TOLERANCES.with_gouge(job.surrounding["gouge_tolerance"]),
         )
         # The energy is that of the text, in which redundant blocks may have stayed.
         blocks = program.motion.blocks
@@ -203,10 +203,11 @@ def run_stages(
 
 def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolpath:
     """Add the finding on a part of implausible size to a path that was read: the planner adds its own."""
-    if around.part is None or job.part is None:
+    file = job.surrounding["part"]
+    if around.part is None or file is None:
         return toolpath
     size, diameter = mesh_size(around.part), toolpath.tool.diameter
-    found = size_findings(size, unit=part_unit(job), diameter=diameter, name=str(job.part))
+    found = size_findings(size, unit=part_unit(job), diameter=diameter, name=str(file))
     return replace(toolpath, findings=(*toolpath.findings, *found))
 
 
@@ -281,7 +282,9 @@ def solve(
         fronts.append(find_front(path, machine, constraints, job.front, chosen))
         return fronts[-1].pick(job.pick or 1)
 
-    cleared = solve_clear(toolpath, machine, constraints, options, around if job.keep_clear else None, find)
+    cleared = solve_clear(
+        toolpath, machine, constraints, options, around if job.surrounding["keep_clear"] else None, find
+    )
     # Several paths may have been searched; take the front of the chosen one.
     motion = cleared.solution.motion
     front = next((f for f in fronts if any(s.motion is motion for s in f.solutions)), None)

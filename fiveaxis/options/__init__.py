@@ -21,14 +21,25 @@ from fiveaxis.options.option import (
 from fiveaxis.options.planning import Direction, Order, PlanContour, Planning, Strategy
 from fiveaxis.options.reading import Positions, Reading, ReadProgram, Wrap
 from fiveaxis.options.search import Objective, Search
+from fiveaxis.options.surroundings import (
+    GOUGE_TOLERANCE,
+    SURFACE_TOLERANCE,
+    MeshSource,
+    Surrounding,
+    Unit,
+    Workpiece,
+)
 from fiveaxis.options.writing import Coordinates, Framing, Winding, Writing
 
 __all__ = [
     "CREASE",
+    "GOUGE_TOLERANCE",
+    "SURFACE_TOLERANCE",
     "Bounds",
     "Coordinates",
     "Direction",
     "Framing",
+    "MeshSource",
     "Meshes",
     "Objective",
     "Option",
@@ -41,7 +52,10 @@ __all__ = [
     "Reading",
     "Search",
     "Strategy",
+    "Surrounding",
+    "Unit",
     "Winding",
+    "Workpiece",
     "Wrap",
     "Writing",
     "completed",
