@@ -151,7 +151,7 @@ def preview(
             viewer = show(
                 outcome.solution,
                 program=outcome.program,
-                surroundings=outcome.around,
+                surroundings=outcome.solution.surroundings,
                 findings=outcome.verdict.findings,
                 open_browser=browser,
             )

@@ -21,6 +21,7 @@ from fiveaxis.machine.files import find_machine
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
+from fiveaxis.options import CREASE
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
@@ -49,6 +50,69 @@ def load_job_machine(job: Job) -> Machine:
     if job.load is not None:
         machine = machine.with_load(job.load, machine.load.centre)
     return with_powers(machine, job.drives)
+
+
+def take_machine(machine: Machine | str | Path) -> Machine:
+    """Return a machine, loaded if it is given by its name or file.
+
+    Raises
+    ------
+    SettingError
+        Neither.
+    MachineError
+        As `load_machine`.
+    """
+    if isinstance(machine, str | Path):
+        return load_machine(str(machine))
+    if not isinstance(machine, Machine):
+        kind = type(machine).__name__
+        raise SettingError(f"machine is of type {kind}; give a Machine, or the name or file of one")
+    return machine
+
+
+def take_path(
+    toolpath: Toolpath | str | Path,
+    machine: Machine,
+    tool: Tool | str | None,
+    around: Surroundings,
+    tolerance: float,
+) -> Toolpath:
+    """Return a path, read if it is given by its file; its missing surface normals are those of the part.
+
+    Parameters
+    ----------
+    machine : that a program was written for
+    tool : the cutter, in place of the file's, or its name
+    tolerance : mm, gap between cutter and part that counts as touching
+
+    Raises
+    ------
+    SettingError
+        Neither a path nor a file; a mesh, on which passes have to be planned first; a tool beside a path,
+        which has its own.
+    FiveAxisError
+        As `read_toolpath` and `find_contacts`.
+    """
+    if isinstance(toolpath, Toolpath):
+        if tool is not None:
+            raise SettingError(f"the path has a tool, {toolpath.tool}; leave out tool, or give a file")
+        return toolpath
+    if not isinstance(toolpath, str | Path):
+        kind = type(toolpath).__name__
+        raise SettingError(f"toolpath is of type {kind}; give a Toolpath, or the file of one")
+    file = Path(toolpath)
+    if is_mesh(file):
+        raise SettingError("is a mesh; plan passes on it first (plan_contour)", file=file)
+
+    cutter = parse_tool(tool) if isinstance(tool, str) else tool
+
+    def read(settings: Mapping[str, Any]) -> Toolpath:
+        return read_toolpath(file, tool=cutter, machine=machine, **settings)
+
+    path = read({})
+    if around.part is None or path.has_normals:
+        return path
+    return find_settled_contacts(path, around.part, tolerance, read, set(), crease=CREASE)
 
 
 def load_process(job: Job, tool: Tool, feed: float) -> Process | None:

@@ -26,14 +26,16 @@ from fiveaxis.job.loading import (
     load_surroundings,
     part_unit,
 )
-from fiveaxis.job.program import MadeProgram, make_program
+from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
+from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import Clock
 from fiveaxis.nc.own_header import tool_comments
-from fiveaxis.posture import Front, Options, Solution, find_front
+from fiveaxis.posture import Front, Options, find_front
+from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.progress import Progress, unheard
@@ -41,7 +43,7 @@ from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
-from fiveaxis.verification import DEFAULT_TOLERANCES, Report
+from fiveaxis.verification import Report
 
 # Code of the planner's finding on contacts that no pass reaches.
 LEFT_OUT = "contacts-left-out"
@@ -63,7 +65,6 @@ class Outcome:
     of_front : the outcome of each solution of the front, in its order, this one among them
     front_programs : what the report says of a front
     setup_search : what the report says of the search for the setup
-    around : part, stock and fixtures
     """
 
     job: Job
@@ -76,7 +77,6 @@ class Outcome:
     of_front: tuple[Outcome, ...] = ()
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
-    around: Surroundings | None = None
 
     @cached_property
     def report(self) -> ReportDocument:
@@ -108,7 +108,8 @@ class Outcome:
     @property
     def part_size(self) -> Array | None:
         """(3,), mm, extents of the part; None without one."""
-        return None if self.around is None or self.around.part is None else mesh_size(self.around.part)
+        part = self.solution.surroundings.part
+        return None if part is None else mesh_size(part)
 
     @property
     def gate(self) -> Gate:
@@ -162,37 +163,27 @@ def run_stages(
     toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
     require_reached(toolpath, job.writing["override"])
     cleared, front = solve(job, constraints, toolpath, machine, progress, passes, around, start)
-    solution = cleared.solution
     inputs = describe_inputs(job)
 
-    def finish(solution: Solution) -> Outcome:
-        # The solution's own path knows the zone of the cutter that touches.
-        program = make_program(
-            solution.motion,
-            machine,
-            solution.toolpath,
-            constraints,
-            replace(
-                job.program_options.named(job.input.stem),
-                header=program_header(solution, inputs, moved=moved),
-            ),
-            around=around,
-            tolerances=DEFAULT_TOLERANCES.with_gouge(job.surrounding["gouge_tolerance"]),
-        )
+    def finish(postures: Postures) -> Outcome:
+        gouge = job.surrounding["gouge_tolerance"]
+        solution = Solution.of(postures, constraints, around, gouge)
+        options = job.program_options.named(job.input.stem)
+        program = solution.make(replace(options, header=program_header(solution, inputs, moved=moved)))
         # The energy is that of the text, in which redundant blocks may have stayed.
         blocks = program.motion.blocks
         solution = replace(solution, energy=blocks_energy(machine, blocks, solution.clock))
         budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors)
-        return Outcome(job, solution, program, budget, inputs, front, cleared, around=around)
+        return Outcome(job, solution, program, budget, inputs, front, cleared)
 
-    solutions = (solution,) if front is None else front.solutions
+    solutions = (cleared.solution,) if front is None else front.solutions
     outcomes = []
     for number, one in enumerate(solutions, start=1):
         progress("writing and verifying the program", number - 1, len(solutions))
         outcomes.append(finish(one))
     if front is None:
         return outcomes[0]
-    picked = next(k for k, one in enumerate(solutions) if one.motion is solution.motion)
+    picked = next(k for k, one in enumerate(solutions) if one.motion is cleared.solution.motion)
     programs = tuple(
         FrontProgram(point, number, made.solution.energy.total, made.solution.energy.time, made.gate.is_open)
         for number, (point, made) in enumerate(zip(front.points, outcomes, strict=True), start=1)
@@ -222,7 +213,7 @@ def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
         )
 
 
-def program_header(solution: Solution, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:
+def program_header(solution: Postures, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:
     """Return the comments of a job's program, which name its inputs.
 
     Parameters
@@ -276,7 +267,7 @@ def solve(
         )
     fronts: list[Front] = []
 
-    def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Solution:
+    def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Postures:
         if job.front is None:
             return optimise_postures(path, machine, constraints, chosen)
         fronts.append(find_front(path, machine, constraints, job.front, chosen))
