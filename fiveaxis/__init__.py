@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
-    from fiveaxis.job import Solution, post_program, program_energy, verify_program, write_program
+    from fiveaxis.job import Against, Solution, post_program, program_energy, verify_program, write_program
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
     from fiveaxis.nc import ProgramSettings, read_program, read_toolpath
@@ -44,7 +44,15 @@ _ROOMS = {
     "energy": ("Energy", "PowerSurface", "calibrate_drive", "power_surface"),
     "errors": ("FiveAxisError",),
     "findings": ("Finding",),
-    "job": ("Solution", "optimise", "post_program", "program_energy", "verify_program", "write_program"),
+    "job": (
+        "Against",
+        "Solution",
+        "optimise",
+        "post_program",
+        "program_energy",
+        "verify_program",
+        "write_program",
+    ),
     "machine": ("Machine", "load_machine", "machine_names"),
     "motion": ("Motion",),
     "nc": ("ProgramSettings", "read_program", "read_toolpath"),
@@ -56,6 +64,7 @@ _ROOMS = {
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names}
 
 __all__ = [
+    "Against",
     "Energy",
     "Finding",
     "FiveAxisError",

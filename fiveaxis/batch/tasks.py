@@ -171,7 +171,7 @@ def _hash_inputs(job: Job) -> Iterator[tuple[str, str]]:
     # The job, controls and machines are hashed by what they say, with the files that they name.
     yield from ((use, _hash_file(path)) for use, path in input_files(job) if use not in ("job", "control"))
     # A control table may be based on others; what counts is the table that results.
-    yield "control", _hash_data(find_dialect(job.control).model_dump())
+    yield "control", _hash_data(find_dialect(job.writing["control"]).model_dump())
     machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
     for key, name in machines.items():
         if name is not None:

@@ -13,11 +13,15 @@ from rich.markup import escape
 from fiveaxis.cli.terminal import parse_numbers, parse_positions, parse_words
 from fiveaxis.options import (
     Bounds,
+    Framing,
     Meshes,
+    Option,
     Planning,
     ProgramBounds,
     ReadProgram,
     Search,
+    Surrounding,
+    Writing,
     options_of,
     words_of,
 )
@@ -46,38 +50,35 @@ Drives = Annotated[
     str | None,
     typer.Option("--drives", help="machine to borrow axis powers from (NAME, NAME:B=A), or estimated"),
 ]
-Control = Annotated[str | None, typer.Option("--control", help="NC dialect (`fiveaxis controls`)")]
-Winding = Annotated[
-    str | None,
-    typer.Option("--winding", help="how NC counts turns of endless axes: unwound, modulo or rezero"),
-]
-Thin = Annotated[
-    bool | None, typer.Option("--thin/--keep-blocks", help="remove redundant NC blocks, or keep all")
-]
-Override = Annotated[
-    list[str] | None,
-    typer.Option("--override", help="CODE of an error to accept: NC is written despite it; repeatable"),
-]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 
 UNIT = optional(str, "mm, inch or, for meshes, m: unit of the input, in place of what it states")
 
 
-def flags_of(group: type) -> dict[str, Any]:
-    """Make the flags of a group of options, in a panel of their own, by name."""
-    panel = (inspect.getdoc(group) or "").rstrip(".")
+def flags_of(group: type, before: str = "") -> dict[str, Any]:
+    """Make the flags of a group of options, in a panel of their own, by name.
+
+    Parameters
+    ----------
+    before : what the names begin with, so that they differ from those of other groups; the flags don't
+    """
+    panel = (inspect.getdoc(group) or "").partition("\n")[0].rstrip(".")
     flags: dict[str, Any] = {}
     for name, (kind, option) in options_of(group).items():
         written = option.written or ", ".join(words_of(kind))
-        plain = str | None if written else kind | None
+        plain = list[str] if _is_list(kind) else str if written else kind
         text = f"{option.sentence}: {written}" if written else option.sentence
-        own = [option.flags] if option.flags else []
-        flags[name] = Annotated[plain, typer.Option(*own, help=escape(text), rich_help_panel=panel)]
+        shown = typer.Option(*_flags(name, option), help=escape(text), rich_help_panel=panel)
+        flags[before + name] = Annotated[plain | None, shown]
     return flags
 
 
-def read_flags(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
+def read_flags(group: type, given: Mapping[str, Any], before: str = "") -> dict[str, Any]:
     """Read what flags of a group give; what isn't given is left out.
+
+    Parameters
+    ----------
+    before : as for `flags_of`
 
     Raises
     ------
@@ -85,21 +86,30 @@ def read_flags(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
         A text that isn't written as its option asks.
     """
     return {
-        name: _read(kind, f"--{name.replace('_', '-')}", given[name])
-        for name, (kind, _) in options_of(group).items()
-        if given.get(name) is not None
+        name: _read(kind, _flags(name, option)[0], given[before + name])
+        for name, (kind, option) in options_of(group).items()
+        if given.get(before + name) not in (None, [])
     }
+
+
+def _flags(name: str, option: Option) -> list[str]:
+    return option.flags.split() or [f"--{name.replace('_', '-')}"]
+
+
+def _is_list(kind: Any) -> bool:
+    """Check whether an option is a list of any length, whose flag may be repeated."""
+    return Ellipsis in get_args(kind)
 
 
 def _read(kind: Any, flag: str, value: Any) -> Any:
     """Read a flag's text as its option's type asks; what is no text already has its type."""
+    if _is_list(kind):
+        return tuple(word for text in value for word in parse_words(text) or ())
     whole = next((part for part in (kind, *get_args(kind)) if get_origin(part) in (tuple, Mapping)), None)
     if whole is None:
         return value
     if get_origin(whole) is Mapping:
         return parse_positions(flag, value)
-    if Ellipsis in get_args(whole):
-        return parse_words(value)
     count = len(get_args(whole))
     form, separator = ("MIN:MAX", ":") if count == RANGE else ("X,Y,Z", ",")
     return tuple(parse_numbers(value, count, form, separator))
@@ -123,17 +133,8 @@ READING: Mapping[str, Any] = {
 POSTURE: Mapping[str, Any] = {
     "machine": MachineName,
     **BOUNDS,
-    "part": optional(Path, "mesh of the part: surface normals, gouge check, preview"),
-    "stock": optional(Path, "mesh of the stock, for collisions"),
-    "part_unit": optional(
-        str, "unit of part and stock: mm, inch or m; default: that of an input mesh, else mm"
-    ),
+    **flags_of(Surrounding),
     "fixtures": optional(Path, escape("TOML with [[fixture]] and [clearance], as in a job")),
-    "keep_clear": optional(
-        bool, "choose postures clear of collisions, or only report collisions", "--keep-clear/--only-verify"
-    ),
-    "surface_tolerance": optional(float, "gap between cutter and part that counts as touching, mm"),
-    "gouge_tolerance": optional(float, "how deep the cutter may reach into the part, mm; default: 0.01"),
     "drives": Drives,
     "path_shape": optional(
         str,
@@ -149,6 +150,9 @@ POSTURE: Mapping[str, Any] = {
         str, "choose the setup too: x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
     ),
 }
+# The settings of a program have names of the table "nc" of a job, some of which other flags have too.
+NC = "nc_"
+WRITING: Mapping[str, Any] = {**flags_of(Writing), **flags_of(Framing, NC)}
 
 
 def takes(*groups: Mapping[str, Any]) -> Callable[[Verb], Verb]:

@@ -16,15 +16,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import (
+    NC,
     PLANNING,
     POSTURE,
     READING,
+    WRITING,
     AsJson,
-    Control,
     Input,
-    Override,
-    Thin,
-    Winding,
     read_flags,
     takes,
 )
@@ -41,11 +39,10 @@ from fiveaxis.cli.terminal import (
     print_written,
 )
 from fiveaxis.cli.work import Work, shown_work
-from fiveaxis.cli.writing_options import WRITING, coordinates_of, given_settings
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import group_findings, has_errors
-from fiveaxis.options import Bounds, ReadProgram
+from fiveaxis.options import Bounds, Framing, ReadProgram, Writing
 
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
@@ -108,10 +105,6 @@ def plan(
 def optimise(
     context: typer.Context,
     source: Input,
-    control: Control = None,
-    winding: Winding = None,
-    thin: Thin = None,
-    override: Override = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="folder for the results")] = None,
     as_json: AsJson = False,
     **_: Any,
@@ -158,7 +151,7 @@ def preview(
             viewer = show(
                 outcome.solution,
                 program=outcome.program,
-                surroundings=outcome.around,
+                surroundings=outcome.solution.surroundings,
                 findings=outcome.verdict.findings,
                 open_browser=browser,
             )
@@ -179,14 +172,13 @@ def job_of(options: Mapping[str, Any]) -> Job:
     settings["plan"] = {name: value for name, value in options.items() if name in PlanTable.model_fields}
     written_for = {"machine": options.get("written_for")}
     settings["program"] = written_for | read_flags(ReadProgram, options)
-    settings["nc"], settings["coordinates"] = given_settings(options), coordinates_of(options)
+    settings["nc"] = read_flags(Framing, options, NC)
     if settings.get("columns") is not None:
         settings["columns"] = parse_words(settings["columns"])
-    settings |= read_flags(Bounds, options)
+    settings |= read_flags(Bounds, options) | read_flags(Writing, options)
     # A job file may set a flag that isn't given here.
     for name in ("free_start", "free_direction"):
         settings[name] = settings.get(name) or None
-    settings["override"] = tuple(settings.get("override") or ()) or None
     if options.get("fixtures") is not None:
         settings |= read_fixtures(options["fixtures"])
     source = options["source"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson, Override, Thin, Winding, takes
+from fiveaxis.cli.options import NC, WRITING, AsJson, read_flags, takes
 from fiveaxis.cli.terminal import (
     alarm,
     err,
@@ -21,14 +21,14 @@ from fiveaxis.cli.terminal import (
 )
 from fiveaxis.cli.verify_verb import (
     CHECKING,
-    Part,
     PathToFollow,
     load_checked,
     reading_of,
 )
 from fiveaxis.cli.work import shown_work
-from fiveaxis.cli.writing_options import WRITING, coordinates_of, settings_of
+from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
+from fiveaxis.options import Framing, Writing
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -65,15 +65,8 @@ def controls(as_json: AsJson = False) -> None:
 def post(
     context: typer.Context,
     source: Annotated[Path, typer.Argument(help="motion.csv, or an NC program in any supported language")],
-    control: Annotated[
-        str, typer.Option("--control", "-c", help="control (`fiveaxis controls`), or a control table (.toml)")
-    ],
     output: Annotated[Path, typer.Option("--output", "-o", help="file for the new program")],
-    part: Part = None,
     path: PathToFollow = None,
-    winding: Winding = None,
-    thin: Thin = None,
-    override: Override = None,
     unverified: Annotated[
         bool, typer.Option("--unverified", help="exit code 0 without anything to verify the program against")
     ] = False,
@@ -87,29 +80,29 @@ def post(
     """
     with errors_explained(as_json) as written:
         options = context.params
+        writing = read_flags(Writing, options)
+        if "control" not in writing:
+            raise SettingError("--control is missing; give a name (`fiveaxis controls`) or a control table")
 
         def work(step: Progress) -> tuple[Posted, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)
-            machine, against, told = load_checked(path, part, options)
+            machine, against, told = load_checked(path, options)
             step("writing and verifying the program", 0, 1)
             posted = post_program(
                 source,
                 machine,
-                control=control,
                 output=output,
-                coordinates=coordinates_of(options),
-                winding=options["winding"] or "unwound",
-                settings=settings_of(options),
-                thin=thin is not False,
                 against=against,
+                settings=ProgramSettings(**read_flags(Framing, options, NC)),
                 unverified=True,
-                override=tuple(override or ()),
+                **writing,
                 **reading_of(options),
             )
             return posted, told
 
         with shown_work(err, hidden=as_json) as shown:
             from fiveaxis.job import post_program
+            from fiveaxis.nc import ProgramSettings
 
             posted, told = shown.run(work)
         written.append(output)

@@ -32,7 +32,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings
-from fiveaxis.options import ProgramBounds, ReadProgram
+from fiveaxis.options import ProgramBounds, ReadProgram, Workpiece
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -44,19 +44,18 @@ if TYPE_CHECKING:
 
 # How the program itself is read.
 PROGRAM: Mapping[str, Any] = {"unit": READING["unit"], **flags_of(ReadProgram)}
-_AROUND = ("stock", "part_unit", "fixtures", "surface_tolerance", "gouge_tolerance")
 CHECKING: Mapping[str, Any] = {
     "machine": POSTURE["machine"],
     "tool": PLANNING["tool"],
     "crease": PLANNING["crease"],
-    **{name: POSTURE[name] for name in ("path_shape", *_AROUND)},
+    **flags_of(Workpiece),
+    **{name: POSTURE[name] for name in ("fixtures", "path_shape")},
     **PROGRAM_BOUNDS,
     **PROGRAM,
     **{name: POSTURE[name] for name in ("tool_length", "work_offset", "part_rotation")},
 }
 
 
-Part = Annotated[Path | None, typer.Option("--part", help="mesh of the finished part, to check for gouges")]
 PathToFollow = Annotated[
     Path | None,
     typer.Option(
@@ -71,7 +70,6 @@ def verify(
     program: Annotated[
         Path | None, typer.Argument(help="NC program in any supported language, or motion.csv")
     ] = None,
-    part: Part = None,
     path: PathToFollow = None,
     control: Annotated[
         str | None,
@@ -91,7 +89,7 @@ def verify(
 
         def work(step: Progress) -> tuple[Machine, Report, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)
-            machine, against, told = load_checked(path, part, options)
+            machine, against, told = load_checked(path, options)
             touching = options["surface_tolerance"]
             given = {} if touching is None else {"surface_tolerance": touching}
             step("verifying the program", 0, 1)
@@ -111,7 +109,7 @@ def verify(
 
 
 def load_checked(
-    path: Path | None, part: Path | None, options: Mapping[str, Any]
+    path: Path | None, options: Mapping[str, Any]
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.contour import on_part
@@ -122,7 +120,7 @@ def load_checked(
     from fiveaxis.toolpath import Constraints, parse_tool
 
     tool = None if options["tool"] is None else parse_tool(options["tool"])
-    around, toolpath, asked = _surroundings(part, options), None, None
+    around, toolpath, asked = _surroundings(options), None, None
     given = read_flags(ProgramBounds, options)
     gouge = options["gouge_tolerance"]
     meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
@@ -133,9 +131,9 @@ def load_checked(
         findings = tuple(finding for finding in toolpath.findings if finding.code == "part-placed")
         around = around or load_surroundings(job)
         given = job.bounds | given
-        gouge = gouge or job.gouge_tolerance
+        gouge = gouge or job.surrounding["gouge_tolerance"]
         meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job)} | meshes
-        asked = ProgramOptions(control=options["control"] or job.control, settings=job.nc)
+        asked = ProgramOptions.of(job.nc, control=options["control"] or job.writing["control"])
     else:
         machine = load_machine(require_machine(options["machine"]))
         offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
@@ -179,18 +177,19 @@ def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
     return unit | read_flags(ReadProgram, options)
 
 
-def _surroundings(part: Path | None, options: Mapping[str, Any]) -> Surroundings | None:
+def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     """Load part, stock and fixtures; None where none is given."""
     from fiveaxis.collision import Surroundings
     from fiveaxis.job import read_fixtures
 
-    if part is None and options["stock"] is None and options["fixtures"] is None:
+    part, stock = options["part"], options["stock"]
+    if part is None and stock is None and options["fixtures"] is None:
         return None
     found = {} if options["fixtures"] is None else read_fixtures(options["fixtures"])
     fixtures = tuple(table.build(Path()) for table in found.get("fixture") or ())
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
-    return Surroundings.load(part, options["stock"], fixtures, clearances, unit=options["part_unit"] or "mm")
+    return Surroundings.load(part, stock, fixtures, clearances, unit=options["part_unit"] or "mm")
 
 
 def _triple(text: str) -> tuple[float, float, float]:

@@ -16,7 +16,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpend
 from fiveaxis.mesh import Surface, Unit, take_mesh, tree_of
 from fiveaxis.mesh.distance import AT_SURFACE, SignedSurface
 from fiveaxis.mesh.surface import surface_normals
-from fiveaxis.options import CREASE, Meshes, completed
+from fiveaxis.options import CREASE, SURFACE_TOLERANCE, Meshes, completed
 from fiveaxis.toolpath import MoveKind, Toolpath, Zone
 from fiveaxis.toolpath.cutter import ROUNDING
 
@@ -81,7 +81,7 @@ def find_contacts(
     toolpath: Toolpath,
     part: str | Path | trimesh.Trimesh,
     *,
-    tolerance: float = 0.05,
+    tolerance: float = SURFACE_TOLERANCE,
     crease: float = CREASE,
     unit: Unit = "mm",
 ) -> Toolpath:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fiveaxis.energy.drives import axis_powers, is_proportional, travel_costs
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Motion, Steadiness, TimeLaw, measure_steadiness
-from fiveaxis.notebook import ShownAsTable, Table
+from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.toolpath import MoveKind, part_places
 
 Timing = Literal["programmed", "accelerations"]
@@ -35,7 +37,7 @@ class KindEnergy:
 
 
 @dataclass(frozen=True)
-class Energy(ShownAsTable):
+class Energy(ShownAsTable, HasColumns):
     """Cost of a motion: ∫P dt of the feed drives over the moves' durations.
 
     The durations are those that the control takes with the machine's accelerations, where these are known,
@@ -83,6 +85,20 @@ class Energy(ShownAsTable):
         rows.append(("feed drives", f"{self.total:.1f}", f"{self.travel:.1f}", *events))
         rows.append(("base power", "unknown" if self.base is None else f"{self.base:.1f}", "", "", ""))
         return ("drive", "energy, J", "travel metric, J", "starts", "reversals"), rows
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return a row per feed drive: ``drive``, ``energy_J``, ``travel_J``, ``starts``, ``reversals``."""
+        by_drive: dict[str, Mapping[str, float]] = {
+            "energy_J": self.by_axis,
+            "travel_J": self.travel_by_axis,
+            "starts": self.steadiness.starts,
+            "reversals": self.steadiness.reversals,
+        }
+        drives = list(self.by_axis)
+        return {
+            "drive": np.array(drives),
+            **{name: np.array([figures[c] for c in drives]) for name, figures in by_drive.items()},
+        }
 
     @property
     def total(self) -> float:

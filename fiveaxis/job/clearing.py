@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack, cast
+from typing import Unpack
 
 import numpy as np
 
@@ -18,22 +18,21 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.colliding import colliding_rows, has_pairs
+from fiveaxis.job.loading import take_machine, take_path
+from fiveaxis.job.placement import placed
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
-from fiveaxis.options import Bounds, Search, options_of, require_known, spelled_out
+from fiveaxis.options import Bounds, Search, Surrounding, completed, parted, spelled_out
 from fiveaxis.posture import Options
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.masks.mask import Mask, MaskFunction, Spots, Wording
 from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Constraints, PathShape, Toolpath
+from fiveaxis.toolpath import Constraints, PathShape, Tool, Toolpath
 from fiveaxis.toolpath.passes import Passes
-
-if TYPE_CHECKING:
-    import trimesh
 
 # Most locations without a posture whose blocking bodies are determined.
 MOST_EXPLAINED = 20
@@ -72,18 +71,17 @@ class Cleared:
     rounds: int
 
 
-class Optimising(Bounds, Search, total=False):
-    """Bounds on postures and turns, what is minimised, and how it is searched."""
+class Optimising(Bounds, Surrounding, Search, total=False):
+    """Bounds on postures and turns, what stands around them, what is minimised, and how it is searched."""
 
 
 @spelled_out(Optimising)
 def optimise(
-    toolpath: Toolpath,
-    machine: Machine,
+    toolpath: Toolpath | str | Path,
+    machine: Machine | str | Path,
     *,
+    tool: Tool | str | None = None,
     path_shape: PathShape | None = None,
-    part: str | Path | trimesh.Trimesh | None = None,
-    stock: str | Path | trimesh.Trimesh | None = None,
     fixtures: tuple[Fixture, ...] = (),
     clearances: Clearances | None = None,
     mask: Mask | MaskFunction | None = None,
@@ -111,10 +109,14 @@ def optimise(
 
     Parameters
     ----------
-    toolpath, machine : the path, and the machine with its bodies
+    toolpath : the path, or a file of one as `read_toolpath` takes it, whose missing surface normals are those
+        of the part
+    machine : the machine with its bodies, or its name, or its file. Unless its setup was stated
+        (`Machine.with_setup`), the part is placed where the path is reached: `Solution.machine`, and the
+        finding ``part-placed``
+    tool : the cutter of a path that is given by its file, in place of the file's; or its name, ``ball:10``
     path_shape : what lies between locations: a ``smooth`` curve where they are its samples, or the ``chord``;
         by default as the path has it (`Toolpath.shape`)
-    part, stock : meshes in mm, workpiece frame, or their files
     fixtures : clamps and vices, workpiece frame
     clearances : mm, by kind of body
     mask : a function that takes locations (m,) and rotary angles (m, 2), rad, chain order, and returns which
@@ -141,16 +143,22 @@ def optimise(
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
-    require_known(Optimising, given)
-    bounds = {name: value for name, value in given.items() if name in options_of(Bounds)}
-    constraints = Constraints.of_degrees(**cast("Bounds", bounds))
+    bounds, search, surrounding = parted(given, Bounds, Search, Surrounding)
+    constraints = Constraints.of_degrees(**bounds)
+    near = completed(Surrounding, surrounding)
+    around = Surroundings.load(
+        near["part"], near["stock"], fixtures, clearances, unit=near["part_unit"] or "mm"
+    )
+    machine = take_machine(machine)
+    path = take_path(toolpath, machine, tool, around, near["surface_tolerance"])
+    path = path if path_shape is None else path.shaped(path_shape)
+    path, machine = placed(path, machine, constraints)
     if control is None:
         clock = Clock(None, coordinates or "axes")
         interpolation = Interpolation.JOINT if clock.coordinates == "axes" else Interpolation.TCP
     else:
         wording = require_program(machine, control, coordinates)
         clock, interpolation = Clock(wording.dialect, wording.coordinates), wording.interpolation
-    search: dict[str, Any] = {name: value for name, value in given.items() if name not in bounds}
     options = Options(
         **search,
         mask=mask,
@@ -160,11 +168,9 @@ def optimise(
         start=start,
         progress=progress,
     )
-    around = Surroundings.load(part, stock, fixtures, clearances)
-    toolpath = toolpath if path_shape is None else toolpath.shaped(path_shape)
-    toolpath = on_part(constraints.zoned(toolpath), around.part)
-    cleared = solve_clear(toolpath, machine, constraints, options, around)
-    return Solution.of(cleared.solution, constraints, around)
+    path = on_part(constraints.zoned(path), around.part)
+    cleared = solve_clear(path, machine, constraints, options, around if near["keep_clear"] else None)
+    return Solution.of(cleared.solution, constraints, around, near["gouge_tolerance"])
 
 
 def solve_clear(

@@ -11,13 +11,24 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_
 from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
 from fiveaxis.errors import FiveAxisError
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine.chain import Triple
-from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings, find_dialect
-from fiveaxis.options import Bounds, Meshes, Planning, Reading, ReadProgram, Search, options_of, table_of
+from fiveaxis.options import (
+    Bounds,
+    Meshes,
+    Planning,
+    Reading,
+    ReadProgram,
+    Search,
+    Surrounding,
+    Unit,
+    Writing,
+    options_of,
+    table_of,
+)
 from fiveaxis.settings import StrictModel
 from fiveaxis.toolpath import Constraints, parse_tool, require_range
-from fiveaxis.verification.check_context import GOUGE_TOLERANCE
 
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.batch`), and its key for how several lists are combined.
@@ -130,7 +141,9 @@ class _Input(StrictModel):
 if TYPE_CHECKING:
     _Bounded = _Input
 else:
-    _Bounded = reduce(lambda base, group: table_of(group, base), (Bounds, Meshes, Search), _Input)
+    _Bounded = reduce(
+        lambda base, group: table_of(group, base), (Bounds, Surrounding, Meshes, Search, Writing), _Input
+    )
 
 
 class Job(_Bounded):
@@ -140,29 +153,11 @@ class Job(_Bounded):
     unit: Unit | None = Field(
         None, description="unit of lengths of an input that doesn't state it; m for meshes only"
     )
-    part_unit: Unit | None = Field(
-        None, description="unit of part and stock; by default that of an input mesh, else mm"
-    )
     columns: tuple[str, ...] | None = Field(
         None, description="columns of a list of points without a header line"
     )
-    part: Path | None = Field(
-        None, description="mesh of the part: for missing surface normals, the gouge check and the preview"
-    )
-    stock: Path | None = Field(None, description="mesh of the stock, for collisions")
     fixture: tuple[FixtureTable, ...] = Field((), description="clamps and vices, in the workpiece frame")
     clearance: ClearanceTable = ClearanceTable()
-    keep_clear: bool = Field(
-        True, description="choose postures clear of collisions; else collisions are only reported"
-    )
-    surface_tolerance: float = Field(
-        0.05, gt=0.0, description="gap between cutter and part that counts as touching, mm"
-    )
-    gouge_tolerance: float = Field(
-        GOUGE_TOLERANCE,
-        gt=0.0,
-        description="how deep the cutter may reach into the part at a location, mm; 0.01 deeper in between",
-    )
     drives: str | None = Field(
         None,
         min_length=1,
@@ -180,18 +175,7 @@ class Job(_Bounded):
     pick: int | None = Field(
         None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"
     )
-    control: str = Field("linuxcnc", description="NC dialect, by name or as a control table (.toml)")
-    coordinates: Literal["axes", "tip", "vector"] | None = Field(
-        None, description="coordinates of the NC program; by default axes, if the control has them"
-    )
     nc: ProgramSettings = Field(ProgramSettings(), description="tool, spindle, coolant… of the NC program")
-    winding: Literal["unwound", "modulo", "rezero"] = Field(
-        "unwound", description="how the program counts turns of endless rotary axes"
-    )
-    thin: bool = Field(True, description="remove redundant blocks of the NC program; else keep them all")
-    override: tuple[str, ...] = Field(
-        (), description="codes of errors that are accepted: the program is written despite them"
-    )
     tool_length: float | None = Field(
         None, ge=0.0, description="from the spindle's gauge point to the tool tip, mm"
     )
@@ -231,6 +215,11 @@ class Job(_Bounded):
         return cast("Search", self._of(Search))
 
     @property
+    def surrounding(self) -> Surrounding:
+        """Part and stock, by their files, and how near the tool comes to what stands around it."""
+        return cast("Surrounding", self._of(Surrounding))
+
+    @property
     def meshes(self) -> Meshes:
         """How meshes are taken."""
         return cast("Meshes", self._of(Meshes))
@@ -239,6 +228,16 @@ class Job(_Bounded):
     def reading(self) -> Reading:
         """How an input that is a program is read, and the unit of any input."""
         return cast("Reading", self.program.model_dump(exclude={"machine"}) | {"unit": self.unit})
+
+    @property
+    def writing(self) -> Writing:
+        """How the program is written."""
+        return cast("Writing", self._of(Writing))
+
+    @property
+    def program_options(self) -> ProgramOptions:
+        """How the program is written, with its settings as one record."""
+        return ProgramOptions.of(self.nc, **self.writing)
 
     @property
     def planning(self) -> Planning:

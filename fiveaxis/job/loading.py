@@ -21,6 +21,7 @@ from fiveaxis.machine.files import find_machine
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
+from fiveaxis.options import CREASE
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
@@ -49,6 +50,69 @@ def load_job_machine(job: Job) -> Machine:
     if job.load is not None:
         machine = machine.with_load(job.load, machine.load.centre)
     return with_powers(machine, job.drives)
+
+
+def take_machine(machine: Machine | str | Path) -> Machine:
+    """Return a machine, loaded if it is given by its name or file.
+
+    Raises
+    ------
+    SettingError
+        Neither.
+    MachineError
+        As `load_machine`.
+    """
+    if isinstance(machine, str | Path):
+        return load_machine(str(machine))
+    if not isinstance(machine, Machine):
+        kind = type(machine).__name__
+        raise SettingError(f"machine is of type {kind}; give a Machine, or the name or file of one")
+    return machine
+
+
+def take_path(
+    toolpath: Toolpath | str | Path,
+    machine: Machine,
+    tool: Tool | str | None,
+    around: Surroundings,
+    tolerance: float,
+) -> Toolpath:
+    """Return a path, read if it is given by its file; its missing surface normals are those of the part.
+
+    Parameters
+    ----------
+    machine : that a program was written for
+    tool : the cutter, in place of the file's, or its name
+    tolerance : mm, gap between cutter and part that counts as touching
+
+    Raises
+    ------
+    SettingError
+        Neither a path nor a file; a mesh, on which passes have to be planned first; a tool beside a path,
+        which has its own.
+    FiveAxisError
+        As `read_toolpath` and `find_contacts`.
+    """
+    if isinstance(toolpath, Toolpath):
+        if tool is not None:
+            raise SettingError(f"the path has a tool, {toolpath.tool}; leave out tool, or give a file")
+        return toolpath
+    if not isinstance(toolpath, str | Path):
+        kind = type(toolpath).__name__
+        raise SettingError(f"toolpath is of type {kind}; give a Toolpath, or the file of one")
+    file = Path(toolpath)
+    if is_mesh(file):
+        raise SettingError("is a mesh; plan passes on it first (plan_contour)", file=file)
+
+    cutter = parse_tool(tool) if isinstance(tool, str) else tool
+
+    def read(settings: Mapping[str, Any]) -> Toolpath:
+        return read_toolpath(file, tool=cutter, machine=machine, **settings)
+
+    path = read({})
+    if around.part is None or path.has_normals:
+        return path
+    return find_settled_contacts(path, around.part, tolerance, read, set(), crease=CREASE)
 
 
 def load_process(job: Job, tool: Tool, feed: float) -> Process | None:
@@ -134,13 +198,14 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
     if job.unit == "m":
         raise JobError("unit = m is for meshes, and the input is none; give mm or inch", file=job.input)
     toolpath = _read_as(job, tool, {})
-    if job.part is None or toolpath.has_normals:
+    around = job.surrounding
+    if around["part"] is None or toolpath.has_normals:
         return toolpath
     given = {name for name, value in job.reading.items() if name in ("unit", "positions") and value}
     return find_settled_contacts(
         toolpath,
-        load_mesh(job.part, unit=part_unit(job), allow_open=True),
-        job.surface_tolerance,
+        load_mesh(around["part"], unit=part_unit(job), allow_open=True),
+        around["surface_tolerance"],
         lambda settings: _read_as(job, tool, settings),
         given,
         crease=job.meshes["crease"],
@@ -221,19 +286,21 @@ def load_surroundings(job: Job) -> Surroundings:
         A mesh that can't be read, or is refused.
     """
     fixtures = tuple(table.build(Path()) for table in job.fixture)
-    file = part_of(job)
-    part = None if file is None else read_solid(file, part_unit(job) if job.part else job.unit or "mm")
-    return Surroundings.load(part, job.stock, fixtures, job.clearance.build(), unit=part_unit(job))
+    file, around = part_of(job), job.surrounding
+    unit = part_unit(job) if around["part"] else job.unit or "mm"
+    part = None if file is None else read_solid(file, unit)
+    return Surroundings.load(part, around["stock"], fixtures, job.clearance.build(), unit=part_unit(job))
 
 
 def part_of(job: Job) -> Path | None:
     """Return the file of the part's mesh: the given one, else the one that passes are planned on."""
-    return job.part or (job.input if is_mesh(job.input) else None)
+    part = job.surrounding["part"]
+    return Path(str(part)) if part else job.input if is_mesh(job.input) else None
 
 
 def part_unit(job: Job) -> Unit:
     """Return the unit of a job's part and stock: the given one, else that of an input mesh, else mm."""
-    return job.part_unit or (job.unit if is_mesh(job.input) else None) or "mm"
+    return job.surrounding["part_unit"] or (job.unit if is_mesh(job.input) else None) or "mm"
 
 
 def describe_inputs(job: Job) -> list[InputFile]:
@@ -260,14 +327,15 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
     """
     if job.file is not None:
         yield "job", job.file
-    files = {"input": job.input, "part": job.part, "stock": job.stock}
+    files: dict[str, Any] = {"input": job.input} | {name: getattr(job, name) for name in ("part", "stock")}
     files |= {f"fixture.{i}": fixture.file for i, fixture in enumerate(job.fixture)}
     if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
         files["tool"] = Path(job.tool)
     yield from ((use, path) for use, path in files.items() if path is not None)
-    if job.control.lower().endswith(TOOL_FILE):
-        find_dialect(job.control)  # refuses tables that are based on each other
-        yield from (("control", path) for path in _tables(Path(job.control)))
+    control = str(job.writing["control"])
+    if control.lower().endswith(TOOL_FILE):
+        find_dialect(control)  # refuses tables that are based on each other
+        yield from (("control", path) for path in _tables(Path(control)))
     machines = {"machine": job.machine, "program.machine": job.program.machine}
     machines["drives"] = lender_of(job.drives)
     for use, name in machines.items():

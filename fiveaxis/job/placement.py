@@ -62,28 +62,56 @@ def load_placed(job: Job, progress: Progress = unheard) -> PlacedJob:
     machine = load_job_machine(job)
     toolpath, passes = load_job_passes(job, progress)
     progress("placing the part", 0, 1)
-    placed, findings = place(job, machine, toolpath)
+    there, findings = place(job, machine, toolpath)
     if findings:
-        machine = load_job_machine(placed)
+        machine = load_job_machine(there)
         toolpath = replace(toolpath, findings=(*toolpath.findings, *findings))
-    return PlacedJob(placed, machine, toolpath, passes)
+    return PlacedJob(there, machine, toolpath, passes)
 
 
 def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Finding, ...]]:
     """Choose where the part stands if a job gives no work offset.
 
-    It stands on the table's centre (`table_centre`) if the path is reached there; else at the nearest place
-    on the table or above it, rounded to mm, at which as much of it is reached as can be found.
+    Returns
+    -------
+    The job with its offset, and what has been chosen; no finding where the offset is given, or where
+    `choose_offset` leaves it at 0
+    """
+    said = "offset" in job.setup.model_fields_set or job.setup.search is not None
+    chosen = None if said else choose_offset(toolpath, machine, job.constraints)
+    if chosen is None:
+        return job, ()
+    offset, finding = chosen
+    setup = job.setup.model_copy(update={"offset": offset})
+    return job.model_copy(update={"setup": setup}), (finding,)
+
+
+def placed(toolpath: Toolpath, machine: Machine, constraints: Constraints) -> tuple[Toolpath, Machine]:
+    """Place the part as a job does, unless the machine's setup was stated; the path's findings say where."""
+    chosen = None if machine.setup.stated else choose_offset(toolpath, machine, constraints)
+    if chosen is None:
+        return toolpath, machine
+    offset, finding = chosen
+    there = machine.with_setup(offset, machine.setup.rotation_deg)
+    return replace(toolpath, findings=(*toolpath.findings, finding)), there
+
+
+def choose_offset(
+    toolpath: Toolpath, machine: Machine, constraints: Constraints
+) -> tuple[Triple, Finding] | None:
+    """Choose a work offset where none was given.
+
+    The part stands on the table's centre (`table_centre`) if the path is reached there; else at the nearest
+    place on the table or above it, rounded to mm, at which as much of it is reached as can be found.
 
     Returns
     -------
-    The job with its offset, and what has been chosen; no finding where the offset is given or 0, or
-    where the job doesn't bound the tool axis
+    The offset, mm, machine frame, and what is to be said of it; None where it is 0, or where the constraints
+    don't bound the tool axis
     """
-    said = "offset" in job.setup.model_fields_set or job.setup.search is not None
-    if said or job.constraints.hold or not job.constraints.bounds_angle:
-        return job, ()
-    reach = Reach.of(toolpath, machine, job.constraints, job.setup.rotation)
+    if constraints.hold or not constraints.bounds_angle:
+        return None
+    reach = Reach.of(toolpath, machine, constraints, machine.setup.rotation_deg)
     centre = table_centre(machine)
     offset, why = centre, "no work offset was given"
     if not reach.reached(centre).all():
@@ -91,11 +119,9 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
         offset = reach.nearest(centre)
         why += f", and on the table's centre {missed} of {len(reach)} tried locations can't be reached"
     if offset == (0.0, 0.0, 0.0):
-        return job, ()
-    setup = job.setup.model_copy(update={"offset": offset})
-    placed = job.model_copy(update={"setup": setup})
+        return None
     message = f"part placed at {_words(offset)}: {why}; --work-offset says otherwise"
-    return placed, (Finding(Severity.WARNING, "part-placed", message),)
+    return offset, Finding(Severity.WARNING, "part-placed", message)
 
 
 def advised(fault: Infeasible, job: Job, machine: Machine, toolpath: Toolpath) -> Infeasible:

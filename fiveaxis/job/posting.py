@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Unpack
+from typing import Unpack, cast
 
 import numpy as np
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding
 from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_program
 from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.job.release import Gate, require_report
-from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Coordinates, Interpolation, Motion, ProgramMotion, located, respaced
+from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
 from fiveaxis.nc import Program, ProgramSettings, ReadMotion, require_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.formats import kind_of
@@ -25,12 +23,10 @@ from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import load_text, trace_tool, with_feeds_of
-from fiveaxis.nc.writing.turns import Winding
-from fiveaxis.options import Reading, spelled_out
+from fiveaxis.options import Reading, Writing, parted, spelled_out
 from fiveaxis.report import describe_input
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.toolpath import Constraints
 from fiveaxis.verification import (
-    DEFAULT_TOLERANCES,
     NOTHING,
     Against,
     ReadBack,
@@ -69,21 +65,20 @@ class Posted:
         return (*read, *self.made.findings)
 
 
-@spelled_out(Reading)
+class Posting(Reading, Writing, total=False):
+    """How a program is read, and how the new one is written."""
+
+
+@spelled_out(Posting)
 def post_program(
     source: str | Path,
     machine: Machine,
     *,
-    control: str | Path = "linuxcnc",
     output: str | Path | None = None,
-    coordinates: Coordinates | None = None,
-    winding: Winding = "unwound",
-    settings: ProgramSettings | None = None,
-    thin: bool = True,
     against: Against = NOTHING,
+    settings: ProgramSettings | None = None,
     unverified: bool = False,
-    override: Sequence[str] = (),
-    **reading: Unpack[Reading],
+    **given: Unpack[Posting],
 ) -> Posted:
     """Read a motion and write it for a control, as a solution becomes a program.
 
@@ -92,10 +87,10 @@ def post_program(
     source : a program in any language that `read_program` knows, or a table as `write_motion` writes it
     machine : on which it runs
     output : the new program's file; by default none is written
-    control, coordinates, winding, settings, thin, override : as for `Solution.program`
     against : path, tool, part and constraints that the new program's text is verified against. Where a
         motion's table has a row for each location of the path, blocks are inserted and removed as for a
         solution
+    settings : of the new program: tool, spindle, coolant, work offset and so on
     unverified : whether a program may be written that there is nothing to verify against; its header says so
 
     Raises
@@ -108,13 +103,13 @@ def post_program(
     source = Path(source)
     described = describe_input(source)
     text = load_source(source)
+    reading, writing = parted(given, Reading, Writing)
     if kind_of(text) == "motion":
         motion: Motion = read_motion_table(text, machine, source_is_table=True)
     else:
-        motion = read_motion_of(text, machine, ReadOptions.of(reading, machine=machine))
+        motion = read_motion_of(text, machine, ReadOptions.of(cast("Reading", reading), machine=machine))
     header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
-    settings = settings or ProgramSettings()
-    options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
+    options = ProgramOptions.of(settings, header, **writing)
     options = options.named(source.stem) if output is None else options.for_file(output)
     try:
         made = make_of_motion(motion, machine, options, against)
@@ -126,39 +121,32 @@ def post_program(
     return Posted(motion, made, path)
 
 
+@spelled_out(Writing)
 def write_program(
-    source: Solution | Motion,
+    motion: Motion,
     path: str | Path,
+    machine: Machine,
     *,
-    machine: Machine | None = None,
-    control: str | Path = "linuxcnc",
-    coordinates: Coordinates | None = None,
-    winding: Winding = "unwound",
+    against: Against = NOTHING,
     settings: ProgramSettings | None = None,
-    thin: bool = True,
     header: Header | None = None,
-    toolpath: Toolpath | None = None,
-    tool: Tool | None = None,
-    surroundings: Surroundings | None = None,
-    constraints: Constraints | None = None,
-    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
     report: Report | None = None,
-    override: Sequence[str] = (),
     unverified: bool = False,
+    **writing: Unpack[Writing],
 ) -> Path:
-    """Write a solution, or a motion along a path, as an NC program; the file appears whole or not at all.
+    """Write a motion as an NC program; the file appears whole or not at all.
 
-    The program's text is read back and verified before it is written; a solution brings what it is verified
-    against.
+    The program's text is read back and verified before it is written. A solution brings what it is verified
+    against: `Solution.write`.
 
     Parameters
     ----------
-    source : what `optimise` returned, or a motion
+    motion : the motion
     path : the program's file
-    machine : whose axes a motion has; a solution brings its own
-    control, coordinates, winding, settings, thin, header, override : as for `Solution.program`
-    toolpath, tool, surroundings, constraints : what a motion's program is verified against
-    gouge_tolerance : mm, how deep the cutter may reach into the part
+    machine : whose axes the motion has
+    against : path, tool, part and constraints that the program's text is verified against
+    settings : tool, spindle, coolant, work offset and so on
+    header : name and value of further comments
     report : of `verify`, on the motion; its errors count beside those of the text
     unverified : whether a motion that there is nothing to verify against may be written; the header says so
 
@@ -171,29 +159,15 @@ def write_program(
     Unverified
         The text has an error that isn't accepted; or nothing to verify it against was given.
     SettingError
-        A report about another motion; a motion without a machine; a file that can't be written.
+        A report about another motion; a file that can't be written.
     FiveAxisError
         As `compose_program`.
     """
-    settings = settings or ProgramSettings()
-    options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
-    options = options.for_file(path)
-    if isinstance(source, Solution):
-        if any(value is not None for value in (machine, toolpath, tool, surroundings, constraints)):
-            raise SettingError(
-                "a solution brings its own machine, path, tool, surroundings and constraints; leave them out"
-            )
-        motion, machine = source.motion, source.machine
-        made = source.make(options, gouge_tolerance)
-    else:
-        if machine is None:
-            raise SettingError("a motion doesn't say whose axes it has; give the machine")
-        motion = source
-        against = Against(toolpath, tool, surroundings, constraints or Constraints(), gouge_tolerance)
-        made = make_of_motion(motion, machine, options, against)
+    options = ProgramOptions.of(settings, header, **writing).for_file(path)
+    made = make_of_motion(motion, machine, options, against)
     if report is not None:
         require_report(report, motion, machine)
-        Gate.of(report, override).require_open()
+        Gate.of(report, options.writing["override"]).require_open()
     return made.write(path, unverified=unverified)
 
 

@@ -194,7 +194,7 @@ def make_program(
         made = compose_verified(planned.motion, wording, options, None if unverified else judge)
         return replace(made, fill=planned.fill)
 
-    if not (options.thin and may_thin(wording)):
+    if not (options.writing["thin"] and may_thin(wording)):
         return attempt(whole)
     few = whole.without_redundant(constraints, wording)
     made = attempt(few)
@@ -255,10 +255,10 @@ def compose_verified(
         return compose_program(
             motion,
             machine=machine,
-            control=options.control,
-            coordinates=options.coordinates,
+            control=options.writing["control"],
+            coordinates=options.writing["coordinates"],
             header=options.header,
-            winding=options.winding,
+            winding=options.writing["winding"],
             settings=options.settings,
             verdict=notes,
             # A verdict lists all positions beyond an axis's travel; without one the first is an error.
@@ -274,7 +274,7 @@ def compose_verified(
         found, *more = verdict(back, draft)
     except MissingDependency as fault:
         found, more = not_verified(fault), []
-    gate = Gate.of(found.merge(*more, unsaid(back.read.findings)), options.override)
+    gate = Gate.of(found.merge(*more, unsaid(back.read.findings)), options.writing["override"])
     text = compose(gate.notes)
     # The header is comments only; make sure that the rest reads the same.
     again = ReadBack.of(text, motion, wording, options.settings).motion

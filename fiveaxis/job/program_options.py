@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Unpack, cast
 
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates
 from fiveaxis.nc import ProgramSettings, find_dialect, require_program
 from fiveaxis.nc.formats import require_program_suffix
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology
-from fiveaxis.nc.writing.turns import Winding
 from fiveaxis.nc.writing.word_writer import WordWriter
+from fiveaxis.options import Writing, completed
 
 Header = Mapping[str, str]
 
@@ -23,20 +24,31 @@ class ProgramOptions:
 
     Parameters
     ----------
-    control : name of a dialect, or the path of a control table
-    coordinates, winding, settings : as for `compose_program`
-    thin : whether redundant blocks are removed
-    override : codes of errors that are accepted
+    writing : all options of the group
+    settings : of the program besides its moves
     header : comments by name
     """
 
-    control: str | Path = "linuxcnc"
-    coordinates: Coordinates | None = None
-    winding: Winding = "unwound"
-    settings: ProgramSettings = field(default_factory=ProgramSettings)
-    thin: bool = True
-    override: tuple[str, ...] = ()
+    writing: Writing
+    settings: ProgramSettings
     header: Header | None = None
+
+    @classmethod
+    def of(
+        cls,
+        settings: ProgramSettings | None = None,
+        header: Header | None = None,
+        **writing: Unpack[Writing],
+    ) -> ProgramOptions:
+        """Make the record of what is given, with the defaults of the rest.
+
+        Raises
+        ------
+        SettingError
+            An unknown word.
+        """
+        every = cast("Writing", completed(Writing, writing))
+        return cls(every, settings or ProgramSettings(), header)
 
     def wording(self, machine: Machine) -> WordWriter:
         """Check that the control can write a machine's motions so; return how positions become its words.
@@ -46,13 +58,14 @@ class ProgramOptions:
         FiveAxisError
             As `require_program`.
         """
-        return require_program(machine, self.control, self.coordinates, self.winding, self.settings)
+        words = self.writing
+        return require_program(
+            machine, words["control"], words["coordinates"], words["winding"], self.settings
+        )
 
     def named(self, name: str) -> ProgramOptions:
         """Name the program, unless the settings do."""
-        if self.settings.name is not None:
-            return self
-        return replace(self, settings=self.settings.model_copy(update={"name": name[:60] or None}))
+        return replace(self, settings=self.settings.named(name))
 
     def for_file(self, path: str | Path) -> ProgramOptions:
         """Name the program after its file, unless the settings do.
@@ -62,7 +75,7 @@ class ProgramOptions:
         SettingError
             The file's suffix is that of no program.
         """
-        require_program_suffix(path, find_dialect(self.control).suffix)
+        require_program_suffix(path, find_dialect(self.writing["control"]).suffix)
         return self.named(Path(path).stem)
 
     def asked(self, machine: Machine, mode: Coordinates) -> RequiredTechnology | None:
@@ -73,9 +86,10 @@ class ProgramOptions:
         FiveAxisError
             As `require_program`.
         """
-        modes = find_dialect(self.control).modes
+        modes = find_dialect(self.writing["control"]).modes
         coordinates = mode if mode in modes else next(iter(modes))
-        asked = RequiredTechnology.of(replace(self, coordinates=coordinates).wording(machine), self.settings)
+        writing: Writing = {**self.writing, "coordinates": coordinates}
+        asked = RequiredTechnology.of(replace(self, writing=writing).wording(machine), self.settings)
         if asked is None or mode in modes:
             return asked
         # What F means depends on the coordinates.

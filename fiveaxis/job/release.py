@@ -15,7 +15,7 @@ from fiveaxis.verification import Report
 
 NOTHING_TO_VERIFY = (
     "the program isn't verified: a motion alone doesn't say which path it should follow, with which tool and "
-    "around which part; give them (toolpath, tool, surroundings), or set unverified=True"
+    "around which part; give them (against), or set unverified=True"
 )
 # Name of the header's comment for each code that was accepted.
 OVERRIDDEN = "OVERRIDDEN"

@@ -136,7 +136,7 @@ def _make_files(outcome: Outcome, folder: Path, progress: Progress, *, alone: bo
             solution,
             folder / "preview.html",
             program=outcome.program,
-            surroundings=outcome.around,
+            surroundings=outcome.solution.surroundings,
             findings=outcome.verdict.findings,
         )
     )

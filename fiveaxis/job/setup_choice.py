@@ -19,7 +19,6 @@ from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.nc import require_program
 from fiveaxis.posture.baselines import NoBaseline, follow_axes
 from fiveaxis.progress import Progress, unheard, within
 from fiveaxis.report.facts import SetupSearched, TriedSetup
@@ -55,10 +54,10 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
     if job.setup.search is None:
         return _run_placed(job, progress)
     machine = load_job_machine(job)
-    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    job.program_options.wording(machine)
     loaded = load_job_passes(job, progress)
     given = job.setup.model_copy(update={"search": None})
-    around = load_surroundings(job) if job.keep_clear else None
+    around = load_surroundings(job) if job.surrounding["keep_clear"] else None
     trials = search_setups(job, machine, loaded[0], progress, around)
     numbers = count(1)
 
@@ -88,7 +87,7 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
 
 def _run_placed(job: Job, progress: Progress) -> Outcome:
     """Take a job through all stages, with the part where the job says, or else where it is reached."""
-    require_program(load_job_machine(job), job.control, job.coordinates, job.winding, job.nc)
+    job.program_options.wording(load_job_machine(job))
     placed = load_placed(job, progress)
     try:
         return run_stages(placed.job, progress, (placed.toolpath, placed.passes), moved=placed.job is not job)

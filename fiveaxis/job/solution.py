@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, Unpack
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.findings import Finding
+from fiveaxis.findings import Finding, group_findings
 from fiveaxis.job.program import MadeProgram, make_program
-from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.motion import Coordinates
+from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.own_header import tool_comments
-from fiveaxis.nc.writing.turns import Winding
+from fiveaxis.options import Writing, spelled_out
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.toolpath import Constraints
-from fiveaxis.verification import DEFAULT_TOLERANCES, CheckedInterpolation, Report
+from fiveaxis.verification import DEFAULT_TOLERANCES, CheckedInterpolation, Report, Tolerances
 from fiveaxis.verification.verdict import verify_within
 
 if TYPE_CHECKING:
@@ -40,23 +38,38 @@ class Solution(Postures):
     ----------
     constraints : on postures and turns
     surroundings : part, stock and fixtures that the tool was kept clear of
+    tolerances : from where on a difference is a finding
     """
 
     constraints: Constraints = field(default_factory=Constraints)
     surroundings: Surroundings = field(default_factory=Surroundings)
+    tolerances: Tolerances = DEFAULT_TOLERANCES
 
     @classmethod
-    def of(cls, postures: Postures, constraints: Constraints, surroundings: Surroundings) -> Solution:
-        """Add to postures the constraints and surroundings they were chosen within."""
-        own = {f.name: getattr(postures, f.name) for f in fields(Postures)}
-        return cls(**own, constraints=constraints, surroundings=surroundings)
-
-    def verify(self, gouge_tolerance: float = DEFAULT_TOLERANCES.gouge) -> Report:
-        """Check the motion as `fiveaxis.verify` does, against everything that it was chosen within.
+    def of(
+        cls,
+        postures: Postures,
+        constraints: Constraints,
+        surroundings: Surroundings,
+        gouge_tolerance: float,
+    ) -> Solution:
+        """Add to postures what they were chosen within.
 
         Parameters
         ----------
         gouge_tolerance : mm, how deep the cutter may reach into the part
+
+        Raises
+        ------
+        SettingError
+            A gouge tolerance that isn't finite and above 0.
+        """
+        own = {f.name: getattr(postures, f.name) for f in fields(Postures)}
+        tolerances = DEFAULT_TOLERANCES.with_gouge(gouge_tolerance)
+        return cls(**own, constraints=constraints, surroundings=surroundings, tolerances=tolerances)
+
+    def verify(self) -> Report:
+        """Check the motion as `fiveaxis.verify` does, against everything that it was chosen within.
 
         Raises
         ------
@@ -70,8 +83,21 @@ class Solution(Postures):
             self.toolpath,
             self.surroundings,
             CheckedInterpolation.of(None),
-            DEFAULT_TOLERANCES.with_gouge(gouge_tolerance),
+            self.tolerances,
         )
+
+    def summary(self) -> str:
+        """Say in a few lines what it costs, against which baseline, and what verification finds, by cause.
+
+        Raises
+        ------
+        FiveAxisError
+            As `verify`.
+        """
+        report = self.verify()
+        causes = group_findings((*self.toolpath.findings, *report.findings), report.counts)
+        bound = [] if self.left is None else [self.left]
+        return "\n".join([repr(self)[1:-1], *bound, *map(str, causes or ["verification: no findings"])])
 
     def preview(self, *, open_browser: bool | None = None, port: int = 0) -> Preview:
         """Show the motion with what stands around it in a browser, as `fiveaxis.preview` does."""
@@ -79,42 +105,29 @@ class Solution(Postures):
 
         return preview(self, surroundings=self.surroundings, open_browser=open_browser, port=port)
 
+    @spelled_out(Writing)
     def program(
         self,
         *,
-        control: str | Path = "linuxcnc",
-        coordinates: Coordinates | None = None,
-        winding: Winding = "unwound",
         settings: ProgramSettings | None = None,
-        thin: bool = True,
-        override: Sequence[str] = (),
-        header: Mapping[str, str] | None = None,
-        gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
+        header: Header | None = None,
+        **writing: Unpack[Writing],
     ) -> MadeProgram:
         """Make the NC program of this solution, read its text back, and verify it.
 
         Parameters
         ----------
-        control : a name of `fiveaxis.nc.DIALECTS`, or the path of a control table (``.toml``)
-        coordinates : ``axes``, positions of the machine's axes; ``tip``, the tool's tip and the rotary angles
-            (TCP); ``vector``, the tip and the tool's direction; by default the first that the control has
-        winding : how rotary axes of more than one turn are counted
         settings : tool, spindle, coolant, work offset and so on
-        thin : whether redundant blocks are removed
-        override : codes of errors that are accepted; the header names each
         header : name and value of further comments
-        gouge_tolerance : mm, how deep the cutter may reach into the part
 
         Raises
         ------
         FiveAxisError
             A control that can't write it, or a text that can't be read back.
         """
-        settings = settings or ProgramSettings()
-        options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
-        return self.make(options, gouge_tolerance)
+        return self.make(ProgramOptions.of(settings, header, **writing))
 
-    def make(self, options: ProgramOptions, gouge_tolerance: float = DEFAULT_TOLERANCES.gouge) -> MadeProgram:
+    def make(self, options: ProgramOptions) -> MadeProgram:
         """Make the program as `program` does, with all options in one record."""
         return make_program(
             self.motion,
@@ -123,21 +136,17 @@ class Solution(Postures):
             self.constraints,
             replace(options, header=tool_comments(self.toolpath.tool) | dict(options.header or {})),
             around=self.surroundings,
-            tolerances=DEFAULT_TOLERANCES.with_gouge(gouge_tolerance),
+            tolerances=self.tolerances,
         )
 
+    @spelled_out(Writing)
     def write(
         self,
         path: str | Path,
         *,
-        control: str | Path = "linuxcnc",
-        coordinates: Coordinates | None = None,
-        winding: Winding = "unwound",
         settings: ProgramSettings | None = None,
-        thin: bool = True,
-        override: Sequence[str] = (),
-        header: Mapping[str, str] | None = None,
-        gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
+        header: Header | None = None,
+        **writing: Unpack[Writing],
     ) -> Report:
         """Write the verified program to a file, whole or not at all; options as for `program`.
 
@@ -152,8 +161,7 @@ class Solution(Postures):
         FiveAxisError
             As `program`; a file that can't be written.
         """
-        settings = settings or ProgramSettings()
-        options = ProgramOptions(control, coordinates, winding, settings, thin, tuple(override), header)
-        made = self.make(options.for_file(path), gouge_tolerance)
+        options = ProgramOptions.of(settings, header, **writing)
+        made = self.make(options.for_file(path))
         made.write(path)
         return made.report

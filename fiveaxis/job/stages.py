@@ -26,15 +26,16 @@ from fiveaxis.job.loading import (
     load_surroundings,
     part_unit,
 )
-from fiveaxis.job.program import MadeProgram, make_program
-from fiveaxis.job.program_options import ProgramOptions
+from fiveaxis.job.program import MadeProgram
+from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
+from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import Clock
-from fiveaxis.nc import require_program
 from fiveaxis.nc.own_header import tool_comments
-from fiveaxis.posture import Front, Options, Solution, find_front
+from fiveaxis.posture import Front, Options, find_front
+from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.progress import Progress, unheard
@@ -42,7 +43,7 @@ from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
-from fiveaxis.verification import DEFAULT_TOLERANCES, Report
+from fiveaxis.verification import Report
 
 # Code of the planner's finding on contacts that no pass reaches.
 LEFT_OUT = "contacts-left-out"
@@ -64,7 +65,6 @@ class Outcome:
     of_front : the outcome of each solution of the front, in its order, this one among them
     front_programs : what the report says of a front
     setup_search : what the report says of the search for the setup
-    around : part, stock and fixtures
     """
 
     job: Job
@@ -77,7 +77,6 @@ class Outcome:
     of_front: tuple[Outcome, ...] = ()
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
-    around: Surroundings | None = None
 
     @cached_property
     def report(self) -> ReportDocument:
@@ -93,7 +92,9 @@ class Outcome:
             budget=self.budget,
             lines={c: program.line_of(at.block) if gate.is_open else None for c, at in changes.items()},
             kept_back=gate.kept,
-            overriding=Overriding(accepted, self.job.override_by, gate.unused) if self.job.override else None,
+            overriding=Overriding(accepted, self.job.override_by, gate.unused)
+            if self.job.writing["override"]
+            else None,
             part_size=None if self.part_size is None else tuple(self.part_size.round(6).tolist()),
             setup_search=self.setup_search,
             front=self.front_programs,
@@ -107,7 +108,8 @@ class Outcome:
     @property
     def part_size(self) -> Array | None:
         """(3,), mm, extents of the part; None without one."""
-        return None if self.around is None or self.around.part is None else mesh_size(self.around.part)
+        part = self.solution.surroundings.part
+        return None if part is None else mesh_size(part)
 
     @property
     def gate(self) -> Gate:
@@ -151,7 +153,7 @@ def run_stages(
     """
     machine = load_job_machine(job)
     # What can't be written or read is found before the work, not after it.
-    require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    job.program_options.wording(machine)
     toolpath, passes = loaded or load_job_passes(job, progress)
     progress("reading part and stock", 0, 1)
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
@@ -159,36 +161,29 @@ def run_stages(
     around = load_surroundings(job)
     constraints = job.constraints
     toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
-    require_reached(toolpath, job.override)
+    require_reached(toolpath, job.writing["override"])
     cleared, front = solve(job, constraints, toolpath, machine, progress, passes, around, start)
-    solution = cleared.solution
     inputs = describe_inputs(job)
 
-    def finish(solution: Solution) -> Outcome:
-        # The solution's own path knows the zone of the cutter that touches.
-        program = make_program(
-            solution.motion,
-            machine,
-            solution.toolpath,
-            constraints,
-            program_options(job, solution, inputs, moved=moved),
-            around=around,
-            tolerances=DEFAULT_TOLERANCES.with_gouge(job.gouge_tolerance),
-        )
+    def finish(postures: Postures) -> Outcome:
+        gouge = job.surrounding["gouge_tolerance"]
+        solution = Solution.of(postures, constraints, around, gouge)
+        options = job.program_options.named(job.input.stem)
+        program = solution.make(replace(options, header=program_header(solution, inputs, moved=moved)))
         # The energy is that of the text, in which redundant blocks may have stayed.
         blocks = program.motion.blocks
         solution = replace(solution, energy=blocks_energy(machine, blocks, solution.clock))
         budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors)
-        return Outcome(job, solution, program, budget, inputs, front, cleared, around=around)
+        return Outcome(job, solution, program, budget, inputs, front, cleared)
 
-    solutions = (solution,) if front is None else front.solutions
+    solutions = (cleared.solution,) if front is None else front.solutions
     outcomes = []
     for number, one in enumerate(solutions, start=1):
         progress("writing and verifying the program", number - 1, len(solutions))
         outcomes.append(finish(one))
     if front is None:
         return outcomes[0]
-    picked = next(k for k, one in enumerate(solutions) if one.motion is solution.motion)
+    picked = next(k for k, one in enumerate(solutions) if one.motion is cleared.solution.motion)
     programs = tuple(
         FrontProgram(point, number, made.solution.energy.total, made.solution.energy.time, made.gate.is_open)
         for number, (point, made) in enumerate(zip(front.points, outcomes, strict=True), start=1)
@@ -199,10 +194,11 @@ def run_stages(
 
 def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolpath:
     """Add the finding on a part of implausible size to a path that was read: the planner adds its own."""
-    if around.part is None or job.part is None:
+    file = job.surrounding["part"]
+    if around.part is None or file is None:
         return toolpath
     size, diameter = mesh_size(around.part), toolpath.tool.diameter
-    found = size_findings(size, unit=part_unit(job), diameter=diameter, name=str(job.part))
+    found = size_findings(size, unit=part_unit(job), diameter=diameter, name=str(file))
     return replace(toolpath, findings=(*toolpath.findings, *found))
 
 
@@ -217,10 +213,8 @@ def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
         )
 
 
-def program_options(
-    job: Job, solution: Solution, inputs: Sequence[InputFile], *, moved: bool = False
-) -> ProgramOptions:
-    """Return how a job's program is written; its header names the inputs.
+def program_header(solution: Postures, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:
+    """Return the comments of a job's program, which name its inputs.
 
     Parameters
     ----------
@@ -236,15 +230,7 @@ def program_options(
         header["workpiece"] = f"set up elsewhere than given: {solution.machine.setup}"
     for number, source in enumerate(inputs, start=1):
         header[f"source {number}"] = f"{source['name']} sha256 {source['sha256'][:16]}"
-    return ProgramOptions(
-        control=job.control,
-        coordinates=job.coordinates,
-        winding=job.winding,
-        settings=job.nc,
-        thin=job.thin,
-        override=job.override,
-        header=header,
-    ).named(job.input.stem)
+    return header
 
 
 def solve(
@@ -261,7 +247,7 @@ def solve(
 
     `passes` are those of a planned path: with a free start the links between them are planned anew.
     """
-    wording = require_program(machine, job.control, job.coordinates, job.winding, job.nc)
+    wording = job.program_options.wording(machine)
     options = Options(
         **job.search,
         passes=passes,
@@ -281,13 +267,15 @@ def solve(
         )
     fronts: list[Front] = []
 
-    def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Solution:
+    def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Postures:
         if job.front is None:
             return optimise_postures(path, machine, constraints, chosen)
         fronts.append(find_front(path, machine, constraints, job.front, chosen))
         return fronts[-1].pick(job.pick or 1)
 
-    cleared = solve_clear(toolpath, machine, constraints, options, around if job.keep_clear else None, find)
+    cleared = solve_clear(
+        toolpath, machine, constraints, options, around if job.surrounding["keep_clear"] else None, find
+    )
     # Several paths may have been searched; take the front of the chosen one.
     motion = cleared.solution.motion
     front = next((f for f in fronts if any(s.motion is motion for s in f.solutions)), None)

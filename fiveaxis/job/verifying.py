@@ -4,34 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
-from fiveaxis.collision import Surroundings
+from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.errors import SettingError
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine import Machine
-from fiveaxis.mesh import Unit
 from fiveaxis.nc import ProgramSettings
-from fiveaxis.options import Meshes, ProgramBounds, Reading, completed, options_of, spelled_out
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
-from fiveaxis.verification import (
-    DEFAULT_TOLERANCES,
-    SURFACE_TOLERANCE,
-    Against,
-    Report,
-    Tolerances,
-    check_program,
+from fiveaxis.options import (
+    Meshes,
+    ProgramBounds,
+    Reading,
+    Unit,
+    Workpiece,
+    completed,
+    parted,
+    spelled_out,
 )
-
-if TYPE_CHECKING:
-    import trimesh
+from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.verification import DEFAULT_TOLERANCES, Against, Report, Tolerances, check_program
 
 # deg and deg/mm: turns of a program that are told, within this angle of the first rotary axis.
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 
 
-class Checking(ProgramBounds, Meshes, Reading, total=False):
-    """Bounds that are checked, and how meshes and programs are read."""
+class Checking(Workpiece, ProgramBounds, Meshes, Reading, total=False):
+    """The workpiece, bounds that are checked, and how meshes and programs are read."""
 
 
 @spelled_out(Checking)
@@ -40,12 +38,9 @@ def verify_program(
     machine: Machine,
     *,
     tool: Tool | None = None,
-    part: str | Path | trimesh.Trimesh | None = None,
     toolpath: Toolpath | None = None,
-    surface_tolerance: float = SURFACE_TOLERANCE,
-    surroundings: Surroundings | None = None,
-    part_unit: Unit = "mm",
-    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
+    fixtures: tuple[Fixture, ...] = (),
+    clearances: Clearances | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     settings: ProgramSettings | None = None,
     control: str | Path = "linuxcnc",
@@ -59,23 +54,19 @@ def verify_program(
 
     Between two blocks all axes run linearly in time; moves under TCP are first split into parts in which such
     axes keep the tip on its path. Between two rows of a motion's table the tool's centre moves in a straight
-    line. A program that doesn't state the axis values is checked as a path of the tool, with the finding
-    ``angles-assumed``.
+    line. Anywhere in a program the cutter may reach 0.015 mm deeper than `gouge_tolerance`, since its blocks
+    are chords of the path within a tolerance of their own. A program that doesn't state the axis values is
+    checked as a path of the tool, with the finding ``angles-assumed``.
 
     Parameters
     ----------
     program : in any language that `read_program` knows, or ``.csv`` as `write_motion` writes it
     machine : on which it runs
     tool : the cutter; by default that of `toolpath`. Without a tool only the tip is followed
-    part : mesh of the finished part in mm, or its file; checked for gouges
     toolpath : that the program should follow: its tool's centre keeps to the path within
         `Tolerances.deviation` and passes all of its locations in order
-    surface_tolerance : mm, gap between cutter and part that counts as touching
-    part_unit : of the part's file: ``mm``, ``inch`` or ``m``; a mesh is in mm
-    surroundings : part, stock and fixtures that cutter, shank, holder and machine keep clear of, in place of
-        `part`
-    gouge_tolerance : mm, how deep the cutter may reach into the part; anywhere in a program 0.015 mm more is
-        allowed, since its blocks are chords of the path within a tolerance of their own
+    fixtures : clamps and vices, workpiece frame, that cutter, shank, holder and machine keep clear of
+    clearances : mm, by kind of body
     tolerances : from where on any other difference is a finding
     settings : of the program that was asked for: spindle, tool, offsets and coolant have to be in force in
         every cut
@@ -94,25 +85,24 @@ def verify_program(
     FiveAxisError
         As `read_program`, `verify` and `find_contacts`; bounds that refer to a path or part that isn't given.
     """
-    if (part is not None or surroundings is not None) and tool is None and toolpath is None:
+    reading, bounds, meshes, workpiece = parted(given, Reading, ProgramBounds, Meshes, Workpiece)
+    around = completed(Workpiece, workpiece)
+    if (workpiece or fixtures) and tool is None and toolpath is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
-    reading = {name: value for name, value in given.items() if name in options_of(Reading)}
-    crease = completed(Checking, given)["crease"]
-    bounds = {name: value for name, value in given.items() if name in options_of(ProgramBounds)}
     constraints = Constraints.of_degrees(**singular_told(bounds))
-    program_asked = None if settings is None else ProgramOptions(control=control, settings=settings)
-    around = surroundings or Surroundings.load(part, unit=part_unit)
+    program_asked = None if settings is None else ProgramOptions.of(settings, control=control)
+    unit: Unit = around["part_unit"] or "mm"
     against = Against(
         toolpath,
         tool,
-        around,
+        Surroundings.load(around["part"], around["stock"], fixtures, clearances, unit=unit),
         constraints,
         program=program_asked,
-        crease=crease,
-        part_unit=part_unit,
+        part_unit=unit,
+        **completed(Meshes, meshes),
     )
-    allowed = tolerances.with_gouge(gouge_tolerance)
-    return check_program(program, machine, against, reading, surface_tolerance, allowed)
+    allowed = tolerances.with_gouge(around["gouge_tolerance"])
+    return check_program(program, machine, against, reading, around["surface_tolerance"], allowed)
 
 
 def singular_told(bounds: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import Chain, Triple
 from fiveaxis.machine.code import AXIS_ORDER, DIGITS, FormShapingCode, parse_code
 from fiveaxis.machine.drives import FrictionDrive, WeightDrive, opposite
+from fiveaxis.machine.posing import Posing
 from fiveaxis.machine.provenance import Provenance, Size
 from fiveaxis.machine.setup import Load, Setup
 from fiveaxis.machine.urdf import write_urdf
@@ -23,7 +24,7 @@ from fiveaxis.notebook import ShownAsTable, Table
 
 
 @dataclass(frozen=True, eq=False)
-class Machine(ShownAsTable):
+class Machine(Posing, ShownAsTable):
     """A machine tool.
 
     Parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,7 @@ class Setup:
     ----------
     offset : (3,), mm, workpiece zero in the machine frame
     rotation_deg : (3,), deg, about the machine's X, then its Y, then its Z (fixed axes)
+    stated : whether somebody said where the workpiece stands; else it may be placed
 
     Raises
     ------
@@ -29,6 +30,7 @@ class Setup:
 
     offset: Triple = (0.0, 0.0, 0.0)
     rotation_deg: Triple = (0.0, 0.0, 0.0)
+    stated: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
         if not np.isfinite([*self.offset, *self.rotation_deg]).all():
@@ -48,7 +50,7 @@ class Setup:
             raise MachineError(
                 f"setup of offset {offset!r}, rotation {rotation_deg!r}: write three numbers each, mm and deg"
             )
-        return cls(*(as_triple(v) for v in numbers))
+        return cls(as_triple(numbers[0]), as_triple(numbers[1]), stated=True)
 
     @property
     def frame(self) -> Array:

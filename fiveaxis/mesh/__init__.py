@@ -10,8 +10,9 @@ from fiveaxis.mesh.loading import (
     require_solid,
     take_mesh,
 )
-from fiveaxis.mesh.size import Unit, mesh_size, size_findings, size_text
+from fiveaxis.mesh.size import mesh_size, size_findings, size_text
 from fiveaxis.mesh.surface import Surface, facet_normals
+from fiveaxis.options import Unit
 
 __all__ = [
     "SUFFIXES",

@@ -13,7 +13,8 @@ import numpy as np
 from fiveaxis.errors import MeshError, SettingError
 from fiveaxis.files import MOST_MESH_BYTES, read_input, require_file
 from fiveaxis.geometry import Array
-from fiveaxis.mesh.size import MILLIMETRES, Unit, mesh_size, size_text
+from fiveaxis.mesh.size import MILLIMETRES, mesh_size, size_text
+from fiveaxis.options import Unit
 
 if TYPE_CHECKING:
     import trimesh

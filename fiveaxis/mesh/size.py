@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
+from fiveaxis.options import Unit
 
 if TYPE_CHECKING:
     import trimesh
 
     from fiveaxis.mesh.surface import Surface
 
-# Units of mesh files; none of the formats states its own.
-Unit = Literal["mm", "inch", "m"]
 MILLIMETRES: Mapping[Unit, float] = {"mm": 1.0, "inch": 25.4, "m": 1000.0}
 # mm: parts of five-axis machines are larger than the first, and smaller than the second.
 SMALLEST_PART, LARGEST_PART = 5.0, 5000.0

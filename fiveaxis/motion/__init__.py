@@ -10,7 +10,6 @@ from fiveaxis.motion.run_time import (
     USUAL_CLOCK,
     Clock,
     ControlTiming,
-    Coordinates,
     PredictedTime,
     predicted_time,
 )
@@ -27,6 +26,7 @@ from fiveaxis.motion.timing import (
     standing_speeds,
     times_rapids,
 )
+from fiveaxis.options import Coordinates
 
 __all__ = [
     "AXIS_TOLERANCE",

@@ -14,9 +14,7 @@ from fiveaxis.motion.deviation import PATH_TOLERANCE
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.servo_cycles import servo_times
 from fiveaxis.motion.time_law import time_motion
-
-# Words of a program: axis positions, the tool tip and angles, or the tip and a direction.
-Coordinates = Literal["axes", "tip", "vector"]
+from fiveaxis.options import Coordinates
 
 
 class Decimals(Protocol):

@@ -12,7 +12,7 @@ from fiveaxis.nc.program import (
     stated_clock,
 )
 from fiveaxis.nc.table import write_toolpath
-from fiveaxis.nc.writing.program_settings import ProgramSettings, make_settings
+from fiveaxis.nc.writing.program_settings import ProgramSettings
 from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect
 
 __all__ = [
@@ -24,7 +24,6 @@ __all__ = [
     "ReadMotion",
     "compose_program",
     "find_dialect",
-    "make_settings",
     "read_motion",
     "read_program",
     "read_toolpath",

@@ -24,8 +24,9 @@ from fiveaxis.nc.writing.header import Note, head_lines, machine_notes
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
 from fiveaxis.nc.writing.start_and_end import NO_ROW, StartAndEnd, numbered
 from fiveaxis.nc.writing.tables import DIALECTS, find_dialect
-from fiveaxis.nc.writing.turns import Winding, require_winding
+from fiveaxis.nc.writing.turns import require_winding
 from fiveaxis.nc.writing.word_writer import WordWriter, require_expressible
+from fiveaxis.options import Winding
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]
 

@@ -1,7 +1,8 @@
 """Options, each said once: a field of a group, with type, default, unit, range and one sentence.
 
-A group is a `TypedDict`. From it come the keywords of functions (`spelled_out`), which editors complete and
-mypy checks, the tables of job files (`table_of`), the flags of commands and the tables of the documentation.
+A group is a `TypedDict`, or a dataclass where its options are passed on as one record. From it come the
+keywords of functions (`spelled_out`), which editors complete and mypy checks, the tables of job files
+(`table_of`), the flags of commands and the tables of the documentation.
 """
 
 from fiveaxis.options.bounds import Bounds, ProgramBounds
@@ -11,7 +12,8 @@ from fiveaxis.options.option import (
     completed,
     defaults,
     options_of,
-    require_known,
+    parted,
+    section_of,
     spelled_out,
     table_of,
     words_of,
@@ -19,11 +21,25 @@ from fiveaxis.options.option import (
 from fiveaxis.options.planning import Direction, Order, PlanContour, Planning, Strategy
 from fiveaxis.options.reading import Positions, Reading, ReadProgram, Wrap
 from fiveaxis.options.search import Objective, Search
+from fiveaxis.options.surroundings import (
+    GOUGE_TOLERANCE,
+    SURFACE_TOLERANCE,
+    MeshSource,
+    Surrounding,
+    Unit,
+    Workpiece,
+)
+from fiveaxis.options.writing import Coordinates, Framing, Winding, Writing
 
 __all__ = [
     "CREASE",
+    "GOUGE_TOLERANCE",
+    "SURFACE_TOLERANCE",
     "Bounds",
+    "Coordinates",
     "Direction",
+    "Framing",
+    "MeshSource",
     "Meshes",
     "Objective",
     "Option",
@@ -36,11 +52,17 @@ __all__ = [
     "Reading",
     "Search",
     "Strategy",
+    "Surrounding",
+    "Unit",
+    "Winding",
+    "Workpiece",
     "Wrap",
+    "Writing",
     "completed",
     "defaults",
     "options_of",
-    "require_known",
+    "parted",
+    "section_of",
     "spelled_out",
     "table_of",
     "words_of",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import inspect
 import math
 import operator
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
@@ -29,7 +29,7 @@ class Option:
     default : where nobody gives it
     above, least, below, most : open and closed ends of its range
     written : how a command line writes it, ``MIN:MAX`` or ``X,Y,Z``; empty for a plain number or word
-    flags : of a command line, ``--on/--off``; by default its name
+    flags : of a command line, ``--on/--off`` or ``--long -l``; by default its name
     example : for a starter file, where the default is none
     """
 
@@ -61,8 +61,12 @@ def words_of(kind: Any) -> list[str]:
 @cache
 def options_of(group: type) -> dict[str, tuple[Any, Option]]:
     """Return type and meaning of a group's options, by name."""
-    hints = get_type_hints(group, include_extras=True)
-    return {name: get_args(hint)[:2] for name, hint in hints.items()}
+    found = {}
+    for name, hint in get_type_hints(group, include_extras=True).items():
+        kind, option = get_args(hint)[:2]
+        # The default of a dataclass's field is the field's own.
+        found[name] = kind, replace(option, default=getattr(group, name, option.default))
+    return found
 
 
 def defaults(group: type) -> dict[str, Any]:
@@ -80,7 +84,7 @@ def completed(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
     SettingError
         A value out of its range, or an unknown word.
     """
-    require_known(group, given)
+    require_known(options_of(group), given)
     for name, (kind, option) in options_of(group).items():
         if given.get(name) is not None:
             _require_valid(name, kind, option, given[name])
@@ -108,12 +112,24 @@ def _require_valid(name: str, kind: Any, option: Option, value: Any) -> None:
         raise SettingError(f"{wrong}; give a finite number")
 
 
-def require_known(group: type, given: Mapping[str, Any]) -> None:
-    """Raise `TypeError` for an option that a group doesn't have."""
-    known = options_of(group)
+def require_known(known: Collection[str], given: Mapping[str, Any]) -> None:
+    """Raise `TypeError` for an option that isn't known."""
     for name in given:
         if name not in known:
             raise TypeError(f"unexpected keyword argument {name!r}; there are {', '.join(known)}")
+
+
+def parted(given: Mapping[str, Any], *groups: type) -> tuple[dict[str, Any], ...]:
+    """Part what is given by the groups that it belongs to.
+
+    Raises
+    ------
+    TypeError
+        An option that no group has.
+    """
+    known = [options_of(group) for group in groups]
+    require_known({name for options in known for name in options}, given)
+    return tuple({name: given[name] for name in given if name in options} for options in known)
 
 
 def table_of(group: type, base: type[BaseModel]) -> type[BaseModel]:
@@ -138,12 +154,16 @@ def table_of(group: type, base: type[BaseModel]) -> type[BaseModel]:
     return create_model(group.__name__, __base__=base, __doc__=group.__doc__, **fields)
 
 
-def spelled_out(group: type) -> Callable[[F], F]:
-    """Let a function's signature and docstring name each option of a group that it takes as ``**``."""
-    heading = "Other Parameters"
+def section_of(group: type, heading: str) -> str:
+    """Write the section of a docstring that says each option of a group."""
     lines = [heading, "-" * len(heading)]
     lines += [f"{name} : {option.sentence}" for name, (_, option) in options_of(group).items()]
-    section = "\n".join(lines)
+    return "\n".join(lines)
+
+
+def spelled_out(group: type) -> Callable[[F], F]:
+    """Let a function's signature and docstring name each option of a group that it takes as ``**``."""
+    section = section_of(group, "Other Parameters")
 
     def spell(function: F) -> F:
         before, raises, after = inspect.cleandoc(function.__doc__ or "").partition("\n\nRaises\n")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -226,6 +226,28 @@ class Solution(ShownAsTable, HasColumns):
             **{f"{name}_deg": np.degrees(angle) for name, angle in angles.items()},
             **{f"{letter}_W": power for letter, power in zip(motion.letters, powers.T, strict=True)},
         }
+
+    def plot(self, axes: Sequence[Any]) -> None:
+        """Draw the axes along the path on two axes of matplotlib: their values, and their powers.
+
+        Parameters
+        ----------
+        axes : two, as ``matplotlib.pyplot.subplots(2, sharex=True)[1]`` has them. The first gets the values,
+            mm and deg, the second the mean power of each axis in the move to the location, W, both over the
+            length along the path, mm
+        """
+        values, powers = axes
+        columns = self.columns()
+        steps = np.linalg.norm(np.diff(self.toolpath.pivot, axis=0), axis=1)
+        along = np.concatenate([[0.0], np.cumsum(steps)])
+        for axis in self.machine.axes:
+            values.plot(along, columns[f"{axis.letter}_{axis.unit}"], label=f"{axis.letter}, {axis.unit}")
+            powers.plot(along, columns[f"{axis.letter}_W"], label=axis.letter)
+        values.set_ylabel("axis value, mm and deg")
+        powers.set_ylabel("power, W")
+        powers.set_xlabel("length along the path, mm")
+        for drawn in axes:
+            drawn.legend()
 
     def savings(self) -> dict[str, float]:
         """Compute the saved share of the feed drives' energy against each baseline, at most 1."""

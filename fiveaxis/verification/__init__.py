@@ -5,7 +5,7 @@ from fiveaxis.verification.between import CheckedInterpolation
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances
 from fiveaxis.verification.model import build_model, tool_poses
 from fiveaxis.verification.program import check_program, check_read, check_table, verify_text
-from fiveaxis.verification.program_rows import NOTHING, SURFACE_TOLERANCE, Against
+from fiveaxis.verification.program_rows import NOTHING, Against
 from fiveaxis.verification.read_back import ReadBack, WrittenText, check_text, unsaid
 from fiveaxis.verification.report import Report
 from fiveaxis.verification.verdict import CHECKS, Examination, examine, verify
@@ -14,7 +14,6 @@ __all__ = [
     "CHECKS",
     "DEFAULT_TOLERANCES",
     "NOTHING",
-    "SURFACE_TOLERANCE",
     "Against",
     "CheckedInterpolation",
     "Examination",

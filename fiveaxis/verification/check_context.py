@@ -13,12 +13,11 @@ from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
+from fiveaxis.options import GOUGE_TOLERANCE
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, turned
 from fiveaxis.verification.course import Course
 from fiveaxis.verification.model import tool_poses
 
-# mm: allowed depth of the cutter in the part.
-GOUGE_TOLERANCE = 0.01
 # mm: allowed distance of a curve from its chords, in a path and in the mesh of its part.
 CHORD_ERROR = 0.01
 # rad: effect of the rounding of rotary words on the tool's lean.

@@ -16,13 +16,13 @@ from fiveaxis.machine import Machine
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import SPEED_TOLERANCE, Motion
 from fiveaxis.nc.traced_program import TracedProgram, load_program, trace_tool
+from fiveaxis.options import SURFACE_TOLERANCE
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification.between import JOINT_ONLY
 from fiveaxis.verification.check_context import CheckContext, PathConstraints, Tolerances, make_context
 from fiveaxis.verification.checks import check_finite
 from fiveaxis.verification.following import follow
 from fiveaxis.verification.program_rows import (
-    SURFACE_TOLERANCE,
     Against,
     ProgramRows,
     check_program_feeds,

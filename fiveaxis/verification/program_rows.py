@@ -16,7 +16,7 @@ from fiveaxis.mesh import Unit
 from fiveaxis.motion import Coordinates, Motion
 from fiveaxis.nc.traced_program import TracedProgram
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology
-from fiveaxis.options import CREASE
+from fiveaxis.options import CREASE, SURFACE_TOLERANCE
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, interpolate
 from fiveaxis.verification.check_context import (
     DEFAULT_TOLERANCES,
@@ -32,9 +32,6 @@ from fiveaxis.verification.report import Result, left_out
 
 if TYPE_CHECKING:
     import trimesh
-
-# mm: gap between cutter and part that counts as touching.
-SURFACE_TOLERANCE = 0.05
 
 
 class Requested(Protocol):

@@ -14,12 +14,11 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
-from fiveaxis.options import Bounds, spelled_out
+from fiveaxis.options import GOUGE_TOLERANCE, Bounds, spelled_out
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification.between import CheckedInterpolation, check_gouges
 from fiveaxis.verification.check_context import (
     DEFAULT_TOLERANCES,
-    GOUGE_TOLERANCE,
     CheckContext,
     PathConstraints,
     Tolerances,

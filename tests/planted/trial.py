@@ -213,7 +213,7 @@ class Trial:
 
     def by_read_back(self, text: Text, _: Path) -> Verdict:
         """Check the text as that of the planned motion."""
-        options = ProgramOptions(control=self.control, coordinates=self.mode, settings=self.settings)
+        options = ProgramOptions.of(control=self.control, coordinates=self.mode, settings=self.settings)
         wording = options.wording(self.solution.machine)
         draft = replace(self.made.text, lines=text.lines, rows=text.rows)
 

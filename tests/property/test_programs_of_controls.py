@@ -17,7 +17,7 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import Coordinates, Motion, rapid_speeds
-from fiveaxis.nc import DIALECTS, Program, ProgramSettings, make_settings, read_program, read_toolpath
+from fiveaxis.nc import DIALECTS, Program, ProgramSettings, read_program, read_toolpath
 from fiveaxis.nc import compose_program as compose_with_way_out
 from fiveaxis.toolpath import MoveKind, Tool
 
@@ -240,7 +240,7 @@ def test_whatever_is_asked_gives_a_program_or_one_message(data, control, coordin
     asked = {name: data.draw(SETTINGS[name]) for name in names}
     machine, program, message = load_machine("hayashi-640123"), None, "one line"
     try:
-        around = make_settings(**asked)
+        around = ProgramSettings(**asked)
         program = compose_program(
             MOTION,
             machine=machine,

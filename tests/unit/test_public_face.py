@@ -12,7 +12,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.batch import run_batch
-from fiveaxis.options import Search, defaults
+from fiveaxis.options import Search, Surrounding, defaults, options_of
 from fiveaxis.posture import Options
 from fiveaxis.toolpath import Constraints
 
@@ -49,7 +49,7 @@ def test_optimise_says_each_of_its_options_with_its_type():
     options = {field.name: field for field in fields(Options)}
     bounds = {field.name for field in fields(Constraints)}
     # What keeps the tool clear is the job's; constraints are taken in degrees, and passed on as one record.
-    clear = {"toolpath", "path_shape", "machine", "part", "stock", "fixtures", "clearances"}
+    clear = {"toolpath", "tool", "path_shape", "machine", "fixtures", "clearances", *options_of(Surrounding)}
     # The program's control and coordinates decide what its blocks are and how long they take.
     program, decided = {"control", "coordinates"}, {"interpolation", "clock"}
     assert set(own) == clear | (set(options) - decided) | bounds | program

@@ -3,49 +3,26 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import ValidationError, field_validator
 
 from fiveaxis.errors import SettingError
 from fiveaxis.nc.writing.tables import Dialect
+from fiveaxis.options import Framing, options_of, section_of, table_of
 from fiveaxis.settings import StrictModel, explain
 
+# Characters of a program's name.
+LONGEST_NAME = 60
 
-class ProgramSettings(StrictModel):
-    """Settings of a program besides its moves; what isn't set isn't written.
+if TYPE_CHECKING:
+    _Settings = Framing
+else:
+    _Settings = table_of(Framing, StrictModel)
 
-    Parameters
-    ----------
-    name : of the program, for controls that name it; the file's name by default
-    number : of the program, for controls that number it
-    tool_number : of the tool to change to
-    length_offset : number of the tool's length offset (H); the tool number by default
-    spindle_rpm : spindle speed, rev/min
-    spindle_direction : direction of rotation, seen along the tool from the spindle
-    coolant : a name that the control knows
-    work_offset : a word that the control knows, such as ``G55``; the control's default if not set
-    line_numbers : step of block numbers
-    retract : mm, Z in machine coordinates to retract to at the start and the end
-    way_out : whether a program that ends in a cut begins its end with a lead-out
-    home : letters of axes that go to the machine's zero at the end, in groups: ``Z XY AC``; the first is Z
-        alone if there is no retract
-    unit : of lengths
-    """
 
-    name: str | None = Field(None, min_length=1, max_length=60)
-    number: int | None = Field(None, ge=1, le=99999999)
-    tool_number: int | None = Field(None, ge=0, le=99999999)
-    length_offset: int | None = Field(None, ge=0, le=99999999)
-    spindle_rpm: float | None = Field(None, gt=0.0, le=200000.0)
-    spindle_direction: Literal["right", "left"] = "right"
-    coolant: str | None = None
-    work_offset: str | None = None
-    line_numbers: int | None = Field(None, ge=1, le=1000)
-    retract: float | None = None
-    way_out: bool = True
-    home: str = ""
-    unit: Literal["mm", "inch"] = "mm"
+class ProgramSettings(_Settings):
+    """Settings of a program besides its moves; what isn't set isn't written."""
 
     if not TYPE_CHECKING:  # type checkers derive the signature from the fields
 
@@ -59,6 +36,13 @@ class ProgramSettings(StrictModel):
         # Settings in a file are validated by pydantic directly: their reader reports a fault with its line.
         __init__.__pydantic_base_init__ = True
 
+    @field_validator("name")
+    @classmethod
+    def _fits(cls, name: str | None) -> str | None:
+        if name is not None and not 0 < len(name) <= LONGEST_NAME:
+            raise ValueError(f"name = {name!r} must be text of 1 to {LONGEST_NAME} characters")
+        return name
+
     @field_validator("home")
     @classmethod
     def _names_axes_once(cls, home: str) -> str:
@@ -66,6 +50,15 @@ class ProgramSettings(StrictModel):
         if len(set(letters)) < len(letters) or not set(letters) <= set("XYZABC"):
             raise ValueError(f"home = {home!r} must be groups of axis letters, each once, like 'Z XY AC'")
         return home
+
+    def named(self, name: str) -> ProgramSettings:
+        """Name the program, unless it has a name."""
+        given = {option: getattr(self, option) for option in options_of(Framing)}
+        return (
+            self
+            if self.name is not None
+            else ProgramSettings(**given | {"name": name[:LONGEST_NAME] or None})
+        )
 
     @property
     def goes_clear(self) -> bool:
@@ -84,9 +77,7 @@ class ProgramSettings(StrictModel):
         return [what for what, value in given.items() if value is None]
 
 
-def make_settings(**given: Any) -> ProgramSettings:
-    """Create settings; raise `SettingError` for an unknown name or an invalid value."""
-    return ProgramSettings(**given)
+ProgramSettings.__doc__ = f"{ProgramSettings.__doc__}\n\n{section_of(Framing, 'Parameters')}"
 
 
 def require_writable(settings: ProgramSettings, dialect: Dialect, letters: str) -> None:

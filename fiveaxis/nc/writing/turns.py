@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -12,9 +12,8 @@ from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.nc.writing.word_writer import WordWriter
+from fiveaxis.options import Winding
 from fiveaxis.toolpath import MoveKind
-
-Winding = Literal["unwound", "modulo", "rezero"]
 
 TURN = 360.0  # deg
 # deg: below half a turn, with room for rounding, the shorter turn is the intended one.

@@ -56,7 +56,7 @@ def test_a_motion_is_written_for_every_control(table, tmp_path, trunnion, contro
 def test_options_reach_the_program(table, tmp_path):
     output = tmp_path / "part.nc"
     done = run(
-        *("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "fanuc", "--tcp", "-o", output),
+        *("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "fanuc", "--coordinates", "tip", "-o", output),
         *("--tool-number", 3, "--spindle-rpm", 9000, "--spindle-direction", "left", "--coolant", "mist"),
         *("--zero-word", "G55", "--line-numbers", 5, "--retract", 0, "--home", "XY", "--program-number", 77),
         *("--length-offset", 13, "--nc-unit", "inch", "--unverified"),
@@ -98,7 +98,18 @@ def test_a_program_goes_from_one_control_to_another(table, tmp_path, trunnion):
 
 def test_with_a_tool_its_text_is_verified_and_errors_are_accepted_by_name(table, tmp_path):
     output = tmp_path / "part.nc"
-    words = ("post", table, "-m", "linuxcnc-xyzac-trt", "-c", "fanuc", "--tcp", "--tool", "ball:4")
+    words = (
+        "post",
+        table,
+        "-m",
+        "linuxcnc-xyzac-trt",
+        "-c",
+        "fanuc",
+        "--coordinates",
+        "tip",
+        "--tool",
+        "ball:4",
+    )
     refused = run(*words, "-o", output)
     assert refused.exit_code == 1
     assert "no program is written" in refused.stderr
@@ -130,7 +141,15 @@ def slope(tmp_path, hayashi):
 
 
 @pytest.mark.parametrize(
-    "words", [["linuxcnc"], ["fanuc"], ["fanuc", "--tcp"], ["fanuc", "--vectors"], ["haas"], ["sinumerik"]]
+    "words",
+    [
+        ["linuxcnc"],
+        ["fanuc"],
+        ["fanuc", "--coordinates", "tip"],
+        ["fanuc", "--coordinates", "vector"],
+        ["haas"],
+        ["sinumerik"],
+    ],
 )
 def test_a_table_along_its_path_becomes_a_program_that_verify_finds_no_errors_in(slope, words):
     output = slope / "out.nc"
@@ -166,8 +185,9 @@ def test_a_foreign_table_is_one_clear_error_and_no_file(slope, change, fault):
     ("words", "fault"),
     [
         (["-c", "fanuk"], "unknown control 'fanuk'; did you mean 'fanuc'"),
-        (["-c", "fanuc", "--tcp", "--vectors"], "give one of them"),
-        (["-c", "haas", "--vectors"], "a Haas has no words for a direction of the tool"),
+        (["-c", "fanuc", "--coordinates", "tcp"], "coordinates = 'tcp' is unknown; give 'axes' or 'tip'"),
+        ([], "--control is missing; give a name (`fiveaxis controls`) or a control table"),
+        (["-c", "haas", "--coordinates", "vector"], "a Haas has no words for a direction of the tool"),
         (["-c", "fanuc", "--coolant", "steam"], "no coolant 'steam'; known: flood, mist"),
         (["-c", "fanuc", "--spindle-rpm", "-3"], "spindle_rpm = -3.0 must be above 0"),
         (["-c", "fanuc", "--winding", "rezero"], "has no winding 'rezero'"),
@@ -203,7 +223,7 @@ def test_what_cannot_be_written_is_reported_before_the_work(tmp_path, monkeypatc
     words = ("optimise", path, "-m", "hayashi-640123", "--tool", "ball:6", "--tilt", "15:75")
     for options, fault in (
         (("--control", "fanuc", "--coolant", "steam"), "no coolant 'steam'"),
-        (("--control", "haas", "--vectors"), "a Haas has no words"),
+        (("--control", "haas", "--coordinates", "vector"), "a Haas has no words"),
         (("--control", "gone.toml"), "gone.toml: no such file"),
         (("--winding", "modulo", "--control", "haas"), "has no winding 'modulo'"),
     ):

@@ -42,7 +42,7 @@ def made(request) -> tuple[Solution, MadeProgram]:
     solution = optimise(
         leaning_path(), TRUNNION, tilt=TILT, effort="quick", clock=clock, interpolation=MODES[mode]
     )
-    options = ProgramOptions(control="linuxcnc", coordinates=mode, header={"tool": "ball:6"})
+    options = ProgramOptions.of(control="linuxcnc", coordinates=mode, header={"tool": "ball:6"})
     constraints = Constraints.of_degrees(tilt=TILT)
     return solution, make_program(solution.motion, TRUNNION, solution.toolpath, constraints, options)
 

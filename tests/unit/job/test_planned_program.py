@@ -29,7 +29,7 @@ BOUNDS = Constraints.of_degrees(**AS_ASKED)
 def program_of(
     solution: Solution, constraints: Constraints = BOUNDS, coordinates: Coordinates = "axes", **words
 ) -> MadeProgram:
-    options = ProgramOptions(coordinates=coordinates, header={"tool": "ball:8"}, **words)
+    options = ProgramOptions.of(coordinates=coordinates, header={"tool": "ball:8"}, **words)
     return make_program(solution.motion, solution.machine, solution.toolpath, constraints, options)
 
 
@@ -58,7 +58,7 @@ def test_blocks_are_the_locations_and_the_inserted_ones_without_the_redundant(so
 
 
 def test_findings_of_the_writer_are_placed_at_locations_of_the_given_path(solution):
-    wording = ProgramOptions().wording(solution.machine)
+    wording = ProgramOptions.of().wording(solution.machine)
     words = (Surroundings(), wording, ProgramSettings(), DEFAULT_TOLERANCES)
     planned = plan_program(solution.motion, solution.toolpath, BOUNDS, *words)
     few = planned.without_redundant(BOUNDS, wording)
@@ -154,7 +154,7 @@ def test_where_fewer_blocks_fail_verification_all_stay(hayashi, monkeypatch):
     ],
 )
 def test_blocks_go_only_where_the_path_between_them_is_known(hayashi, control, coordinates, may):
-    assert may_thin(ProgramOptions(control=control, coordinates=coordinates).wording(hayashi)) is may
+    assert may_thin(ProgramOptions.of(control=control, coordinates=coordinates).wording(hayashi)) is may
 
 
 def test_a_job_thins_unless_it_says_otherwise(tmp_path):

@@ -62,7 +62,7 @@ def test_directions_where_an_axis_ends_are_not_rounded_past_its_end(trunnion, co
         trunnion,
         path,
         Constraints(),
-        ProgramOptions(control=control, coordinates="vector"),
+        ProgramOptions.of(control=control, coordinates="vector"),
     )
     assert {"jump", "contact-error"}.isdisjoint(made.report.counts)
     assert made.report.figures["contact_error_mm"] < 1e-3
@@ -77,9 +77,8 @@ def test_command_table_and_python_write_the_same_blocks(solution, tmp_path, haya
     fx.write_program(
         solution.motion,
         tmp_path / "motion.nc",
-        machine=hayashi,
-        toolpath=wall,
-        constraints=solution.constraints,
+        hayashi,
+        against=Against(wall, constraints=solution.constraints),
         header={"tool": "ball:8"},
         **words,
     )
@@ -106,14 +105,14 @@ def test_what_the_file_says_is_what_was_verified(solution, tmp_path, hayashi, wa
 
 def test_a_motion_alone_is_not_verified_and_written_only_on_request(solution, tmp_path, hayashi):
     with pytest.raises(Unverified, match="which path it should follow"):
-        fx.write_program(solution.motion, tmp_path / "a.ngc", machine=hayashi)
+        fx.write_program(solution.motion, tmp_path / "a.ngc", hayashi)
     assert list(tmp_path.iterdir()) == []
-    path = fx.write_program(solution.motion, tmp_path / "a.ngc", machine=hayashi, unverified=True)
+    path = fx.write_program(solution.motion, tmp_path / "a.ngc", hayashi, unverified=True)
     assert "NOT VERIFIED" in path.read_text()
 
 
 def test_a_bare_motion_keeps_its_tip_straight_between_rows_and_its_time(solution, hayashi):
-    bare = make_of_motion(solution.motion, hayashi, ProgramOptions())
+    bare = make_of_motion(solution.motion, hayashi, ProgramOptions.of())
     assert not bare.ok
     assert len(bare.motion) >= len(solution.motion) + 3
     assert bare.motion.blocks.time.sum() == pytest.approx(solution.motion.time.sum())
@@ -122,27 +121,21 @@ def test_a_bare_motion_keeps_its_tip_straight_between_rows_and_its_time(solution
 def test_a_path_of_another_motion_is_refused_before_anything_is_written(solution, tmp_path, hayashi, wall):
     up = np.array([0.0, 0.0, 1.0])
     shifted = replace(wall, pivot=wall.pivot + up, contact=wall.contact + up)
-    words = {"machine": hayashi, "constraints": Constraints.of_degrees(tilt=TILT)}
+    against = Against(shifted, constraints=Constraints.of_degrees(tilt=TILT))
     with pytest.raises(ToolpathError, match=r"wall: the motion has the tool 1 mm from location \d+"):
-        fx.write_program(solution.motion, tmp_path / "a.ngc", toolpath=shifted, **words)
+        fx.write_program(solution.motion, tmp_path / "a.ngc", hayashi, against=against)
     fewer = wall.at(np.arange(len(wall) - 5))
     rows = f"35 locations and the motion {len(solution.motion)}"
     with pytest.raises(ToolpathError, match=rows):
-        make_program(solution.motion, hayashi, fewer, Constraints(), ProgramOptions())
+        make_program(solution.motion, hayashi, fewer, Constraints(), ProgramOptions.of())
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_solution_brings_what_it_was_made_for(solution, tmp_path, wall):
-    with pytest.raises(SettingError, match="leave them out"):
-        fx.write_program(solution, tmp_path / "a.ngc", toolpath=wall)
-    assert fx.write_program(solution, tmp_path / "a.ngc").exists()
 
 
 def test_a_report_of_another_motion_releases_nothing(solution, tmp_path, hayashi, wall):
     other = fx.optimise(wall, hayashi, tilt=(30.0, 60.0), effort="quick")
     report = fx.verify(other.motion, hayashi, wall, tilt=(30.0, 60.0))
     with pytest.raises(SettingError, match="about another motion"):
-        fx.write_program(solution.motion, tmp_path / "a.ngc", machine=hayashi, toolpath=wall, report=report)
+        fx.write_program(solution.motion, tmp_path / "a.ngc", hayashi, against=Against(wall), report=report)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -200,7 +193,7 @@ def test_every_control_says_its_spindle_so_that_it_is_read_back(solution, contro
 
 def test_the_text_is_read_back_row_by_row(solution):
     made = solution.program(control="fanuc", coordinates="tip")
-    wording = ProgramOptions(control="fanuc", coordinates="tip").wording(solution.machine)
+    wording = ProgramOptions.of(control="fanuc", coordinates="tip").wording(solution.machine)
     back = ReadBack.of(made.text, made.motion, wording, ProgramSettings())
     np.testing.assert_array_equal(back.written, np.arange(len(made.motion)))
     assert back.read.tcp[back.end[1:]].all()

@@ -53,7 +53,7 @@ def program_of(
     solution: Solution, coordinates: Coordinates = "axes", cone: float | None = None, **words
 ) -> MadeProgram:
     """Make a program whose rotary axes may turn far."""
-    options = ProgramOptions(coordinates=coordinates, header={"tool": "ball:6"}, **words)
+    options = ProgramOptions.of(coordinates=coordinates, header={"tool": "ball:6"}, **words)
     wide = Constraints.of_degrees(cone=cone, max_turn=180.0)
     return make_program(solution.motion, solution.machine, solution.toolpath, wide, options)
 

@@ -53,3 +53,52 @@ def test_a_frame_has_the_columns(solution):
 def test_its_preview_is_a_page_on_this_computer(solution):
     with solution.preview(open_browser=False) as page:
         assert page.url().startswith("http://127.0.0.1")
+
+
+def test_a_summary_says_cost_baseline_and_findings(solution):
+    first, *rest = solution.summary().splitlines()
+    name, saved = min(solution.savings().items(), key=lambda item: item[1])
+    assert f"{solution.energy.total:.0f} J in {solution.energy.time:.1f} s" in first
+    assert f"{100.0 * saved:.1f} % less than {name}" in first
+    causes = (*solution.toolpath.findings, *solution.verify().findings)
+    codes = {finding.code for finding in causes}
+    assert {line.partition(" ")[0] for line in rest} == (codes or {"verification:"})
+
+
+class Drawn:
+    """Axes that keep what is drawn on them."""
+
+    def __init__(self):
+        self.lines, self.labels, self.has_legend = {}, [], False
+
+    def plot(self, x, y, label):
+        self.lines[label] = (x, y)
+
+    def set_xlabel(self, text):
+        self.labels.append(text)
+
+    set_ylabel = set_xlabel
+
+    def legend(self):
+        self.has_legend = True
+
+
+def test_a_plot_has_values_and_powers_of_every_axis_along_the_path(solution):
+    values, powers = Drawn(), Drawn()
+    solution.plot((values, powers))
+    columns = solution.columns()
+    assert list(values.lines) == [f"{axis.letter}, {axis.unit}" for axis in solution.machine.axes]
+    for axis in solution.machine.axes:
+        along, angles = values.lines[f"{axis.letter}, {axis.unit}"]
+        np.testing.assert_array_equal(angles, columns[f"{axis.letter}_{axis.unit}"])
+        np.testing.assert_array_equal(powers.lines[axis.letter][1], columns[f"{axis.letter}_W"])
+        assert along[0] == 0.0
+        assert along[-1] > 60.0
+    assert values.has_legend
+    assert powers.has_legend
+
+
+def test_an_energy_has_a_row_per_drive(solution):
+    columns = solution.energy.columns()
+    assert dict(zip(columns["drive"], columns["energy_J"], strict=True)) == solution.energy.by_axis
+    assert columns["starts"].sum() == solution.energy.starts

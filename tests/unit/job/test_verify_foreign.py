@@ -8,7 +8,7 @@ import trimesh
 from written import write_text
 
 import fiveaxis as fx
-from fiveaxis.collision import Fixture, Surroundings
+from fiveaxis.collision import Fixture
 from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import rotary_angles, tool_poses
 from fiveaxis.machine import Box
@@ -34,7 +34,7 @@ def test_a_program_of_directions_is_swept_where_the_control_leads_the_tip(hayash
     program.write_text(TURNED)
     pin = Fixture("pin", Box((4.0, 4.0, 20.0), (0.0, 11.0, 4.0)))
     tool = Tool.ball(6, shank_diameter=6, holder=Holder(40.0, (Section(40.0, 40.0),)))
-    report = fx.verify_program(program, hayashi, tool=tool, surroundings=Surroundings(fixtures=(pin,)))
+    report = fx.verify_program(program, hayashi, tool=tool, fixtures=(pin,))
     (found,) = [f for f in report.findings if f.code == "fixture-collision"]
     assert found.place.line == 7
     assert "the tool centre point straight" in " ".join(report.checked)

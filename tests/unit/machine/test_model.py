@@ -99,3 +99,22 @@ def test_a_program_of_a_machine_with_a_clamped_axis_puts_it_there_first():
     # This control counts B in the opposite direction.
     assert rapids[0] == "G0 B-30.000000"
     assert "G49" in lines
+
+
+def test_forward_and_inverse_are_each_others_in_every_branch():
+    machine = load_machine("hayashi-640123")
+    positions = np.array([[1.0, 2.0, 3.0, -0.3, 0.5], [10.0, -5.0, 20.0, 0.2, -2.0]])
+    tip, axis = machine.forward(positions)
+    np.testing.assert_array_equal(tip, tool_poses(machine, positions)[0])
+    branches = machine.inverse(tip, axis)
+    assert branches.shape == (2, *positions.shape)
+    assert np.isclose(branches, positions, atol=1e-9).all(axis=-1).any(axis=0).all()
+    for branch in branches:
+        again = machine.forward(branch)
+        np.testing.assert_allclose(again[0], tip, atol=1e-9)
+        np.testing.assert_allclose(again[1], axis, atol=1e-12)
+
+
+def test_inverse_holds_the_axis_whose_angle_is_arbitrary():
+    up = IDEAL.inverse(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), held={"C": 0.7})
+    np.testing.assert_allclose(up[:, 0, IDEAL.column("C")], 0.7)

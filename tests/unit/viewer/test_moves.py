@@ -17,7 +17,7 @@ from fiveaxis.viewer.moves import NO_LINE, choose_sides, read_off
 @pytest.fixture(scope="module")
 def program(solution):
     against = Against(toolpath=solution.toolpath, constraints=Constraints.of_degrees(tilt=(15, 75)))
-    return make_of_motion(solution.motion, solution.machine, ProgramOptions(), against)
+    return make_of_motion(solution.motion, solution.machine, ProgramOptions.of(), against)
 
 
 def test_without_a_program_the_locations_are_shown(solution):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.job import ProgramOptions, make_job, make_program, run_job
+from fiveaxis.job import Against, ProgramOptions, make_job, make_program, run_job
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.nc import read_motion, write_motion
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
@@ -59,7 +59,7 @@ def short(hayashi) -> Machine:
 def counts(solution, bounds) -> dict[str, int]:
     constraints = Constraints.of_degrees(tilt=bounds["tilt"], max_turn=bounds.get("max_turn"))
     made = make_program(
-        solution.motion, solution.machine, solution.toolpath, constraints, ProgramOptions(thin=False)
+        solution.motion, solution.machine, solution.toolpath, constraints, ProgramOptions.of(thin=False)
     )
     return dict(made.report.counts)
 
@@ -138,9 +138,11 @@ def test_the_table_of_its_motion_becomes_the_same_program(wall, hayashi, tmp_pat
     read = read_motion(file, hayashi)
     np.testing.assert_allclose(read.location, solution.motion.location, atol=1e-9)
     bounds = Constraints.of_degrees(tilt=HOP["tilt"], max_turn=60.0)
-    own = make_program(solution.motion, hayashi, solution.toolpath, bounds, ProgramOptions(control="fanuc"))
+    own = make_program(
+        solution.motion, hayashi, solution.toolpath, bounds, ProgramOptions.of(control="fanuc")
+    )
     written = fx.write_program(
-        read, tmp_path / "wall.nc", machine=hayashi, control="fanuc", toolpath=wall, constraints=bounds
+        read, tmp_path / "wall.nc", hayashi, against=Against(wall, constraints=bounds), control="fanuc"
     )
     texts = own.text.text, written.read_text()
     one, other = ([line for line in text.splitlines() if "(" not in line] for text in texts)

@@ -1,0 +1,71 @@
+"""What stands around a cut, and how near the tool may come to it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, TypedDict
+
+from fiveaxis.options.option import Option
+
+if TYPE_CHECKING:
+    import trimesh
+
+    MeshSource: TypeAlias = str | Path | trimesh.Trimesh
+else:
+    # Jobs and flags name files; only functions take meshes, too.
+    MeshSource = Path
+
+# Units of mesh files; none of the formats states its own.
+Unit = Literal["mm", "inch", "m"]
+# mm: gap between cutter and part that counts as touching; allowed depth of the cutter in the part.
+SURFACE_TOLERANCE, GOUGE_TOLERANCE = 0.05, 0.01
+
+
+class Workpiece(TypedDict, total=False):
+    """Part and stock, and how near the cutter comes to the part."""
+
+    part: Annotated[
+        MeshSource | None,
+        Option(
+            "mesh of the finished part: for missing surface normals, the gouge check and the preview",
+            example="part.stl",
+        ),
+    ]
+    stock: Annotated[MeshSource | None, Option("mesh of the stock, for collisions", example="stock.stl")]
+    part_unit: Annotated[
+        Unit | None,
+        Option(
+            "unit of the files of part and stock; by default that of an input mesh, else mm", example="mm"
+        ),
+    ]
+    surface_tolerance: Annotated[
+        float,
+        Option(
+            "gap between cutter and part that counts as touching",
+            unit="mm",
+            default=SURFACE_TOLERANCE,
+            above=0.0,
+        ),
+    ]
+    gouge_tolerance: Annotated[
+        float,
+        Option(
+            "how deep the cutter may reach into the part at a location; 0.01 deeper in between",
+            unit="mm",
+            default=GOUGE_TOLERANCE,
+            above=0.0,
+        ),
+    ]
+
+
+class Surrounding(Workpiece, total=False):
+    """Part and stock, and how near the tool comes to what stands around it."""
+
+    keep_clear: Annotated[
+        bool,
+        Option(
+            "choose postures clear of collisions, or only report collisions",
+            default=True,
+            flags="--keep-clear/--only-verify",
+        ),
+    ]
