@@ -23,7 +23,7 @@ from fiveaxis.job import Job
 from fiveaxis.job.guide import bounds_text, docstring_parameters, has_numbers, list_entries, to_toml
 from fiveaxis.machine.tables import Figure, MachineFile
 from fiveaxis.nc import Dialect
-from fiveaxis.nc.writing.table_parts import KNOWN_FIELDS, NEEDED_FIELDS
+from fiveaxis.nc.writing.table_parts import TEMPLATES
 from fiveaxis.settings import models_in
 from fiveaxis.toolpath.shapes import SHAPES
 from fiveaxis.toolpath.tool_file import ToolTable
@@ -327,10 +327,10 @@ def _templates() -> str:
     rows = (
         (
             f"`{shown.get(name, name)}`",
-            ", ".join(f"`{{{field}}}`" for field in sorted(fields)),
-            ", ".join(f"`{{{field}}}`" for field in sorted(NEEDED_FIELDS.get(name, set()))),
+            ", ".join(f"`{{{field}}}`" for field in sorted([*needed, *optional])),
+            ", ".join(f"`{{{field}}}`" for field in sorted(needed)),
         )
-        for name, fields in KNOWN_FIELDS.items()
+        for name, (needed, optional) in TEMPLATES.items()
     )
     text = "A template is text with names in curly brackets. The program's values take their place."
     return "\n".join(

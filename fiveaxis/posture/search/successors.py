@@ -14,6 +14,7 @@ result is never dearer than it, and where the path breaks a bound, it is left as
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -358,11 +359,11 @@ def _phase(problem: Problem, spin: int) -> float:
     across = normalise(perpendicular(about))
     directions = np.nan_to_num(problem.bounds[0].reference)
     for vectors in (directions, np.diff(problem.pivot, axis=0)) if spin == 0 else ():
-        first, second = vectors @ across, vectors @ np.cross(about, across)
+        first, second = (np.sum(vectors * side, axis=1) for side in (across, np.cross(about, across)))
         has_one = np.hypot(first, second) > WITH_AZIMUTH
         if has_one.any():
             row = int(np.argmax(has_one))
-            return float(np.arctan2(second[row], first[row]))
+            return math.atan2(second[row], first[row])
     return 0.0
 
 
@@ -530,8 +531,9 @@ def sampled(problem: Problem, row: int, step: float = SAMPLED) -> Array:
         if not np.isfinite(reference).all():
             continue
         # A ring begins in the plane of the singular direction, and so turns with the part.
-        upright = about - reference * (reference @ about)
-        across = normalise(upright if np.linalg.norm(upright) > WITH_AZIMUTH else perpendicular(reference))
+        upright = about - reference * np.sum(reference * about)
+        has_azimuth = np.sum(upright**2) > WITH_AZIMUTH**2
+        across = normalise(upright if has_azimuth else perpendicular(reference))
         side = np.cos(around) * across + np.sin(around) * np.cross(reference, across)
         inside = min(INSIDE, (bound.high - bound.low) / 2.0)
         for angle in np.linspace(bound.low + inside, bound.high - inside, RINGS):
