@@ -27,6 +27,8 @@ from fiveaxis.options import (
 )
 
 Verb = TypeVar("Verb", bound=Callable[..., None])
+# Values of flags that aren't given; of those that may be repeated as a context has it.
+NOT_GIVEN = (None, ())
 # Numbers of a range; more are a vector.
 RANGE = 2
 
@@ -88,7 +90,7 @@ def read_flags(group: type, given: Mapping[str, Any], before: str = "") -> dict[
     return {
         name: _read(kind, _flags(name, option)[0], given[before + name])
         for name, (kind, option) in options_of(group).items()
-        if given.get(before + name) not in (None, [])
+        if given.get(before + name) not in NOT_GIVEN
     }
 
 

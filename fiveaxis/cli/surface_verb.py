@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fiveaxis.cli.options import PLANNING, POSTURE, READING, AsJson, takes
+from fiveaxis.cli.options import NOT_GIVEN, PLANNING, POSTURE, READING, AsJson, takes
 from fiveaxis.cli.path_verbs import job_of, job_work
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import (
@@ -100,7 +100,7 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
 
     tip = parse_numbers(source, 3, "X,Y,Z")
     shared = {*POSTURE, *PLANNING, *READING, "location"}
-    useless = [name for name in options if name in shared - TIP_OPTIONS and options[name] is not None]
+    useless = [name for name in options if name in shared - TIP_OPTIONS and options[name] not in NOT_GIVEN]
     if useless:
         option = useless[0].replace("_", "-")
         raise SettingError(f"--{option} has no effect at a tip; leave it out, or name an input")

@@ -493,7 +493,7 @@ def test_setup_and_tool_length_reach_the_report_and_the_program(path):
     result = run("optimise", path, *MACHINE, *BALL, *TILT, "--effort", "quick", *options, "-o", out)
     assert result.exit_code == 0, result.output
     machine = json.loads((out / "report.json").read_text())["machine"]
-    assert machine["setup"] == {"offset": [10.0, -5.0, 3.0], "rotation_deg": [0.0, 0.0, 90.0]}
+    assert machine["setup"] == {"offset": [10.0, -5.0, 3.0], "rotation_deg": [0.0, 0.0, 90.0], "stated": True}
     assert machine["tool_length"] == 70.0
     program = (out / "program.ngc").read_text()
     assert "tool length 70 mm is contained in the words" in program

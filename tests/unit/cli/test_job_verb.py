@@ -90,7 +90,7 @@ def test_no_field_is_explained_by_its_unit_alone():
 
 def test_a_field_has_the_whole_text_of_its_docstring():
     found = {entry.key: entry.description for entry in list_entries()}
-    assert found["nc.home"].endswith("the first is Z alone if there is no retract")
+    assert found["nc.home"].endswith("without a retract the first group must be Z alone")
 
 
 @pytest.mark.parametrize("model", [Dialect, MachineFile], ids=lambda model: model.__name__)
