@@ -130,6 +130,12 @@ def load_text(
     return _load(source, machine, options, begin)
 
 
+def trace_table(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> TracedProgram:
+    """Trace the tool of a motion's table, whose centre moves in a straight line between rows."""
+    path = trace_tool(motion, machine, tool, name)
+    return TracedProgram(motion, path, (), np.zeros(len(motion), dtype=bool), None, straight=True)
+
+
 def trace_tool(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> Toolpath:
     """Compute the path of a motion's tool; without a tool that of its tip."""
     tip, axis = tool_poses(machine, motion.positions)
@@ -223,8 +229,7 @@ def _load_table(
         raise SettingError(
             f"{', '.join(given)} is for NC programs, and this is the table of a motion", file=source.name
         )
-    traced = trace_tool(motion, machine, tool, Path(source.name).name)
-    return TracedProgram(motion, traced, (), np.zeros(len(motion), dtype=bool), None, straight=True)
+    return trace_table(motion, machine, tool, Path(source.name).name)
 
 
 def _load_path(

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # rad: a link in which no rotary axis turns by more is the same move under either interpolation.
 NO_TURN = 1e-9
+# mm above the tip, of the point that a control moves straight under TCP.
+TIP = 0.0
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,15 @@ class CheckedInterpolation:
     links : whether links and rapid moves are checked for gouges under the other interpolation, too
     deviation : whether to report that the tool's centre leaves its chords under joint interpolation; not if a
         program inserts blocks between the locations, and always if ``gouges`` is ``joint``
+    height : mm above the tip, of the point that moves straight under TCP; None for the tool's centre in the
+        check for gouges, and for the tip in that for collisions
     """
 
     gouges: Interpolation
     collisions: Interpolation
     links: bool = False
     deviation: bool = False
+    height: float | None = None
 
     @classmethod
     def of(cls, between: Interpolation | str | CheckedInterpolation | None) -> CheckedInterpolation:
@@ -61,6 +66,18 @@ class CheckedInterpolation:
             raise SettingError(f"between is {between!r}; write joint or tcp, or leave it out") from None
         return cls(every, every, deviation=True)
 
+    @classmethod
+    def of_height(cls, height: float | None) -> CheckedInterpolation:
+        """Let one point of the tool move straight in all checks or, if it is None, all axes linearly."""
+        return JOINT_ONLY if height is None else cls(Interpolation.TCP, Interpolation.TCP, height=height)
+
+    @property
+    def of_collisions(self) -> float | None:
+        """Height of the point that moves straight in the check for collisions, mm; None with linear axes."""
+        if self.collisions is Interpolation.JOINT:
+            return None
+        return TIP if self.height is None else self.height
+
     @property
     def of_deviation(self) -> Severity | None:
         """Severity of leaving a chord with the tool's centre: an error under joint interpolation."""
@@ -77,7 +94,7 @@ def check_gouges(
     context: CheckContext, mesh: trimesh.Trimesh | None, interpolation: CheckedInterpolation
 ) -> Result:
     """Run `check_gouge`, for links under both interpolations if `CheckedInterpolation.links` is set."""
-    centre = context.toolpath.zone.height
+    centre = context.toolpath.zone.height if interpolation.height is None else interpolation.height
     straight = interpolation.gouges is Interpolation.TCP
     height, other_height = (centre, None) if straight else (None, centre)
     found = check_gouge(context, mesh, tcp_height=height)

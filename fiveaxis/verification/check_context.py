@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -158,16 +157,12 @@ DEFAULT_TOLERANCES = Tolerances()
 
 @dataclass(frozen=True, eq=False)
 class PathConstraints:
-    """Bounds on postures and turns; None or empty is no bound.
+    """Bounds on postures and turns, applied to a path; None or empty is no bound.
 
     Parameters
     ----------
+    given : on rotary axes
     leaning : on the angles between the tool axis and directions
-    hold : rad by letter, at which rotary axes are held
-    max_turn : rad, of a rotary axis in one cutting move
-    turn_rate : rad/mm, of a rotary axis per length of the pivot's path in cutting moves
-    cone : rad, half angle about the first rotary axis, in which that axis turns by at most `cone_rate`
-    cone_rate : rad/mm
     cutting : (n,), whether the move to a location cuts: only there the lean between locations is bounded;
         None if all do
     inserted : (n,), locations inserted between the given ones; None if there are none
@@ -175,12 +170,8 @@ class PathConstraints:
         if there are none
     """
 
+    given: Constraints = field(default_factory=Constraints)
     leaning: TiltBounds | None = None
-    hold: Mapping[str, float] = field(default_factory=dict)
-    max_turn: float | None = None
-    turn_rate: float | None = None
-    cone: float | None = None
-    cone_rate: float = 0.0
     cutting: BoolArray | None = None
     inserted: BoolArray | None = None
     passed: BoolArray | None = None
@@ -203,12 +194,8 @@ class PathConstraints:
                 f"{', '.join(machine.rotaries)}; write for example C=30"
             )
         return cls(
+            given=constraints,
             leaning=constraints.lean_bounds(toolpath) if constraints.bounds_lean else None,
-            hold=constraints.hold,
-            max_turn=constraints.max_turn,
-            turn_rate=constraints.turn_rate,
-            cone=constraints.singular_cone,
-            cone_rate=constraints.singular_rate,
             cutting=toolpath.cutting,
             inserted=toolpath.inserted if toolpath.inserted.any() else None,
         )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.toolpath import MoveKind, Toolpath
+from fiveaxis.toolpath import MoveKind, Toolpath, interpolate
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.course import Course
-from fiveaxis.verification.following import pivot_shares
+from fiveaxis.verification.following import Match, pivot_shares
 from fiveaxis.verification.report import Result, left_out, violated
 
 # Allowed relative difference of a block's duration, and of the whole, from what the path's feed asks for.
@@ -35,15 +35,7 @@ def check_feeds(context: CheckContext) -> Result:
     return _compare(rows, time[rows], low[rows], high[rows], path.feed[rows])
 
 
-def check_feeds_along(
-    context: CheckContext,
-    path: Toolpath,
-    row: IntArray,
-    place: Array,
-    positions: Array,
-    *,
-    knows_axes: bool = True,
-) -> Result:
+def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool = True) -> Result:
     """Check the durations of a program whose rows aren't the locations of its path.
 
     Controls count F along the tip, others' paths along the tool's centre, and ours along the pivot: anything
@@ -51,12 +43,13 @@ def check_feeds_along(
 
     Parameters
     ----------
-    row : (m,), locations that the program passes
-    place : (m,), fractional row of the program at each of them
-    positions : (m, k), of the axes there
+    match : the path's locations among the program's rows
     knows_axes : whether the program states the rotary angles; else a block may take twice as long, as axes
         that the control chooses may be at their highest speed
     """
+    path, row = match.path, match.passed
+    place = match.place[row]
+    positions = interpolate(context.positions, place)
     if path.feed_is_assumed:
         return left_out("feed-differs", {"feed_off_share": None}, "feed: the path states none")
     if len(row) < 2:
@@ -96,7 +89,8 @@ def _passed_numbers(
 
     Parameters
     ----------
-    row, place : (m,), as in `check_feeds_along`
+    row : (m,), locations that the program passes
+    place : (m,), fractional row of the program at each of them
     steps : (n,), mm, course of the tool's centre in each row
     """
     ends, every = np.arange(len(steps), dtype=float), np.arange(len(row), dtype=float)
@@ -115,14 +109,9 @@ def _passed_numbers(
     return number
 
 
-def check_stated_feeds(context: CheckContext, path: Toolpath, place: Array) -> Result:
-    """Check the feeds that a table or a list of locations states for the cuts of its path.
-
-    Parameters
-    ----------
-    place : (n,), fractional row of the table at each location; NaN for none
-    """
-    known = np.flatnonzero(np.isfinite(place))
+def check_stated_feeds(context: CheckContext, match: Match) -> Result:
+    """Check the feeds that a table or a list of locations states for the cuts of its path."""
+    path, place, known = match.path, match.place, match.passed
     rows = np.flatnonzero(context.toolpath.kind == MoveKind.CUT)
     # Each row is on the move to the location that it passes next.
     number = np.searchsorted(place[known], rows - NEXT)

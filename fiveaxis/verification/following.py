@@ -56,6 +56,11 @@ class Match:
     place: Array
     off: Array
 
+    @classmethod
+    def planned(cls, path: Toolpath, row: IntArray) -> Match:
+        """Return the match of a path whose locations were planned at rows, (n,), the last at the end."""
+        return cls(path, row, row.astype(float), np.full(int(row[-1]) + 1, np.nan))
+
     @property
     def passed(self) -> IntArray:
         """Locations that the program passes, (m,)."""

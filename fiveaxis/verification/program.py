@@ -8,17 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import SPEED_TOLERANCE, Motion
-from fiveaxis.nc.traced_program import TracedProgram, load_program, trace_tool
+from fiveaxis.nc.traced_program import TracedProgram, load_program, trace_table
 from fiveaxis.options import SURFACE_TOLERANCE
 from fiveaxis.toolpath import Constraints
-from fiveaxis.verification.between import JOINT_ONLY
+from fiveaxis.verification.between import JOINT_ONLY, CheckedInterpolation
 from fiveaxis.verification.check_context import CheckContext, PathConstraints, Tolerances, make_context
 from fiveaxis.verification.checks import check_finite
 from fiveaxis.verification.following import follow
@@ -60,16 +58,16 @@ def verify_text(
         As `verify`.
     """
     back, fill, machine = text.back, text.fill, text.back.wording.machine
-    applied = PathConstraints.of(fill.given, machine, constraints).between(fill.row)
     exact = not fill.removed
     if fill.given.zone.offset:
         # Between two locations the path of a pivot off the tool's axis isn't known, and so no turn per mm.
-        applied = replace(applied, turn_rate=None)
-    elif applied.turn_rate is not None:
+        constraints = replace(constraints, turn_rate=None)
+    elif constraints.turn_rate is not None:
         # A move that keeps the rate as a whole may turn faster in its part nearest the singular direction. In
         # spans turns are proportional to time, and lengths only as far as their blocks have one speed.
         faster = fill.planes.fastest(fill.row) * (1.0 if exact else 1.0 + SPEED_TOLERANCE)
-        applied = replace(applied, turn_rate=applied.turn_rate * faster)
+        constraints = replace(constraints, turn_rate=constraints.turn_rate * faster)
+    applied = PathConstraints.of(fill.given, machine, constraints).between(fill.row)
     accelerations = fill.path is fill.given and exact
     allowed = tolerances.of_text(back.step, math.radians(back.turn))
     context = make_context(text.motion(), machine, fill.path, applied, allowed)
@@ -119,18 +117,18 @@ def check_read(
     rows = ProgramRows(read, against, match, surface_tolerance)
     lacking = ((against.cutter, NO_TOOL), (toolpath, NO_PATH))
     left = (*NOT_CHECKED, *(sentence for given, sentence in lacking if given is None))
-    report = examine(Examination(context, around, JOINT_ONLY, rows=rows), left)
+    between = CheckedInterpolation.of_height(read.tcp_height)
+    report = examine(Examination(context, around, between, rows=rows), left)
     told = Report.of_findings((*read.findings, *_part_size(around, against)))
     return report.merge(told, *(() if against.program is None else (unsaid(read.findings),)))
 
 
 def check_table(motion: Motion, machine: Machine, against: Against) -> Report:
     """Check the durations in the table of a motion against its own feeds, with the given cutter."""
-    path = trace_tool(motion, machine, against.cutter, "motion")
-    read = TracedProgram(motion, path, (), np.zeros(len(motion), dtype=bool), None, straight=True)
+    read = trace_table(motion, machine, against.cutter, "motion")
     context = _context(read, machine, against.constraints, against.tolerances)
     results = (check_finite(context), *check_program_feeds(context, ProgramRows(read, against)))
-    return make_report(results, path, ())
+    return make_report(results, read.path, ())
 
 
 def _part_size(around: Surroundings, against: Against) -> tuple[Finding, ...]:

@@ -122,13 +122,9 @@ def check_program_feeds(context: CheckContext, rows: ProgramRows) -> Iterator[Re
     """
     read, match = rows.read, rows.match
     if match is not None:
-        known = match.passed
-        place = match.place[known]
-        positions = interpolate(context.positions, place)
-        knows = not read.by_control
-        yield check_feeds_along(context, match.path, known, place, positions, knows_axes=knows)
+        yield check_feeds_along(context, match, knows_axes=not read.by_control)
         if not match.path.feed_is_assumed and read.technology is None:
-            yield check_stated_feeds(context, match.path, match.place)
+            yield check_stated_feeds(context, match)
     elif read.is_table and rows.against.cutter is not None and not context.toolpath.zone.offset:
         yield check_feeds(context)
     else:

@@ -25,6 +25,7 @@ from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.check_context import SAME_TIME
 from fiveaxis.verification.checks import largest
+from fiveaxis.verification.following import Match
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.moves import Within
 from fiveaxis.verification.report import Report, Result, violated
@@ -169,6 +170,12 @@ class WrittenText:
     def rows(self) -> IntArray:
         """The location at which each planned row ends, (m,); of leads the nearest."""
         return self.fill.rows_in(self.back.planned)
+
+    @property
+    def match(self) -> Match:
+        """The given locations among all of them."""
+        row = self.fill.row
+        return Match.planned(self.fill.given, np.flatnonzero(row == np.floor(row)))
 
     @property
     def _blocks(self) -> Array:

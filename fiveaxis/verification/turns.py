@@ -22,7 +22,7 @@ SHORTEST = 1e-3
 
 def check_hold(context: CheckContext) -> Result:
     """Check that held rotary axes keep their angle, in links too."""
-    hold, machine = context.constraints.hold, context.machine
+    hold, machine = context.constraints.given.hold, context.machine
     if not hold:
         return left_out("held-axis", {"held_axis_off_deg": None}, "held axes: none were named")
     letters = [letter for letter in machine.rotaries if letter in hold]
@@ -62,7 +62,8 @@ def check_jumps(context: CheckContext, programmed: Array | None = None, *, block
         the context's own path
     blocks : whether consecutive cuts from one line of the program count as one
     """
-    most = context.tolerances.jump if context.constraints.max_turn is None else context.constraints.max_turn
+    given = context.constraints.given.max_turn
+    most = context.tolerances.jump if given is None else given
     allowed = np.maximum(most, programmed_turns(context.toolpath) if programmed is None else programmed)
     columns = context.machine.rotary_columns
     turns = np.where(context.cutting[:, None], _steps_of_moves(context)[:, columns], 0.0)
@@ -147,7 +148,7 @@ def programmed_turns(toolpath: Toolpath) -> Array:
 
 def check_turn_rate(context: CheckContext) -> Result:
     """Check the turn of rotary axes per length of the pivot's path in cuts."""
-    rate, figure = context.constraints.turn_rate, "turn_rate_deg_mm"
+    rate, figure = context.constraints.given.turn_rate, "turn_rate_deg_mm"
     if rate is None:
         return left_out("turn-rate", {figure: None}, "turn of rotary axes per mm of path: no limit was given")
     length = context.toolpath.lengths
@@ -180,7 +181,8 @@ def check_singular(context: CheckContext) -> Result:
 
     There small changes of the tool axis take large turns. A control slows down and does no harm: a warning.
     """
-    cone, figure = context.constraints.cone, "singular_turn_deg"
+    given, figure = context.constraints.given, "singular_turn_deg"
+    cone = given.singular_cone
     if cone is None:
         return left_out(
             "singular-turn", {figure: None}, "turns near the singular direction: no cone was given"
@@ -189,7 +191,7 @@ def check_singular(context: CheckContext) -> Result:
     turns = context.steps[:, machine.rotary_columns[0]]
     nearest = nearest_angles(context)
     inside = context.cutting & (nearest < cone - tolerances.angle)
-    allowed = context.constraints.cone_rate * context.toolpath.lengths
+    allowed = given.singular_rate * context.toolpath.lengths
     rows = np.flatnonzero(inside & (turns > allowed + tolerances.angle))
 
     def message(i: int) -> str:
@@ -210,7 +212,7 @@ def check_singular(context: CheckContext) -> Result:
         figures={figure: largest(np.degrees(turns[inside])) if inside.any() else 0.0},
         checked=(
             f"turn of {machine.rotaries[0]} in cuts within {math.degrees(cone):g} deg of the singular "
-            f"direction, at most {math.degrees(context.constraints.cone_rate):g} deg/mm",
+            f"direction, at most {math.degrees(given.singular_rate):g} deg/mm",
         ),
     )
 

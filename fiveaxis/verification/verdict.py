@@ -8,13 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
-import numpy as np
-
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
-from fiveaxis.options import GOUGE_TOLERANCE, Bounds, spelled_out
+from fiveaxis.options import Bounds, spelled_out
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification.between import CheckedInterpolation, check_gouges
 from fiveaxis.verification.check_context import (
@@ -28,7 +26,6 @@ from fiveaxis.verification.checks import check_contact, check_finite, check_limi
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.feeds import check_feeds, check_feeds_along
 from fiveaxis.verification.following import check_following, check_rapids, cutting_rows
-from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.moves import KINDS, check_accelerations, check_deviation, check_speeds
 from fiveaxis.verification.outside import check_outside
 from fiveaxis.verification.program_rows import ProgramRows, check_program_feeds, check_program_lean
@@ -54,8 +51,6 @@ NOT_CHECKED = (
     "tilt and axis limits between locations: checked at the locations",
     "jerk, and acceleration in links",
 )
-# mm above the tip, of the point that a control moves straight under TCP.
-TIP = 0.0
 
 
 @spelled_out(Bounds)
@@ -67,7 +62,7 @@ def verify(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     between: Interpolation | str | CheckedInterpolation | None = None,
-    gouge_tolerance: float = GOUGE_TOLERANCE,
+    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     **bounds: Unpack[Bounds],
 ) -> Report:
@@ -150,7 +145,7 @@ class Examination:
     ----------
     context : the rows that are checked: the locations of a path with the axes there, or the rows of a program
     surroundings : part, stock and fixtures
-    interpolation : between locations, for gouges and collisions
+    interpolation : between rows, for gouges and collisions
     accelerations : whether accelerations follow from the blocks' speeds; not if moves were divided
     text : of one of our own programs, with what was planned
     rows : of a program; None where the rows are locations
@@ -182,7 +177,7 @@ def _turns(e: Examination) -> Iterable[Result]:
     if e.rows is None:
         yield check_jumps(e.context)
         yield check_turn_rate(e.context)
-    elif e.context.constraints.max_turn is not None:
+    elif e.context.constraints.given.max_turn is not None:
         yield check_block_turns(e.context, e.rows.match)
     else:
         # Where the swept cutter is checked for gouges, a turn does no harm.
@@ -203,10 +198,7 @@ def _feeds(e: Examination) -> Iterable[Result]:
         yield check_feeds(e.context)
     elif not e.text.back.is_list:
         # A list has feeds, which are compared one by one, and no durations.
-        path, row = e.text.fill.given, e.text.fill.row
-        given = np.flatnonzero(row == np.floor(row))
-        every, positions = np.arange(len(given)), e.context.positions[given]
-        found = check_feeds_along(e.context, path, every, given.astype(float), positions)
+        found = check_feeds_along(e.context, e.text.match)
         # Where F has too few digits for a block, the writer has said so.
         yield replace(found, severity=Severity.WARNING) if e.text.back.coarse else found
 
@@ -221,7 +213,7 @@ def _deviations(e: Examination) -> Iterable[Result]:
         within = None if e.text is None else e.text.within()
         yield check_deviation(e.context, e.interpolation.of_deviation, within)
     # With a path given, `check_following` checks what lies between blocks.
-    elif e.rows.read.tcp_height is None and e.rows.match is None:
+    elif e.interpolation.gouges is Interpolation.JOINT and e.rows.match is None:
         yield check_deviation(e.context, Severity.WARNING)
 
 
@@ -238,14 +230,12 @@ def _text(e: Examination) -> Iterable[Result]:
 def _technology(e: Examination) -> Iterable[Result]:
     if e.text is not None:
         back, cuts = e.text.back, e.text.back.cuts
-        if back.read.technology is not None:
-            yield from check_technology(
-                back.read.technology.at(back.end[cuts]), e.text.rows[cuts], back.asked
-            )
-    elif e.rows is not None and e.rows.read.technology is not None:
+        if (technology := back.read.technology) is not None:
+            yield from check_technology(technology.at(back.end[cuts]), e.text.rows[cuts], back.asked)
+    elif e.rows is not None and (technology := e.rows.read.technology) is not None:
         read, asked = e.rows.read, e.rows.asked(e.context.machine)
         cuts = cutting_rows(e.context, e.rows.match)
-        track = e.rows.read.technology.at(cuts)
+        track = technology.at(cuts)
         yield from check_technology(track, cuts, asked)
         if read.by_control:
             yield from check_feed_mode(track, cuts, asked)
@@ -258,18 +248,12 @@ def _planes(e: Examination) -> Iterable[Result]:
 
 
 def _gouges(e: Examination) -> Iterable[Result]:
-    if e.rows is None:
-        yield check_gouges(e.context, e.surroundings.part, e.interpolation)
-    else:
-        yield check_gouge(e.context, e.surroundings.part, tcp_height=e.rows.read.tcp_height)
+    yield check_gouges(e.context, e.surroundings.part, e.interpolation)
 
 
 def _collisions(e: Examination) -> Iterable[Result]:
-    if e.rows is None:
-        tcp_height = TIP if e.interpolation.collisions is Interpolation.TCP else None
-        yield from check_collisions(e.context, e.surroundings, tcp_height=tcp_height)
-    elif e.rows.against.cutter is not None:
-        yield from check_collisions(e.context, e.surroundings, tcp_height=e.rows.read.tcp_height)
+    if e.rows is None or e.rows.against.cutter is not None:
+        yield from check_collisions(e.context, e.surroundings, tcp_height=e.interpolation.of_collisions)
 
 
 def _outside(e: Examination) -> Iterable[Result]:

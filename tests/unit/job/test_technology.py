@@ -1,5 +1,6 @@
 """What a program puts in force besides positions, checked against what was asked for."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -104,6 +105,18 @@ def test_an_approach_below_the_surface_is_found_without_a_mesh_of_the_part(solut
     deep = lines[first].replace(z, f"Z{float(z[1:]) - 30.0:.4f}")
     assert check(lines).ok
     assert "approach-deep" in check([*lines[:first], deep, *lines[first + 1 :]]).counts
+
+
+def test_a_plunge_after_the_path_is_found_at_its_own_row(solution, check):
+    made = solution.program(control="fanuc", coordinates="axes", settings=SETTINGS)
+    lines = list(made.text.lines)
+    cuts = [i for i, line in enumerate(lines) if line.startswith("G1")]
+    head, end = lines[: cuts[-1] + 1], lines[cuts[-1] + 1 :]
+    z, feed = (re.findall(word, "\n".join(head))[-1] for word in (r"Z(-?[0-9.]+)", r"F[0-9.]+"))
+    report = check([*head, f"G1 Z{float(z) - 30.0:.4f} {feed}", *end])
+    found = [f for f in report.findings if f.code == "approach-deep"]
+    assert found
+    assert all(f.place.location >= len(cuts) for f in found)
 
 
 def test_a_program_that_passes_no_location_misses_its_path(solution, lines, check):
