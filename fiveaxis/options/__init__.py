@@ -5,6 +5,7 @@ mypy checks, the tables of job files (`table_of`), the flags of commands and the
 """
 
 from fiveaxis.options.bounds import Bounds, ProgramBounds
+from fiveaxis.options.calibration import Calibrate, FitDrive, ReadLog
 from fiveaxis.options.meshes import CREASE, Meshes
 from fiveaxis.options.option import (
     Option,
@@ -23,7 +24,9 @@ from fiveaxis.options.search import Objective, Search
 __all__ = [
     "CREASE",
     "Bounds",
+    "Calibrate",
     "Direction",
+    "FitDrive",
     "Meshes",
     "Objective",
     "Option",
@@ -32,6 +35,7 @@ __all__ = [
     "Planning",
     "Positions",
     "ProgramBounds",
+    "ReadLog",
     "ReadProgram",
     "Reading",
     "Search",
