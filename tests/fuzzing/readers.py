@@ -14,7 +14,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 from fiveaxis.batch.ledger import read_rows
-from fiveaxis.batch.sweep import read_sweep
+from fiveaxis.batch.tasks import read_sweep
 from fiveaxis.cli import app
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
 from fiveaxis.energy.log_columns import LogColumns
