@@ -28,10 +28,11 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.energy.drive_terms import STANDING, AxisFacts, DriveModel, choose_model
-from fiveaxis.energy.drives import STANDARD_GRAVITY, drive_power
+from fiveaxis.energy.drives import drive_power
 from fiveaxis.energy.motion_log import AxisLog, join_logs
 from fiveaxis.errors import InputError, SettingError
 from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.machine.powers import GRAVITY
 
 logger = logging.getLogger(__name__)
 
@@ -166,7 +167,7 @@ def _explain(model: DriveModel, values: Sequence[float] | Array, rows: AxisLog, 
         rows.speed,
         acceleration=rows.acceleration if facts.dynamic and rows.acceleration is not None else 0.0,
         gravity=(facts.gravity or 0.0) / (1.0 if facts.rotary else 1000.0),
-        weight=mass * STANDARD_GRAVITY,
+        weight=mass * GRAVITY,
         inertia=mass * 1e-6,
     )
     return power + model.standing(values)
