@@ -26,7 +26,7 @@ from fiveaxis.nc import Dialect
 from fiveaxis.nc.writing.table_parts import TEMPLATES
 from fiveaxis.settings import models_in
 from fiveaxis.toolpath.shapes import SHAPES
-from fiveaxis.toolpath.tool_file import ToolTable
+from fiveaxis.toolpath.tool import ToolTable
 
 SUPPLEMENT = Path(__file__).with_name("keys.toml")
 FILES: Mapping[str, type[BaseModel]] = {

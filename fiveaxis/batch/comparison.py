@@ -1,18 +1,30 @@
-"""Compare the jobs of a batch on a page, and the variants of a sweep also by a table and a figure."""
+"""Compare the jobs of a batch on a page, and the variants of a sweep also by a table and a figure.
+
+The page has a table to sort and filter, and energy against time; it works offline. Text from files (names,
+messages, values of a sweep) is escaped, and the browser runs no script but the page's own, which it knows by
+its hash.
+"""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from html import escape
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import Any
+from urllib.parse import quote
 
-from fiveaxis.batch.ledger import COLUMNS, own_folder
-from fiveaxis.batch.page import Cell, Column, render_comparison
-from fiveaxis.batch.record import Row
+import numpy as np
+
+from fiveaxis.batch.ledger import own_folder
+from fiveaxis.batch.record import COLUMNS, Column, Row, Status
 from fiveaxis.files import csv_text, write_atomically
+from fiveaxis.report.chart import BELOW, TOP, Panel, svg, widened
+from fiveaxis.report.page import page_of
 from fiveaxis.report.plots import Bar, comparison_figure
 from fiveaxis.report.words import number
 
@@ -22,13 +34,21 @@ PAGE = "comparison.html"
 # Of the whole batch.
 RESULTS = "results.html"
 
-# Columns of a variant's figures, as in the table of the batch.
-_NAMES = (
+# Columns of a variant's figures, and of the page.
+FIGURES = (
     *("status", "energy_J", "travel_metric_J", "base_J", "time_s", "starts", "reversals"),
     *("baseline", "baseline_J", "saved", "baseline_starts", "baseline_reversals"),
 )
-FIGURES = {name: COLUMNS[name] for name in _NAMES}
+SHOWN = (
+    *("status", "energy_J", "saved", "baseline", "time_s", "starts", "reversals", "baseline_starts"),
+    *("baseline_reversals", "base_J", "locations", "errors", "warnings", "message"),
+)
 AGAINST_FIRST = "against_first"
+PAGES = {"report": "report.html", "preview": "preview.html"}
+# Points: height of the plotting area, radius of a job's mark.
+HEIGHT, RADIUS = 240.0, 4.5
+# Characters from which on a cell has several lines.
+LONG = 40
 
 
 @dataclass(frozen=True)
@@ -53,11 +73,18 @@ class Comparison:
         first = self.rows[0].energy
         return None if row.energy is None or not first else row.energy / first - 1.0
 
+    @property
+    def columns(self) -> dict[str, Column]:
+        """Columns of the table by name, after the job: keys, figures, and the share against the first."""
+        values = {key: Column(_value_of(key), key) for key in self.keys}
+        against = Column(self.against_first, "against the first (%)", 1, 100.0, signed=True)
+        return values | {name: COLUMNS[name] for name in FIGURES} | {AGAINST_FIRST: against}
+
     def as_dict(self) -> dict[str, Any]:
         """Return the comparison as plain data for JSON."""
         variants = [
             {"job": row.name, "values": dict(row.values), AGAINST_FIRST: self.against_first(row)}
-            | {key: getattr(row, attribute) for key, attribute in FIGURES.items()}
+            | {name: COLUMNS[name].value(row) for name in FIGURES}
             for row in self.rows
         ]
         return {"sweep": self.name, "keys": list(self.keys), "variants": variants}
@@ -82,8 +109,8 @@ def write_comparison(name: str, rows: Sequence[Row], folder: Path) -> Comparison
     bars = [Bar(_name(row), row.energy, row.baseline_energy, str(row.status)) for row in rows]
     baselines = sorted({row.baseline for row in rows if row.baseline})
     own = own_folder(folder, name)
-    columns = {key: _column(key) for key in keys} | {"against the first (%)": _against(compared)}
-    page = render_comparison(f"Sweep {name}", rows, f"{name}/", columns)
+    own_columns = [column for name, column in compared.columns.items() if name not in FIGURES]
+    page = render_comparison(f"Sweep {name}", rows, f"{name}/", own_columns)
     files = (
         write_atomically(own / PAGE, page),
         write_atomically(own / TABLE, _table(compared)),
@@ -100,26 +127,11 @@ def write_page(rows: Sequence[Row], folder: Path) -> Path:
     SettingError
         It can't be written.
     """
-    return write_atomically(folder / RESULTS, render_comparison("Jobs of the batch", rows, "", {}))
+    return write_atomically(folder / RESULTS, render_comparison("Jobs of the batch", rows, "", ()))
 
 
-def _column(key: str) -> Column:
-    """Return the column of a value that a sweep sets."""
-
-    def cell(row: Row) -> Cell:
-        value = row.values[key]
-        is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        return format_value(value), value if is_number else None
-
-    return cell
-
-
-def _against(compared: Comparison) -> Column:
-    def cell(row: Row) -> Cell:
-        share = compared.against_first(row)
-        return ("", None) if share is None else (number(100.0 * share, 1, signed=True), share)
-
-    return cell
+def _value_of(key: str) -> Callable[[Row], Any]:
+    return lambda row: row.values[key]
 
 
 def _name(row: Row) -> str:
@@ -135,9 +147,132 @@ def format_value(value: Any) -> str:
 
 
 def _table(compared: Comparison) -> str:
-    rows: list[list[object]] = [["job", *compared.keys, *FIGURES, AGAINST_FIRST]]
-    for row in compared.rows:
-        values = [format_value(row.values[key]) for key in compared.keys]
-        figures = [getattr(row, attribute) for attribute in FIGURES.values()]
-        rows.append([row.name, *values, *figures, compared.against_first(row)])
-    return csv_text(rows)
+    columns = compared.columns
+    rows = [
+        [row.name, *(format_value(row.values[key]) for key in compared.keys)]
+        + [column.value(row) for name, column in columns.items() if name not in compared.keys]
+        for row in compared.rows
+    ]
+    return csv_text([["job", *columns], *rows])
+
+
+def render_comparison(title: str, rows: Sequence[Row], below: str, columns: Sequence[Column]) -> str:
+    """Return the text of a page that compares jobs.
+
+    Parameters
+    ----------
+    title : of the page
+    rows : of the jobs
+    below : what the names of jobs begin with that their folders are below the page's: ``cup/`` for the page
+        in the folder of the sweep ``cup``, empty in the folder of the batch
+    columns : further ones, after the name
+    """
+    style, script, page = (_text(f"comparison.{kind}") for kind in ("css", "js", "html"))
+    counts = {status: sum(row.status is status for row in rows) for status in Status}
+    # What no job has would only push the rest out of sight.
+    shown = [
+        column
+        for column in (*columns, *(COLUMNS[name] for name in SHOWN))
+        if any(_text_of(column, row) for row in rows)
+    ]
+    body = Template(page).substitute(
+        title=escape(title),
+        counts=", ".join(f"{count} {status}" for status, count in counts.items() if count),
+        scatter=_scatter(rows, below),
+        heads="".join(_head(name) for name in ("job", *PAGES, *(column.heading for column in shown))),
+        rows="\n".join(_row(index, row, below, shown) for index, row in enumerate(rows)),
+    )
+    return page_of(title, style, script, body)
+
+
+def _text(name: str) -> str:
+    return files("fiveaxis.batch").joinpath(name).read_text(encoding="utf-8")
+
+
+def _text_of(column: Column, row: Row) -> str:
+    """Format a cell of the page; what isn't known is empty."""
+    value = column.value(row)
+    if value is None or column.digits is None:
+        return "" if value is None else format_value(value)
+    return number(column.factor * value, column.digits, signed=column.signed)
+
+
+def link(row: Row, page: str, below: str) -> str | None:
+    """Return the address of a job's page relative to the comparison's; None where the job has none."""
+    name = PAGES[page]
+    return f"{quote(row.name.removeprefix(below))}/{name}" if name in row.files else None
+
+
+def _head(name: str) -> str:
+    if name in PAGES:
+        return f'<th scope="col">{name}</th>'
+    return f'<th scope="col"><button type="button">{escape(name)}</button></th>'
+
+
+def _row(index: int, row: Row, below: str, columns: Sequence[Column]) -> str:
+    name = escape(row.name.removeprefix(below))
+    links = (_link_cell(row, page, below) for page in PAGES)
+    cells = (_cell(_text_of(column, row), column.value(row)) for column in columns)
+    fine = "ok" if row.status is Status.FINE else "failed"
+    inside = f'<th scope="row">{name}</th>{"".join(links)}{"".join(cells)}'
+    return f'<tr id="job-{index}" data-state="{fine}">{inside}</tr>'
+
+
+def _cell(text: str, value: Any) -> str:
+    """Return a cell; the browser sorts numbers by their values."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if is_number:
+        return f'<td class="number" data-value="{value!r}">{escape(text)}</td>'
+    look = ' class="long"' if len(text) > LONG else ""
+    return f"<td{look}>{escape(text)}</td>"
+
+
+def _link_cell(row: Row, page: str, below: str) -> str:
+    address = link(row, page, below)
+    if address is None:
+        return "<td></td>"
+    return f'<td><a href="{escape(address)}" aria-label="{page} of {escape(row.name)}">{page}</a></td>'
+
+
+def _scatter(rows: Sequence[Row], below: str) -> str:
+    """Draw energy against time, one mark per job that has both; each leads to the job's report."""
+    drawn = [(i, row) for i, row in enumerate(rows) if row.energy is not None and row.time is not None]
+    if not drawn:
+        return "<p>No job has an energy to be drawn.</p>"
+    spent = {key: np.array([getattr(row, key) for _, row in drawn]) for key in ("time", "energy")}
+    panel = Panel(TOP, HEIGHT, widened(spent["time"]), widened(spent["energy"]))
+    frame = panel.frame("energy (J)", "time of the program (s)")
+    places = zip(panel.across(spent["time"]), panel.down(spent["energy"]), strict=True)
+    marks = [_mark(i, row, float(x), float(y), below) for (i, row), (x, y) in zip(drawn, places, strict=True)]
+    left = len(rows) - len(drawn)
+    rest = f" {left} {'job has' if left == 1 else 'jobs have'} no energy and no mark." if left else ""
+    return (
+        f'<figure><div class="scroll">{svg(TOP + HEIGHT + BELOW, [frame, *marks])}</div>\n'
+        "<figcaption>Energy against time. "
+        f"A disc is a job whose program was released, a diamond one with errors.{rest}</figcaption></figure>"
+    )
+
+
+def _mark(index: int, row: Row, x: float, y: float, below: str) -> str:
+    words = escape(", ".join(_facts(row, below)))
+    fine, side = row.status is Status.FINE, 1.6 * RADIUS
+    shape = (
+        f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{RADIUS}"/>'
+        if fine
+        else f'<rect x="{x - side / 2:.2f}" y="{y - side / 2:.2f}" width="{side:g}" height="{side:g}" '
+        f'transform="rotate(45 {x:.2f} {y:.2f})"/>'
+    )
+    look = "ok" if fine else "failed"
+    address = link(row, "report", below)
+    where = "" if address is None else f' href="{escape(address)}"'
+    return (
+        f'<a class="mark {look}" data-job="job-{index}" data-words="{words}" aria-label="{words}"{where}>'
+        f"{shape}</a>"
+    )
+
+
+def _facts(row: Row, below: str) -> Iterator[str]:
+    yield row.name.removeprefix(below)
+    yield str(row.status)
+    yield f"{number(row.energy)} J"
+    yield f"{number(row.time, 1)} s"

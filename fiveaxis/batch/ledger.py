@@ -7,39 +7,17 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from filelock import FileLock, Timeout
 
-from fiveaxis.batch.record import Row, Status
+from fiveaxis.batch.record import COLUMNS, Row, Status
 from fiveaxis.errors import SettingError
 from fiveaxis.files import csv_text, write_atomically
 
 LINES = "results.jsonl"
 TABLE = "results.csv"
 LOCK = ".fiveaxis-batch.lock"
-
-# Columns of the table; lists and dictionaries are in the JSON lines only.
-COLUMNS = {
-    "job": "name",
-    "status": "status",
-    "locations": "locations",
-    "energy_J": "energy",
-    "travel_metric_J": "travel",
-    "base_J": "base",
-    "time_s": "time",
-    "starts": "starts",
-    "reversals": "reversals",
-    "baseline": "baseline",
-    "baseline_J": "baseline_energy",
-    "saved": "saved",
-    "baseline_starts": "baseline_starts",
-    "baseline_reversals": "baseline_reversals",
-    "errors": "errors",
-    "warnings": "warnings",
-    "file": "file",
-    "inputs_sha256": "digest",
-    "message": "message",
-}
 
 
 class Ledger:
@@ -82,7 +60,7 @@ class Ledger:
                 self.rows[row.name] = row
         self.rows = dict(sorted(self.rows.items()))
         write_atomically(self.folder / LINES, "".join(_line(row) for row in self.rows.values()))
-        write_atomically(self.folder / TABLE, _table(self.rows.values()))
+        write_atomically(self.folder / TABLE, csv_text([COLUMNS, *map(_cells, self.rows.values())]))
 
     def forget_refused(self, names: Iterable[str]) -> None:
         """Drop rows that only report a wrong input; written with the next `record`."""
@@ -148,9 +126,8 @@ def _line(row: Row) -> str:
     return json.dumps(row.as_dict(), allow_nan=False) + "\n"
 
 
-def _table(rows: Iterable[Row]) -> str:
-    known = (row.as_dict() for row in rows)
-    return csv_text([COLUMNS, *([data[key] for key in COLUMNS.values()] for data in known)])
+def _cells(row: Row) -> list[Any]:
+    return [column.value(row) for column in COLUMNS.values()]
 
 
 def own_folder(folder: Path, name: str) -> Path:

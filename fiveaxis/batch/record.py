@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -126,6 +127,50 @@ class Row:
         """
         row = cls(**data)
         return replace(row, status=Status(row.status))
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the tables of a batch: the CSV files, the JSON document and the page.
+
+    Parameters
+    ----------
+    value : of a row; None where it isn't known
+    heading : on the page
+    digits : of its numbers on the page; None for words, and for values that are shown as they are written
+    factor : of the page's unit
+    signed : whether numbers above 0 have a sign on the page
+    """
+
+    value: Callable[[Row], Any]
+    heading: str
+    digits: int | None = None
+    factor: float = 1.0
+    signed: bool = False
+
+
+# By name in CSV and JSON, with the unit; lists and dictionaries of a row are in the JSON lines only.
+COLUMNS = {
+    "job": Column(attrgetter("name"), "job"),
+    "status": Column(attrgetter("status"), "state"),
+    "locations": Column(attrgetter("locations"), "locations", 0),
+    "energy_J": Column(attrgetter("energy"), "energy (J)", 0),
+    "travel_metric_J": Column(attrgetter("travel"), "travel metric (J)", 0),
+    "base_J": Column(attrgetter("base"), "base load (J)", 0),
+    "time_s": Column(attrgetter("time"), "time (s)", 1),
+    "starts": Column(attrgetter("starts"), "starts", 0),
+    "reversals": Column(attrgetter("reversals"), "reversals", 0),
+    "baseline": Column(attrgetter("baseline"), "against"),
+    "baseline_J": Column(attrgetter("baseline_energy"), "energy, baseline (J)", 0),
+    "saved": Column(attrgetter("saved"), "saved (%)", 1, 100.0),
+    "baseline_starts": Column(attrgetter("baseline_starts"), "starts, baseline", 0),
+    "baseline_reversals": Column(attrgetter("baseline_reversals"), "reversals, baseline", 0),
+    "errors": Column(attrgetter("errors"), "errors", 0),
+    "warnings": Column(attrgetter("warnings"), "warnings", 0),
+    "file": Column(attrgetter("file"), "file"),
+    "inputs_sha256": Column(attrgetter("digest"), "hash of the inputs"),
+    "message": Column(attrgetter("message"), "message"),
+}
 
 
 def _plain(value: Any) -> Any:

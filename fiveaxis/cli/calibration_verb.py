@@ -10,48 +10,20 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson, optional, takes
+from fiveaxis.cli.options import AsJson, flags_of, read_flags, takes
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import shown_work
+from fiveaxis.options import Calibrate, FitDrive, ReadLog
 
 if TYPE_CHECKING:
     from fiveaxis.energy.calibration_record import Calibration
 
 BLOCK = ".toml"
-LOG: Mapping[str, Any] = {
-    "velocity": optional(str, "column of the speed; default: from position"),
-    "velocity_unit": optional(
-        str, "mm/s, mm/min, m/min, m/s, inch/min or inch/s; deg/s, deg/min, rad/s or rev/min"
-    ),
-    "acceleration": optional(str, "column of the acceleration; default: from speed"),
-    "acceleration_unit": optional(str, "mm/s2, m/s2, inch/s2 or g; deg/s2 or rad/s2"),
-    "position": optional(str, "column of the position; beside a speed, checks it and shows gaps"),
-    "position_unit": optional(str, "mm, inch, m or um; deg, rad or rev"),
-    "time": optional(str, "column of the time; steps may differ"),
-    "time_unit": optional(str, "s, ms, us or min; iso for dates and times"),
-    "rate": optional(float, "rows per second, in place of --time"),
-    "longest_step": optional(float, "a longer step is a gap, s; default: 10 median steps"),
-    "nominal_power": optional(float, "power of 100 % load, W"),
-    "nominal_current": optional(float, "current of 100 % load, A, with --voltage"),
-    "voltage": optional(float, "W per A: of a DC supply, or √3 U cos φ of three phases"),
-    "moved_mass": optional(float, "total moving mass, kg"),
-    "gravity": optional(float, "gravity load that opposes the + direction, N or N·m (friction)"),
-    "max_acceleration": optional(float, "fit rows up to this acceleration, mm/s² or deg/s²"),
-    "standstill": optional(float, "speed that counts as 0, mm/s or deg/s; default: 0.5 % of the highest"),
-    "efficiency": optional(float, "efficiency of the drive, 1 by default; a log doesn't show it"),
-    "terms": optional(str, "terms of a friction drive: friction,viscous,counterbalance,copper,hold, …"),
-    "proportional": optional(
-        bool, "directional drive: power proportional to speed, or not (default)", "--proportional/--constant"
-    ),
-    "hold_out": Annotated[
-        list[Path] | None,
-        typer.Option("--hold-out", help="log to price with the drive but not to fit; repeatable"),
-    ],
-}
+LOG, DRIVE = flags_of(ReadLog), flags_of(FitDrive)
 
 
-@takes(LOG)
+@takes(LOG, DRIVE)
 def calibrate(
     context: typer.Context,
     logs: Annotated[
@@ -66,6 +38,10 @@ def calibrate(
         str, typer.Option("--power", help="column of the drive's power or load", metavar="COLUMN")
     ],
     power_unit: Annotated[str, typer.Option("--power-unit", help="W, kW, % (load) or A")],
+    hold_out: Annotated[
+        list[Path] | None,
+        typer.Option("--hold-out", help="log to price with the drive but not to fit; repeatable"),
+    ] = None,
     output: Annotated[
         list[Path] | None,
         typer.Option(
@@ -90,15 +66,10 @@ def calibrate(
             suffixes = [
                 require_suffix(p, (BLOCK, *DRAWN_SUFFIXES), "a block, table or figure") for p in output or ()
             ]
-            given = {name: value for name in LOG if (value := context.params[name]) is not None}
-            if "terms" in given:
-                given["terms"] = [name.strip() for name in given["terms"].split(",")]
+            given: dict[str, Any] = {"axis": axis, "model": model, "power": power, "power_unit": power_unit}
+            given |= read_flags(Calibrate, context.params) | {"hold_out": hold_out or ()}
             work.step("fitting the drive", 0, 1)
-            found = work.run(
-                lambda _: calibrate_drive(
-                    logs, axis=axis, model=model, power=power, power_unit=power_unit, **given
-                )
-            )
+            found = work.run(lambda _: calibrate_drive(logs, **given))
             for path in output or ():
                 work.step("writing", 0, 1)
                 written.append(_write(path, found))

@@ -38,7 +38,7 @@ def machines(as_json: AsJson = False) -> None:
         table = Table("machine", "code", "kind", "powers", "description", box=None)
         for m in loaded:
             powers = "own" if m.has_powers else "estimated"
-            table.add_row(m.name, str(m.code), m.kind, powers, escape(m.description))
+            table.add_row(m.name, str(m.code), m.code.kind, powers, escape(m.description))
         out.print(table)
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from fiveaxis.collision.accessibility import Accessibility
 from fiveaxis.collision.obstacles import Obstacle
-from fiveaxis.collision.scene import links_of
 from fiveaxis.collision.solids import Solid, tool_solids
 from fiveaxis.collision.surroundings import Clearances, Surroundings
 from fiveaxis.geometry import Array, inverse_transform, product
@@ -83,7 +82,7 @@ def _log_obstacles(toolpath: Toolpath, obstacles: list[Obstacle]) -> None:
 def head_solids(machine: Machine) -> Iterator[Solid]:
     """Yield the head's cylinders about the tool axis, such as the spindle nose."""
     for body in machine.bodies:
-        if body.link != links_of(machine.code)[-1] or not isinstance(body.shape, Cylinder):
+        if body.link != machine.code.links[-1] or not isinstance(body.shape, Cylinder):
             continue
         frame = product(inverse_transform(machine.chain.tool_home), machine.machine_frame, body.shape.frame)
         on_axis = np.hypot(frame[0, 3], frame[1, 3]) < OFF_AXIS and abs(frame[2, 2]) > 1.0 - OFF_DIRECTION
@@ -124,7 +123,7 @@ def _solids_above_cut(tool: Tool, clearances: Clearances, extra: float) -> Itera
 def _table_bodies(machine: Machine) -> Iterator[tuple[str, Array]]:
     """Yield name and triangles, (f, 3, 3) mm, workpiece frame, of bodies that move with the workpiece."""
     for number, body in enumerate(machine.bodies):
-        if body.link == links_of(machine.code)[0]:
+        if body.link == machine.code.links[0]:
             frame = machine.machine_frame
             yield (
                 f"{body.link} body {number}",

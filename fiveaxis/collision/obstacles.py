@@ -137,11 +137,11 @@ def _near(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
 
     At any one height they are separate if they are so along the direction from the axis to the box's centre.
     """
-    height, span, square = 0.0, 0.0, 0.0
+    height, half_height, square = 0.0, 0.0, 0.0
     for k in range(3):
         middle = (box[0, k] + box[1, k]) / 2.0 - tip[k]
         height += middle * axis[k]
-        span += (box[1, k] - box[0, k]) / 2.0 * abs(axis[k])
+        half_height += (box[1, k] - box[0, k]) / 2.0 * abs(axis[k])
         square += middle * middle
     out = np.sqrt(max(square - height * height, 0.0))
     away = out * out
@@ -150,7 +150,7 @@ def _near(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
         away -= (box[1, k] - box[0, k]) / 2.0 * abs(middle - height * axis[k])
     # Both sides are multiplied by `out`, which may be 0.
     for f in range(len(frusta)):
-        low, high = max(frusta[f, 0], height - span), min(frusta[f, 2], height + span)
+        low, high = max(frusta[f, 0], height - half_height), min(frusta[f, 2], height + half_height)
         if low > high:
             continue
         slope = (frusta[f, 3] - frusta[f, 1]) / (frusta[f, 2] - frusta[f, 0])

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fiveaxis.collision.pieces import PairQuery, Piece
-from fiveaxis.collision.rapids import LONGEST_RETRACT
 from fiveaxis.collision.scene import BODY, PART, STOCK, TOOL_KINDS, Scene, SceneBody
 from fiveaxis.collision.surroundings import Clearances
+from fiveaxis.collision.travel import LONGEST_RETRACT
 from fiveaxis.geometry import inverse_transform, product
 from fiveaxis.toolpath.tool import CUTTER
 

@@ -70,11 +70,6 @@ class Scene:
     not_checked: tuple[str, ...] = ()
 
 
-def links_of(code: FormShapingCode) -> tuple[str, ...]:
-    """List the links from the workpiece to the tool."""
-    return (*code.table, BED, *code.head)
-
-
 def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Scene:
     """Place all bodies as they are with every axis at 0.
 
@@ -85,7 +80,7 @@ def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Sce
     MissingDependency
         coal isn't installed.
     """
-    links = links_of(machine.code)
+    links = machine.code.links
     standing, facts, gaps = _surrounding_bodies(surroundings, links[0])
     bodies, left_out = _machine_bodies(machine)
     return Scene(

@@ -16,8 +16,7 @@ import numpy as np
 
 from fiveaxis.collision.pairs import Pair
 from fiveaxis.collision.pieces import PairQuery, Piece
-from fiveaxis.collision.rapids import Stay, stays
-from fiveaxis.collision.travel import Stretch, Travel
+from fiveaxis.collision.travel import Stay, Stretch, Travel, stays
 from fiveaxis.geometry import Array, BoolArray, IntArray, product
 from fiveaxis.mesh.distance import encloses
 

@@ -12,7 +12,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh import TriangleTree
 from fiveaxis.mesh.kernels import STACK, box_gap, push_children
 
-# A crossing nearer to the contact than this share of the reach lies on the contact's own pass.
+# A crossing nearer to the contact than this share of the farthest distance lies on the contact's own pass.
 OWN = 1e-3
 # Passes of one wall don't end level with each other. A pass whose extension by this many moves holds the
 # nearest crossing is the contact's neighbour, so no pass farther away is.
@@ -20,7 +20,7 @@ BEYOND = 3.0
 
 
 def crossings(
-    points: Array, heading: Array, normals: Array, starts: IntArray, reach: float
+    points: Array, heading: Array, normals: Array, starts: IntArray, farthest: float
 ) -> tuple[IntArray, Array]:
     """Find the nearest cutting moves on either side of each contact that cross the plane normal to the feed.
 
@@ -28,7 +28,7 @@ def crossings(
     ----------
     points, heading, normals : (n, 3), mm and unit vectors; rows with a zero heading are skipped
     starts : (m,), rows from which a move leads to the next row
-    reach : mm
+    farthest : mm
 
     Returns
     -------
@@ -41,7 +41,9 @@ def crossings(
     over[1:, 0] = over[:-1, 1] = np.where(np.diff(starts) > 1, BEYOND, 0.0)
     over[0, 0] = over[-1, 1] = BEYOND
     tree = TriangleTree.build(np.stack([*ends, ends[1]], axis=1))
-    return _crossings(points, heading, normals, starts, tree.triangles, tree.boxes, tree.order, over, reach)
+    return _crossings(
+        points, heading, normals, starts, tree.triangles, tree.boxes, tree.order, over, farthest
+    )
 
 
 @compiled
@@ -54,13 +56,13 @@ def _crossings(
     boxes: Array,
     order: IntArray,
     over: Array,
-    reach: float,
+    farthest: float,
 ) -> tuple[IntArray, Array]:
     found = np.full((len(points), 2), -1, np.int64)
     shares = np.zeros((len(points), 2))
     for i in range(len(points)):
         if np.any(heading[i] != 0.0):
-            _cross(i, points, heading, normals, starts, segments, boxes, order, over, reach, found, shares)
+            _cross(i, points, heading, normals, starts, segments, boxes, order, over, farthest, found, shares)
     return found, shares
 
 
@@ -75,7 +77,7 @@ def _cross(
     boxes: Array,
     order: IntArray,
     over: Array,
-    reach: float,
+    farthest: float,
     found: IntArray,
     shares: Array,
 ) -> None:
@@ -84,7 +86,7 @@ def _cross(
     width = len(segments) // leaves
     p, h, n = points[i], heading[i], normals[i]
     b = np.array([n[1] * h[2] - n[2] * h[1], n[2] * h[0] - n[0] * h[2], n[0] * h[1] - n[1] * h[0]])
-    best = np.array([reach * reach, reach * reach])
+    best = np.array([farthest * farthest, farthest * farthest])
     waiting = np.empty(STACK, np.int64)
     waiting[0] = 1
     count = 1
@@ -108,7 +110,7 @@ def _cross(
                 continue
             apart = segments[k, 0] + t * (segments[k, 1] - segments[k, 0]) - p
             across, above = np.sum(apart * b), np.sum(apart * n)
-            if abs(across) < max(abs(above), OWN * reach):
+            if abs(across) < max(abs(above), OWN * farthest):
                 continue
             side = 0 if across > 0.0 else 1
             gap = np.sum(apart * apart)

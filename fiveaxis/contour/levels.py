@@ -24,7 +24,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fiveaxis.contour.walls import FLATTEST_WALL
+from fiveaxis.contour.options import FLATTEST_WALL
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, arcsin
 from fiveaxis.mesh import Surface
 

@@ -1,4 +1,4 @@
-"""The options of `plan_contour`, checked."""
+"""The options of `plan_contour`, checked, and the walls that they select."""
 
 from __future__ import annotations
 
@@ -8,16 +8,41 @@ from typing import Unpack
 
 import numpy as np
 
-from fiveaxis.contour.walls import FLATTEST_WALL
 from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray, product
 from fiveaxis.options import Direction, Order, PlanContour, Strategy, completed, options_of
 from fiveaxis.toolpath import Tool
 
+# Least angle between a wall's normal and that of the section planes; on flatter faces the passes would be too
+# far apart. Faces within the same angle of straight down lie on the table.
+FLATTEST_WALL = np.radians(10.0)
+# An overhanging wall's normal points at least this far below the horizontal.
+LEAST_OVERHANG = np.radians(1.0)
 # mm, default distance of the sections.
 STEP = 1.0
 # Finest step and spacing, as a share of the part's extent.
 FINEST_SHARE = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """The parts of the surface that a strategy cuts, selected by their normals.
+
+    Parameters
+    ----------
+    plane : (3,), unit normal of the section planes, workpiece frame
+    overhang : only walls whose normals point downward
+    """
+
+    plane: Array
+    overhang: bool = False
+
+    def keep(self, normals: Array) -> BoolArray:
+        """Check which normals, (n, 3) unit vectors in the workpiece frame, belong to walls, (n,)."""
+        across = product(normals, self.plane)
+        flattest = np.cos(FLATTEST_WALL)
+        wall: BoolArray = (np.abs(across) <= flattest) & (normals[:, 2] >= -flattest)
+        return wall & (normals[:, 2] <= -np.sin(LEAST_OVERHANG)) if self.overhang else wall
 
 
 @dataclass(frozen=True)
@@ -94,6 +119,11 @@ class PlanOptions:
         along = np.array([np.cos(angle), np.sin(angle), 0.0])
         plane = np.array([-along[1], along[0], 0.0])
         return np.array([along, np.cross(plane, along), plane])
+
+    @property
+    def walls(self) -> Walls:
+        """The part of the surface that is cut."""
+        return Walls(self.frame[2], self.overhang)
 
     @property
     def backward(self) -> bool:

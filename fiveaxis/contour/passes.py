@@ -11,7 +11,7 @@ import numpy as np
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.left_out import GOUGING, SHORT, LeftOut
-from fiveaxis.contour.walls import FLATTEST_WALL, Walls
+from fiveaxis.contour.options import FLATTEST_WALL, Walls
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
 from fiveaxis.mesh.surface import SHARP_EDGE
 
@@ -164,18 +164,18 @@ def neighbours(upper: Sequence[Pass], lower: Sequence[Pass], plane: Array) -> se
     if not upper or not lower:
         return set()
     gap = float(product(upper[0].contacts.points[0] - lower[0].contacts.points[0], plane))
-    reach = FARTHEST * abs(gap)
-    down = _nearest(lower, upper, reach)
-    return {(b, a) for a, b in down} | _nearest(upper, lower, reach)
+    farthest = FARTHEST * abs(gap)
+    down = _nearest(lower, upper, farthest)
+    return {(b, a) for a, b in down} | _nearest(upper, lower, farthest)
 
 
-def _nearest(own: Sequence[Pass], others: Sequence[Pass], reach: float) -> set[tuple[int, int]]:
+def _nearest(own: Sequence[Pass], others: Sequence[Pass], farthest: float) -> set[tuple[int, int]]:
     """Return pairs (own, other) for which the nearest contact to some contact of own lies on the other."""
     from scipy.spatial import cKDTree
 
     points, normals, owner = _touching_rows(own)
     other_points, other_normals, other_owner = _touching_rows(others)
-    distance, nearest = cKDTree(other_points).query(points, distance_upper_bound=reach)
+    distance, nearest = cKDTree(other_points).query(points, distance_upper_bound=farthest)
     found = np.isfinite(distance)
     owner, normals, nearest = owner[found], normals[found], nearest[found]
     same = np.einsum("ij,ij->i", normals, other_normals[nearest]) > np.cos(WIDEST_TURN)

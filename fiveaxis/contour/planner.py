@@ -27,7 +27,6 @@ from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
 from fiveaxis.contour.passes import Pass, split_passes
 from fiveaxis.contour.routes import Linker
 from fiveaxis.contour.spiral import Turns, join_spirals
-from fiveaxis.contour.walls import Walls
 from fiveaxis.errors import Infeasible, MeshError
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh import Surface, TriangleTree, Unit, mesh_size, size_findings, size_text, take_mesh
@@ -149,12 +148,11 @@ def _cut_levels(
 ) -> tuple[list[list[Pass]], LeftOut]:
     """Find the passes of every section, in descending order along the sections' normal."""
     turned = surface if options.strategy == "waterline" else surface.turned(options.frame)
-    walls = Walls(options.frame[2], options.overhang)
-    heights = _heights(surface, turned, walls, space.radius, options)
+    heights = _heights(surface, turned, space.radius, options)
     levels = []
     left_out = LeftOut()
     for done, height in enumerate(heights, start=1):
-        passes, lost = _cut_level(surface, turned, space, walls, options, height)
+        passes, lost = _cut_level(surface, turned, space, options, height)
         levels.append(passes)
         left_out += lost
         if progress is not None:
@@ -162,16 +160,16 @@ def _cut_levels(
     return levels, left_out
 
 
-def _heights(surface: Surface, turned: Surface, walls: Walls, radius: float, options: PlanOptions) -> Array:
+def _heights(surface: Surface, turned: Surface, radius: float, options: PlanOptions) -> Array:
     """Return the heights of the sections in their own frame, mm."""
     if options.scallop is None:
         return section_levels(turned, float(options.step or 0.0))
-    kept = walls.keep(surface.facet_normals) & (np.linalg.norm(surface.facet_normals, axis=1) > 0.5)
+    kept = options.walls.keep(surface.facet_normals) & (np.linalg.norm(surface.facet_normals, axis=1) > 0.5)
     return scallop_levels(turned, kept, radius=radius, scallop=options.scallop, step=options.step)
 
 
 def _cut_level(
-    surface: Surface, turned: Surface, space: BallSpace, walls: Walls, options: PlanOptions, height: float
+    surface: Surface, turned: Surface, space: BallSpace, options: PlanOptions, height: float
 ) -> tuple[list[Pass], LeftOut]:
     passes: list[Pass] = []
     left_out = LeftOut()
@@ -186,7 +184,7 @@ def _cut_level(
         found, lost = split_passes(
             contacts,
             space,
-            walls,
+            options.walls,
             spacing=options.spacing,
             min_length=options.min_length,
             crease=turned.crease,

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.contour.ball_space import CHORD_GOUGE
-from fiveaxis.contour.options import PlanOptions
-from fiveaxis.contour.walls import Walls
+from fiveaxis.contour.options import PlanOptions, Walls
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, product
 from fiveaxis.mesh import TriangleTree, Unit, facet_normals, mesh_size, take_mesh, tree_of
@@ -94,7 +93,7 @@ def path_quality(
     tree, facets = tree_of(mesh), facet_normals(np.array(mesh.triangles, dtype=float))
     options = PlanOptions.of(strategy=strategy, raster_angle=raster_angle, overhang=overhang)
     cuts = _Cuts.of(toolpath, tree)
-    heights, rows = _ridges(cuts, tree, facets, Walls(options.frame[2], overhang))
+    heights, rows = _ridges(cuts, tree, facets, options.walls)
     weight = cuts.weight[rows]
     total = float(weight.sum())
     return PlanReport(

@@ -75,7 +75,7 @@ class Linker:
         return 2.0 * (2.0 * self.space.radius + self.clearance)
 
     @property
-    def span(self) -> float:
+    def exit_length(self) -> float:
         """Length of a horizontal move, mm, that ends beside the part wherever it begins."""
         across = np.linalg.norm(self.bounds[1, :2] - self.bounds[0, :2], axis=-1)
         return float(across + 2.0 * self.space.radius + self.clearance)
@@ -164,7 +164,7 @@ class Linker:
 
     def _out_and_up(self, centre: Array, normal: Array) -> list[Array] | None:
         for direction in _compass(normal):
-            free = self.space.reach(centre, centre + self.span * direction)
+            free = self.space.reach(centre, centre + self.exit_length * direction)
             # Points closer together than the ball's radius would hardly differ.
             trials = min(TRIALS, int(np.ceil(free / self.space.radius)))
             for length in np.linspace(0.0, free, trials + 1)[1:]:

@@ -1,6 +1,6 @@
 """What motion costs: drives, totals, the power surface."""
 
-from fiveaxis.energy.block_costs import BlockCosts, block_costs
+from fiveaxis.energy.block_costs import BlockCosts, LeastCosts, block_costs, least_travel_costs
 from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energy, job_budget
 from fiveaxis.energy.calibration import calibrate_drive
 from fiveaxis.energy.calibration_record import Calibration, RunEnergy
@@ -20,13 +20,6 @@ from fiveaxis.energy.drilling import (
     drilling_removal_rate,
     idle_power,
 )
-from fiveaxis.energy.drilling_fits import (
-    fit_auxiliary_power,
-    fit_cutting_model,
-    fit_idle_power,
-    fit_removal_model,
-    fit_removal_speed_model,
-)
 from fiveaxis.energy.drives import (
     axis_powers,
     drive_power,
@@ -36,7 +29,6 @@ from fiveaxis.energy.drives import (
     travel_costs,
 )
 from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
-from fiveaxis.energy.least_costs import LeastCosts, least_travel_costs
 from fiveaxis.energy.milling import (
     absolute_sum_power,
     cutter_positions,
@@ -49,7 +41,6 @@ from fiveaxis.energy.milling import (
     transport_velocity,
     wrench_power,
 )
-from fiveaxis.energy.origin import power_findings
 from fiveaxis.energy.path_feed import path_feed
 from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
 from fiveaxis.energy.totals import (
@@ -98,11 +89,6 @@ __all__ = [
     "drilling_removal_rate",
     "drive_power",
     "energy_draws",
-    "fit_auxiliary_power",
-    "fit_cutting_model",
-    "fit_idle_power",
-    "fit_removal_model",
-    "fit_removal_speed_model",
     "gravity_forces",
     "idle_power",
     "job_budget",
@@ -117,7 +103,6 @@ __all__ = [
     "net_power",
     "path_feed",
     "posture_costs",
-    "power_findings",
     "power_surface",
     "removal_rate",
     "revolution_average",

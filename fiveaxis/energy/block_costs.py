@@ -1,4 +1,7 @@
-"""Energy that a block costs each drive: a constant part while the axis moves, and a part for its travel."""
+"""Energy that a block costs each drive, and the least that travel costs at whatever speed.
+
+A block costs a constant part while the axis moves, and a part for its travel.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.energy.drives import moving_powers, require_drive, travel_costs
+from fiveaxis.energy.drives import gravity_forces, moved_weights, moving_powers, require_drive, travel_costs
+from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.machine import Machine
+from fiveaxis.machine import AffineDrive, Axis, DirectionalDrive, Drive, FrictionDrive, Machine, WeightDrive
 
 # Share of a block's cost that is rounding.
 ROUNDING = 1e-6
@@ -16,7 +20,7 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class BlockCosts:
-    """Energy of n blocks by axis: ``slope |Δ| + max(standing, standing |Δ| / reach)`` where an axis moves.
+    """Energy of n blocks by axis: ``slope |Δ| + max(standing, standing |Δ| / measured)`` where an axis moves.
 
     The measured power of a linear drive doesn't depend on its speed, so an axis that moves at all pays for
     the whole block. This holds up to the fastest measured speed; a faster axis pays for its travel as at that
@@ -28,13 +32,13 @@ class BlockCosts:
     ----------
     slope : (2, n, k), J/mm and J/rad, while the axis value grows and while it falls
     standing : (2, n, k), J, constant part of a block in which the axis moves
-    reach : (n, k), mm and rad, travel in the block at the fastest measured speed; infinite where unknown
+    measured : (n, k), mm and rad, travel in the block at the fastest measured speed; infinite where unknown
     step : (n, k), mm and rad, travel at the programmed feed
     """
 
     slope: Array
     standing: Array
-    reach: Array
+    measured: Array
     step: Array
 
     @classmethod
@@ -50,13 +54,13 @@ class BlockCosts:
             return np.add.reduceat(steps[..., : rows[-1], :], rows[:-1], axis=-2)
 
         slope = summed(self.slope) / np.diff(rows)[:, None]
-        return BlockCosts(slope, summed(self.standing), summed(self.reach), summed(self.step))
+        return BlockCosts(slope, summed(self.standing), summed(self.measured), summed(self.step))
 
     def backwards(self) -> BlockCosts:
         """Return the costs of the same blocks on the way back, the last one first."""
         steps = np.arange(len(self.step))[::-1]
         slope, standing = (np.ascontiguousarray(part[::-1, steps]) for part in (self.slope, self.standing))
-        return BlockCosts(slope, standing, self.reach[steps], self.step[steps])
+        return BlockCosts(slope, standing, self.measured[steps], self.step[steps])
 
     @property
     def has_constant_power(self) -> bool:
@@ -81,7 +85,7 @@ class BlockCosts:
         ----------
         Candès, Wakin & Boyd, "Enhancing sparsity by reweighted l1 minimization", 2008, section 2.
         """
-        over = np.where(travel > self.reach, self.reach, travel + sharpness * self.step)
+        over = np.where(travel > self.measured, self.measured, travel + sharpness * self.step)
         plus, minus = self.slope + np.divide(
             self.standing, over, out=np.zeros_like(self.standing), where=over > 0.0
         )
@@ -113,12 +117,95 @@ def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *
     """
     rapid = np.zeros(len(feed), dtype=bool) if rapid is None else rapid
     travel = np.stack(travel_costs(machine, feed, rapid))
-    rotary = np.array([axis.is_rotary for axis in machine.axes])
-    speed = np.where(rotary, np.radians(feed)[:, None], feed[:, None])
+    speed = np.where(machine.is_rotary, np.radians(feed)[:, None], feed[:, None])
     moving = np.where(rapid[:, None], 0.0, moving_powers(machine)[:, None])
     fastest = [require_drive(machine, axis).measured_to for axis in machine.axes]
     most = np.array([np.inf if v is None else v for v in fastest])
     # What the travel metric charges beyond the constant part grows with speed.
     slope = np.maximum(travel - moving / np.minimum(speed, most), 0.0)
-    reach = np.array([np.full(len(time), np.inf) if v is None else v * time for v in fastest]).T
-    return BlockCosts(slope, moving * time[:, None], reach, speed * time[:, None])
+    measured = np.array([np.full(len(time), np.inf) if v is None else v * time for v in fastest]).T
+    return BlockCosts(slope, moving * time[:, None], measured, speed * time[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class LeastCosts:
+    """Least energy of travel, however fast.
+
+    Parameters
+    ----------
+    plus, minus : (k,), J/mm and J/rad, while an axis value grows and falls; their sum isn't below 0, one of
+        them is where a braking drive returns power
+    standing : W, drawn at all times
+    """
+
+    plus: Array
+    minus: Array
+    standing: float
+
+
+def least_travel_costs(machine: Machine) -> LeastCosts:
+    """Compute the least energy of travel by axis at any speed up to the axis's highest.
+
+    A power that doesn't depend on speed costs the least at the highest speed, and nothing where that isn't
+    known. Of a friction drive counts what it does against friction and gravity: between two standstills the
+    work of acceleration is zero at best, and heat of the motor and viscous friction only add to it.
+
+    Raises
+    ------
+    MachineError
+        The power of an axis isn't known, or gravity's load on a drive that returns power depends on the
+        posture.
+    """
+    forces = gravity_forces(machine, np.zeros((1, len(machine.axes))))[0]
+    weights = moved_weights(machine)
+    costs = np.zeros((2, len(machine.axes)))
+    standing = 0.0
+    for column, axis in enumerate(machine.axes):
+        drive = require_drive(machine, axis)
+        slowness = 1.0 / axis.max_speed if axis.max_speed else 0.0
+        if isinstance(drive, FrictionDrive):
+            standing += drive.hold
+            costs[:, column] = drive.moving * slowness
+            if _is_constant(machine, axis):
+                costs[:, column] += _mechanical(drive, float(forces[column]))
+            elif drive.regeneration > 0.0:
+                raise MachineError(
+                    f"the drive of {axis.letter} of machine {machine.name!r} returns power, and gravity's "
+                    "load on it depends on the posture: no lower bound of its energy is known; set its "
+                    "regeneration to 0 or minimise travel"
+                )
+        else:
+            costs[:, column] = [_tabled(drive, side, slowness, float(weights[column])) for side in (0, 1)]
+    return LeastCosts(costs[0], costs[1], standing)
+
+
+def _tabled(drive: Drive, side: int, slowness: float, weight: float) -> float:
+    """Least cost of a drive whose power depends on its speed only; slowness is that of the highest speed."""
+    if isinstance(drive, DirectionalDrive):
+        level = (drive.plus, drive.minus)[side]
+        return level if drive.proportional else level * slowness
+    if isinstance(drive, AffineDrive):
+        slope, offset = (drive.plus, drive.minus)[side]
+        return slope + offset * slowness
+    if isinstance(drive, WeightDrive):
+        return weight * (drive.a / 1000.0 + drive.b * slowness)
+    raise TypeError(f"no least cost for {type(drive).__name__}")
+
+
+def _mechanical(drive: FrictionDrive, gravity: float) -> list[float]:
+    """Least electrical energy of a steady load, J/mm or J/rad, upwards and downwards."""
+    held = gravity - drive.counterbalance
+    loads = drive.friction + held, drive.friction - held
+    return [load / drive.efficiency if load > 0.0 else load * drive.regeneration for load in loads]
+
+
+def _is_constant(machine: Machine, axis: Axis) -> bool:
+    """Check whether gravity's load on an axis is the same in every posture."""
+    table, head = machine.code.table, machine.code.head
+    on_table = axis.letter in table
+    if axis.is_rotary:
+        own = bool(axis.moved_mass) and axis.mass_centre is not None
+        return not own and not (on_table and machine.load.mass > 0.0)
+    # Axes between this one and the bed, which turn its direction.
+    before = table[table.index(axis.letter) + 1 :] if on_table else head[: head.index(axis.letter)]
+    return not any(machine.axes[machine.column(letter)].is_rotary for letter in before)

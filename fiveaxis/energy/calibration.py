@@ -10,24 +10,18 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 
 from fiveaxis.energy.calibration_record import Calibration, Coefficient, RunEnergy, held_out_error
-from fiveaxis.energy.drive_terms import STANDING, AxisFacts, require_facts
-from fiveaxis.energy.log_columns import LogColumns, require_columns
-from fiveaxis.energy.log_fits import (
-    ROWS_PER_TERM,
-    LogFit,
-    fit_logs,
-    r_squared,
-    record_of,
-    require_fit,
-    steady_rows,
-)
+from fiveaxis.energy.drive_fits import ROWS_PER_TERM, LogFit, fit_logs, r_squared, require_fit, steady_rows
+from fiveaxis.energy.drive_terms import STANDING, AxisFacts
+from fiveaxis.energy.log_columns import LogColumns
 from fiveaxis.energy.motion_log import AxisLog, join_logs, read_axis_log, require_motion
 from fiveaxis.errors import InputError, SettingError
 from fiveaxis.geometry import product
+from fiveaxis.options import Calibrate, FitDrive, ReadLog, completed, options_of, spelled_out
 
 # Share of the highest speed that the noise of a scale, or of a differentiated position, shows at rest.
 STILL_SHARE = 0.005
@@ -37,6 +31,7 @@ IDLE_NOISE = 3.0  # multiple of the noise below which a power at standstill coun
 Log = str | Path
 
 
+@spelled_out(Calibrate)
 def calibrate_drive(
     log: Log | Sequence[Log],
     *,
@@ -44,27 +39,8 @@ def calibrate_drive(
     model: str,
     power: str,
     power_unit: str | None = None,
-    velocity: str | None = None,
-    velocity_unit: str | None = None,
-    acceleration: str | None = None,
-    acceleration_unit: str | None = None,
-    position: str | None = None,
-    position_unit: str | None = None,
-    time: str | None = None,
-    time_unit: str | None = None,
-    rate: float | None = None,
-    longest_step: float | None = None,
-    nominal_power: float | None = None,
-    nominal_current: float | None = None,
-    voltage: float | None = None,
-    moved_mass: float | None = None,
-    gravity: float | None = None,
-    max_acceleration: float | None = None,
-    standstill: float | None = None,
-    efficiency: float = 1.0,
-    terms: Sequence[str] | None = None,
-    proportional: bool = False,
     hold_out: Log | Sequence[Log] = (),
+    **given: Unpack[Calibrate],
 ) -> Calibration:
     """Fit a drive model to logs of an axis.
 
@@ -78,26 +54,8 @@ def calibrate_drive(
         held out, each of these is held out in turn from a fit of the others
     axis : its letter
     model : friction, affine, weight or directional
-    power, velocity, acceleration, position, time : names of columns; missing ones are derived
-        (`read_axis_log`). Position beside velocity and time checks the velocity and shows gaps
-    power_unit, velocity_unit, acceleration_unit, position_unit, time_unit : of each named column; none is
-        assumed. Power in W or kW, in % of a nominal power, or in A of a known voltage
-    rate : rows per second, in place of a time column
-    longest_step : s, a longer step between rows is a gap; 10 times the median step by default
-    nominal_power : W, of 100 %
-    nominal_current : A, of 100 %, with the voltage
-    voltage : W per A: of a DC supply, or √3 U cos φ of three phases
-    moved_mass : kg, everything that the linear axis moves, with workpiece and fixture; the weight model needs
-        it, and so does friction unless `max_acceleration` keeps steady rows only
-    gravity : N or N·m that the axis holds while its value grows, for friction; 9.81 N per kg of a Z that
-        lifts its mass. Required for Z, 0 for the others by default
-    max_acceleration : mm/s² or deg/s², rows that accelerate more are dropped
-    standstill : mm/s or deg/s, speed that counts as standstill; 0.5 % of the highest by default
-    efficiency : η, of a friction drive
-    terms : of a friction drive; by default friction and viscous, counterbalance if there is gravity, inertia
-        of a rotary axis without `max_acceleration`, and hold if there are rows at standstill. Copper and
-        regeneration only if named
-    proportional : whether a directional table is W per speed instead of W
+    power : column of the power, of the load in % of a nominal power, or of the current at a known voltage
+    power_unit : W, kW, % or A; like the unit of every other named column it is stated, and none is assumed
     hold_out : logs that aren't fitted, but priced with the drive
 
     Returns
@@ -118,48 +76,22 @@ def calibrate_drive(
     Directional: Hayashi et al. (2018), power table. Affine and weight: Edem & Balogun (2018), Eqs. (5) and
     (1). Fit and intervals: `drive_fits`.
     """
-    facts = AxisFacts(
-        axis,
-        model,
-        moved_mass,
-        gravity,
-        max_acceleration,
-        standstill,
-        efficiency,
-        None if terms is None else tuple(terms),
-        proportional,
-    )
-    require_facts(facts)
-    columns = LogColumns(
-        power=power,
-        power_unit=power_unit,
-        velocity=velocity,
-        velocity_unit=velocity_unit,
-        acceleration=acceleration,
-        acceleration_unit=acceleration_unit,
-        position=position,
-        position_unit=position_unit,
-        time=time,
-        time_unit=time_unit,
-        rate=rate,
-        longest_step=longest_step,
-        nominal_power=nominal_power,
-        nominal_current=nominal_current,
-        voltage=voltage,
-    )
-    require_columns(columns, rotary=facts.rotary)
+    options = completed(Calibrate, given)
+    reading, fitting = ({n: options[n] for n in options_of(group)} for group in (ReadLog, FitDrive))
+    facts = AxisFacts.of(axis, model, **fitting)
+    columns = LogColumns.of(power, power_unit, rotary=facts.rotary, **reading)
     logs, held_out = _listed(log), _listed(hold_out)
     _require_choice(logs, held_out, columns, facts)
-    runs = [read_axis_log(one, columns, rotary=facts.rotary) for one in logs]
-    others = [read_axis_log(one, columns, rotary=facts.rotary) for one in held_out]
-    require_motion(join_logs(runs), columns, rotary=facts.rotary)
+    runs = [read_axis_log(one, columns) for one in logs]
+    others = [read_axis_log(one, columns) for one in held_out]
+    require_motion(join_logs(runs), columns)
     still = _standstill(join_logs(runs), facts)
     runs, others = ([_with_rests(run, still) for run in group] for group in (runs, others))
     _require_watts(join_logs(runs), columns)
     fit = fit_logs(runs, facts)
     require_fit(fit)
     names = tuple(Path(run.file).name for run in runs)
-    return _assess(fit, names, _energies(runs, others, fit, facts), columns, facts)
+    return _assess(fit, names, _energies(runs, others, fit), columns)
 
 
 def _listed(logs: Log | Sequence[Log]) -> list[Log]:
@@ -175,25 +107,25 @@ def _require_choice(
     twice = [path for path, count in Counter(map(Path, (*logs, *hold_out))).items() if count > 1]
     if twice:
         raise SettingError(f"{twice[0]} is given twice; fit it or hold it out, once")
-    if len(logs) + len(hold_out) > 1 and columns.time is None and columns.rate is None:
+    if len(logs) + len(hold_out) > 1 and not columns.has_time:
         raise SettingError("the energy of several runs needs the time: name its column, or the rate in Hz")
     if not columns.signed and "regeneration" in (facts.terms or ()):
         raise SettingError(
-            f"a power in {columns.power_unit} has no sign and doesn't show regeneration; leave this term out"
+            f"a power in {columns.units['power']} has no sign and doesn't show regeneration; "
+            "leave this term out"
         )
 
 
 def _standstill(rows: AxisLog, facts: AxisFacts) -> float:
     """Return the speed up to which an axis stands, mm/s or rad/s."""
     highest = float(np.abs(rows.speed).max(initial=0.0))
-    unit = np.radians(1.0) if facts.rotary else 1.0
     if highest == 0.0 and len(rows):
         raise InputError("the axis stands still in every row; log moves of this axis", file=rows.file)
-    still = STILL_SHARE * highest if facts.standstill is None else facts.standstill * unit
+    still = STILL_SHARE * highest if facts.standstill is None else facts.standstill * facts.unit
     if highest <= still and len(rows):
         shown = "deg/s" if facts.rotary else "mm/s"
         raise InputError(
-            f"every row is at standstill, the fastest at {highest / unit:g} {shown}; lower that speed",
+            f"every row is at standstill, the fastest at {highest / facts.unit:g} {shown}; lower that speed",
             file=rows.file,
         )
     return still
@@ -208,10 +140,9 @@ def _require_watts(rows: AxisLog, columns: LogColumns) -> None:
     """Raise if the load is in % and nothing says of how many watts; tell what it shows."""
     if not columns.is_load or columns.nominal is not None:
         return
-    rest = rows.speed == 0.0
     shares = [
         f"{float(np.median(rows.power[some])):.3g} % {word} (median of {int(some.sum())} rows)"
-        for word, some in (("standing", rest), ("moving", ~rest))
+        for word, some in (("standing", ~rows.moving), ("moving", rows.moving))
         if some.any()
     ]
     raise InputError(
@@ -221,9 +152,7 @@ def _require_watts(rows: AxisLog, columns: LogColumns) -> None:
     )
 
 
-def _energies(
-    runs: Sequence[AxisLog], others: Sequence[AxisLog], fit: LogFit, facts: AxisFacts
-) -> tuple[RunEnergy, ...]:
+def _energies(runs: Sequence[AxisLog], others: Sequence[AxisLog], fit: LogFit) -> tuple[RunEnergy, ...]:
     """Price every run with a drive; without others, each run that moves with a fit of the rest.
 
     Raises
@@ -233,36 +162,36 @@ def _energies(
     """
     if others:
         return (
-            *(_energy(run, fit, facts, held_out=False) for run in runs),
-            *(_energy(run, fit, facts, held_out=True) for run in others),
+            *(_energy(run, fit, held_out=False) for run in runs),
+            *(_energy(run, fit, held_out=True) for run in others),
         )
     moving = [run for run in runs if run.speed.any()]
     found = []
     for run in moving if len(moving) > 1 else ():
         try:
-            rest = fit_logs([one for one in runs if one is not run], facts)
+            rest = fit_logs([one for one in runs if one is not run], fit.facts)
         except InputError as fault:
             name = Path(run.file).name
             raise InputError(
                 f"{fault} (without {name}, held out in turn; name the runs to hold out)"
             ) from None
-        found.append(_energy(run, rest, facts, held_out=True))
+        found.append(_energy(run, rest, held_out=True))
     return tuple(found)
 
 
-def _energy(run: AxisLog, fit: LogFit, facts: AxisFacts, *, held_out: bool) -> RunEnergy:
-    record, steady = record_of(run, facts), steady_rows(run, facts)
-    power, time = fit.power(record), run.duration
+def _energy(run: AxisLog, fit: LogFit, *, held_out: bool) -> RunEnergy:
+    steady = steady_rows(run, fit.facts)
+    power, time = fit.power(run), run.duration
     return RunEnergy(
         name=Path(run.file).name,
         held_out=held_out,
         rows=int(steady.sum()),
         time=float(time[steady].sum()),
-        measured=float(product(record.power[steady], time[steady])),
+        measured=float(product(run.power[steady], time[steady])),
         fitted=float(product(power[steady], time[steady])),
-        r_squared=r_squared(record.power[steady], power[steady]),
+        r_squared=r_squared(run.power[steady], power[steady]),
         whole_time=float(time.sum()),
-        whole_measured=float(product(record.power, time)),
+        whole_measured=float(product(run.power, time)),
         whole_fitted=float(product(power, time)),
         dropped=run.dropped,
         gaps=run.gaps,
@@ -270,10 +199,10 @@ def _energy(run: AxisLog, fit: LogFit, facts: AxisFacts, *, held_out: bool) -> R
 
 
 def _assess(
-    fit: LogFit, names: tuple[str, ...], runs: tuple[RunEnergy, ...], columns: LogColumns, facts: AxisFacts
+    fit: LogFit, names: tuple[str, ...], runs: tuple[RunEnergy, ...], columns: LogColumns
 ) -> Calibration:
-    record, rows = fit.record, fit.rows
-    fitted, moving = fit.power(record), record.moving
+    rows, facts = fit.rows, fit.facts
+    fitted, moving = fit.power(rows), rows.moving
     coefficients = tuple(
         Coefficient(t.name, value, t.unit, max(value - half, t.low), min(value + half, t.high))
         for t, value, half in zip(
@@ -287,29 +216,29 @@ def _assess(
         drive=fit.model.drive(fit.values),
         coefficients=coefficients,
         left_out=fit.left_out,
-        r_squared=r_squared(record.power, fitted),
-        r_squared_moving=r_squared(record.power[moving], fitted[moving]),
-        residual_rms=float(np.sqrt(np.mean((record.power - fitted) ** 2))),
+        r_squared=r_squared(rows.power, fitted),
+        r_squared_moving=r_squared(rows.power[moving], fitted[moving]),
+        residual_rms=float(np.sqrt(np.mean((rows.power - fitted) ** 2))),
         noise=fit.robust.scale,
         standstill_power=fit.idle,
         standstill_rows=fit.idle_rows,
-        moving_power=float(np.median(record.power[moving])),
+        moving_power=float(np.median(rows.power[moving])),
         nominal=columns.nominal,
         rows=len(rows),
         dropped=rows.dropped,
         gaps=rows.gaps,
         source=rows.source,
-        note=_note(fit, runs, columns, facts),
+        note=_note(fit, runs, columns),
         runs=runs,
-        speed=record.speed,
-        power=record.power,
+        speed=rows.speed,
+        power=rows.power,
         fitted=fitted,
     )
 
 
-def _note(fit: LogFit, runs: Sequence[RunEnergy], columns: LogColumns, facts: AxisFacts) -> str:
+def _note(fit: LogFit, runs: Sequence[RunEnergy], columns: LogColumns) -> str:
     """List the assumptions behind the coefficients, and what the fit left out."""
-    parts = []
+    parts, facts = [], fit.facts
     if not columns.signed:
         each = f"load of {columns.nominal:g} W" if columns.is_load else f"current at {columns.voltage:g} V"
         parts.append(f"power from a {each}, without sign: braking counts as pushing")
@@ -331,7 +260,7 @@ def _note(fit: LogFit, runs: Sequence[RunEnergy], columns: LogColumns, facts: Ax
 def _standing_notes(fit: LogFit) -> list[str]:
     """Say where the power at standstill is."""
     standing = fit.model.standing(fit.values)
-    if standing > NEGLIGIBLE * float(np.median(np.abs(fit.record.power[fit.record.moving]))):
+    if standing > NEGLIGIBLE * float(np.median(np.abs(fit.rows.power[fit.rows.moving]))):
         rows = f"fitted to {fit.idle_rows} rows"
         return [f"{standing:.4g} W at standstill, {rows}, aren't in this drive; add them to the base power"]
     if any(term.name in ("hold", "copper", STANDING) for term in fit.model.terms):

@@ -1,4 +1,4 @@
-r"""Robust fits of the drive models, in the units of a machine file, with confidence intervals.
+r"""Robust fits of the drive models to logs, in the units of a machine file, with confidence intervals.
 
 The fit uses `drive_power` itself, so that a model and its fit can't diverge. It minimises ``Σ ρ(r_i / s)``
 with ``ρ(u) = 2 (sqrt(1 + u²) − 1)``, quadratic for small residuals r and linear for outliers (SciPy's soft
@@ -20,15 +20,21 @@ correction by leverages h, HC3). Newey & West (1987), Econometrica 55, 703; lags
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.energy.drive_terms import DriveModel
+from fiveaxis.energy.drive_terms import STANDING, AxisFacts, DriveModel, choose_model
 from fiveaxis.energy.drives import drive_power
+from fiveaxis.energy.motion_log import AxisLog, join_logs
+from fiveaxis.errors import InputError, SettingError
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.machine import Drive
+from fiveaxis.machine.powers import GRAVITY
+
+logger = logging.getLogger(__name__)
 
 CONFIDENCE = 0.95
 NORMAL_MAD = 1.4826  # standard deviation of normal noise over its median absolute value
@@ -38,38 +44,12 @@ STEADIER = 0.01  # least scale of the rows at standstill, over that in motion: t
 # A column of the Jacobian with a smaller part orthogonal to the others can't be identified.
 OWN_SHARE = 1e-3
 STEP = 1e-6  # relative step of the differences
-
-
-@dataclass(frozen=True, eq=False)
-class Record:
-    """Motion and power of an axis in the units of `drive_power`; (n,) each, or a scalar for the whole log."""
-
-    speed: Array
-    power: Array
-    acceleration: Array | float = 0.0
-    gravity: float = 0.0
-    weight: float = 0.0
-    inertia: float = 0.0
-
-    @property
-    def moving(self) -> BoolArray:
-        """Rows in motion, (n,)."""
-        return self.speed != 0.0
-
-    def predict(self, drive: Drive) -> Array:
-        """Compute the power that a drive would have drawn, (n,) W."""
-        return drive_power(
-            drive,
-            self.speed,
-            acceleration=self.acceleration,
-            gravity=self.gravity,
-            weight=self.weight,
-            inertia=self.inertia,
-        )
-
-    def explain(self, model: DriveModel, values: Sequence[float] | Array) -> Array:
-        """Compute the power that a model with these values gives, (n,) W, also what isn't the drive's."""
-        return self.predict(model.drive(values)) + model.standing(values)
+STANDSTILL = "standstill, too few for a term"
+WORST_FIT = -0.1  # R² below this is no fit; it is about 0 where the power hardly varies
+ROWS_PER_TERM = 10
+# Share of an interval's half-width: the solver stays inside the bounds by a hair, not worth printing.
+AT_BOUND = 1e-6
+DIGITS = 6  # of a coefficient in the machine file; its interval is far wider
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,13 +70,151 @@ class RobustFit:
     unidentified: tuple[str, ...]
 
 
-def fit_model(model: DriveModel, record: Record) -> RobustFit:
-    """Fit a model's terms to a record within their bounds.
+@dataclass(frozen=True, eq=False)
+class LogFit:
+    """A model fitted to logs.
 
     Parameters
     ----------
-    model : its terms
-    record : more rows than terms
+    rows : the ones in use, of all logs
+    facts : of the axis
+    model : its identified terms
+    robust : the optimum
+    values : (p,), of the terms, as a machine file has them
+    left_out : names of terms that the rows can't identify
+    idle : W, median of the rows at standstill; None without any
+    idle_rows : how many they are
+    """
+
+    rows: AxisLog
+    facts: AxisFacts
+    model: DriveModel
+    robust: RobustFit
+    values: tuple[float, ...]
+    left_out: tuple[str, ...]
+    idle: float | None
+    idle_rows: int
+
+    def power(self, rows: AxisLog) -> Array:
+        """Compute the power of these or other rows, (n,) W."""
+        return _explain(self.model, self.values, rows, self.facts)
+
+
+def fit_logs(runs: Sequence[AxisLog], facts: AxisFacts) -> LogFit:
+    """Fit the model to the steady rows of logs, less the terms that these can't identify.
+
+    Parameters
+    ----------
+    runs : with speed 0 exactly where the axis stands
+    facts : of the axis
+
+    Raises
+    ------
+    SettingError
+        The acceleration is needed and isn't known.
+    InputError
+        The rows are too few, or can't separate the terms of a model that needs them all.
+    """
+    rows = join_logs(runs)
+    rows = rows.without(~steady_rows(rows, facts), "acceleration above the bound")
+    at_rest = rows.speed == 0.0
+    idle, idle_rows = float(np.median(rows.power[at_rest])) if at_rest.any() else None, int(at_rest.sum())
+    model = choose_model(facts, standing=idle_rows >= ROWS_PER_TERM)
+    if facts.model != "friction" and idle_rows < ROWS_PER_TERM:
+        # At rest these models give 0 whatever their coefficients.
+        rows = rows.without(at_rest, STANDSTILL)
+    _require_content(rows, model)
+    robust, left_out = _fit_model(model, rows, facts), tuple[str, ...]()
+    while robust.unidentified:
+        if facts.model != "friction":
+            raise InputError(
+                f"the rows can't separate {' and '.join(robust.unidentified)} from the other coefficients "
+                f"({', '.join(t.name for t in model.terms)}); log several speeds in both directions",
+                file=rows.file,
+            )
+        left_out += robust.unidentified
+        model = model.without(robust.unidentified)
+        robust = _fit_model(model, rows, facts)
+    values = tuple(
+        t.low if value - t.low <= AT_BOUND * half else float(f"{value:.{DIGITS}g}")
+        for t, value, half in zip(model.terms, robust.values, robust.half_widths, strict=True)
+    )
+    omitted = f", without {', '.join(left_out)}" if left_out else ""
+    logger.info("%s: %s model to %d rows%s", Path(rows.file).name, facts.model, len(rows), omitted)
+    for reason, count in rows.dropped.items():
+        logger.debug("dropped %d rows: %s", count, reason)
+    return LogFit(rows, facts, model, robust, values, left_out, idle, idle_rows)
+
+
+def steady_rows(rows: AxisLog, facts: AxisFacts) -> BoolArray:
+    """Find the rows within the bound of acceleration, (n,); raise if one is needed and isn't known."""
+    if facts.max_acceleration is None and not facts.dynamic:
+        return np.ones(len(rows), dtype=bool)
+    if rows.acceleration is None:
+        raise SettingError(
+            "the acceleration is needed: name its column, or the time's, or give the rate in Hz"
+        )
+    if facts.max_acceleration is None:
+        return np.ones(len(rows), dtype=bool)
+    return np.asarray(np.abs(rows.acceleration) <= facts.max_acceleration * facts.unit)
+
+
+def _explain(model: DriveModel, values: Sequence[float] | Array, rows: AxisLog, facts: AxisFacts) -> Array:
+    """Compute the power that a model with these values gives, (n,) W, also what isn't the drive's."""
+    mass = facts.moved_mass or 0.0
+    power = drive_power(
+        model.drive(values),
+        rows.speed,
+        acceleration=rows.acceleration if facts.dynamic and rows.acceleration is not None else 0.0,
+        gravity=(facts.gravity or 0.0) / (1.0 if facts.rotary else 1000.0),
+        weight=mass * GRAVITY,
+        inertia=mass * 1e-6,
+    )
+    return power + model.standing(values)
+
+
+def _require_content(rows: AxisLog, model: DriveModel) -> None:
+    """Raise if a log can't identify the coefficients, whatever they are."""
+    moving = int(np.count_nonzero(rows.speed))
+    # The rows at standstill tell a constant power, if they suffice.
+    constant = (STANDING, "hold") if len(rows) - moving >= ROWS_PER_TERM else ()
+    own = [term for term in model.terms if term.name not in constant]
+    least = ROWS_PER_TERM * len(own)
+    if moving < least:
+        lost = "".join(f"; {count} dropped: {reason}" for reason, count in rows.dropped.items())
+        raise InputError(
+            f"{moving} rows in motion are too few for {len(own)} coefficients, which need {least}{lost}",
+            file=rows.file,
+        )
+    for quantity, values in {"velocity": rows.speed, "power": rows.power}.items():
+        if np.ptp(values) <= 1e-12 * np.abs(values).max():
+            raise InputError(
+                f"the {quantity} is the same in all {len(rows)} remaining rows; log moves of different "
+                "speeds in both directions",
+                file=rows.file,
+            )
+
+
+def require_fit(fit: LogFit) -> None:
+    """Raise if the power's mean explains it better than the fit: the coefficients then mean nothing."""
+    worth = r_squared(fit.rows.power, fit.power(fit.rows))
+    if worth < WORST_FIT:
+        rest = "" if fit.idle is None else f" (the column has {fit.idle:.4g} W at standstill)"
+        raise InputError(
+            f"the model explains the power worse than its mean: R² is {worth:.3g}{rest}; log the drive's own "
+            "power, without the machine's base power, or fit other terms",
+            file=fit.rows.file,
+        )
+
+
+def r_squared(power: Array, fitted: Array) -> float:
+    """Compute 1 − Σ r² / Σ (P − mean P)²; 0 where the power doesn't vary."""
+    spread = float(np.sum((power - power.mean()) ** 2)) if len(power) else 0.0
+    return 1.0 - float(np.sum((power - fitted) ** 2)) / spread if spread > 0.0 else 0.0
+
+
+def _fit_model(model: DriveModel, rows: AxisLog, facts: AxisFacts) -> RobustFit:
+    """Fit a model's terms to rows, more than terms, within their bounds.
 
     Returns
     -------
@@ -105,13 +223,13 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
     from scipy.optimize import least_squares
 
     def residuals(values: Array) -> Array:
-        return record.explain(model, values) - record.power
+        return _explain(model, values, rows, facts) - rows.power
 
     bounds = np.array([(t.low, t.high) for t in model.terms]).T
-    start = values = _start(model, record)
-    floor = 1e-9 * float(np.abs(record.power).max())
-    moving = record.moving
-    scale, still = _scales(record.power - _medians(record.power, moving), moving, floor)
+    start = values = _start(model, rows, facts)
+    floor = 1e-9 * float(np.abs(rows.power).max())
+    moving = rows.moving
+    scale, still = _scales(rows.power - _medians(rows.power, moving), moving, floor)
     for _ in range(ROUNDS):
         scales = np.where(moving, scale, still)
         found = least_squares(
@@ -138,13 +256,13 @@ def fit_model(model: DriveModel, record: Record) -> RobustFit:
     return RobustFit(values, widths, scale, ())
 
 
-def _start(model: DriveModel, record: Record) -> Array:
+def _start(model: DriveModel, rows: AxisLog, facts: AxisFacts) -> Array:
     """Start where each term explains its share of the power: the right order of magnitude in any unit."""
     values = np.zeros(len(model.terms))
-    share = np.sqrt(np.mean(record.power**2)) / len(values)
+    share = np.sqrt(np.mean(rows.power**2)) / len(values)
     for i, term in enumerate(model.terms):
         step = np.where(np.arange(len(values)) == i, 1.0, 0.0)
-        change = record.explain(model, values + step) - record.explain(model, values)
+        change = _explain(model, values + step, rows, facts) - _explain(model, values, rows, facts)
         size = float(np.sqrt(np.mean(change**2)))
         if np.isfinite(term.low) and size > 0.0:
             values[i] = min(share / size, 0.5 * term.high)

@@ -20,9 +20,9 @@ from fiveaxis.machine import (
     Machine,
     WeightDrive,
 )
+from fiveaxis.machine.powers import GRAVITY
 from fiveaxis.motion import rapid_speeds, standing_speeds
 
-STANDARD_GRAVITY = 9.80665  # m/s²
 # mm/s or rad/s: at this speed a drive moves and nothing in its power is in proportion to the speed.
 CREEPING = 1e-200
 # Share of a speed by which it may exceed another one and count as the same.
@@ -308,7 +308,7 @@ def _gravity(machine: Machine, drives: list[Drive], positions: Array) -> Array:
 
 def _inertia(axis: Axis, weight: float) -> float:
     """Convert the moved weight of a linear axis, N, to J per (mm/s)²."""
-    return 0.0 if axis.is_rotary else weight / STANDARD_GRAVITY * 1e-6
+    return 0.0 if axis.is_rotary else weight / GRAVITY * 1e-6
 
 
 def gravity_forces(machine: Machine, positions: Array) -> Array:
@@ -333,7 +333,7 @@ def gravity_forces(machine: Machine, positions: Array) -> Array:
     poses = link_poses(machine, values)
     # Poses of the links in the bed's frame, in which gravity is constant.
     from_bed = inverse_transform(poses[BED])
-    links = (*machine.code.table, BED, *machine.code.head)
+    links = machine.code.links
     to_machine = machine.machine_frame  # the machine frame at home, in the workpiece frame
     up = product(to_machine[:3, :3], np.array(machine.vertical))
     load = product(to_machine, np.array([*machine.load.centre, 1.0]))
@@ -358,7 +358,7 @@ def gravity_forces(machine: Machine, positions: Array) -> Array:
             if on_table:
                 velocity = _velocity(direction, point, product(from_bed, load))
                 forces[:, column] += machine.load.mass * product(velocity, up)
-        forces[:, column] *= (-1.0 if on_table else 1.0) * STANDARD_GRAVITY / 1000.0
+        forces[:, column] *= (-1.0 if on_table else 1.0) * GRAVITY / 1000.0
     return forces
 
 
@@ -378,4 +378,4 @@ def moved_weights(machine: Machine) -> Array:
         (a.moved_mass or 0.0) + (machine.load.mass if a.letter in machine.code.table else 0.0)
         for a in machine.axes
     ]
-    return np.array(masses) * STANDARD_GRAVITY
+    return np.array(masses) * GRAVITY

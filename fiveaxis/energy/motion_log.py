@@ -1,7 +1,7 @@
 """Logs of the motion and power of one axis, from CSV files with any column names (`log_table`).
 
 A row with an empty cell is dropped and counted. Time may step unevenly; steps far longer than the others are
-gaps, and so are jumps of position: nothing is differentiated across them (`log_pieces`).
+gaps, and so are jumps of position: nothing is differentiated across them.
 """
 
 from __future__ import annotations
@@ -10,26 +10,22 @@ import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.energy.log_columns import LogColumns
-from fiveaxis.energy.log_pieces import Pieces, require_growing, split_at_jumps
+from fiveaxis.energy.log_columns import DATES, LogColumns
 from fiveaxis.energy.log_table import LARGEST, read_columns
-from fiveaxis.energy.log_units import (
-    DATES,
-    require_large_enough,
-    require_plausible,
-    require_plausible_step,
-    require_unit,
-)
 from fiveaxis.errors import InputError
 from fiveaxis.files import MOST_PATH_BYTES, read_input
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray, product
 
 MOST_LOST = 0.5  # share of dropped rows above which the columns are hardly the right ones
 ALONE = "alone between gaps"
+GAP = 10.0  # multiple of the median step above which rows are missing
+FASTER = 1.5  # multiple of the log's highest speed; where a position changes faster, rows are missing too
+FAST = 0.25  # share of the longest step: travel of shorter ones is often below a position's last digit
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +56,11 @@ class AxisLog:
     def __len__(self) -> int:
         return len(self.power)
 
+    @property
+    def moving(self) -> BoolArray:
+        """Rows in motion, (n,)."""
+        return self.speed != 0.0
+
     def without(self, rows: BoolArray, reason: str) -> AxisLog:
         """Return the log without some rows, (n,), counted under a reason."""
         count, kept = int(rows.sum()), ~rows
@@ -73,6 +74,63 @@ class AxisLog:
             duration=self.duration[kept],
             dropped=dict(self.dropped) | {reason: count},
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Rows of a log, in pieces without gaps.
+
+    Parameters
+    ----------
+    time : (n,), s
+    broken : (n − 1,), steps that are gaps
+    reasons : why steps are gaps → how many
+    """
+
+    time: Array
+    broken: BoolArray
+    reasons: Mapping[str, int]
+
+    @classmethod
+    def of_time(cls, time: Array, longest: float | None) -> Pieces:
+        """Split where a step is longer than a bound, s; by default `GAP` median steps."""
+        steps = np.diff(time)
+        bound = GAP * float(np.median(steps)) if longest is None else longest
+        broken = steps > bound
+        count = int(broken.sum())
+        lost = float(steps[broken].sum())
+        return cls(
+            time, broken, {f"steps longer than {bound:.3g} s, {lost:.4g} s in all": count} if count else {}
+        )
+
+    def split(self, broken: BoolArray, reason: str) -> Pieces:
+        """Split at more steps, (n − 1,)."""
+        count = int((broken & ~self.broken).sum())
+        return Pieces(
+            self.time, self.broken | broken, dict(self.reasons) | ({reason: count} if count else {})
+        )
+
+    @property
+    def durations(self) -> Array:
+        """Time of each row, (n,) s: half of the steps on both sides; beside a gap, half a median step."""
+        steps = np.diff(self.time)
+        whole = steps[~self.broken]
+        usual = float(np.median(whole if len(whole) else steps))
+        inner = np.where(self.broken, usual, steps)
+        return 0.5 * (np.concatenate([[usual], inner]) + np.concatenate([inner, [usual]]))
+
+    def derivative(self, values: Array) -> Array:
+        """Differentiate within pieces, (n,); NaN where a row stands alone between gaps.
+
+        Central differences of second order for uneven steps, one-sided at the ends of a piece.
+        """
+        result = np.full(len(values), np.nan)
+        ends = [0, *(np.flatnonzero(self.broken) + 1), len(values)]
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            for start, end in pairwise(ends):
+                if end - start > 1:
+                    result[start:end] = np.gradient(values[start:end], self.time[start:end])
+        return result
 
 
 def join_logs(logs: Sequence[AxisLog]) -> AxisLog:
@@ -94,7 +152,7 @@ def _sum_counts(counts: Sequence[Mapping[str, int]]) -> dict[str, int]:
     return dict(sum(map(Counter, counts), Counter()))
 
 
-def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> AxisLog:
+def read_axis_log(log: str | Path, columns: LogColumns) -> AxisLog:
     """Read the motion and power of an axis.
 
     Without a velocity column, velocity is the derivative of position by time; without an acceleration column,
@@ -105,8 +163,7 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
     Parameters
     ----------
     log : CSV file
-    columns : its columns, of which `require_columns` has nothing to say
-    rotary : whether the axis turns, so that its unit is an angle
+    columns : its columns
 
     Raises
     ------
@@ -120,29 +177,32 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError("isn't text in UTF-8; export it as CSV", file=file) from None
-    dates = ("time",) if columns.time_unit == DATES else ()
-    values, lines = read_columns(text, columns.named, file, dates=dates)
+    dates = ("time",) if columns.units.get("time") == DATES else ()
+    values, lines = read_columns(text, columns.names, file, dates=dates)
     if columns.rate is not None:
         values["time"] = np.arange(len(lines)) / columns.rate
     whole = np.all([np.isfinite(v) for v in values.values()], axis=0)
     lost = int((~whole).sum())
     if lost > MOST_LOST * len(lines):
-        worst = max(columns.named, key=lambda q: int(np.isnan(values[q]).sum()))
+        worst = max(columns.names, key=lambda q: int(np.isnan(values[q]).sum()))
         raise InputError(
-            f"{lost} of {len(lines)} rows lack a number, most in column {columns.named[worst]!r}; "
+            f"{lost} of {len(lines)} rows lack a number, most in column {columns.names[worst]!r}; "
             f"name another column for {worst}, or clean the log",
             file=file,
         )
     values, lines = {q: v[whole] for q, v in values.items()}, lines[whole]
-    values = _in_our_units(values, lines, columns, file, rotary=rotary)
-    pieces = _pieces(values, lines, columns, file, rotary=rotary)
-    speed, acceleration = _motion(values, lines, pieces, columns, file, rotary=rotary)
+    for quantity in columns.names:
+        values[quantity] = values[quantity] * columns.size(quantity)
+        if quantity != "time":
+            columns.require_plausible(quantity, values[quantity], lines, file)
+    pieces = _pieces(values, lines, columns, file)
+    speed, acceleration = _motion(values, lines, pieces, columns, file)
     read = AxisLog(
         file=str(log),
         source=f"{file.name} (sha256 {hashlib.sha256(content).hexdigest()})",
         speed=speed,
         acceleration=acceleration,
-        power=values["power"],
+        power=values["power"] * columns.watts,
         duration=np.full(len(lines), np.nan) if pieces is None else pieces.durations,
         dropped={"a cell without a number": lost} if lost else {},
         gaps={} if pieces is None else pieces.reasons,
@@ -151,64 +211,77 @@ def read_axis_log(log: str | Path, columns: LogColumns, *, rotary: bool) -> Axis
     return read.without(alone, ALONE)
 
 
-def require_motion(logs: AxisLog, columns: LogColumns, *, rotary: bool) -> None:
+def require_motion(logs: AxisLog, columns: LogColumns) -> None:
     """Raise if logs, joined, reach no speed or no power of a machine tool in the stated units."""
-    column, unit = columns.speed_column
-    require_large_enough("velocity", logs.speed, unit, rotary=rotary, column=column, files=logs.file)
-    require_large_enough(
-        columns.power_kind,
-        logs.power / columns.watts,
-        columns.power_unit,
-        rotary=rotary,
-        column=columns.power,
-        files=logs.file,
-    )
+    columns.require_large_enough("velocity", logs.speed, logs.file)
+    columns.require_large_enough("power", logs.power / columns.watts, logs.file)
 
 
-def _in_our_units(
-    values: Mapping[str, Array], lines: IntArray, columns: LogColumns, file: Path, *, rotary: bool
-) -> dict[str, Array]:
-    """Convert the columns to mm, rad, s and W, and check that they are plausible."""
-    ours = dict(values)
-    for quantity, column in columns.named.items():
-        unit = getattr(columns, f"{quantity}_unit")
-        ours[quantity] = values[quantity] * require_unit(quantity, unit, rotary=rotary)
-        if quantity == "time":
-            continue
-        kind = columns.power_kind if quantity == "power" else quantity
-        require_plausible(kind, ours[quantity], unit, rotary=rotary, column=column, lines=lines, file=file)
-    return ours | {"power": ours["power"] * columns.watts}
-
-
-def _pieces(
-    values: Mapping[str, Array], lines: IntArray, columns: LogColumns, file: Path, *, rotary: bool
-) -> Pieces | None:
+def _pieces(values: Mapping[str, Array], lines: IntArray, columns: LogColumns, file: Path) -> Pieces | None:
     """Split the log at its gaps; None if it has no time."""
     if "time" not in values:
         return None
     time = values["time"]
     if len(time) < 3:
         raise InputError(f"{len(time)} rows with numbers are too few to differentiate", file=file)
-    if columns.time is not None:
-        require_growing(time, lines, columns.time, file)
-        require_plausible_step(float(np.median(np.diff(time))), str(columns.time_unit), columns.time, file)
+    if "time" in columns.names:
+        _require_growing(time, lines, columns.names["time"], file)
+        columns.require_plausible_step(float(np.median(np.diff(time))), file)
     pieces = Pieces.of_time(time, columns.longest_step)
-    if "position" in values and columns.velocity is not None:
-        unit = str(columns.velocity_unit)
-        return split_at_jumps(
-            pieces, values["position"], values["velocity"], unit=unit, rotary=rotary, file=file
-        )
+    if "position" in values and "velocity" in values:
+        return _split_at_jumps(pieces, values["position"], values["velocity"], columns, file)
     return pieces
 
 
+def _require_growing(time: Array, lines: IntArray, name: str, file: Path) -> None:
+    """Raise if time, (n,) s, doesn't grow from row to row."""
+    stuck = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(stuck):
+        i = int(stuck[0])
+        raise InputError(
+            f"{name} goes from {time[i]:g} to {time[i + 1]:g} s; time must grow from row to row: sort the "
+            "log, or split it where the clock was set",
+            file=file,
+            line=int(lines[i + 1]),
+        )
+
+
+def _split_at_jumps(pieces: Pieces, position: Array, speed: Array, columns: LogColumns, file: Path) -> Pieces:
+    """Split where a position changes faster than the log's highest speed; check the speed by the position.
+
+    Parameters
+    ----------
+    pieces : of the log
+    position : (n,), mm or rad
+    speed : (n,), mm/s or rad/s, from a column of its own
+
+    Raises
+    ------
+    InputError
+        Position and speed disagree in size or direction.
+    """
+    least = np.radians(1.0) if columns.rotary else 1.0
+    if np.ptp(position) < least and np.abs(speed).max() < least:
+        return pieces  # a log of a standstill has noise only
+    time = np.diff(pieces.time)
+    travel, mean = np.diff(position), 0.5 * (speed[1:] + speed[:-1]) * time
+    fast = ~pieces.broken & (np.abs(mean) > FAST * np.abs(mean[~pieces.broken]).max(initial=0.0))
+    if not fast.any():
+        return pieces
+    # A rounded position changes by its last digit.
+    finest = float(np.abs(travel[travel != 0.0]).min()) if travel.any() else 0.0
+    jumps = ~pieces.broken & (np.abs(travel) > FASTER * np.abs(speed).max() * time + finest)
+    # Where most steps are jumps the speed is too small throughout.
+    whole = fast if (fast & jumps).sum() > 0.5 * fast.sum() else fast & ~jumps
+    ratio = float(np.abs(travel[whole]).sum() / np.abs(mean[whole]).sum())
+    columns.require_agreeing(ratio, file)
+    if float(product(travel[whole], mean[whole])) < 0.0:
+        raise InputError("position falls while velocity is positive; reverse the sign of one", file=file)
+    return pieces.split(jumps, "jumps of position that the velocity doesn't explain")
+
+
 def _motion(
-    values: Mapping[str, Array],
-    lines: IntArray,
-    pieces: Pieces | None,
-    columns: LogColumns,
-    file: Path,
-    *,
-    rotary: bool,
+    values: Mapping[str, Array], lines: IntArray, pieces: Pieces | None, columns: LogColumns, file: Path
 ) -> tuple[Array, Array | None]:
     """Return velocity and acceleration, derived where a column is missing; NaN for rows alone."""
     if pieces is None:
@@ -223,8 +296,6 @@ def _motion(
             line=int(lines[bad[0]]),
         )
     if "velocity" not in values:
-        known, (column, unit) = np.isfinite(speed), columns.speed_column
-        require_plausible(
-            "velocity", speed[known], unit, rotary=rotary, column=column, lines=lines[known], file=file
-        )
+        known = np.isfinite(speed)
+        columns.require_plausible("velocity", speed[known], lines[known], file)
     return speed, acceleration

@@ -259,13 +259,12 @@ def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0) -> Arra
     (n, k), W, of the move that ends at the row; 0 where a move takes no time
     """
     moving = motion.time > 0.0
-    is_linear = np.array([not axis.is_rotary for axis in machine.axes])
     parts = _parts(machine, np.where(moving[:, None], motion.moves, 0.0)) * moving
     row, begin = part_places(parts)
     # A torque that changes along the move is evaluated at the middle of each part.
     rest = 1.0 - begin - 0.5 / parts[row]
     middles = motion.positions[row] - rest[:, None] * motion.moves[row]
-    real = ~is_linear | (np.abs(motion.moves) > rounding)
+    real = machine.is_rotary | (np.abs(motion.moves) > rounding)
     speeds = np.where(real, motion.moves, 0.0)[row] / motion.time[row, None]
     powers = np.zeros_like(motion.moves)
     np.add.at(powers, row, axis_powers(machine, middles, speeds) / parts[row, None])

@@ -1,9 +1,11 @@
 """Forward and inverse kinematics of a chain; `symbolic` has the same equations for CasADi."""
 
 from fiveaxis.kinematics.inverse import axis_positions, redundant_axis, require_orienting, rotary_angles
-from fiveaxis.kinematics.links import Jacobian, jacobian, link_poses
 from fiveaxis.kinematics.poses import (
+    Jacobian,
+    jacobian,
     linear_positions,
+    link_poses,
     positions_about,
     require_positioning,
     tool_axes,

@@ -77,14 +77,14 @@ class Leaning:
     ----------
     letter : the second rotary axis
     middle : rad, its value midway between the branches
-    reach : rad, smallest and largest lean without limits
+    unlimited : rad, smallest and largest lean without limits
     limited : rad, the same within the limits of the second rotary axis
     both : rad, leans at which both branches are within them: none, one or two ranges
     """
 
     letter: str
     middle: float
-    reach: tuple[float, float]
+    unlimited: tuple[float, float]
     limited: tuple[float, float]
     both: tuple[tuple[float, float], ...]
 
@@ -118,7 +118,7 @@ def lean_range(machine: Machine) -> Leaning:
     return Leaning(
         letter=letter,
         middle=middle,
-        reach=(lean(0.0), lean(math.pi)),
+        unlimited=(lean(0.0), lean(math.pi)),
         limited=(lean(least), lean(most)),
         both=tuple((lean(s), lean(e)) for s, e in _shared_spreads(middle, limits.low, limits.high)),
     )

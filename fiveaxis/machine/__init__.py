@@ -1,16 +1,16 @@
 """The machine: form-shaping code, chain, axes, bodies, setup, files."""
 
 from fiveaxis.machine.axes import Axis, Limits, LocationError
-from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, MeshShape
+from fiveaxis.machine.bodies import Body, Box, Cylinder, MeshShape
 from fiveaxis.machine.chain import Chain, Joint, Line
 from fiveaxis.machine.check import check_machine, check_text
-from fiveaxis.machine.code import FormShapingCode, parse_code
+from fiveaxis.machine.code import BED, FormShapingCode, parse_code
 from fiveaxis.machine.drafting import Draft, draft_machine
 from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
 from fiveaxis.machine.files import load_machine, machine_names, machine_text, read_foreign, save_machine
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine
-from fiveaxis.machine.powers import describe_powers, lender_of, with_powers
+from fiveaxis.machine.powers import describe_powers, lender_of, power_findings, with_powers
 from fiveaxis.machine.provenance import Provenance
 from fiveaxis.machine.setup import Load, Setup
 
@@ -46,6 +46,7 @@ __all__ = [
     "machine_names",
     "machine_text",
     "parse_code",
+    "power_findings",
     "read_foreign",
     "read_linuxcnc",
     "save_machine",

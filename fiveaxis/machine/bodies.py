@@ -8,8 +8,6 @@ from pathlib import Path
 from fiveaxis.geometry import Array, frame_along, translation
 from fiveaxis.machine.chain import Triple
 
-BED = "bed"
-
 
 @dataclass(frozen=True)
 class Box:

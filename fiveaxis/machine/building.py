@@ -13,9 +13,9 @@ from fiveaxis.errors import CodeError, FigureError, MachineError
 from fiveaxis.geometry import product
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.axis_tables import AxisTable
-from fiveaxis.machine.bodies import BED, Body
+from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import UNIT_DIRECTION, Chain, why_not_positioning
-from fiveaxis.machine.code import AXIS_ORDER, FormShapingCode, parse_code
+from fiveaxis.machine.code import AXIS_ORDER, BED, FormShapingCode, parse_code
 from fiveaxis.machine.drive_tables import MeasuredTable
 from fiveaxis.machine.figures import Figure, Table, figure_models, stated_figures
 from fiveaxis.machine.model import Machine

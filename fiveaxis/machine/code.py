@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 from fiveaxis.errors import CodeError
 
+# The link that stands still.
+BED = "bed"
+
 MEANINGS = "1…6 (X Y Z A B C) and 0 (bed)"
 EXAMPLE = "write for example 640123 (workpiece, C, A, bed, X, Y, Z, tool)"
 LETTERS = {"1": "X", "2": "Y", "3": "Z", "4": "A", "5": "B", "6": "C"}
@@ -40,6 +43,11 @@ class FormShapingCode:
     def letters(self) -> tuple[str, ...]:
         """Axis letters from the workpiece to the tool."""
         return self.table + self.head
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Links from the workpiece to the tool: the bed, and the others by the axis that carries them."""
+        return (*self.table, BED, *self.head)
 
     @property
     def kind(self) -> str:

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from fiveaxis.errors import CodeError, MachineError
-from fiveaxis.geometry import Array, inverse_transform, product
+from fiveaxis.geometry import Array, BoolArray, inverse_transform, product
 from fiveaxis.machine.axes import Axis, LocationError
 from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import Chain, Triple
@@ -96,11 +96,6 @@ class Machine(Posing, ShownAsTable):
         ]
 
     @property
-    def kind(self) -> str:
-        """``table-table``, ``table-head``, ``head-head``, or ``3-axis``, ``4-axis``."""
-        return self.code.kind
-
-    @property
     def length_is_along_z(self) -> bool:
         """Whether a longer tool shifts Z only: no rotary axis carries it, and it points along Z.
 
@@ -124,6 +119,11 @@ class Machine(Posing, ShownAsTable):
     def rotary_columns(self) -> list[int]:
         """Columns of the rotary axes, in chain order."""
         return [self.column(c) for c in self.rotaries]
+
+    @cached_property
+    def is_rotary(self) -> BoolArray:
+        """(k,), which axes are rotary."""
+        return np.array([a.is_rotary for a in self.axes], dtype=bool)
 
     @cached_property
     def linear_columns(self) -> list[int]:
@@ -163,8 +163,7 @@ class Machine(Posing, ShownAsTable):
 
     def shown(self, positions: Array) -> Array:
         """Convert axis values, (…, k), from mm and rad to mm and degrees."""
-        scale = np.array([180.0 / np.pi if a.is_rotary else 1.0 for a in self.axes])
-        return positions * scale
+        return positions * np.where(self.is_rotary, 180.0 / np.pi, 1.0)
 
     @property
     def machine_frame(self) -> Array:

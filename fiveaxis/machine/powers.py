@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine.axes import Axis
 from fiveaxis.machine.drives import FrictionDrive
 from fiveaxis.machine.files import load_machine
@@ -105,6 +106,15 @@ def describe_powers(machine: Machine) -> str:
     return "; ".join(parts)
 
 
+def power_findings(machine: Machine) -> tuple[Finding, ...]:
+    """Report estimated and borrowed drives; none where all of them are the machine's own."""
+    text = describe_powers(machine)
+    if machine.bands:
+        remedy = "state masses or motors in the machine's file, or measure the powers (fiveaxis calibrate)"
+        return (Finding(Severity.WARNING, "powers-estimated", f"{text}; {remedy}"),)
+    return (Finding(Severity.NOTE, "powers-borrowed", text),) if text else ()
+
+
 def _within(machine: Machine, factor: float) -> str:
     return " ".join(letter for letter, (_low, high) in machine.bands.items() if high == factor)
 
@@ -155,7 +165,7 @@ class _Estimate:
         """Take the size from the machine's mass, its travels or its kind."""
         spans = [a.limits.span for a in machine.axes if not a.is_rotary and math.isfinite(a.limits.span)]
         size = machine.size
-        kind = size.kind or ("portal" if machine.kind == "head-head" else "machining-centre")
+        kind = size.kind or ("portal" if machine.code.kind == "head-head" else "machining-centre")
         if spans and size.kind is None:
             travel = math.prod(spans) ** (1.0 / len(spans))
             basis = f"travels of {travel:.0f} mm"

@@ -17,8 +17,9 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array, inverse_transform, product, translation
 from fiveaxis.machine.axes import Axis
-from fiveaxis.machine.bodies import BED, Body, Box, Cylinder, Shape
+from fiveaxis.machine.bodies import Body, Box, Cylinder, Shape
 from fiveaxis.machine.chain import Joint
+from fiveaxis.machine.code import BED
 
 if TYPE_CHECKING:
     from fiveaxis.machine.model import Machine
@@ -57,7 +58,7 @@ def write_urdf(machine: Machine, root: str) -> str:
     if root not in ROOTS:
         raise MachineError(f"no URDF tree with root {root!r}; write {' or '.join(map(repr, ROOTS))}")
     chain, code, bodies = machine.chain.seen_from(machine.machine_frame), machine.code, machine.bodies
-    links = (*code.table, BED, *code.head)
+    links = code.links
     tree = _tree(chain.joints, links, len(code.table) if root == BED else 0)
     origins = _origins(links, tree, root)
     at_first, at_last = (translation(-origins[link]) for link in (links[0], links[-1]))

@@ -1,16 +1,17 @@
 """Meshes of parts and bodies: files, distances, smooth normals, sections."""
 
-from fiveaxis.mesh.distance import TriangleTree, tree_of
-from fiveaxis.mesh.kept import kept_by_mesh
+from fiveaxis.mesh.distance import TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.mesh.loading import (
     SUFFIXES,
     check_mesh,
     load_mesh,
+    mesh_size,
     read_solid,
     require_solid,
+    size_findings,
+    size_text,
     take_mesh,
 )
-from fiveaxis.mesh.size import mesh_size, size_findings, size_text
 from fiveaxis.mesh.surface import Surface, facet_normals
 from fiveaxis.options import Unit
 

@@ -2,22 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import wraps
+from typing import TYPE_CHECKING, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray, arctan2
-from fiveaxis.mesh.kept import kept_by_mesh
 from fiveaxis.mesh.surface import facet_normals
 
 if TYPE_CHECKING:
     import trimesh
 
+T = TypeVar("T")
 # Triangles in a leaf of the tree.
 LEAF = 4
 # mm: nearer to the surface than this, the facet's normal replaces the direction from the foot to the point.
 AT_SURFACE = 1e-6
+
+
+def kept_by_mesh(make: Callable[[trimesh.Trimesh], T]) -> Callable[[trimesh.Trimesh], T]:
+    """Decorate a function of a mesh so that it runs once per mesh: trees of large meshes take long to build.
+
+    A mesh's hash is that of its arrays, so a mesh that was changed is a new one. What is returned mustn't
+    refer to the mesh, which would keep it alive.
+    """
+    made: WeakKeyDictionary[trimesh.Trimesh, T] = WeakKeyDictionary()
+
+    @wraps(make)
+    def kept(mesh: trimesh.Trimesh) -> T:
+        if mesh not in made:
+            made[mesh] = make(mesh)
+        return made[mesh]
+
+    return kept
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, normalise, product
 from fiveaxis.options import CREASE
 
 if TYPE_CHECKING:
@@ -126,6 +126,23 @@ def facet_normals(triangles: Array) -> Array:
     # The normal of a triangle 1e5 times longer than high is made of rounding errors.
     flat = length <= 1e-5 * longest**2
     return np.where(flat, 0.0, doubled / np.where(flat, 1.0, length))
+
+
+def make_patches(points: Array, normals: Array, size: float) -> trimesh.Trimesh:
+    """Return a triangle in the tangent plane at each point.
+
+    Parameters
+    ----------
+    points, normals : (n, 3), mm and unit vectors
+    size : mm, of the legs of each triangle
+    """
+    import trimesh
+
+    beside = np.where(np.abs(normals[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    u = normalise(np.cross(normals, beside))
+    corners = np.stack([points, points + size * u, points + size * np.cross(normals, u)], axis=1)
+    vertices = corners.reshape(-1, 3)
+    return trimesh.Trimesh(vertices, np.arange(len(vertices)).reshape(-1, 3), process=False)
 
 
 def corner_normals(vertices: Array, faces: IntArray, facets: Array, crease: float = SHARP_EDGE) -> Array:

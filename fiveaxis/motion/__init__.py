@@ -5,7 +5,6 @@ from fiveaxis.motion.filling import Fill, Filling, fill_in, inside_rapids, respa
 from fiveaxis.motion.motion import Motion, follow, located, motion_digest
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation, Phase, ProgramMotion
-from fiveaxis.motion.rates import PeakRate, peak_rates
 from fiveaxis.motion.run_time import (
     USUAL_CLOCK,
     Clock,
@@ -13,7 +12,7 @@ from fiveaxis.motion.run_time import (
     PredictedTime,
     predicted_time,
 )
-from fiveaxis.motion.steadiness import SpeedChange, Steadiness, measure_steadiness
+from fiveaxis.motion.steadiness import PeakRate, SpeedChange, Steadiness, measure_steadiness, peak_rates
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
 from fiveaxis.motion.timing import (

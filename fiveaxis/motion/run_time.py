@@ -128,10 +128,9 @@ class Clock:
         if self.dialect is None:
             return predicted_time(blocks, machine)
         # Axes that move by less than the decimals stand, so a block may need no stop.
-        units = np.where([axis.is_rotary for axis in machine.axes], np.degrees(1.0), 1.0)
+        units = np.where(machine.is_rotary, np.degrees(1.0), 1.0)
         number = self.dialect.number
-        decimals = [number.rotary if axis.is_rotary else number.linear for axis in machine.axes]
-        scale = units * 10.0 ** np.array(decimals)
+        scale = units * 10.0 ** np.where(machine.is_rotary, number.rotary, number.linear)
         words = replace(
             blocks, positions=np.round(blocks.positions * scale) / scale, source=np.arange(len(blocks))
         )

@@ -1,18 +1,41 @@
-"""Run time of blocks on a control that plans them as LinuxCNC does: in servo cycles, with its look-ahead."""
+"""Run time of blocks on a control that plans them as LinuxCNC does: in servo cycles, with its look-ahead.
+
+The rules are those of LinuxCNC 2.9, src/emc/tp/tp.c (tpRunCycle and what it calls).
+"""
 
 from __future__ import annotations
 
+import math
+from typing import Protocol
+
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion.bounds import axis_bounds
 from fiveaxis.motion.motion import Motion
-from fiveaxis.motion.servo_kernel import STATE, run_cycles
-from fiveaxis.motion.servo_queue import EXACT, PARABOLIC, SPAN, queue_moves
+from fiveaxis.motion.servo_queue import (
+    EXACT,
+    PARABOLIC,
+    QUEUED_MOVE,
+    STOP,
+    TANGENT,
+    QueuedMove,
+    Records,
+    blend_speeds,
+    queue_moves,
+    record_type,
+    top_speed,
+    usable_acceleration,
+)
 
 # mm or rad: an axis that moves by less stands (CART_FUZZ of LinuxCNC's posemath.h).
 STANDS = 1e-8
+# Below these a distance, mm, a speed, mm/s, and a time, s, are none.
+NO_WAY, NO_SPEED, NO_TIME = 1e-12, 1e-8, 1e-12
+# s: a tangent move that takes less has one acceleration (ARC_BLEND_RAMP_FREQ = 100 Hz).
+RAMP_TIME = 0.01
 
 
 def servo_times(
@@ -58,20 +81,188 @@ def servo_times(
     if not len(moving):
         return times
     rates = np.abs(steps[moving]) / length[moving, None]
-    spans = np.zeros(len(moving), SPAN)
-    spans["block"], spans["length"], spans["whole"] = moving, length[moving], length[moving]
-    spans["feed"] = length[moving] / blocks.time[moving]
+    queue = np.zeros(len(moving), QUEUED_MOVE)
+    queue["block"], queue["length"], queue["whole"] = moving, length[moving], length[moving]
+    queue["feed"] = length[moving] / blocks.time[moving]
     with np.errstate(divide="ignore"):
-        spans["most"] = (bounds.speed / rates).min(axis=1)
-        spans["push"] = (bounds.acceleration / rates).min(axis=1)
+        queue["most"] = (bounds.speed / rates).min(axis=1)
+        queue["acceleration"] = (bounds.acceleration / rates).min(axis=1)
     straight = np.divide(
         steps[:, linear], along[:, None], out=np.zeros((len(steps), 3)), where=along[:, None] > 0.0
     )
     straight[along == 0.0, 0] = 1.0
-    spans["way"], spans["turns"] = straight[moving], turn[moving] > 0.0
-    spans["rapid"] = blocks.rapid[moving]
-    spans["join"], spans["kink"] = PARABOLIC if blends else EXACT, np.inf
+    queue["direction"], queue["turns"] = straight[moving], turn[moving] > 0.0
+    queue["rapid"] = blocks.rapid[moving]
+    queue["join"], queue["kink"] = PARABOLIC if blends else EXACT, np.inf
     limits = np.array([bounds.acceleration[linear], bounds.speed[linear]])
-    joined = queue_moves(spans, limits, tolerance, cycle)
+    joined = queue_moves(queue, limits, tolerance, cycle)
     spent = run_cycles(joined, np.zeros(len(joined), STATE), tolerance, cycle)
     return np.asarray(times + np.bincount(joined["block"], spent, len(times)))
+
+
+class State(Protocol):
+    """Where a move is."""
+
+    gone: float  # distance done
+    speed: float
+    step: float  # s, of the coming step: a cycle, or the part of one that is left
+    begun: bool
+    ramps: bool  # whether it has one acceleration
+    braking: bool  # whether it slows down as late as possible
+    blending: bool  # whether the next move has begun
+    split: bool  # whether it ends within the coming cycle
+    end_speed: float  # at a tangent end
+    done: bool
+
+
+STATE = record_type(State)
+
+
+@compiled
+def limited(value: float, most: float) -> float:
+    """Return a value within ±most."""
+    return min(max(value, -most), most)
+
+
+@compiled
+def trapezoid(move: QueuedMove, state: State) -> tuple[float, float]:
+    """Acceleration of the coming step, and the highest speed from which the end can still be met.
+
+    After a step of length T that is the speed v from which braking with a ends at the final speed v_f
+    (tpCalculateTrapezoidalAccel)::
+
+        v = −a T / 2 + √(v_f² + a (2 s − v₀ T) + (a T / 2)²)
+    """
+    acceleration, left = usable_acceleration(move), move.length - state.gone
+    half = 0.5 * acceleration * state.step
+    under = move.final**2 + acceleration * (2.0 * left - state.speed * state.step) + half**2
+    reachable = -half + (math.sqrt(under) if under > half**2 else 0.0)
+    wanted = limited(reachable, top_speed(move))
+    return limited((wanted - state.speed) / max(state.step, NO_TIME), acceleration), reachable
+
+
+@compiled
+def ramp(move: QueuedMove, state: State) -> float:
+    """Acceleration that meets the final speed at the end of the move (tpCalculateRampAccel)."""
+    mean = 0.5 * (state.speed + move.final)
+    time = max((move.length - state.gone) / mean, 1e-16) if mean > NO_SPEED else 1e-16
+    return limited((move.final - state.speed) / time, usable_acceleration(move))
+
+
+@compiled
+def step_on(move: QueuedMove, state: State, cycle: float) -> None:
+    """Let a move go on by one step (tpUpdateCycle)."""
+    if state.ramps and move.join == TANGENT and move.final >= NO_SPEED:
+        acceleration, wanted = ramp(move, state), move.final
+    else:
+        acceleration, wanted = trapezoid(move, state)
+    speed = state.speed + acceleration * state.step
+    if speed < 0.0:
+        speed = 0.0
+        if move.length - state.gone < state.speed * state.step:
+            state.gone = move.length
+    else:
+        state.gone = min(state.gone + 0.5 * (speed + state.speed) * state.step, move.length)
+    state.speed = speed
+    state.braking = abs(wanted - speed) < NO_SPEED and acceleration < 0.0
+    look_for_end(move, state, cycle)
+
+
+@compiled
+def look_for_end(move: QueuedMove, state: State, cycle: float) -> None:
+    """Mark a move that ends now, or within the coming cycle (tpCheckEndCondition)."""
+    state.step = cycle
+    left = move.length - state.gone
+    rests = move.join in (STOP, EXACT)
+    if left <= NO_WAY:
+        state.gone, state.split, state.step, state.end_speed = move.length, True, 0.0, state.speed
+        state.done = rests
+        return
+    mean = 0.5 * (state.speed + move.final)
+    if rests or (mean <= NO_SPEED and left > mean * cycle):
+        return
+    time = max(left / mean, 0.5 * NO_TIME) if mean > NO_SPEED else 0.5 * NO_TIME
+    final, most, acceleration = move.final, usable_acceleration(move), (move.final - state.speed) / time
+    if abs(acceleration) > most:
+        acceleration = limited(acceleration, most)
+        under = (state.speed / acceleration) ** 2 + 2.0 * left / acceleration
+        if under < 0.0:
+            return
+        root = math.sqrt(under) if under >= NO_TIME**2 else 0.0
+        time = -state.speed / acceleration + (root if acceleration > 0.0 else -root)
+        final = state.speed + time * acceleration
+    if time < NO_TIME:
+        state.gone, time = move.length, 0.0
+    if time < cycle:
+        state.split, state.step, state.end_speed = True, time, final
+
+
+@compiled
+def begin(move: QueuedMove, state: State) -> None:
+    """Prepare a move that comes to the front of the queue (tpActivateSegment)."""
+    if state.begun:
+        return
+    state.begun = True
+    mean = state.speed + min(move.final, top_speed(move))
+    if move.join == TANGENT and not move.rapid and mean > 0.0:
+        state.ramps = 2.0 * (move.length - state.gone) / mean < RAMP_TIME
+
+
+@compiled
+def finish(queue: Records, states: Records, place: int, cycle: float) -> float:
+    """End a move within a cycle, and let the next one go on in the rest of it (tpHandleSplitCycle).
+
+    Returns
+    -------
+    Part of the cycle that belongs to the next move, s.
+    """
+    move, state = queue[place], states[place]
+    part = state.step
+    state.done = True
+    if place + 1 == len(queue):
+        return 0.0
+    following = states[place + 1]
+    if move.join == TANGENT:
+        following.step, following.speed = cycle - part, state.end_speed
+    step_on(queue[place + 1], following, cycle)
+    return float(cycle - part)
+
+
+@compiled
+def run_cycles(queue: Records, states: Records, tolerance: float, cycle: float) -> Array:
+    """Run all moves from rest to rest.
+
+    Parameters
+    ----------
+    queue : (m,) of `QUEUED_MOVE`, joined by `queue_moves`
+    states : (m,) of `STATE`, zeros
+    tolerance : mm of blends; 0 for none
+    cycle : s
+
+    Returns
+    -------
+    times : (m,), s; a cycle in which one move ends and the next begins is shared out between them
+    """
+    times = np.zeros(len(queue))
+    for place in range(len(queue)):
+        states[place].step = cycle
+    for place in range(len(queue)):
+        move, state = queue[place], states[place]
+        overlaps = move.join == PARABOLIC and place + 1 < len(queue)
+        blend = blend_speeds(move, queue[place + 1], tolerance, 1.0)[0] if overlaps else 0.0
+        while not state.done:
+            begin(move, state)
+            times[place] += cycle
+            if state.split:
+                rest = finish(queue, states, place, cycle)
+                times[place] -= rest
+                if place + 1 < len(queue):
+                    times[place + 1] += rest
+                continue
+            state.step = cycle
+            step_on(move, state, cycle)
+            if overlaps and not state.done:
+                state.blending = state.blending or (state.braking and state.speed < blend)
+                if state.blending:
+                    step_on(queue[place + 1], states[place + 1], cycle)
+    return times

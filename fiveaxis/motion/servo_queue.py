@@ -33,16 +33,16 @@ DOUBLES_BACK, NO_ANGLE, LEAST_ARC = math.radians(2.0), 1e-6, 1e-6
 NEARLY_STRAIGHT = 1e-3
 
 
-class Span(Protocol):
+class QueuedMove(Protocol):
     """A move in the control's queue."""
 
     block: int  # row of the motion that it belongs to
     length: float  # that the control counts: mm, or rad where only rotary axes move
     whole: float  # length before blends took from it
-    feed: float  # asked for, per s
+    feed: float  # programmed, per s
     most: float  # highest speed, per s
-    push: float  # highest acceleration of the axes along it, per s²
-    way: Array  # (3,), direction of X, Y, Z
+    acceleration: float  # highest acceleration of the axes along it, per s²
+    direction: Array  # (3,), direction of X, Y, Z
     turns: bool  # whether a rotary axis moves
     rapid: bool
     arc: bool  # whether it is a blend between two lines
@@ -65,28 +65,30 @@ def record_type(fields: type) -> np.dtype[Any]:
     return np.dtype([(name, *kinds[kind]) for name, kind in get_type_hints(fields).items()])
 
 
-SPAN = record_type(Span)
-# Records of `SPAN` and the like, (m,).
+QUEUED_MOVE = record_type(QueuedMove)
+# Records of `QUEUED_MOVE` and the like, (m,).
 Records = NDArray[Any]
 
 
 @compiled
-def top_speed(span: Span) -> float:
+def top_speed(move: QueuedMove) -> float:
     """Speed that a move strives for, per s."""
-    return min(span.feed, span.most)
+    return min(move.feed, move.most)
 
 
 @compiled
-def acceleration(span: Span) -> float:
+def usable_acceleration(move: QueuedMove) -> float:
     """Acceleration along a move, per s²: what corners, blends and arcs leave of it."""
-    kept = span.push * (1.0 - max(span.eased_end, span.eased_start))
-    if span.overlapped or span.join == PARABOLIC:
+    kept = move.acceleration * (1.0 - max(move.eased_end, move.eased_start))
+    if move.overlapped or move.join == PARABOLIC:
         kept *= 0.5
-    return kept * ALONG if span.arc else kept
+    return kept * ALONG if move.arc else kept
 
 
 @compiled
-def blend_speeds(first: Span, second: Span, tolerance: float, share: float) -> tuple[float, float, float]:
+def blend_speeds(
+    first: QueuedMove, second: QueuedMove, tolerance: float, share: float
+) -> tuple[float, float, float]:
     """Speeds of two moves at which the second may begin while the first ends (tpComputeBlendVelocity).
 
     Parameters
@@ -98,25 +100,28 @@ def blend_speeds(first: Span, second: Span, tolerance: float, share: float) -> t
     -------
     Speed of the first, of the second, and of both together along the corner, per s.
     """
-    push_first, push_second = acceleration(first), acceleration(second)
-    fast_first = min(math.sqrt(push_first * first.length * share), top_speed(first))
-    fast_second = min(math.sqrt(push_second * second.length * share), top_speed(second))
+    acceleration_first, acceleration_second = usable_acceleration(first), usable_acceleration(second)
+    fast_first = min(math.sqrt(acceleration_first * first.length * share), top_speed(first))
+    fast_second = min(math.sqrt(acceleration_second * second.length * share), top_speed(second))
     within = min(first.length / fast_first, second.length / fast_second)
-    time = min(within, max(fast_first / push_first, fast_second / push_second))
-    speed_first, speed_second = min(fast_first, time * push_first), min(fast_second, time * push_second)
+    time = min(within, max(fast_first / acceleration_first, fast_second / acceleration_second))
+    speed_first, speed_second = (
+        min(fast_first, time * acceleration_first),
+        min(fast_second, time * acceleration_second),
+    )
     angle = half_angle(first, second)
     if tolerance > 0.0 and math.cos(angle) > math.cos(0.5 * math.pi - NEARLY_STRAIGHT):
-        held = 2.0 * math.sqrt(push_first * tolerance / math.cos(angle))
+        held = 2.0 * math.sqrt(acceleration_first * tolerance / math.cos(angle))
         speed_first, speed_second = min(speed_first, held), min(speed_second, held)
     return speed_first, speed_second, math.sin(angle) * (speed_first + speed_second) / 2.0
 
 
 @compiled
-def half_angle(first: Span, second: Span) -> float:
+def half_angle(first: QueuedMove, second: QueuedMove) -> float:
     """Half the angle between two moves at their corner, rad: π/2 where the path goes straight on."""
     along = 0.0
     for axis in range(3):
-        along += first.way[axis] * second.way[axis]
+        along += first.direction[axis] * second.direction[axis]
     return 0.5 * math.acos(min(max(-along, -1.0), 1.0))
 
 
@@ -132,45 +137,50 @@ def in_plane(normal: Array, bounds: Array) -> float:
 
 @compiled
 def fit_arc(
-    spans: Records, last: int, new: int, arc: int, bounds: Array, tolerance: float, cycle: float
+    queue: Records, last: int, new: int, arc: int, bounds: Array, tolerance: float, cycle: float
 ) -> tuple[float, float]:
     """Fit a blend arc between two lines (blendInit3FromLineLine, blendComputeParameters).
 
     Parameters
     ----------
-    spans : with the lines at `last` and `new`, and room for the arc at `arc`
+    queue : with the lines at `last` and `new`, and room for the arc at `arc`
     bounds : (2, 3), highest accelerations, mm/s², and speeds, mm/s, of X, Y, Z
 
     Returns
     -------
     Length that the arc takes from each line, mm, and what is left of the first one; below 0 if none fits.
     """
-    first, second, blend = spans[last], spans[new], spans[arc]
+    first, second, blend = queue[last], queue[new], queue[arc]
     angle = half_angle(first, second)
     if min(0.5 * math.pi - angle, angle) < NO_ANGLE:
         return -1.0, 0.0
     turn = math.pi - 2.0 * angle
-    normal = np.cross(first.way, second.way)
+    normal = np.cross(first.direction, second.direction)
     normal /= math.sqrt((normal**2).sum())
-    most_push = in_plane(normal, bounds[0])
+    most_acceleration = in_plane(normal, bounds[0])
     shorter = DEVIATION_SHARE * min(first.whole, second.whole)
     away = min(tolerance, shorter) if tolerance > 0.0 else shorter
-    asked = max(top_speed(first), top_speed(second))
+    wanted = max(top_speed(first), top_speed(second))
     clipped = math.cos(min(turn, 0.49 * math.pi))
     one, two = min(first.most, second.most / clipped), min(second.most, first.most / clipped)
-    base = math.sqrt(((second.way * two - first.way * one) ** 2).sum())
-    goal = min(asked, max(one * two * math.sin(turn) / base, in_plane(normal, bounds[1])))
+    base = math.sqrt(((second.direction * two - first.direction * one) ** 2).sum())
+    goal = min(wanted, max(one * two * math.sin(turn) / base, in_plane(normal, bounds[1])))
     room = min(min(first.length, SHARE * first.whole), SHARE * second.length)
     room = min(room, math.cos(angle) * away / (1.0 - math.sin(angle)))
     widest = math.tan(angle) * room
-    speed = min(math.sqrt(ACROSS * most_push * widest), goal)
-    parabolic = 0.5 * most_push
+    speed = min(math.sqrt(ACROSS * most_acceleration * widest), goal)
+    parabolic = 0.5 * most_acceleration
     time = min(math.sqrt(2.0 * parabolic * room), speed) / parabolic
-    radius = max(speed**2 / (ACROSS * most_push), min(time * speed / turn, widest))
+    radius = max(speed**2 / (ACROSS * most_acceleration), min(time * speed / turn, widest))
     if radius * turn < LEAST_ARC:
         return -1.0, 0.0
     taken = radius / math.tan(angle)
-    blend.block, blend.length, blend.feed, blend.push = second.block, radius * turn, asked, most_push
+    blend.block, blend.length, blend.feed, blend.acceleration = (
+        second.block,
+        radius * turn,
+        wanted,
+        most_acceleration,
+    )
     blend.most = min(speed, blend.length / cycle)
     blend.turns = blend.rapid = blend.overlapped = False
     blend.arc, blend.join, blend.kink = True, TANGENT, np.inf
@@ -181,7 +191,7 @@ def fit_arc(
 
 
 @compiled
-def corner(first: Span, second: Span, bounds: Array, cycle: float) -> tuple[float, float]:
+def corner(first: QueuedMove, second: QueuedMove, bounds: Array, cycle: float) -> tuple[float, float]:
     """Speed at a corner, and the share of an axis's acceleration that the change of direction takes there.
 
     Both are of the worst case: one move ends at its highest speed within the cycle in which the other begins
@@ -190,28 +200,28 @@ def corner(first: Span, second: Span, bounds: Array, cycle: float) -> tuple[floa
     speed = min(top_speed(first), top_speed(second))
     back = 0.0
     for axis in range(3):
-        back += (first.way[axis] + second.way[axis]) ** 2
+        back += (first.direction[axis] + second.direction[axis]) ** 2
     if back < DOUBLES_BACK**2:
         return speed, np.inf
-    jump, share = speed / cycle + second.push, 0.0
+    jump, share = speed / cycle + second.acceleration, 0.0
     for axis in range(3):
-        share = max(share, abs(second.way[axis] - first.way[axis]) * jump / bounds[0, axis])
+        share = max(share, abs(second.direction[axis] - first.direction[axis]) * jump / bounds[0, axis])
     return speed, share
 
 
 @compiled
-def join_pair(spans: Records, count: int, bounds: Array, tolerance: float, cycle: float) -> int:
+def join_pair(queue: Records, count: int, bounds: Array, tolerance: float, cycle: float) -> int:
     """Decide how the last of the queued moves joins the new one behind it.
 
     Parameters
     ----------
-    spans : queued moves, then the new one at ``spans[count]``, then room for one more
+    queue : queued moves, then the new one at ``queue[count]``, then room for one more
 
     Returns
     -------
     Place of the new move: one further where a blend arc went in, the same where that took the last one's.
     """
-    first, second = spans[count - 1], spans[count]
+    first, second = queue[count - 1], queue[count]
     if first.rapid != second.rapid:
         first.join = STOP
         return count
@@ -230,29 +240,29 @@ def join_pair(spans: Records, count: int, bounds: Array, tolerance: float, cycle
         return count
     if first.join == EXACT:
         return count
-    return best_blend(spans, count, bounds, tolerance, cycle)
+    return best_blend(queue, count, bounds, tolerance, cycle)
 
 
 @compiled
-def best_blend(spans: Records, count: int, bounds: Array, tolerance: float, cycle: float) -> int:
+def best_blend(queue: Records, count: int, bounds: Array, tolerance: float, cycle: float) -> int:
     """Choose the fastest of a blend arc, a tangent end and an overlap (tpChooseBestBlend), as `join_pair`."""
-    first, second = spans[count - 1], spans[count]
+    first, second = queue[count - 1], queue[count]
     _one, _two, overlap = blend_speeds(first, second, tolerance, SHARE)
-    taken, left = fit_arc(spans, count - 1, count, count + 1, bounds, tolerance, cycle)
-    arc = spans[count + 1].most if taken >= 0.0 else 0.0
+    taken, left = fit_arc(queue, count - 1, count, count + 1, bounds, tolerance, cycle)
+    arc = queue[count + 1].most if taken >= 0.0 else 0.0
     if arc > max(0.5 * overlap, first.kink):
         first.kink, first.eased_end, second.eased_start = np.inf, 0.0, 0.0
         second.length -= taken
         if left == 0.0:
             # The move before the one that is taken keeps its end.
-            spans[count + 1].length += first.length - taken
-            spans[count - 1], spans[count] = spans[count + 1], spans[count]
+            queue[count + 1].length += first.length - taken
+            queue[count - 1], queue[count] = queue[count + 1], queue[count]
             return count
         first.length, first.join = left, TANGENT
         first.most = min(first.most, left / cycle)
-        spans[count + 2] = second
-        spans[count] = spans[count + 1]
-        spans[count + 1] = spans[count + 2]
+        queue[count + 2] = second
+        queue[count] = queue[count + 1]
+        queue[count + 1] = queue[count + 2]
         return count + 1
     if 0.5 * overlap >= first.kink:
         first.kink, first.eased_end, second.eased_start = np.inf, 0.0, 0.0
@@ -268,55 +278,55 @@ def queue_moves(moves: Records, bounds: Array, tolerance: float, cycle: float) -
 
     Parameters
     ----------
-    moves : (n,) of `SPAN`, none without length
+    moves : (n,) of `QUEUED_MOVE`, none without length
     bounds : (2, 3), highest accelerations, mm/s², and speeds, mm/s, of X, Y, Z
     tolerance : mm of blends; 0 for none
     cycle : s
 
     Returns
     -------
-    spans : (m,) of `SPAN`, with speeds at their ends
+    queue : (m,) of `QUEUED_MOVE`, with speeds at their ends
     """
-    spans = np.zeros(2 * len(moves) + 3, moves.dtype)
+    queue = np.zeros(2 * len(moves) + 3, moves.dtype)
     count = 0
     for move in range(len(moves)):
-        spans[count] = moves[move]
-        spans[count].most = min(spans[count].most, spans[count].length / cycle)
+        queue[count] = moves[move]
+        queue[count].most = min(queue[count].most, queue[count].length / cycle)
         if count:
-            count = join_pair(spans, count, bounds, tolerance, cycle)
+            count = join_pair(queue, count, bounds, tolerance, cycle)
         count += 1
-    spans = spans[:count]
+    queue = queue[:count]
     for place in range(1, count):
-        if spans[place - 1].join == TANGENT:
-            spans[place].most = min(spans[place].most, spans[place].length / (FEWEST_CYCLES * cycle))
-    end_speeds(spans)
-    return spans
+        if queue[place - 1].join == TANGENT:
+            queue[place].most = min(queue[place].most, queue[place].length / (FEWEST_CYCLES * cycle))
+    end_speeds(queue)
+    return queue
 
 
 @compiled
-def end_speeds(spans: Records) -> None:
+def end_speeds(queue: Records) -> None:
     """Set the speeds at tangent ends: what braking within the look-ahead allows (tpRunOptimization)."""
-    count = len(spans)
+    count = len(queue)
     end = 0
     for place in range(count):
-        if spans[place].join != TANGENT or place == count - 1:
+        if queue[place].join != TANGENT or place == count - 1:
             continue
         # First move behind this one that ends at rest.
         end = max(end, place + 1)
-        while end < count - 1 and spans[end].join == TANGENT:
+        while end < count - 1 and queue[end].join == TANGENT:
             end += 1
         last = min(end, place + DEPTH + 1)
         if last < end or end == count - 1:
             # The last move in the look-ahead may still lose half of its length to a blend.
-            span = spans[last]
-            speed = min(math.sqrt(acceleration(span) * span.length), top_speed(span))
-            speed = min(speed, min(spans[last - 1].most, spans[last - 1].kink))
+            move = queue[last]
+            speed = min(math.sqrt(usable_acceleration(move) * move.length), top_speed(move))
+            speed = min(speed, min(queue[last - 1].most, queue[last - 1].kink))
             last -= 1
         else:
             speed = 0.0
         while last > place:
-            span, before = spans[last], spans[last - 1]
-            speed = math.sqrt(speed**2 + 2.0 * acceleration(span) * span.length)
-            speed = min(speed, min(span.most, min(before.most, before.kink)))
+            move, before = queue[last], queue[last - 1]
+            speed = math.sqrt(speed**2 + 2.0 * usable_acceleration(move) * move.length)
+            speed = min(speed, min(move.most, min(before.most, before.kink)))
             last -= 1
-        spans[place].final = min(speed, min(top_speed(spans[place]), top_speed(spans[place + 1])))
+        queue[place].final = min(speed, min(top_speed(queue[place]), top_speed(queue[place + 1])))

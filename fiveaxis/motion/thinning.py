@@ -14,7 +14,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
-from fiveaxis.motion.timing import standing_speeds
+from fiveaxis.motion.timing import standing_speeds, top_speeds
 from fiveaxis.toolpath import Band, Toolpath
 
 # Largest relative difference of the path speeds of the blocks in one span.
@@ -267,8 +267,7 @@ class _Course:
         row, first, last : (r,), rows at the ends of all blocks, and their spans' ends
         begins : (s,), index among them of the first block of each span
         """
-        axes, time = self.machine.axes, self.motion.time[row][:, None]
-        most = np.array([math.inf if a.max_speed is None else a.max_speed for a in axes])
+        time, most = self.motion.time[row][:, None], top_speeds(self.machine)
         now = self._positions(row, first, last)
         moves = np.abs(now - self._positions(row - 1, first, last))
         bad = (moves > most * time * (1.0 + ROUNDING)) | np.isnan(now)

@@ -60,14 +60,14 @@ class TimeLaw:
     motion : with the times of this law
     path : of the axes, corners rounded
     phases : of the station in time
-    feed_pace : (n,), mm/s of station in each block at its feed; NaN where nothing moves
+    feed_speed : (n,), mm/s, path speed in each block at its feed; NaN where nothing moves
     bounds : of the axes
     """
 
     motion: Motion
     path: RoundedPath
     phases: Phases
-    feed_pace: Array
+    feed_speed: Array
     bounds: AxisBounds
 
     @property
@@ -90,10 +90,10 @@ class TimeLaw:
         if len(phases) == 0:
             return np.zeros_like(self.motion.positions)
         held = np.maximum(last, 0)
-        pace = np.where(last < 0, 0.0, phases.end_pace[held])
+        path_speed = np.where(last < 0, 0.0, phases.end_path_speed[held])
         # Just before the end, as at a corner without rounding the slope of the block itself counts.
         _, slope, _ = self.path.at(phases.end_station[held] - 1e-9)
-        return slope * pace[:, None]
+        return slope * path_speed[:, None]
 
     def at(self, time: ArrayLike) -> tuple[Array, Array, Array]:
         """Compute axis values, speeds and accelerations at given times.
@@ -106,9 +106,12 @@ class TimeLaw:
         -------
         q, qd, qdd : (s, k), mm and rad, per s, per s²
         """
-        station, pace, push = self.phases.at(np.atleast_1d(np.asarray(time, dtype=float)))
+        station, path_speed, path_acceleration = self.phases.at(np.atleast_1d(np.asarray(time, dtype=float)))
         position, slope, bend = self.path.at(station)
-        speed, acceleration = pace[:, None] * slope, push[:, None] * slope + (pace**2)[:, None] * bend
+        speed, acceleration = (
+            path_speed[:, None] * slope,
+            path_acceleration[:, None] * slope + (path_speed**2)[:, None] * bend,
+        )
         return position, speed, acceleration
 
     @cached_property
@@ -134,9 +137,9 @@ class TimeLaw:
     def usage(self) -> Array:
         """(s, 2 k + 2), utilisation of each limit in each sample, 1 at the limit, in the order of `names`."""
         samples = self.samples
-        _, pace, _ = self.phases.at(samples.time)
-        feed = np.nan_to_num(pace / self.feed_pace[samples.block])
-        dwell = (~np.isfinite(self.feed_pace[samples.block])).astype(float)
+        _, path_speed, _ = self.phases.at(samples.time)
+        feed = np.nan_to_num(path_speed / self.feed_speed[samples.block])
+        dwell = (~np.isfinite(self.feed_speed[samples.block])).astype(float)
         speeds = np.abs(samples.speed) / self.bounds.speed
         accelerations = np.abs(samples.acceleration) / self.bounds.acceleration
         return np.column_stack([feed, speeds, accelerations, dwell])
@@ -159,15 +162,16 @@ def time_motion(
     """Compute the fastest timing of a motion, with look-ahead over all its blocks.
 
     Axes run straight from row to row and pass corners on a parabola (`round_corners`). On one of arm a
-    between the unit directions d₁ and d₂, at a constant pace u̇, axis j accelerates at
+    between the unit directions d₁ and d₂, at a constant path speed u̇, axis j accelerates at
     ``(d₂ − d₁)_j u̇² / (2 a)``, and ``a = 4 ε / |d₂ − d₁|`` passes the corner at the tolerance ε. So a corner
-    with long sides is passed at the pace
+    with long sides is passed at the path speed
 
         u̇² = min_j  8 ε A_j / (|d₂ − d₁| · |d₂ − d₁|_j),
 
     which for one A in all directions and a turn by δ is ``u̇² = 2 ε A / sin²(δ/2)``. Along the path the
-    squared pace is found by reachability analysis (`highest_speeds`). Bounds hold all along the rounded path
-    to within rounding (1e-6); jerk isn't bounded. The motion starts and ends at rest and rests in dwells.
+    squared path speed is found by reachability analysis (`highest_speeds`). Bounds hold all along the rounded
+    path to within rounding (1e-6); jerk isn't bounded. The motion starts and ends at rest and rests in
+    dwells.
 
     Parameters
     ----------
@@ -210,23 +214,23 @@ def time_motion(
     levers = np.array([lever if axis.is_rotary else 1.0 for axis in machine.axes])
     held = dwells if stops is None else dwells | stops
     path, station = round_corners(motion.positions, levers, held, tolerance=tolerance, smooth=smooth)
-    pace = _feed_pace(station, np.where(dwells, 0.0, motion.time))
+    path_speed = _feed_speeds(station, np.where(dwells, 0.0, motion.time))
     dwelling = np.where(dwells, motion.time, 0.0)
-    phases = run_phases(path, station, pace, dwelling, bounds)
+    phases = run_phases(path, station, path_speed, dwelling, bounds)
     times = np.zeros(len(motion))
     np.add.at(times, phases.block, phases.duration)
-    return TimeLaw(replace(motion, time=times), path, phases, pace, bounds)
+    return TimeLaw(replace(motion, time=times), path, phases, path_speed, bounds)
 
 
-def _feed_pace(station: Array, times: Array) -> Array:
-    """Compute the pace of station in each block at its feed, (n,), mm/s; NaN where nothing moves."""
+def _feed_speeds(station: Array, times: Array) -> Array:
+    """Compute the path speed in each block at its feed, (n,), mm/s; NaN where nothing moves."""
     steps = np.diff(station, prepend=station[:1])
     moving = np.flatnonzero(steps > 0.0)
     # The time of rows that stand still is added to the next move.
     spent = np.diff(np.cumsum(times)[moving], prepend=0.0)
-    pace = np.full(len(station), np.nan)
-    pace[moving] = steps[moving] / np.maximum(spent, INSTANT)
-    return pace
+    path_speed = np.full(len(station), np.nan)
+    path_speed[moving] = steps[moving] / np.maximum(spent, INSTANT)
+    return path_speed
 
 
 def _corner_rule(corners: str | float | BoolArray, rows: int) -> tuple[BoolArray | None, float]:

@@ -62,7 +62,12 @@ def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
 
 def standing_speeds(machine: Machine) -> Array:
     """Return the speeds below which an axis counts as standing, (k,) mm/s and rad/s."""
-    return np.where([axis.is_rotary for axis in machine.axes], STANDING_TURN, STANDING)
+    return np.where(machine.is_rotary, STANDING_TURN, STANDING)
+
+
+def top_speeds(machine: Machine) -> Array:
+    """Return the highest speeds of the axes, (k,) mm/s and rad/s; infinite where none is known."""
+    return np.array([np.inf if axis.max_speed is None else axis.max_speed for axis in machine.axes])
 
 
 def rapid_speeds(machine: Machine, feed: Array) -> Array:
@@ -76,9 +81,9 @@ def rapid_speeds(machine: Machine, feed: Array) -> Array:
     -------
     (n, k), mm/s and rad/s
     """
-    stated = np.where([axis.is_rotary for axis in machine.axes], np.radians(feed)[:, None], feed[:, None])
-    known = np.array([np.nan if axis.max_speed is None else axis.max_speed for axis in machine.axes])
-    return np.where(np.isnan(known), stated, known)
+    stated = np.where(machine.is_rotary, np.radians(feed)[:, None], feed[:, None])
+    known = top_speeds(machine)
+    return np.where(np.isfinite(known), known, stated)
 
 
 def rapid_findings(toolpath: Toolpath, machine: Machine, positions: Array) -> list[Finding]:
@@ -121,4 +126,4 @@ def least_times(toolpath: Toolpath, machine: Machine) -> Array:
 
 def times_rapids(machine: Machine) -> bool:
     """Check whether the highest speed of every linear axis is known, so that rapid moves can be timed."""
-    return all(machine.axes[column].max_speed is not None for column in machine.linear_columns)
+    return bool(np.isfinite(top_speeds(machine)[~machine.is_rotary]).all())

@@ -6,6 +6,7 @@ keywords of functions (`spelled_out`), which editors complete and mypy checks, t
 """
 
 from fiveaxis.options.bounds import Bounds, ProgramBounds
+from fiveaxis.options.calibration import Calibrate, FitDrive, ReadLog
 from fiveaxis.options.meshes import CREASE, Meshes
 from fiveaxis.options.option import (
     Option,
@@ -36,8 +37,10 @@ __all__ = [
     "GOUGE_TOLERANCE",
     "SURFACE_TOLERANCE",
     "Bounds",
+    "Calibrate",
     "Coordinates",
     "Direction",
+    "FitDrive",
     "Framing",
     "MeshSource",
     "Meshes",
@@ -48,6 +51,7 @@ __all__ = [
     "Planning",
     "Positions",
     "ProgramBounds",
+    "ReadLog",
     "ReadProgram",
     "Reading",
     "Search",

@@ -10,10 +10,9 @@ from typing import cast
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import power_findings
 from fiveaxis.errors import Infeasible, SettingError, ToolpathError
 from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine, with_powers
+from fiveaxis.machine import Machine, power_findings, with_powers
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Interpolation
 from fiveaxis.options import Objective, Search, completed, defaults
 from fiveaxis.posture.masks.mask import Mask, MaskFunction

@@ -20,7 +20,7 @@ from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optimality import Optimality, optimality
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
-from fiveaxis.toolpath.lead_lean import lead_lean
+from fiveaxis.toolpath.bounds import lead_lean
 
 # Name of the result beside those of its baselines.
 RESULT = "optimised"

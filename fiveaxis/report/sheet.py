@@ -34,7 +34,7 @@ def describe_machine(machine: Machine) -> Document:
     """
     names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
     structure = {
-        "kind": machine.kind,
+        "kind": machine.code.kind,
         "kinematic_class": machine.code.kinematic_class,
         "axes": machine.letters,
         "reversed": [a.letter for a in machine.axes if a.reversed],
@@ -84,7 +84,7 @@ def _orientation(machine: Machine) -> Document:
         "singular_direction": _numbers(singular_direction(machine)),
         "branch_axis": leans.letter,
         "branch_middle": _short(math.degrees(leans.middle)),
-        "lean_reach": _degrees(leans.reach),
+        "lean_reach": _degrees(leans.unlimited),
         "lean_within_limits": _degrees(leans.limited),
         "both_branches_within_limits": [
             _degrees(ends) for ends in leans.both if ends[1] - ends[0] > TOUCHING

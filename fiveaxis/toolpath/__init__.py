@@ -1,6 +1,6 @@
 """The tool, the cutter locations, and the constraints on the tool's posture there."""
 
-from fiveaxis.toolpath.bounds import TiltBounds
+from fiveaxis.toolpath.bounds import TiltBounds, feed_directions
 from fiveaxis.toolpath.constraints import Constraints, require_range
 from fiveaxis.toolpath.cutter import Cutter, Zone, across
 from fiveaxis.toolpath.dividing import (
@@ -13,11 +13,9 @@ from fiveaxis.toolpath.dividing import (
     refined,
     turned,
 )
-from fiveaxis.toolpath.lead_lean import feed_directions
 from fiveaxis.toolpath.move_kind import MoveKind, kind_names
 from fiveaxis.toolpath.path import PathShape, Toolpath
-from fiveaxis.toolpath.tool import Holder, Section, Tool
-from fiveaxis.toolpath.tool_file import parse_tool
+from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
 
 __all__ = [
     "Band",

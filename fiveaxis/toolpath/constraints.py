@@ -12,8 +12,7 @@ import numpy as np
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import angle_between
 from fiveaxis.options import Bounds, completed, spelled_out
-from fiveaxis.toolpath.bounds import TiltBounds
-from fiveaxis.toolpath.lead_lean import Range, lead_lean_bounds, require_lead_lean, tilt_of
+from fiveaxis.toolpath.bounds import Range, TiltBounds, lead_lean_bounds, require_lead_lean, tilt_of
 from fiveaxis.toolpath.path import SHORTEST_DIRECTION, Toolpath
 
 # Tolerance on a tool axis in a plane, which the search needs.
@@ -29,7 +28,7 @@ class Constraints:
     tilt : smallest and largest angle between tool axis and surface normal
     cone : largest angle between tool axis and programmed axis; not together with `tilt`
     lead, lean : smallest and largest angle by which the tool is tipped in the feed direction, and to its left
-        (`fiveaxis.toolpath.lead_lean`); alone or with the others
+        (`fiveaxis.toolpath.bounds`); alone or with the others
     plane : (3,), workpiece frame, normal vector of a plane that the tool axis stays in within
         `PLANE_TOLERANCE`; with one of the others
     hold : angles at which rotary axes are held, by letter

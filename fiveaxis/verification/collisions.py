@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.collision.pairs import MACHINE, Pair, choose_pairs
-from fiveaxis.collision.scene import FIXTURE, build_scene, links_of
+from fiveaxis.collision.scene import FIXTURE, build_scene
 from fiveaxis.collision.sweep import Hits, Sweep, SweepCount, join
 from fiveaxis.collision.travel import Poses, Stretch
 from fiveaxis.findings import Severity
@@ -115,7 +115,7 @@ def pinocchio_poses(machine: Machine) -> Poses:
     """
     pin, built = load_pinocchio(), build_model(machine)
     model, data = built.model, built.model.createData()
-    links = links_of(machine.code)
+    links = machine.code.links
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     home = [pose.homogeneous.copy() for pose in data.oMi]
     back = inverse_transform(np.array(home))

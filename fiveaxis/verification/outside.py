@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.geometry import IntArray
-from fiveaxis.mesh.patches import make_patches
+from fiveaxis.mesh.surface import make_patches
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification.check_context import CheckContext, PathConstraints, make_context
 from fiveaxis.verification.following import Match

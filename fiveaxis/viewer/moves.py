@@ -159,15 +159,15 @@ class Readings:
     ----------
     points : (m, 3), mm, workpiece frame, where the path is drawn
     powers : (m, k), W, of each drive
-    asked, got : (m,), mm/min, feed along the path: programmed, and by the move's duration; 0 for a rapid move
-        or none
+    programmed, actual : (m,), mm/min, feed along the path: programmed, and by the move's duration; 0 for a
+        rapid move or none
     lean : (m,), deg, between tool axis and the reference of the tilt; NaN where there is none
     """
 
     points: Array
     powers: Array
-    asked: Array
-    got: Array
+    programmed: Array
+    actual: Array
     lean: Array
 
 
@@ -182,11 +182,11 @@ def read_off(side: Side, machine: Machine) -> Readings:
     length = np.where(off, np.linalg.norm(np.diff(tip, axis=0, prepend=tip[:1]), axis=1), 0.0)
     length += np.where(off, 0.0, np.diff(travelled, prepend=travelled[:1]))
     moving = (motion.time > 0.0) & ~motion.rapid
-    got = np.divide(60.0 * length, motion.time, out=np.zeros(len(length)), where=moving)
+    actual = np.divide(60.0 * length, motion.time, out=np.zeros(len(length)), where=moving)
     lean = np.degrees(angle_between(interpolate(side.tilt.reference, side.place), axis))
     lean[off] = np.nan
     powers = move_powers(machine, motion) if machine.has_powers else np.zeros_like(motion.positions)
-    return Readings(points, powers, np.where(moving, 60.0 * motion.feed, 0.0), got, lean)
+    return Readings(points, powers, np.where(moving, 60.0 * motion.feed, 0.0), actual, lean)
 
 
 def _off_path(side: Side) -> Array:

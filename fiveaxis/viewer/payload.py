@@ -15,12 +15,30 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion
 from fiveaxis.viewer.moves import Readings, Side, read_off
-from fiveaxis.viewer.power_scale import VIRIDIS, colour_top, cutting_powers
 from fiveaxis.viewer.scene import STAGE, Scene
 
 # Steps of a number that is packed in 16 bit.
 STEPS = 2**16 - 1
+# viridis at 0, 1/8 … 1 (van der Walt and Smith, CC0): perceptually even, safe for the colour-blind.
+VIRIDIS = np.array(
+    [
+        [0.267, 0.005, 0.329],
+        [0.278, 0.175, 0.483],
+        [0.230, 0.322, 0.546],
+        [0.173, 0.449, 0.558],
+        [0.128, 0.567, 0.551],
+        [0.158, 0.684, 0.502],
+        [0.369, 0.789, 0.383],
+        [0.678, 0.864, 0.190],
+        [0.993, 0.906, 0.144],
+    ]
+)
+# Quantile of all powers at which the scale ends, so that one reversal doesn't darken the rest.
+CLIPPED_AT = 0.98
+# It also ends at this multiple of this quantile of the result's powers, because of costly baselines.
+USUAL, MULTIPLE = 0.9, 3.0
 
 
 class Recorder:
@@ -140,7 +158,11 @@ def _add_side(sections: Sections, name: str, side: Side, reading: Readings) -> N
     sections.add(f"{name}/cutting", side.motion.cutting, "i4")
     events = side.steadiness
     sections.add(f"{name}/events", np.column_stack([events.time, events.column, events.reverses]), "f4")
-    for what, values in (("powers", reading.powers), ("asked", reading.asked), ("got", reading.got)):
+    for what, values in (
+        ("powers", reading.powers),
+        ("programmed", reading.programmed),
+        ("actual", reading.actual),
+    ):
         sections.add_steps(f"{name}/{what}", np.nan_to_num(values))
 
 
@@ -157,3 +179,37 @@ def _matrix(transform: Array) -> list[float]:
 
 def _numbers(values: Array) -> list[float]:
     return [float(x) for x in values]
+
+
+def cutting_powers(powers: Array, motion: Motion) -> Array:
+    """Add up the power of all feed drives, (m, k) W, in each cut.
+
+    Returns
+    -------
+    (m,), W, of the move that ends at the row; NaN for the first row, links, rapids and moves without duration
+    """
+    power = powers.sum(axis=1)
+    known = motion.cutting & (motion.time > 0.0)
+    known[:1] = False
+    return np.where(known, power, np.nan)
+
+
+def colour_top(result: Array, *others: Array) -> float:
+    """Choose the power at the end of the scale.
+
+    Parameters
+    ----------
+    result, others : (n,), W, powers of the result and of its baselines; NaN is ignored
+
+    Returns
+    -------
+    W, positive even if all powers are 0
+    """
+    together = np.concatenate([result, *others])
+    known = together[np.isfinite(together)]
+    usual = result[np.isfinite(result)]
+    if not known.size or not known.max() > 0.0:
+        return 1.0
+    highest = float(np.quantile(known, CLIPPED_AT)) or float(known.max())
+    bound = MULTIPLE * float(np.quantile(usual, USUAL)) if usual.size else 0.0
+    return min(highest, bound) if bound > 0.0 else highest

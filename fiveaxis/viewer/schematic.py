@@ -23,14 +23,14 @@ SPINDLE = ((0.28, 0.0, 0.5), (0.5, 0.5, 1.6))  # radius, begin and end above the
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def schematic_bodies(machine: Machine, radius: float = TABLE, reach: float = TABLE) -> tuple[Body, ...]:
+def schematic_bodies(machine: Machine, radius: float = TABLE, nose_height: float = TABLE) -> tuple[Body, ...]:
     """Draw a machine from its chain, every axis at 0.
 
     Parameters
     ----------
     machine : its code, lines and travels
     radius : mm, of the table; the part's size
-    reach : mm, from the tip to the spindle's nose if the machine has no tool length
+    nose_height : mm, from the tip to the spindle's nose if the machine has no tool length
 
     Returns
     -------
@@ -39,7 +39,7 @@ def schematic_bodies(machine: Machine, radius: float = TABLE, reach: float = TAB
     lines = {joint.letter: joint.line.moved(machine.setup.frame) for joint in machine.chain.joints}
     draft = _Draft(machine, lines, radius)
     draft.table_side()
-    draft.head_side(machine.tool_length or reach)
+    draft.head_side(machine.tool_length or nose_height)
     return tuple(draft.bodies)
 
 
@@ -68,11 +68,11 @@ class _Draft:
                 level = self._slid(link, carrier, line, level, -UP)
         self._box(BED, level - 0.3 * self.radius * UP, np.array([3.0, 3.0, 0.6]))
 
-    def head_side(self, reach: float) -> None:
+    def head_side(self, nose_height: float) -> None:
         """Draw the links from the spindle to the bed."""
         home = self.machine.setup.frame @ self.machine.chain.tool_home
         axis = home[:3, 2]
-        nose = home[:3, 3] + reach * axis
+        nose = home[:3, 3] + nose_height * axis
         links = (*self.machine.code.head[::-1], BED)
         for size, begin, end in SPINDLE:
             middle = nose + 0.5 * (begin + end) * self.radius * axis

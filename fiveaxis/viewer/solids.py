@@ -1,7 +1,13 @@
-"""Shapes as meshcat's geometries: boxes, cylinders, thinned meshes, bodies of revolution, marks."""
+"""Shapes as meshcat's geometries: boxes, cylinders, thinned meshes, bodies of revolution, marks.
+
+meshcat is imported when needed, and its objects get reproducible identifiers.
+"""
 
 from __future__ import annotations
 
+import uuid
+import warnings
+from importlib import import_module
 from itertools import product
 from typing import Any
 
@@ -11,13 +17,36 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Box, Cylinder, MeshShape
 from fiveaxis.machine.bodies import Shape
 from fiveaxis.mesh import load_mesh
-from fiveaxis.viewer.library import UPRIGHT, load_meshcat
 
+# Identifiers of scene objects follow from this and their name, so a scene always has the same bytes.
+NAMESPACE = uuid.UUID("5d0a4f0e-6c1b-5e55-9a0f-640123000000")
+# Turns meshcat's cylinder, which lies along y about its middle, along z.
+UPRIGHT = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 # Corners and faces of an octahedron of radius 1, anticlockwise seen from outside.
 CORNERS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
 FACES = np.array(
     [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], dtype=np.int64
 )
+
+
+def load_meshcat() -> Any:
+    """Import meshcat without the deprecation warning of its import of zmq."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", message="zmq.eventloop.ioloop is deprecated", category=DeprecationWarning
+        )
+        return import_module("meshcat")
+
+
+def identify(thing: Any, name: str) -> Any:
+    """Set the identifiers of a meshcat object, its geometry and its material, from a name.
+
+    meshcat's own come from the clock and the network card.
+    """
+    thing.uuid = str(uuid.uuid5(NAMESPACE, name))
+    thing.geometry.uuid = str(uuid.uuid5(NAMESPACE, f"{name}/geometry"))
+    thing.material.uuid = str(uuid.uuid5(NAMESPACE, f"{name}/material"))
+    return thing
 
 
 def make_geometry(shape: Shape, most_triangles: int) -> Any:

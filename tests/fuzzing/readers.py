@@ -14,10 +14,10 @@ import numpy as np
 from typer.testing import CliRunner
 
 from fiveaxis.batch.ledger import read_rows
-from fiveaxis.batch.sweep import read_sweep
+from fiveaxis.batch.tasks import read_sweep
 from fiveaxis.cli import app
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
-from fiveaxis.energy.log_columns import LogColumns, require_columns
+from fiveaxis.energy.log_columns import LogColumns
 from fiveaxis.energy.motion_log import read_axis_log, require_motion
 from fiveaxis.errors import InputError, JobError, ToolpathError
 from fiveaxis.findings import has_errors
@@ -144,10 +144,9 @@ def _log(path: Path, rng: random.Random) -> object:
         given["time_unit"] = "iso"
     if "time" not in given and rng.random() < 0.7:
         given["rate"] = 10.0
-    columns = LogColumns(power="p", power_unit=rng.choice(["W", "%"]), **given)
-    require_columns(columns, rotary=rotary)
-    log = read_axis_log(path, columns, rotary=rotary)
-    require_motion(log, columns, rotary=rotary)
+    columns = LogColumns.of("p", rng.choice(["W", "%"]), rotary=rotary, **given)
+    log = read_axis_log(path, columns)
+    require_motion(log, columns)
     return log
 
 

@@ -128,6 +128,7 @@ def test_settings_too_large_to_read_are_refused_with_the_limit(tmp_path):
         load_machine(str(path))
 
 
+LOG = LogColumns.of("p", "W", rotary=False, velocity="v", velocity_unit="mm/s")
 # Every reader that takes a path, with a suffix that it accepts.
 OPENERS = {
     "program.nc": lambda path: read_program(path, load_machine("hayashi-640123")),
@@ -140,7 +141,7 @@ OPENERS = {
     "fixtures.toml": read_fixtures,
     "control.toml": find_dialect,
     "tool.toml": lambda path: parse_tool(str(path)),
-    "log.csv": lambda path: read_axis_log(path, LogColumns("p", "W", "v", "mm/s"), rotary=False),
+    "log.csv": lambda path: read_axis_log(path, LOG),
     "part.stl": load_mesh,
     "part.ply": load_mesh,
     "input": describe_input,

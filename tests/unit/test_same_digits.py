@@ -1,7 +1,7 @@
 """Nothing that decides between postures has digits that depend on the processor.
 
 OpenBLAS chooses its kernels by processor, and so does numpy for functions that have vector code of their own;
-`fiveaxis.geometry.arithmetic` has what takes their place.
+`fiveaxis.geometry.vectors` has what takes their place.
 """
 
 from __future__ import annotations

@@ -468,7 +468,7 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
     return Prices(
         costs.standing,
         costs.slope + TIE * tie,
-        costs.reach,
+        costs.measured,
         standing_speeds(machine) * time[:, None],
         start * power,
         problem.bend_price,

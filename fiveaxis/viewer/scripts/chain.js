@@ -1,5 +1,5 @@
 "use strict";
-// The machine's chain as a product of exponentials, T(q) = E₁(q₁) … E_k(q_k) · M, as in kinematics/links.py.
+// The machine's chain as a product of exponentials, T(q) = E₁(q₁) … E_k(q_k) · M, as in kinematics/poses.py.
 const {THREE} = MeshCat;
 
 class Chain {

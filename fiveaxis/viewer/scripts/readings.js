@@ -41,8 +41,8 @@ class Readings {
     const figures = {
       time: `${digits(side.at("clock", row), 2)} s`,
       location: digits(side.at("place", row), 1),
-      asked: side.asked[end] > 0 ? `${digits(side.asked[end], 0)} mm/min` : "rapid or none",
-      got: side.got[end] > 0 ? `${digits(side.got[end], 0)} mm/min` : "–",
+      programmed: side.programmed[end] > 0 ? `${digits(side.programmed[end], 0)} mm/min` : "rapid or none",
+      actual: side.actual[end] > 0 ? `${digits(side.actual[end], 0)} mm/min` : "–",
       lean: Number.isFinite(lean) ? `${digits(lean, 2)}°` : "–",
       power: this.axes.some(axis => axis.powered) ? `${digits(side.total[end], 0)} W` : "unknown",
     };

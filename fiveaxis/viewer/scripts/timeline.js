@@ -1,7 +1,7 @@
 "use strict";
 // Power, feed and findings over time, and below them a row for each axis with its starts and reversals. They are
 // drawn once a size and baseline, the cursor moves above them.
-const POWER_COLOUR = "#e8c468", GOT_COLOUR = "#6cb8ff", ASKED_COLOUR = "#8a919c";
+const POWER_COLOUR = "#e8c468", ACTUAL_COLOUR = "#6cb8ff", PROGRAMMED_COLOUR = "#8a919c";
 const FINDING_COLOURS = {error: "#ff4d5e", warning: "#ffb224", note: "#6cb8ff"};
 // A start, a reversal.
 const EVENT_COLOURS = ["#4fd1b5", "#ff7ad9"], BASELINE_COLOUR = "#2c3038";
@@ -47,10 +47,10 @@ class Timeline {
       if (filled) pen.fill(); else pen.stroke();
     };
     const largest = values => values.reduce((most, value) => Math.max(most, value), 1e-9);
-    const feed = Math.max(largest(this.side.asked), largest(this.side.got));
+    const feed = Math.max(largest(this.side.programmed), largest(this.side.actual));
     curve(this.side.total, POWER_COLOUR, true, largest(this.side.total));
-    curve(this.side.asked, ASKED_COLOUR, false, feed);
-    curve(this.side.got, GOT_COLOUR, false, feed);
+    curve(this.side.programmed, PROGRAMMED_COLOUR, false, feed);
+    curve(this.side.actual, ACTUAL_COLOUR, false, feed);
     for (const {row, severity} of this.marks) {
       pen.fillStyle = FINDING_COLOURS[severity];
       pen.fillRect(this.side.clock[row] / this.side.duration * width - ratio, 0, 2 * ratio, height / 4);

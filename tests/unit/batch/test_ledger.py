@@ -10,8 +10,8 @@ import threading
 import pytest
 
 from fiveaxis.batch import Row, Status
-from fiveaxis.batch.ledger import COLUMNS, LINES, TABLE, Ledger, locked, own_folder, read_rows
-from fiveaxis.batch.record import row_of_fault, worst
+from fiveaxis.batch.ledger import LINES, TABLE, Ledger, locked, own_folder, read_rows
+from fiveaxis.batch.record import COLUMNS, row_of_fault, worst
 from fiveaxis.errors import InputError, SettingError
 
 

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from fiveaxis.batch.losses import MOST_KILLS, Losses
+from fiveaxis.batch.pool import MOST_KILLS, Losses
 
 
 def test_a_job_that_loses_three_workers_kills_them_where_no_others_die():

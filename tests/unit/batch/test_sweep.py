@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fiveaxis.batch.sweep import Variant, read_sweep
+from fiveaxis.batch.tasks import Variant, read_sweep
 from fiveaxis.errors import JobError
 from fiveaxis.job import read_job
 from fiveaxis.job.description import LARGEST_SWEEP

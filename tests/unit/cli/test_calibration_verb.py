@@ -107,7 +107,7 @@ def test_a_missing_column_is_one_line_on_stderr_that_names_the_nearest(log):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--moved-mass", "-4"), "moved mass is -4 kg"),
+        (("--moved-mass", "-4"), "moved_mass = -4 kg is out of range"),
         (("--velocity-unit", "deg/s"), "is deg/s, but the axis is linear"),
         (("-o", "residuals.gif"), "let it end in .toml, .csv, .svg, .png or .html"),
         (("--terms", "friction, drag", "--model", "friction", "--moved-mass", "4"), "no term 'drag'"),

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from fiveaxis.batch.sweep import read_sweep
+from fiveaxis.batch.tasks import read_sweep
 from fiveaxis.cli import app
 from fiveaxis.errors import SettingError
 from fiveaxis.job.description import Job

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from fiveaxis.collision.pieces import box_piece
-from fiveaxis.collision.scene import links_of
 from fiveaxis.collision.travel import Stretch, Travel
 from fiveaxis.geometry import translation
 from fiveaxis.kinematics import link_poses
@@ -26,7 +25,7 @@ def travel_of(machine: Machine, ends: tuple[int, int], turn: float) -> Travel:
     rng = np.random.default_rng(5)
     scale = np.array([turn if a.is_rotary else 30.0 for a in machine.axes])
     positions = rng.uniform(-1.0, 1.0, (40, len(scale))) * scale
-    links = links_of(machine.code)
+    links = machine.code.links
     mover = box_piece(np.array([10.0, 20.0, 30.0]), translation((3.0, -40.0, 25.0)))
     other = box_piece(np.array([50.0, 50.0, 50.0]), translation((9.0, 8.0, 7.0)))
     stretch = Stretch(machine, lambda q: link_poses(machine, q), positions)

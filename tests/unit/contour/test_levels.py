@@ -4,7 +4,7 @@ import trimesh
 
 from fiveaxis.contour import plan_contour
 from fiveaxis.contour.levels import climbing_curvature, scallop_levels, scallop_step, section_levels
-from fiveaxis.contour.walls import Walls
+from fiveaxis.contour.options import Walls
 from fiveaxis.mesh import Surface
 from fiveaxis.toolpath import Tool
 

@@ -4,8 +4,8 @@ import trimesh
 
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts, sample_loop
+from fiveaxis.contour.options import Walls
 from fiveaxis.contour.passes import split_passes
-from fiveaxis.contour.walls import Walls
 from fiveaxis.mesh import Surface, TriangleTree
 from fiveaxis.mesh.sections import section_loops
 

@@ -25,7 +25,7 @@ def cost(costs, travel):
     """One block's cost by the record's own formula; travel (k,), signed."""
     side = np.where(travel > 0.0, 0, 1)
     at = side, 0, np.arange(len(travel))
-    standing = costs.standing[at] * np.maximum(1.0, np.abs(travel) / costs.reach[0])
+    standing = costs.standing[at] * np.maximum(1.0, np.abs(travel) / costs.measured[0])
     return float((costs.slope[at] * np.abs(travel) + np.where(travel != 0.0, standing, 0.0)).sum())
 
 

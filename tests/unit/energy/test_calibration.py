@@ -415,7 +415,7 @@ BAD_OPTIONS: dict[str, tuple[dict, str]] = {
         {"velocity_unit": "deg/s"},
         r"is deg/s, but the axis is linear; state one of mm",
     ),
-    "negative mass": ({"moved_mass": -3.0}, r"moved mass is -3 kg"),
+    "negative mass": ({"moved_mass": -3.0}, r"moved_mass = -3 kg is out of range; give more than 0 kg"),
     "weight without mass": ({"model": "weight"}, r"needs the moved mass in kg"),
     "weight of a rotary axis": ({"model": "weight", "axis": "A"}, r"is for linear axes; A is rotary"),
     "friction without mass": ({"model": "friction"}, r"needs its moved mass in kg"),
@@ -433,12 +433,12 @@ BAD_OPTIONS: dict[str, tuple[dict, str]] = {
         {"model": "friction", "moved_mass": 3.0, "terms": ["hold"]},
         r"lack friction",
     ),
-    "efficiency above 1": ({"efficiency": 1.2}, r"efficiency is 1.2 W/W, above 1"),
-    "negative bound": ({"max_acceleration": -1.0}, r"max acceleration is -1"),
+    "efficiency above 1": ({"efficiency": 1.2}, r"efficiency = 1.2 W/W is out of range; give 1 W/W or less"),
+    "negative bound": ({"max_acceleration": -1.0}, r"max_acceleration = -1 mm/s² or deg/s² is out of range"),
     "no velocity": ({"velocity": None}, r"no column has the velocity"),
     "position without time": ({"velocity": None, "position": "v"}, r"needs the time"),
     "time twice": ({"time": "t", "rate": 10.0}, r"one or the other"),
-    "rate of 0": ({"rate": 0.0}, r"rate is 0 Hz"),
+    "rate of 0": ({"rate": 0.0}, r"rate = 0 Hz is out of range"),
 }
 
 

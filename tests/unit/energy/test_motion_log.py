@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fiveaxis.energy import Calibration
 from fiveaxis.energy.calibration import calibrate_drive
-from fiveaxis.energy.calibration_record import Calibration
 from fiveaxis.errors import InputError, SettingError
 
 SLOPE, OFFSET = 1.2, 40.0  # W/(mm/s), W: of the drive in all logs here
@@ -275,8 +275,11 @@ def test_a_current_at_a_voltage_is_a_power(tmp_path):
             {"power_unit": "%", "voltage": 400.0},
             r"in % needs nominal power or nominal current and voltage; given: voltage",
         ),
-        ({"power_unit": "%", "nominal_power": 0.0}, r"nominal power is 0 W"),
-        ({"longest_step": 0.0, "rate": 10.0}, r"longest step is 0 s"),
+        (
+            {"power_unit": "%", "nominal_power": 0.0},
+            r"nominal_power = 0 W is out of range; give more than 0 W",
+        ),
+        ({"longest_step": 0.0, "rate": 10.0}, r"longest_step = 0 s is out of range"),
     ],
 )
 def test_nominal_values_must_fit_the_unit_of_the_power(tmp_path, options, message):

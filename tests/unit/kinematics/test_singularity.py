@@ -99,8 +99,8 @@ def test_the_lean_within_limits_is_what_a_sweep_finds(name):
         swept = leans(within, np.linspace(low, low + width, 2001))
         found = lean_range(within)
         np.testing.assert_allclose(found.limited, (swept.min(), swept.max()), atol=5e-3)
-        assert found.reach[0] <= found.limited[0] + 1e-12
-        assert found.limited[1] <= found.reach[1] + 1e-12
+        assert found.unlimited[0] <= found.limited[0] + 1e-12
+        assert found.limited[1] <= found.unlimited[1] + 1e-12
 
 
 @pytest.mark.parametrize("name", FIVE_AXIS)
@@ -125,4 +125,4 @@ def test_a_nutating_table_at_45_degrees_leans_up_to_90():
     code = Machine.from_code("650123")
     machine = replace(code, chain=Chain.from_code(code.code, {"B": Line((0.0, 1.0, 1.0))}))
     found = lean_range(machine)
-    np.testing.assert_allclose(np.degrees(found.reach), (0.0, 90.0), atol=1e-5)
+    np.testing.assert_allclose(np.degrees(found.unlimited), (0.0, 90.0), atol=1e-5)

@@ -200,7 +200,7 @@ def test_both_joints_of_a_gantry_hold(tmp_path):
         "[JOINT_1]\nMIN_LIMIT = -5\n[JOINT_2]\nMIN_LIMIT = -4\nMAX_LIMIT = 9\n[JOINT_3]\nMIN_LIMIT = -1\n"
     )
     machine = read(tmp_path, text)
-    assert (machine.letters, machine.kind) == ("XYZ", "3-axis")
+    assert (machine.letters, machine.code.kind) == ("XYZ", "3-axis")
     assert (machine.axis("Y").limits.low, machine.axis("Y").limits.high) == (-4.0, 9.0)
     assert machine.axis("Z").limits.low == -1.0
 

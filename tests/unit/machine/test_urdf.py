@@ -14,7 +14,7 @@ import trimesh
 from fiveaxis.errors import MachineError
 from fiveaxis.geometry import frame_along, normalise, rotation_matrix
 from fiveaxis.kinematics import tool_poses
-from fiveaxis.kinematics.links import link_poses
+from fiveaxis.kinematics.poses import link_poses
 from fiveaxis.machine import (
     Body,
     Box,

@@ -55,8 +55,8 @@ def overrun(law: TimeLaw, speed: np.ndarray = SPEED, acceleration: np.ndarray = 
         column[law.phases.duration > 1e-8] for column in (law.phases.start, law.phases.duration)
     )
     inside = (start[:, None] + duration[:, None] * np.linspace(1e-4, 1 - 1e-4, 9)).ravel()
-    _, rate, push = law.at(inside)
-    return float(max((np.abs(rate) / speed).max(), (np.abs(push) / acceleration).max()) - 1.0)
+    _, rate, path_acceleration = law.at(inside)
+    return float(max((np.abs(rate) / speed).max(), (np.abs(path_acceleration) / acceleration).max()) - 1.0)
 
 
 # --- closed forms
@@ -103,13 +103,13 @@ def test_stops_of_another_number_of_rows_are_refused():
 
 
 def test_a_corner_within_tolerance_is_passed_at_the_formulas_speed():
-    """Squared pace 2 ε A / sin²(δ/2) at a right angle; along X + Y both axes' 300 mm/s² give A = √2 · 300."""
+    """u̇² = 2 ε A / sin²(δ/2) at a right angle; along X + Y both axes' 300 mm/s² give A = √2 · 300."""
     tolerance = 0.01
     corner = motion_of([[0, 0], [50, 0], [50, 50]])
     law = time_motion(with_speed(corner, 1000.0), with_limits(TRUNNION, 100.0), corners=tolerance)
-    pace = np.sqrt(2 * tolerance * np.sqrt(2.0) * 300.0 / np.sin(np.pi / 4) ** 2)
-    # Halfway through the parabola the axes share the pace; the whole is never quicker there.
-    assert np.abs(law.rates[1]).max() == pytest.approx(pace / 2.0, rel=0.05)
+    path_speed = np.sqrt(2 * tolerance * np.sqrt(2.0) * 300.0 / np.sin(np.pi / 4) ** 2)
+    # Halfway through the parabola the axes share the path_speed; the whole is never quicker there.
+    assert np.abs(law.rates[1]).max() == pytest.approx(path_speed / 2.0, rel=0.05)
     dense, _, _ = law.at(np.linspace(0.0, law.total, 100_001))
     assert np.linalg.norm(dense[:, :2] - [50, 0], axis=1).min() == pytest.approx(tolerance, rel=0.01)
 
@@ -129,10 +129,10 @@ def test_a_circle_sampled_densely_runs_at_its_feed():
 def test_a_small_circle_runs_at_the_speed_of_its_centripetal_acceleration():
     turn = np.linspace(0.0, 20 * np.pi, 7201)
     circle = with_speed(motion_of(0.1 * np.stack([np.cos(turn), np.sin(turn)], axis=1)), 15.0)
-    pace = np.linalg.norm(time_motion(circle, TRUNNION).rates[2000:5000, :2], axis=1)
+    path_speed = np.linalg.norm(time_motion(circle, TRUNNION).rates[2000:5000, :2], axis=1)
     # v² / r is at most 300 mm/s² where an axis takes it alone, and √2 times that where two share it.
-    assert pace.min() > 0.98 * np.sqrt(300.0 * 0.1)
-    assert pace.max() < 1.01 * np.sqrt(np.sqrt(2.0) * 300.0 * 0.1)
+    assert path_speed.min() > 0.98 * np.sqrt(300.0 * 0.1)
+    assert path_speed.max() < 1.01 * np.sqrt(np.sqrt(2.0) * 300.0 * 0.1)
 
 
 # --- laws
@@ -153,8 +153,8 @@ def test_bounds_hold_all_along_random_polygons(seed, n, corners, fast):
     motion = motion if fast else with_speed(motion, 8.0)
     law = time_motion(motion, TRUNNION, corners=corners)
     assert overrun(law) < ROUNDING
-    pace = law.phases.end_pace / law.feed_pace[law.phases.block]
-    assert pace.max() < 1.0 + ROUNDING
+    path_speed = law.phases.end_path_speed / law.feed_speed[law.phases.block]
+    assert path_speed.max() < 1.0 + ROUNDING
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -195,8 +195,8 @@ def test_speed_is_the_derivative_of_position_and_acceleration_that_of_speed(corn
 def test_lower_limits_never_shorten_the_time(seed, corners):
     motion = motion_of(smooth_path(60, seed))
     times = [
-        time_motion(motion, with_limits(TRUNNION, speed, push), corners=corners).total
-        for speed, push in ((1.0, 1.0), (0.9, 1.0), (0.9, 0.7), (0.5, 0.7), (0.5, 0.1))
+        time_motion(motion, with_limits(TRUNNION, speed, acceleration), corners=corners).total
+        for speed, acceleration in ((1.0, 1.0), (0.9, 1.0), (0.9, 0.7), (0.5, 0.7), (0.5, 0.1))
     ]
     assert (np.diff(times) > -1e-4 * times[0]).all()  # nodes move with the limits
 
@@ -258,22 +258,24 @@ def test_stopping_takes_longest_and_wider_tolerances_less(seed):
 def quickest_by_dynamic_programming(law: TimeLaw, nodes: int, levels: int) -> float:
     """Search all speeds on a grid of stations; bounds checked at five points of every interval."""
     station = np.linspace(0.0, law.path.length, nodes)
-    top = 1.05 * law.phases.pace.max() ** 2
+    top = 1.05 * law.phases.path_speed.max() ** 2
     x = np.linspace(0.0, top, levels)
     cost = np.where(x == 0.0, 0.0, np.inf)
     for start, end in pairwise(station):
         _, slope, bend = law.path.at(np.linspace(start + 1e-9, end - 1e-9, 5))
-        push = (x[None, :] - x[:, None]) / (2.0 * (end - start))
+        path_acceleration = (x[None, :] - x[:, None]) / (2.0 * (end - start))
         good = x[:, None] + x[None, :] > 0.0
         for i, share in enumerate(np.linspace(0.0, 1.0, 5)):
             squared = (1 - share) * x[:, None] + share * x[None, :]
             for a in np.flatnonzero(np.abs(slope).max(axis=0) > 0.0):
                 # A hair of play, as the grid of speeds seldom meets a bound.
-                good &= np.abs(slope[i, a] * push + bend[i, a] * squared) <= 1.001 * ACCELERATION[a]
+                good &= (
+                    np.abs(slope[i, a] * path_acceleration + bend[i, a] * squared) <= 1.001 * ACCELERATION[a]
+                )
                 good &= slope[i, a] ** 2 * squared <= 1.001 * SPEED[a] ** 2
-        paces = np.sqrt(x[:, None]) + np.sqrt(x[None, :])
-        spent = np.full_like(paces, np.inf)
-        np.divide(2.0 * (end - start), paces, out=spent, where=good)
+        path_speeds = np.sqrt(x[:, None]) + np.sqrt(x[None, :])
+        spent = np.full_like(path_speeds, np.inf)
+        np.divide(2.0 * (end - start), path_speeds, out=spent, where=good)
         cost = (cost[:, None] + spent).min(axis=0)
     return float(cost[0])
 
@@ -321,8 +323,8 @@ def toppra_time(toppra: object, positions: np.ndarray, speed: np.ndarray) -> flo
     ]
     path = toppra.SplineInterpolator(station, positions, bc_type="natural")
     run = algorithm.TOPPRA(bounds, path, gridpoints=grid, solver_wrapper="seidel")
-    _, pace, _ = run.compute_parameterization(0, 0)
-    return float(np.sum(2.0 * np.diff(grid) / (pace[1:] + pace[:-1])))
+    _, path_speed, _ = run.compute_parameterization(0, 0)
+    return float(np.sum(2.0 * np.diff(grid) / (path_speed[1:] + path_speed[:-1])))
 
 
 # --- results of a time law

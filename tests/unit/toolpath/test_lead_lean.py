@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import normalise
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
-from fiveaxis.toolpath.lead_lean import tilt_of
+from fiveaxis.toolpath.bounds import tilt_of
 
 
 def straight(n: int = 3, tool: Tool | None = None) -> Toolpath:

@@ -10,11 +10,10 @@ import umsgpack
 from fiveaxis.errors import MeshError
 from fiveaxis.machine import Body, Box, Cylinder, MeshShape
 from fiveaxis.viewer import render_page
-from fiveaxis.viewer.bodies import MOST_TRIANGLES
-from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.moves import choose_sides
 from fiveaxis.viewer.payload import Recorder
-from fiveaxis.viewer.scene import build_scene
+from fiveaxis.viewer.scene import MOST_TRIANGLES, build_scene
+from fiveaxis.viewer.solids import load_meshcat
 
 NODE = "/meshcat/fiveaxis/stage/links"
 DIRECTION = (0.6, 0.0, 0.8)

@@ -162,7 +162,7 @@ def test_what_is_read_off_is_what_motion_csv_says(opened, shown, tmp_path):
             assert float(said) == pytest.approx(float(rows[row][letter]), abs=2e-3)
         assert float(text(opened, "tr[data-figure=location] .value")) == pytest.approx(row, abs=0.05)
         if shown.motion.cutting[row]:
-            feed = text(opened, "tr[data-figure=asked] .value").split()[0].replace(",", "")
+            feed = text(opened, "tr[data-figure=programmed] .value").split()[0].replace(",", "")
             assert float(feed) == pytest.approx(float(rows[row]["feed"]), rel=1e-3)
 
 

@@ -61,8 +61,8 @@ def test_feed_lean_and_power_are_those_of_the_motion(solution):
     read = read_off(side, solution.machine)
     motion, path = solution.motion, solution.toolpath
     cuts = np.flatnonzero(motion.cutting & (motion.time > 0.0))
-    np.testing.assert_allclose(read.asked[cuts], 60.0 * path.feed[cuts])
-    np.testing.assert_allclose(read.got[cuts], 60.0 * path.lengths[cuts] / motion.time[cuts], rtol=1e-9)
+    np.testing.assert_allclose(read.programmed[cuts], 60.0 * path.feed[cuts])
+    np.testing.assert_allclose(read.actual[cuts], 60.0 * path.lengths[cuts] / motion.time[cuts], rtol=1e-9)
     _, axis = tool_poses(solution.machine, motion.positions)
     np.testing.assert_allclose(read.lean, np.degrees(angle_between(path.normal, axis)), atol=1e-9)
     assert (read.powers * motion.time[:, None]).sum() == pytest.approx(solution.energy.total)

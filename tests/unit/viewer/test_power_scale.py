@@ -7,7 +7,7 @@ import pytest
 
 from fiveaxis.energy import move_powers
 from fiveaxis.toolpath import MoveKind
-from fiveaxis.viewer.power_scale import VIRIDIS, colour_top, cutting_powers
+from fiveaxis.viewer.payload import VIRIDIS, colour_top, cutting_powers
 
 
 def test_the_scale_grows_lighter_throughout():

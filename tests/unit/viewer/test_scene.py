@@ -14,12 +14,10 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Box, Cylinder
 from fiveaxis.toolpath import MoveKind, Tool, parse_tool
 from fiveaxis.toolpath.tool import Holder, Section
-from fiveaxis.viewer.bodies import FIXTURE_COLOUR, PART_COLOUR, STOCK_COLOUR, tool_outlines
-from fiveaxis.viewer.library import load_meshcat
 from fiveaxis.viewer.moves import LIFT, choose_sides, shown_points
 from fiveaxis.viewer.payload import Recorder
-from fiveaxis.viewer.scene import build_scene
-from fiveaxis.viewer.solids import revolve, scatter_marks
+from fiveaxis.viewer.scene import FIXTURE_COLOUR, PART_COLOUR, STOCK_COLOUR, build_scene, tool_outlines
+from fiveaxis.viewer.solids import load_meshcat, revolve, scatter_marks
 
 # mm: single precision, as used by browsers, up to a metre away.
 SINGLE = 1e-4

@@ -11,7 +11,7 @@ CODES = ("640123", "460123", "650123", "012364", "012365", "603124", "601235", "
 
 
 def drawn(machine):
-    bodies = schematic_bodies(machine, radius=100.0, reach=80.0)
+    bodies = schematic_bodies(machine, radius=100.0, nose_height=80.0)
     links = {"bed", *machine.code.table, *machine.code.head}
     assert {body.link for body in bodies} == links
     for body in bodies:

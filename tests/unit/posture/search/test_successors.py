@@ -42,7 +42,7 @@ def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float =
     side = np.where(moves > 0.0, 0, 1)
     standing = np.take_along_axis(costs.standing, side[None], axis=0)[0]
     slope = np.take_along_axis(costs.slope, side[None], axis=0)[0]
-    faster = np.maximum(1.0, np.abs(moves) / costs.reach)
+    faster = np.maximum(1.0, np.abs(moves) / costs.measured)
     begun = (way[1:] != 0.0) & (way[1:] != way[:-1])
     starts = (start * standing / time)[1:][begun]
     return float(np.sum((way != 0.0) * (standing * faster + slope * np.abs(moves))) + starts.sum())
@@ -151,7 +151,7 @@ def test_brute_force_on_four_locations_finds_nothing_cheaper_by_a_hundredth(haya
             side = (moves < 0.0).astype(int)
             at = np.arange(5)
             standing, slope = costs.standing[side, row, at], costs.slope[side, row, at]
-            faster = np.maximum(1.0, np.abs(moves) / costs.reach[row])
+            faster = np.maximum(1.0, np.abs(moves) / costs.measured[row])
             paid.append(cost + np.sum((moves != 0.0) * (standing * faster + slope * np.abs(moves)), axis=1))
             near = (np.abs(there - states) <= problem.max_turn[row]).all(axis=1)
             reached.append(np.where(near[:, None], there, np.nan))
