@@ -23,7 +23,6 @@ VECTOR_CODE |= {"logaddexp", "logspace", "power", "sinh", "tan", "tanh"}
 OPTIONS = {"fastmath", "optimize", "parallel"}
 # Who may use them, and why.
 EXCEPTIONS = {
-    "energy/drilling_fits.py": "fits a model to a log before any posture is chosen, with singular values",
     "energy/drive_fits.py": "fits powers to a log before any posture is chosen; a user rounds and keeps them",
     "energy/totals.py": "draws powers for the range of savings, after the postures are chosen",
     "posture/local/ipopt.py": "states the problem in CasADi; IPOPT's own linear algebra is BLAS",
