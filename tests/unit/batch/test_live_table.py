@@ -80,6 +80,7 @@ def test_a_terminal_shows_names_stages_and_the_end_and_stdout_the_json_alone(job
     go, conftest = tmp_path / "go", Path(__file__).with_name("conftest.py")
     words = ["batch", *map(str, jobs[:3]), "-o", str(tmp_path / "out"), "--workers", "1", "--json"]
     told = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "COLUMNS", "LINES")}
+    told["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
     with subprocess.Popen(
         [sys.executable, "-c", COMMAND, str(conftest), str(go), *words],
         stdin=subprocess.DEVNULL,
