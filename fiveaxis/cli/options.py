@@ -112,6 +112,8 @@ def _read(kind: Any, flag: str, value: Any) -> Any:
         return value
     if get_origin(whole) is Mapping:
         return parse_positions(flag, value)
+    if _is_list(whole):
+        return tuple(parse_words(value) or ())
     count = len(get_args(whole))
     form, separator = ("MIN:MAX", ":") if count == RANGE else ("X,Y,Z", ",")
     return tuple(parse_numbers(value, count, form, separator))
