@@ -34,7 +34,7 @@ def test_an_end_that_is_not_ours_is_told_with_its_input(monkeypatch):
         reader.read(b"ball:10", None, None)
     outcome = try_reader(reader, COUNT)
     [(kind, (content, trace))] = outcome.first.items()
-    assert kind.startswith("ZeroDivisionError at tool_file.py")
+    assert kind.startswith("ZeroDivisionError at tool.py")
     assert outcome.foreign[kind] > 10
     assert content
     assert "faulty" in trace
