@@ -68,8 +68,8 @@ TIE = 1e-3
 SAMPLED, RINGS = np.radians(3.0), 3
 # Divisors of cells where none of the larger ones lead through.
 FINER_SPIN = (2.5, 5.0)
-# First states per cell and direction, and to each side of a path.
-FINER, AROUND = 2, 12
+# First states per cell and direction, and to each side of a path; where the first one lies in its cell.
+FINER, AROUND, BESIDE_END = 3, 12, 1.0 / 8.0
 # Locations of a search everywhere lie no more than so many apart, and the normal turns no farther, rad.
 STRIDE, LARGEST_TURN = 8, np.radians(10.0)
 # rad: a move in which it turns farther is divided first; and a path of few locations into so many parts.
@@ -199,8 +199,8 @@ def _search(
     endless = not np.isfinite(machine.high[rotary[spin]] - machine.low[rotary[spin]])
     around = round(TURN / grain.spin) if endless else 0
     step, phase = (TURN / around, _phase(problem, spin)) if around else (grain.spin, 0.0)
-    # Samples lie at the phase and half a cell from it, where rounding doesn't decide which cell is theirs.
-    cells = Cells(level, spin, grain.level, step, around, phase - step / 4.0 if around else 0.0)
+    # Samples begin at the phase, where rounding mustn't decide which cell is theirs.
+    cells = Cells(level, spin, grain.level, step, around, phase - BESIDE_END * step if around else 0.0)
     locations = _locations(problem, holding)
     if known is None:
         path, radius, free = np.empty((0, 2)), np.full(2, np.inf), np.ones(n, dtype=bool)

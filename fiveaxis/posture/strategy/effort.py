@@ -76,7 +76,7 @@ QUICK = Effort(
 NORMAL = replace(
     QUICK,
     contains=QUICK,
-    everywhere=grain(0.5, 4.0, 500, rows=500, both_ways=True),
+    everywhere=grain(0.5, 4.0, 800, rows=500, both_ways=True),
     after=(grain(0.2, 0.7, 32, 6.0), grain(0.3, 1.0, 64, 8.0)),
     corridors=(grain(0.15, 0.5, 48, 4.0),),
     steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
