@@ -210,8 +210,10 @@ def _make_check(solution: Solution, cone: Cone | None, mask: Mask | None) -> Cal
     """
     unwrapped, (problem, start) = solution.unwrapped, _solved(solution)
     path = solution.toolpath if unwrapped is None else unwrapped.toolpath
-    if unwrapped is not None and mask is not None:
-        mask = mask.wrapped(solution.machine)
+    if mask is not None:
+        # The path has locations between those given.
+        along = mask.along(solution.motion.location)
+        mask = along if unwrapped is None else mask.wrapped(solution.machine)
     keeps = path_check(path, problem.machine, start, cone, mask)
     most = _interrupted_cuts(solution, start)
 
