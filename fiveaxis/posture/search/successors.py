@@ -340,13 +340,20 @@ def paths_anywhere(
         bound = None if held is None else held.backwards()
         path, passed = _search(back, dear, grain, None, None, admitted(rows[::-1]), bound)
         if path is not None:
-            path = path[::-1]
+            path = _begun_near_zero(problem, path[::-1])
             found += [path, _search(few, prices, grain, path, None, there, held, passed.backwards())[0]]
     return [
         np.stack([np.interp(every, rows, angle) for angle in path.T], axis=1)
         for path in found
         if path is not None
     ]
+
+
+def _begun_near_zero(problem: Problem, path: Array) -> Array:
+    """Shift endless axes of a path, (n, 2) rad, by whole turns, so that it begins within half a turn of 0."""
+    machine, rotary = problem.machine, problem.machine.rotary_columns
+    endless = ~np.isfinite(machine.high[rotary] - machine.low[rotary])
+    return path - np.where(endless, TURN * np.round(path[0] / TURN), 0.0)
 
 
 def _phase(problem: Problem, spin: int) -> float:
