@@ -35,7 +35,8 @@ machine = fx.load_machine("linuxcnc-bridgemill").with_tool_length(80.0)
 turn = np.linspace(0.0, 1.5 * np.pi, 40)
 out = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
 wall = fx.Toolpath.from_contacts(15.0 * out, 0.8 * out + [0.0, 0.0, 0.6], fx.Tool.bull(8, 1))
-tell(fx.optimise(wall, machine, tilt=(10, 60), effort="quick"), machine)
+# The wall stands where the machine has its own bodies.
+tell(fx.optimise(wall, machine, tilt=(10, 60), effort="quick", keep_clear=False), machine)
 """
 VECTOR_CODE = " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))
 KERNELS = {
