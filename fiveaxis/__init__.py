@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
-    from fiveaxis.job import Against, Solution, post_program, program_energy, verify_program, write_program
+    from fiveaxis.job import Solution, post_program, program_energy, verify_program, write_program
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
     from fiveaxis.nc import ProgramSettings, read_program, read_toolpath
     from fiveaxis.report import location_surface, path_valley, tip_surface
     from fiveaxis.toolpath import Tool, Toolpath
-    from fiveaxis.verification import Report, verify
+    from fiveaxis.verification import Against, Report, verify
     from fiveaxis.viewer import preview
 
 __version__: str
@@ -45,7 +45,6 @@ _ROOMS = {
     "errors": ("FiveAxisError",),
     "findings": ("Finding",),
     "job": (
-        "Against",
         "Solution",
         "optimise",
         "post_program",
@@ -58,7 +57,7 @@ _ROOMS = {
     "nc": ("ProgramSettings", "read_program", "read_toolpath"),
     "report": ("location_surface", "path_valley", "tip_surface"),
     "toolpath": ("Tool", "Toolpath"),
-    "verification": ("Report", "verify"),
+    "verification": ("Against", "Report", "verify"),
     "viewer": ("preview",),
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names}

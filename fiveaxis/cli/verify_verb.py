@@ -38,9 +38,9 @@ from fiveaxis.progress import Progress
 if TYPE_CHECKING:
     from fiveaxis.collision import Surroundings
     from fiveaxis.findings import Finding
-    from fiveaxis.job import Against, Job
+    from fiveaxis.job import Job
     from fiveaxis.machine import Machine
-    from fiveaxis.verification import Report
+    from fiveaxis.verification import Against, Report
 
 # How the program itself is read.
 PROGRAM: Mapping[str, Any] = {"unit": READING["unit"], **flags_of(ReadProgram)}
@@ -96,7 +96,7 @@ def verify(
             return machine, check_program(program, machine, against, reading_of(options), **given), told
 
         with shown_work(err, hidden=as_json) as shown:
-            from fiveaxis.job import check_program
+            from fiveaxis.verification import check_program
 
             machine, report, told = shown.run(work)
         print_causes(group_findings(told), err)
@@ -113,11 +113,12 @@ def load_checked(
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.contour import on_part
-    from fiveaxis.job import Against, ProgramOptions, load_placed, load_surroundings, part_unit, read_job
+    from fiveaxis.job import ProgramOptions, load_placed, load_surroundings, part_unit, read_job
     from fiveaxis.job.verifying import singular_told
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import read_toolpath
     from fiveaxis.toolpath import Constraints, parse_tool
+    from fiveaxis.verification import Against
 
     tool = None if options["tool"] is None else parse_tool(options["tool"])
     around, toolpath, asked = _surroundings(options), None, None

@@ -32,12 +32,10 @@ from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import LEFT_OUT, Outcome
 from fiveaxis.job.verifying import verify_program
-from fiveaxis.verification import Against, check_program
 
 __all__ = [
     "LEFT_OUT",
     "SWEEP",
-    "Against",
     "Gate",
     "Job",
     "MadeProgram",
@@ -50,7 +48,6 @@ __all__ = [
     "SetupTable",
     "Solution",
     "build_job",
-    "check_program",
     "choose_search",
     "is_mesh",
     "load_job_machine",

@@ -12,10 +12,10 @@ import numpy as np
 
 import fiveaxis as fx
 from fiveaxis.geometry import Array
-from fiveaxis.job import Against, MadeProgram, post_program, verify_program
+from fiveaxis.job import MadeProgram, post_program, verify_program
 from fiveaxis.nc import write_motion
 from fiveaxis.toolpath import Constraints
-from fiveaxis.verification import Report
+from fiveaxis.verification import Against, Report
 from planted.fault import Fault, always
 from planted.measure import Meaning, Measure, Way
 from planted.trial import TILT, Verdict, verdict_of

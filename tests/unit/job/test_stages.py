@@ -89,7 +89,7 @@ def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
     text = " ".join(outcome.program.text.lines)
     assert "checked: approach: a lead-in of 5 mm" in text
     assert "checked: retract: a lead-out of" in text
-    assert np.linalg.norm(outcome.program.motion.lead_out) >= 1.0
+    assert np.linalg.norm(outcome.program.motion.lead_out) >= 1.0 - 1e-9
     assert "not checked: the initial turn of the rotary axes" in text
 
 

@@ -7,10 +7,11 @@ import pytest
 
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import angle_between
-from fiveaxis.job import Against, ProgramOptions, make_of_motion
+from fiveaxis.job import ProgramOptions, make_of_motion
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.motion import measure_steadiness
 from fiveaxis.toolpath import Constraints
+from fiveaxis.verification import Against
 from fiveaxis.viewer.moves import NO_LINE, choose_sides, read_off
 
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.job import Against, ProgramOptions, make_job, make_program, run_job
+from fiveaxis.job import ProgramOptions, make_job, make_program, run_job
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.nc import read_motion, write_motion
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.verification import Against
 
 RING = {"tilt": (15.0, 75.0), "effort": "quick"}
 HOP = {"tilt": (35.0, 80.0), "max_turn": 60.0, "effort": "quick"}
