@@ -23,14 +23,23 @@ class Code:
     ----------
     severity : at worst: ``error``, ``warning`` or ``note``
     meaning : what was found
+    overridable : of an error: whether a program may be written despite it, accepted by name
     """
 
     severity: str
     meaning: str
+    overridable: bool = True
 
 
 # Found by the checks on a motion.
 CHECKS = {
+    "figure-unknown": Code(
+        ERROR,
+        "the machine doesn't state a figure on which the tool's motion depends: a pivot, a sense, the tool's "
+        "length; a warning where only the computed travel and energy depend on it",
+        overridable=False,
+    ),
+    "figure-assumed": Code(WARNING, "a figure of the machine is assumed for this run (--assume)"),
     "not-finite": Code(ERROR, "an axis value or duration isn't a number, or a duration is negative"),
     "axis-limit": Code(ERROR, "an axis is beyond its travel"),
     "contact-error": Code(ERROR, "the axis values don't put the tool on the path"),
@@ -180,7 +189,7 @@ WRITING = {
 }
 CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 
-OVERRIDABLE = tuple(name for name, code in CODES.items() if code.severity == ERROR)
+OVERRIDABLE = tuple(name for name, code in CODES.items() if code.severity == ERROR and code.overridable)
 
 
 def require_codes(names: Iterable[str]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson, Drives, MachineName, ToolLength, takes
+from fiveaxis.cli.options import AsJson, Assume, Drives, MachineName, ToolLength, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
@@ -42,6 +42,7 @@ def energy(
     ],
     machine: MachineName = None,
     drives: Drives = None,
+    assume: Assume = None,
     load: Annotated[float | None, typer.Option("--load", help="mass on the table, kg")] = None,
     tool: Annotated[
         str | None,
@@ -79,7 +80,7 @@ def energy(
 
             for path in output or ():
                 require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
-            used = _machine(require_machine(machine), drives, load)
+            used = _machine(require_machine(machine), drives, assume, load)
             if tool_length is not None:
                 used = used.with_tool_length(tool_length)
             reading = reading_of(context.params) | {"corners": _corners(corners), "control": control}
@@ -123,8 +124,8 @@ def _write(path: Path, found: Sequence[ProgramEnergy]) -> Path:
     )
 
 
-def _machine(name: str, drives: str | None, load: float | None) -> Machine:
-    machine = load_powered(name, drives)
+def _machine(name: str, drives: str | None, assume: list[str] | None, load: float | None) -> Machine:
+    machine = load_powered(name, drives, assume)
     return machine if load is None else machine.with_load(load, machine.load.centre)
 
 

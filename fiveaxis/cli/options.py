@@ -45,6 +45,14 @@ MachineName = Annotated[
     str | None,
     typer.Option("--machine", "-m", help="name (`fiveaxis machines`) or file: .toml, .ini, .urdf, .mch"),
 ]
+Assume = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--assume",
+        help="figure that the machine doesn't state, NAME=VALUE as for `fiveaxis machine new`: "
+        "A.points=0,0,50, C.counts=table; repeatable, and named in program and report",
+    ),
+]
 ToolLength = Annotated[
     float | None, typer.Option("--tool-length", help="from the spindle's gauge point to the tool tip, mm")
 ]
@@ -136,6 +144,7 @@ READING: Mapping[str, Any] = {
 }
 POSTURE: Mapping[str, Any] = {
     "machine": MachineName,
+    "assume": Assume,
     **BOUNDS,
     **flags_of(Surrounding),
     "fixtures": optional(Path, escape("TOML with [[fixture]] and [clearance], as in a job")),

@@ -30,6 +30,7 @@ from fiveaxis.cli.terminal import (
     err,
     errors_explained,
     out,
+    parse_assumptions,
     parse_numbers,
     parse_words,
     print_causes,
@@ -173,6 +174,7 @@ def job_of(options: Mapping[str, Any]) -> Job:
     written_for = {"machine": options.get("written_for")}
     settings["program"] = written_for | read_flags(ReadProgram, options)
     settings["nc"] = read_flags(Framing, options, NC)
+    settings["assume"] = parse_assumptions(options.get("assume"))
     if settings.get("columns") is not None:
         settings["columns"] = parse_words(settings["columns"])
     settings |= read_flags(Bounds, options) | read_flags(Writing, options)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 FEED, STEP = 1000.0, 2.0  # mm/min, deg
 # Options that a tip alone uses; the others are about a path.
-TIP_OPTIONS = {"machine", "drives", "feed", "tilt"}
+TIP_OPTIONS = {"machine", "assume", "drives", "feed", "tilt"}
 
 
 @takes(POSTURE, PLANNING, READING)
@@ -107,7 +107,7 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
     feed, normal, tilt = (options[name] for name in ("feed", "normal", "tilt"))
     require_between("--feed", FEED if feed is None else feed, 1e-3, 1e6, "mm/min")
     return tip_surface(
-        load_powered(require_machine(options["machine"]), options["drives"]),
+        load_powered(require_machine(options["machine"]), options["drives"], options["assume"]),
         tip,
         FEED if feed is None else feed,
         normal=None if normal is None else parse_numbers(normal, 3, "X,Y,Z"),

@@ -120,11 +120,24 @@ def require_machine(name: str | None) -> str:
     return name
 
 
-def load_powered(name: str, drives: str | None) -> Machine:
+def parse_assumptions(texts: Iterable[str] | None) -> dict[str, str] | None:
+    """Read figures that are assumed, ``A.points=0,0,50``, by name; None where there are none."""
+    found: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (equals and name and value):
+            raise SettingError(f"--assume {text!r} isn't of the form NAME=VALUE, for example A.points=0,0,50")
+        if name in found:
+            raise SettingError(f"--assume names {name} twice")
+        found[name] = value
+    return found or None
+
+
+def load_powered(name: str, drives: str | None, assume: Iterable[str] | None = None) -> Machine:
     """Load a machine with its own drives, borrowed or estimated ones, and say which."""
     from fiveaxis.machine import load_machine, power_findings, with_powers
 
-    machine = with_powers(load_machine(name), drives)
+    machine = with_powers(load_machine(name, parse_assumptions(assume)), drives)
     print_causes(group_findings(power_findings(machine)), err)
     return machine
 

@@ -24,6 +24,7 @@ from fiveaxis.cli.terminal import (
     err,
     errors_explained,
     out,
+    parse_assumptions,
     parse_numbers,
     print_causes,
     print_json,
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
 # How the program itself is read.
 PROGRAM: Mapping[str, Any] = {"unit": READING["unit"], **flags_of(ReadProgram)}
 CHECKING: Mapping[str, Any] = {
-    "machine": POSTURE["machine"],
+    **{name: POSTURE[name] for name in ("machine", "assume")},
     "tool": PLANNING["tool"],
     "crease": PLANNING["crease"],
     **flags_of(Workpiece),
@@ -136,9 +137,11 @@ def load_checked(
         meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job)} | meshes
         asked = ProgramOptions.of(job.nc, control=options["control"] or job.writing["control"])
     else:
-        machine = load_machine(require_machine(options["machine"]))
+        machine = load_machine(require_machine(options["machine"]), parse_assumptions(options["assume"]))
         offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
-        machine = machine.with_setup(offset, rotation).with_tool_length(options["tool_length"] or 0.0)
+        machine = machine.with_setup(offset, rotation)
+        if options["tool_length"] is not None:
+            machine = machine.with_tool_length(options["tool_length"])
         if path is not None:
             shape = options["path_shape"]
             toolpath = read_toolpath(path, tool=tool, machine=machine, path_shape=shape)
@@ -169,6 +172,8 @@ def _moved(job: Job, options: Mapping[str, Any]) -> Job:
     }
     own = ("machine", "tool_length", "path_shape")
     changed = {name: options[name] for name in own if options[name] is not None}
+    if options["assume"]:
+        changed["assume"] = parse_assumptions(options["assume"])
     return job.model_copy(update=changed | {"setup": job.setup.model_copy(update=setup)})
 
 

@@ -133,6 +133,11 @@ class _Input(StrictModel):
     machine: str | None = Field(
         None, min_length=1, description="name of a library machine, or a machine file"
     )
+    assume: dict[str, str] = Field(
+        {},
+        description="figures that the machine doesn't state, assumed for this job, as answers to questions "
+        'of `fiveaxis machine new`: `{"A.points" = "0,0,50", "C.counts" = "table"}`',
+    )
     tool: str | None = Field(
         None, description="ball:10, bull:16:4, a tool file…; by default the input's tool"
     )

@@ -18,6 +18,7 @@ from fiveaxis.job.reading import require_input
 from fiveaxis.machine import Machine, lender_of, load_machine, with_powers
 from fiveaxis.machine.bodies import MeshShape
 from fiveaxis.machine.files import find_machine
+from fiveaxis.machine.unknown import require_stated
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
@@ -39,17 +40,32 @@ def load_job_machine(job: Job) -> Machine:
     """
     if job.machine is None:
         raise JobError("--machine is missing; give a name (`fiveaxis machines`) or a machine file")
-    machine = load_machine(job.machine)
+    machine = load_machine(job.machine, job.assume)
     if job.tool_length is None and not machine.length_is_along_z:
         raise JobError(
             f"machine {machine.name!r} doesn't always hold the tool along Z, so the other axes depend on the "
             "tool's length; give tool_length, mm from the spindle's gauge point to the tip (--tool-length)"
         )
     machine = machine.with_setup(job.setup.offset, job.setup.rotation)
-    machine = machine.with_tool_length(job.tool_length or 0.0)
+    if job.tool_length is not None:
+        machine = machine.with_tool_length(job.tool_length)
     if job.load is not None:
         machine = machine.with_load(job.load, machine.load.centre)
     return with_powers(machine, job.drives)
+
+
+def require_writable(job: Job) -> None:
+    """Raise, before the work, unless the job's program can be written for its machine.
+
+    Raises
+    ------
+    FiveAxisError
+        As `load_job_machine` and `ProgramOptions.wording`.
+    MachineError
+        A figure on which the program's words depend isn't stated.
+    """
+    machine = load_job_machine(job)
+    require_stated(machine, job.program_options.wording(machine).coordinates)
 
 
 def take_machine(machine: Machine | str | Path) -> Machine:
@@ -228,8 +244,9 @@ def _read_as(job: Job, tool: Tool | None, settings: Mapping[str, Any]) -> Toolpa
 
 def program_machine(job: Job) -> Machine | None:
     """Load the machine that an input program was written for, without the job's setup."""
-    name = job.program.machine or job.machine
-    return None if name is None else load_machine(name)
+    if job.program.machine is not None:
+        return load_machine(job.program.machine)
+    return None if job.machine is None else load_machine(job.machine, job.assume)
 
 
 def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan:

@@ -15,6 +15,7 @@ from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_pr
 from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.machine import Machine
+from fiveaxis.machine.unknown import require_stated
 from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
 from fiveaxis.nc import Program, ProgramSettings, ReadMotion, require_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
@@ -220,6 +221,10 @@ def _make_of_program(
 ) -> MadeProgram:
     """Make a program of the motion of another one; it ends where that one ends."""
     wording = options.wording(machine)
+    by_tip = wording.coordinates != "axes"
+    # Positions of axes become others of the same axes; a tip becomes them, or they a tip, by the pivots.
+    if bool(motion.tcp.any()) is not by_tip:
+        require_stated(machine, "axes")
     blocks = respaced(motion, machine) if wording.interpolation is Interpolation.TCP else motion
     planned = ProgramMotion.around(
         blocks, machine, wording.interpolation, lead_out=np.zeros(len(motion.letters))

@@ -17,11 +17,12 @@ from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
+from fiveaxis.machine.unknown import figure_findings
 from fiveaxis.motion import PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
 from fiveaxis.nc import ReadMotion, read_program, stated_clock
 from fiveaxis.nc.own_header import stated_feed, stated_tool
 from fiveaxis.nc.source import load_source
-from fiveaxis.options import Reading, spelled_out
+from fiveaxis.options import Coordinates, Reading, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool
 
 # Characters of a block's text that are shown.
@@ -176,7 +177,11 @@ def program_energy(
     timed = law is not None if taken is None else taken.basis == "accelerations"
     timing: Timing = "accelerations" if timed else "programmed"
     energy = replace(motion_energy(machine, motion, by_block, rounding), feed_time=feed_time, timing=timing)
-    findings = (*motion.findings, *_speeding(machine, motion), *_creeping(machine, motion))
+    coordinates: Coordinates = "tip" if read.tcp.any() else "axes"
+    # What axis words cost doesn't depend on where the tool goes.
+    unknown = figure_findings(machine, coordinates)
+    findings = (*(f for f in unknown if coordinates == "tip" or f.code == "figure-assumed"),)
+    findings += (*motion.findings, *_speeding(machine, motion), *_creeping(machine, motion))
     findings += tuple(_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))
     if taken is not None and taken.assumed:

@@ -13,7 +13,7 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
-from fiveaxis.job.loading import load_job_machine, load_job_passes, load_surroundings
+from fiveaxis.job.loading import load_job_machine, load_job_passes, load_surroundings, require_writable
 from fiveaxis.job.placement import advised, load_placed
 from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
@@ -53,8 +53,8 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
     """
     if job.setup.search is None:
         return _run_placed(job, progress)
+    require_writable(job)
     machine = load_job_machine(job)
-    job.program_options.wording(machine)
     loaded = load_job_passes(job, progress)
     given = job.setup.model_copy(update={"search": None})
     around = load_surroundings(job) if job.surrounding["keep_clear"] else None
@@ -87,7 +87,7 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
 
 def _run_placed(job: Job, progress: Progress) -> Outcome:
     """Take a job through all stages, with the part where the job says, or else where it is reached."""
-    job.program_options.wording(load_job_machine(job))
+    require_writable(job)
     placed = load_placed(job, progress)
     try:
         return run_stages(placed.job, progress, (placed.toolpath, placed.passes), moved=placed.job is not job)

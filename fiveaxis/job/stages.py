@@ -25,6 +25,7 @@ from fiveaxis.job.loading import (
     load_process,
     load_surroundings,
     part_unit,
+    require_writable,
 )
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_options import Header
@@ -151,9 +152,9 @@ def run_stages(
     FiveAxisError
         Wrong input, or no admissible posture somewhere (`Infeasible`).
     """
-    machine = load_job_machine(job)
     # What can't be written or read is found before the work, not after it.
-    job.program_options.wording(machine)
+    require_writable(job)
+    machine = load_job_machine(job)
     toolpath, passes = loaded or load_job_passes(job, progress)
     progress("reading part and stock", 0, 1)
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))

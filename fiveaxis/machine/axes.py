@@ -86,7 +86,7 @@ class Axis:
     drive : model of its power, None where unknown
     max_speed, max_acceleration : mm/s, rad/s and per second; None where unknown
     reversed : the control counts this axis in the opposite direction; its sign changes where NC is read and
-        written
+        written. None where nobody knows: it then counts as False where that does no harm (`unknown_figures`)
     moved_mass : kg that the axis moves, without workpiece and fixture; None where unknown
     mass_centre : (3,), mm, of that mass with every axis at 0, machine frame; for gravity on a rotary axis
     location_error : included in the chain's line; kept so that the nominal line can be recovered
@@ -98,7 +98,7 @@ class Axis:
     drive: Drive | None = None
     max_speed: float | None = None
     max_acceleration: float | None = None
-    reversed: bool = False
+    reversed: bool | None = False
     moved_mass: float | None = None
     mass_centre: tuple[float, float, float] | None = None
     location_error: LocationError | None = None

@@ -350,4 +350,7 @@ class AxisTable(StrictModel):
     moved_mass: MassTable | None = None
     motor: MotorTable | None = None
     carries: Literal["workpiece", "tool"] | None = Field(None, description="checked against the code")
-    reversed: bool = Field(False, description="the control counts this axis in the opposite direction")
+    reversed: bool | Literal["unknown"] = Field(
+        False,
+        description="the control counts this axis in the opposite direction; unknown if that isn't settled",
+    )

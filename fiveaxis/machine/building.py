@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import tomli_w
 from pydantic import BaseModel
 
 from fiveaxis.errors import CodeError, FigureError, MachineError
@@ -23,6 +25,14 @@ from fiveaxis.machine.provenance import Provenance
 from fiveaxis.machine.tables import BodyTable, MachineFile
 
 SIDES = {"workpiece": "table", "tool": "head"}
+# Values of missing keys; a file leaves these keys out.
+DEFAULTS: dict[str, object] = {
+    **{"source": "", "note": "", "band": None},
+    **{"assumed": False, "fitted": False, "reversed": False},
+}
+NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
+# In which sense an axis counts, where nobody knows.
+UNSETTLED = "unknown"
 UNSTATED = "set in code, which doesn't say where it comes from"
 
 Origin = Callable[[str], Table]
@@ -63,7 +73,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         name=file.name,
         code=code,
         chain=chain,
-        axes=tuple(Axis(c, reversed=tables[c].reversed, **by_axis[c]) for c in letters),
+        axes=tuple(Axis(c, reversed=_sense(tables[c]), **by_axis[c]) for c in letters),
         description=file.description,
         provenance=tuple(_provenance(file, tables)),
         bodies=tuple(_body(i, table, code, folder) for i, table in enumerate(file.bodies)),
@@ -102,7 +112,7 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
     document: Table = {"name": machine.name, "code": str(machine.code), "description": machine.description}
     document |= _write(MachineFile, shown, "", origin)
     document["axes"] = {
-        a.letter: {"carries": _carried(a.letter, machine.code), "reversed": a.reversed}
+        a.letter: {"carries": _carried(a.letter, machine.code), "reversed": _outside(a.reversed)}
         | _write(AxisTable, shown, a.letter, origin)
         for a in machine.axes
     }
@@ -110,6 +120,25 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
         BodyTable.of(body, folder) | origin(f"body {i}") for i, body in enumerate(machine.bodies, start=1)
     ]
     return document
+
+
+def toml_text(document: Table) -> str:
+    """Write tables as TOML, with the numbers of a list on one line."""
+    text = tomli_w.dumps(document)
+    return NUMBERS.sub(lambda found: "[" + ", ".join(found[1].replace(",", " ").split()) + "]", text)
+
+
+def without_defaults(table: Mapping[str, Any]) -> Table:
+    """Leave out keys that have their default value."""
+    kept: Table = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            kept[key] = without_defaults(value)
+        elif value and isinstance(value, list) and isinstance(value[0], Mapping):
+            kept[key] = [without_defaults(entry) for entry in value]
+        elif value != [] and (key not in DEFAULTS or value != DEFAULTS[key]):
+            kept[key] = value
+    return kept
 
 
 def nominal_machine(machine: Machine) -> Machine:
@@ -173,6 +202,14 @@ def _origins(provenance: tuple[Provenance, ...]) -> Origin:
         }
 
     return origin
+
+
+def _outside(counts: bool | None) -> bool | str:
+    return UNSETTLED if counts is None else counts
+
+
+def _sense(table: AxisTable) -> bool | None:
+    return None if table.reversed == UNSETTLED else bool(table.reversed)
 
 
 def _carried(letter: str, code: FormShapingCode) -> str:

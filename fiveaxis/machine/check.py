@@ -131,7 +131,7 @@ def _check(machine: Machine, file: MachineFile) -> Iterator[Located]:
     tables = {str(letter): table for letter, table in file.axes.items()}
     for axis in machine.axes:
         table = tables.get(axis.letter, AxisTable())
-        share = explain_share(axis, machine)
+        share = machine.size.explain_share(axis.moved_mass)
         if share is not None:
             where = ("axes", axis.letter, "moved_mass")
             yield _warning("unit-slip", where, f"{axis.letter} {share}", axis.moved_mass)
@@ -242,14 +242,6 @@ def _check_limits(axis: Axis, table: AxisTable) -> Iterator[Located]:
             (*where, "limits"),
             f"0 is outside the limits of {axis.letter}, and the chain is described with every axis at 0",
         )
-
-
-def explain_share(axis: Axis, machine: Machine) -> str | None:
-    """Say that an axis moves more than the whole machine has; None if it doesn't."""
-    mass, whole = axis.moved_mass, machine.size.mass
-    if mass is None or whole is None or mass < whole:
-        return None
-    return f"moves {mass:g} kg, and the whole machine has {whole:g} kg; correct one of them"
 
 
 def _check_angles(axis: Axis, limits: LimitsTable) -> Iterator[Located]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,17 +12,19 @@ from pydantic import BaseModel, ValidationError
 from fiveaxis.errors import FigureError, SettingError
 from fiveaxis.machine.answers import BY_NAME, QUESTIONS, Answers, read_structure
 from fiveaxis.machine.axis_tables import POWERED, AxisTable
-from fiveaxis.machine.building import build_machine, machine_document
-from fiveaxis.machine.check import explain_share
+from fiveaxis.machine.building import UNSETTLED, build_machine, machine_document, toml_text, without_defaults
 from fiveaxis.machine.code import AXIS_ORDER, parse_code
 from fiveaxis.machine.figures import ROTARY, Table, figure_models, meaning_of, neat
-from fiveaxis.machine.files import toml_text, without_defaults
 from fiveaxis.machine.measuring import dimensions, draw, zero_of
 from fiveaxis.machine.model import Machine
+from fiveaxis.machine.provenance import Provenance
 from fiveaxis.machine.tables import MachineFile
+from fiveaxis.machine.unknown import ASSUMED
 from fiveaxis.settings import explain
 
 OWNER = "stated by the machine's owner"
+BY_OWNER: Table = {"source": OWNER}
+BY_CALLER: Table = {"assumed": True, "note": f"{ASSUMED} (--assume)"}
 DEFAULT_NAME = "my-machine"
 UNSURE = "the numbers are stated, the sense in which {axis} counts isn't: taken as tool relative to workpiece"
 KIND_NOTE = (
@@ -66,12 +68,7 @@ def draft_machine(answers: Answers, base: Machine | None = None) -> Draft:
         another one; or there is neither a structure nor a base.
     """
     document = _document(answers, base)
-    try:
-        machine = build_machine(MachineFile.model_validate(document), Path())
-    except ValidationError as fault:
-        raise SettingError(explain(fault, MachineFile, document)) from None
-    except FigureError as fault:
-        raise SettingError(fault.message) from None
+    machine = _built(document)
     _require_consistent(machine, sure=base is None and not document["structure"].get("assumed", False))
     return Draft("\n".join(_lines(document, machine, answers)), machine)
 
@@ -95,7 +92,51 @@ def known_letters(answers: Answers, base: Machine | None) -> str:
     return "".join(sorted(parse_code(code).letters, key=AXIS_ORDER.index))
 
 
-def _document(answers: Answers, base: Machine | None) -> Table:
+def assuming(machine: Machine, assumptions: Mapping[str, str]) -> Machine:
+    """Return a machine with figures that are assumed for one run, and marked so.
+
+    Parameters
+    ----------
+    machine : without setup and tool
+    assumptions : answers to questions of `fiveaxis machine new`, by name: ``A.points``: ``0,0,50``,
+        ``B.counts``: ``table``, ``base-power``: ``600 W``
+
+    Raises
+    ------
+    SettingError
+        An unknown name, or an answer as for `draft_machine`.
+    """
+    answers = {}
+    for name, answer in assumptions.items():
+        letter, dot, question = name.rpartition(".")
+        known = BY_NAME.get(question)
+        if known is None or not (known.key or question == "counts"):
+            names = ", ".join(f"AXIS.{q.name}" if q.axes else q.name for q in QUESTIONS if q.key)
+            raise SettingError(f"assume: {name!r} is no figure of a machine; there are AXIS.counts, {names}")
+        if bool(dot) is not bool(known.axes):
+            form = f"AXIS.{question}" if known.axes else question
+            raise SettingError(f"assume: {name!r}: write {form}={answer}")
+        answers[question, letter.upper()] = answer
+    made = _built(_document(answers, machine, BY_CALLER))
+    # In which sense an axis counts is no figure with an origin of its own.
+    senses = [
+        Provenance(f"{letter} counts", answer, "", assumed=True, note=str(BY_CALLER["note"]))
+        for (question, letter), answer in answers.items()
+        if question == "counts"
+    ]
+    return replace(made, provenance=(*made.provenance, *senses))
+
+
+def _built(document: Table) -> Machine:
+    try:
+        return build_machine(MachineFile.model_validate(document), Path())
+    except ValidationError as fault:
+        raise SettingError(explain(fault, MachineFile, document)) from None
+    except FigureError as fault:
+        raise SettingError(fault.message) from None
+
+
+def _document(answers: Answers, base: Machine | None, origin: Table = BY_OWNER) -> Table:
     letters = known_letters(answers, base)
     _require_asked(answers, letters)
     document = _given(answers) if base is None else without_defaults(machine_document(base))
@@ -109,7 +150,7 @@ def _document(answers: Answers, base: Machine | None) -> Table:
             answer = answers.get((question.name, letter))
             if answer is not None and question.key:
                 place = document["axes"][letter] if letter else document
-                stated = question.table(letter, answer) | {"source": OWNER}
+                stated = question.table(letter, answer) | origin
                 place[question.key] = _merged(question.key, place.get(question.key, {}), stated)
     if "vertical" not in document:
         document["vertical"] = {"direction": [0, 0, 1], "assumed": True, "note": UPRIGHT}
@@ -160,20 +201,23 @@ def _given(answers: Answers) -> Table:
 def _settle_sense(table: Table, letter: str, answers: Answers, base: Machine | None) -> None:
     """Turn limits into those of the tool relative to the workpiece, or mark their sense as assumed."""
     counts = answers.get(("counts", letter))
-    if base is not None:
+    settled = base is not None and base.axis(letter).reversed is not None
+    if base is not None and settled:
         if counts is not None:
             raise SettingError(f"counts of {letter}: {base.name} has its sense; change it in the file")
         counts = "table" if table.get("reversed") else "tool"
+    table["reversed"] = UNSETTLED
     if counts is not None:
         table["reversed"] = BY_NAME["counts"].table(letter, counts)["reversed"]
-    if ("limits", letter) not in answers:
+    limits, stated = table.get("limits"), ("limits", letter) in answers
+    # Ends that a file states of an axis whose sense isn't settled are in the control's own sign, too.
+    if limits is None or (settled and not stated):
         return
-    limits = table["limits"]
     if counts is None:
-        limits |= {"assumed": True, "note": UNSURE.format(axis=letter)}
+        limits |= {"assumed": True, "note": UNSURE.format(axis=letter)} if stated else {}
     elif table["reversed"] and "min" in limits:
         low, high = limits["min"], limits["max"]
-        note = f"{answers['limits', letter]} in the control's own sign"
+        note = f"{answers.get(('limits', letter), f'{low:g}:{high:g}')} in the control's own sign"
         limits |= {"min": 0 - high, "max": 0 - low, "note": note}
 
 
@@ -194,7 +238,7 @@ def _require_consistent(machine: Machine, *, sure: bool) -> None:
     sure : whether the order of the linear axes is that of the machine
     """
     for axis in machine.axes:
-        share = explain_share(axis, machine)
+        share = machine.size.explain_share(axis.moved_mass)
         if share is not None:
             raise SettingError(f"masses of {axis.letter}: it {share}")
     masses = {a.letter: a.moved_mass for a in machine.axes if a.moved_mass is not None}

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
-
-import tomli_w
 
 from fiveaxis.errors import FigureError, MachineError, UnknownMachine
 from fiveaxis.files import require_suffix, write_atomically
-from fiveaxis.machine.building import build_machine, machine_document
-from fiveaxis.machine.figures import Table
+from fiveaxis.machine.building import build_machine, machine_document, toml_text, without_defaults
+from fiveaxis.machine.drafting import assuming
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tables import MachineFile
@@ -21,15 +17,8 @@ from fiveaxis.machine.urdf_reading import read_urdf
 from fiveaxis.machine.vericut import read_vericut
 from fiveaxis.settings import line_of, read_document, validate_settings
 
-# Values of missing keys; a file leaves these keys out.
-DEFAULTS: dict[str, object] = {
-    **{"source": "", "note": "", "band": None},
-    **{"assumed": False, "fitted": False, "reversed": False},
-}
-NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
 
-
-def load_machine(name: str | Path) -> Machine:
+def load_machine(name: str | Path, assume: Mapping[str, str] | None = None) -> Machine:
     """Load a machine by name or from a file.
 
     Parameters
@@ -37,6 +26,8 @@ def load_machine(name: str | Path) -> Machine:
     name : name of a machine in the library (`machine_names`), or the path of a machine
         file (``.toml``), a LinuxCNC configuration (``.ini``), a URDF (``.urdf``) or a Vericut machine
         (``.mch``)
+    assume : figures that the file doesn't state, as answers to the questions of `fiveaxis machine new`:
+        ``{"A.points": "0,0,50", "C.counts": "table"}``; every report names them
 
     Raises
     ------
@@ -44,9 +35,12 @@ def load_machine(name: str | Path) -> Machine:
         There is no machine of that name; the nearest names are listed.
     MachineError
         The file can't be read or has an impossible figure; the message has file and line.
+    SettingError
+        An assumption about something else than a figure, or in another form.
     """
     path = find_machine(name)
-    return READERS[path.suffix.lower()](path)
+    machine = READERS[path.suffix.lower()](path)
+    return assuming(machine, assume) if assume else machine
 
 
 def find_machine(name: str | Path) -> Path:
@@ -159,22 +153,3 @@ def machine_text(machine: Machine, folder: Path | None = None) -> str:
     TOML in mm, deg, s, W and kg, without keys that have their default value
     """
     return toml_text(without_defaults(machine_document(machine, folder)))
-
-
-def toml_text(document: Table) -> str:
-    """Write tables as TOML, with the numbers of a list on one line."""
-    text = tomli_w.dumps(document)
-    return NUMBERS.sub(lambda found: "[" + ", ".join(found[1].replace(",", " ").split()) + "]", text)
-
-
-def without_defaults(table: Mapping[str, Any]) -> Table:
-    """Leave out keys that have their default value."""
-    kept: Table = {}
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            kept[key] = without_defaults(value)
-        elif value and isinstance(value, list) and isinstance(value[0], Mapping):
-            kept[key] = [without_defaults(entry) for entry in value]
-        elif value != [] and (key not in DEFAULTS or value != DEFAULTS[key]):
-            kept[key] = value
-    return kept

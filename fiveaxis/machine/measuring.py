@@ -29,9 +29,15 @@ class Dimension:
         return f"{self.name}: {self.text} ({self.key})"
 
 
-def pivots_unknown(machine: Machine) -> tuple[str, ...]:
-    """List the rotary axes, in chain order, for whose lines no point is stated."""
-    stated = {p.figure for p in machine.provenance if "point" in p.value}
+def pivots_unknown(machine: Machine, *, or_assumed: bool = True) -> tuple[str, ...]:
+    """List the rotary axes, in chain order, for whose lines no point is stated.
+
+    Parameters
+    ----------
+    or_assumed : whether a point that is assumed, without a source, counts as not stated
+    """
+    points = [p for p in machine.provenance if "point" in p.value]
+    stated = {p.figure for p in points if not (or_assumed and p.assumed and not p.source)}
     return tuple(c for c in machine.rotaries if f"{c} line" not in stated)
 
 

@@ -22,6 +22,10 @@ from fiveaxis.machine.setup import Load, Setup
 from fiveaxis.machine.urdf import write_urdf
 from fiveaxis.notebook import ShownAsTable, Table
 
+# What `Machine.from_code` states of a rotary axis's line.
+MEETING = "point (0, 0, 0)"
+MADE_FROM_CODE = "the axes meet in zero: the machine is made from its code alone"
+
 
 @dataclass(frozen=True, eq=False)
 class Machine(Posing, ShownAsTable):
@@ -38,6 +42,7 @@ class Machine(Posing, ShownAsTable):
     bodies : shapes of the links, machine frame, every axis at 0
     setup : workpiece frame in the machine frame; included in `chain`
     tool_length : mm, from the spindle's gauge point to the tip; included in `chain`
+    has_tool_length : whether somebody stated it; else it counts as 0 where that does no harm
     load : of the table
     vertical : (3,), unit vector upwards, machine frame
     spindle_idle : W, W/(rad/s), W/(rad/s)²: power of the turning spindle without a cut, beyond the base power
@@ -56,6 +61,7 @@ class Machine(Posing, ShownAsTable):
     bodies: tuple[Body, ...] = field(default=())
     setup: Setup = field(default=Setup())
     tool_length: float = 0.0
+    has_tool_length: bool = False
     load: Load = field(default=Load())
     vertical: Triple = (0.0, 0.0, 1.0)
     clamped: tuple[tuple[Axis, float], ...] = ()
@@ -65,7 +71,7 @@ class Machine(Posing, ShownAsTable):
 
     @classmethod
     def from_code(cls, code: str) -> Machine:
-        """Make a machine without offsets, limits or powers from its form-shaping code.
+        """Make a machine without limits or powers from its form-shaping code; its axes meet in zero.
 
         Raises
         ------
@@ -76,7 +82,9 @@ class Machine(Posing, ShownAsTable):
             raise CodeError(str(code), "is a number; write the digits in quotes, leading zeros count")
         parsed = parse_code(code)
         letters = sorted(parsed.letters, key=AXIS_ORDER.index)
-        return cls(code, parsed, Chain.from_code(parsed), tuple(Axis(c) for c in letters))
+        chain = Chain.from_code(parsed)
+        origins = tuple(Provenance(f"{c} line", MEETING, "", True, MADE_FROM_CODE) for c in chain.rotaries)
+        return cls(code, parsed, chain, tuple(Axis(c) for c in letters), provenance=origins)
 
     def __repr__(self) -> str:
         origin = "estimated" if self.bands else "known" if self.has_powers else "not known"
@@ -199,7 +207,8 @@ class Machine(Posing, ShownAsTable):
         """
         if not (math.isfinite(length) and length >= 0.0):
             raise MachineError(f"tool length is {length:g} mm; it must be 0 or more")
-        return replace(self, tool_length=length, chain=self.chain.with_tool_length(length - self.tool_length))
+        chain = self.chain.with_tool_length(length - self.tool_length)
+        return replace(self, tool_length=length, has_tool_length=True, chain=chain)
 
     def with_load(self, mass: float, centre: Triple = (0.0, 0.0, 0.0)) -> Machine:
         """Return this machine with another load on the table: workpiece, vice, fixture.

@@ -61,3 +61,9 @@ class Size:
 
     kind: str | None = None
     mass: float | None = None
+
+    def explain_share(self, moved: float | None) -> str | None:
+        """Say that an axis moves more, in kg, than the whole machine has; None if it doesn't."""
+        if moved is None or self.mass is None or moved < self.mass:
+            return None
+        return f"moves {moved:g} kg, and the whole machine has {self.mass:g} kg; correct one of them"

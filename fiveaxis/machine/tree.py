@@ -18,10 +18,10 @@ import numpy as np
 from fiveaxis.errors import FigureError, MachineError
 from fiveaxis.files import MEGABYTE, read_input
 from fiveaxis.geometry import Array, inverse_transform, product
-from fiveaxis.machine.building import build_machine
+from fiveaxis.machine.building import UNSETTLED, build_machine
 from fiveaxis.machine.chain import UNIT_DIRECTION
 from fiveaxis.machine.code import AXIS_ORDER, DIGITS
-from fiveaxis.machine.figures import Table, direction_numbers, neat
+from fiveaxis.machine.figures import ROTARY, Table, direction_numbers, neat
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tables import MachineFile
 
@@ -193,9 +193,12 @@ def _document(axes: Table, home: Array, bed: Array, source: Source) -> Table:
     if not np.allclose(bed[:3, 2], (0.0, 0.0, 1.0), rtol=0.0, atol=1e-9):
         note = f"z of {source.file.name}'s bed; which direction is up isn't stated"
         document["vertical"] = {"direction": direction_numbers(bed[:3, 2]), "assumed": True, "note": note}
-    for table in axes.values():
-        if source.doubt and table["carries"] == "workpiece" and "limits" in table:
-            table["limits"] |= {"assumed": True, "note": source.doubt}
+    for letter, table in axes.items():
+        if source.doubt and table["carries"] == "workpiece":
+            if "limits" in table:
+                table["limits"] |= {"assumed": True, "note": source.doubt}
+            if letter in ROTARY:
+                table["reversed"] = UNSETTLED
     return document | {"axes": {c: axes[c] for c in AXIS_ORDER if c in axes}}
 
 

@@ -3,13 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from fiveaxis.geometry import Array
+from fiveaxis.machine.unknown import figure_findings
+from fiveaxis.options import Coordinates
 from fiveaxis.toolpath import Band, across
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.report import Result, left_out, violated
+
+
+def check_figures(context: CheckContext, coordinates: Coordinates) -> Iterator[Result]:
+    """Check that every figure of the machine on which the words of a program depend is stated.
+
+    Parameters
+    ----------
+    coordinates : of the words
+    """
+    machine = context.machine
+    turns = np.abs(context.positions[:, machine.rotary_columns]) > context.tolerances.angle
+    if not turns.any():
+        # Upright, the tool's tip goes with the linear axes, wherever the rotary axes are.
+        return
+    for finding in figure_findings(machine, coordinates):
+        yield violated(finding.code, np.zeros(1, dtype=np.int64), finding.message, severity=finding.severity)
 
 
 def check_finite(context: CheckContext) -> Result:

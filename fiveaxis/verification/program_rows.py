@@ -107,6 +107,14 @@ class ProgramRows:
     match: Match | None = None
     surface_tolerance: float = SURFACE_TOLERANCE
 
+    @property
+    def coordinates(self) -> Coordinates:
+        """Meaning of the words: positions of axes where any cut isn't under TCP."""
+        if self.read.by_control:
+            return "vector"
+        under = self.read.tcp[self.read.motion.cutting]
+        return "tip" if under.size and under.all() else "axes"
+
     def asked(self, machine: Machine) -> RequiredTechnology | None:
         """Return what has to be in force in the cuts; None if nobody said."""
         if self.against.program is None:

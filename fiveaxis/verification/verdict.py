@@ -22,7 +22,7 @@ from fiveaxis.verification.check_context import (
     Tolerances,
     make_context,
 )
-from fiveaxis.verification.checks import check_contact, check_finite, check_limits, check_tilt
+from fiveaxis.verification.checks import check_contact, check_figures, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.feeds import check_feeds, check_feeds_along
 from fiveaxis.verification.following import check_following, check_rapids, cutting_rows
@@ -261,11 +261,20 @@ def _outside(e: Examination) -> Iterable[Result]:
         yield from check_outside(e.context, e.rows.match, e.rows.read.tcp_height)
 
 
+def _figures(e: Examination) -> Iterable[Result]:
+    # A bare motion has no words.
+    if e.text is not None:
+        yield from check_figures(e.context, e.text.back.wording.coordinates)
+    elif e.rows is not None:
+        yield from check_figures(e.context, e.rows.coordinates)
+
+
 CheckFunction = Callable[[Examination], Iterable[Result]]
 # The checks of the cutter and all bodies against their surroundings.
 BODY_CHECKS: tuple[CheckFunction, ...] = (_gouges, _collisions)
 # All checks, in the order of the report.
 CHECKS: tuple[CheckFunction, ...] = (
+    _figures,
     lambda e: (check_finite(e.context), check_limits(e.context), check_hold(e.context)),
     _positions,
     _lean,

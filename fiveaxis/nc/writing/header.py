@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fiveaxis.machine import Machine, Setup
+from fiveaxis.machine.unknown import assumed_figures
 from fiveaxis.nc.own_header import control_comment, modulo_comment, positions_comment
 from fiveaxis.nc.words import control_value
 from fiveaxis.nc.writing.program_settings import ProgramSettings
@@ -74,6 +75,8 @@ def _notes(
     dialect, is_program = writer.dialect, writer.dialect.language == "blocks"
     yield "control", [*dialect.notes, *writer.mode.notes]
     yield "control", [VECTOR_NOTE] if writer.coordinates == "vector" and is_program else []
+    for p in assumed_figures(writer.machine):
+        yield "control", [f"assumed for this run: {p.figure}, {p.value}; measure it before the program runs"]
     yield "start", _missing_note(settings, writer)
     if is_program:
         straight = f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}"

@@ -266,9 +266,9 @@ def test_figures_of_a_machine_made_in_code_are_marked_as_assumed(tmp_path):
         {"C": LocationError((0.01, 0.0, 0.0), (1e-5, 0.0, 0.0))}
     )
     again = round_trip(machine, tmp_path)
-    assert_same(replace(again, provenance=()), machine)
-    assert len(again.provenance) == 1 + 3 * 5 + 1 + 1  # base power, axes, error of C, body
-    assert all(p.assumed and "set in code" in p.note for p in again.provenance)
+    assert_same(replace(again, provenance=()), replace(machine, provenance=()))
+    assert len(again.provenance) == 1 + 3 * 5 + 2 + 1 + 1  # base power, axes, lines, error of C, body
+    assert all(p.assumed and p.note for p in again.provenance)
 
 
 def test_borrowed_powers_stay_assumed(trunnion, hayashi, tmp_path):
@@ -280,12 +280,12 @@ def test_borrowed_powers_stay_assumed(trunnion, hayashi, tmp_path):
     assert again.axis("Z").drive == borrowed.axis("Z").drive
 
 
-def test_a_bare_code_needs_no_figures():
+def test_a_bare_code_states_only_that_its_axes_meet_in_zero():
     text = machine_text(Machine.from_code("601235"))
-    assert tomllib.loads(text)["axes"] == {
-        **{letter: {"carries": "tool"} for letter in "XYZB"},
-        "C": {"carries": "workpiece"},
-    }
+    axes = tomllib.loads(text)["axes"]
+    lines = [axes[letter].pop("line") for letter in "BC"]
+    assert axes == {**{letter: {"carries": "tool"} for letter in "XYZB"}, "C": {"carries": "workpiece"}}
+    assert all(line["point"] == [0, 0, 0] and line["assumed"] for line in lines)
     assert "source" not in text
 
 

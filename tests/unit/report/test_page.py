@@ -178,7 +178,7 @@ def test_an_assumed_figure_of_the_machine_is_marked(page: Page, solution: Soluti
         '<th scope="row">A limits</th><td>min -120.0, max 30.0, unit deg</td><td class="warning">assumed</td>'
         in text
     )
-    assert "2 of 8 figures are assumed" in text
+    assert "4 of 10 figures are assumed" in text
 
 
 def test_a_name_cannot_smuggle_markup_into_the_page(
