@@ -167,10 +167,7 @@ def check_following(context: CheckContext, match: Match) -> Iterator[Result]:
             "mm); compare zero, unit and this block with the path"
         ),
         figures={"off_path_mm": largest(worst)},
-        checked=(
-            f"track of the tool's centre: within {tolerance:g} mm of the path {path.name}, past all "
-            f"{len(path)} locations in order",
-        ),
+        checked=(f"track of the tool's centre: within {tolerance:g} mm of the path {path.name}",),
         not_checked=(
             "the program before the first location of the path, and its lead-out from the last one",
             *(("the course of rapid moves between locations of the path",) if swerves else ()),
@@ -184,6 +181,7 @@ def check_following(context: CheckContext, match: Match) -> Iterator[Result]:
             f"the program doesn't pass within {tolerance:g} mm of this location, in order; compare zero, "
             "unit and blocks with the path"
         ),
+        checked=(f"the program passes all {len(path)} locations of the path {path.name} in order",),
         path=path,
     )
 

@@ -287,6 +287,8 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
     for result in results:
         if result.was_made:
             checks[Check(result.code)] += len(result.rows)
+    # What failed is never listed as checked, whichever of its checks has found it.
+    failed = {r.code for r in results if len(r.rows) and r.severity is not Severity.NOTE}
     gaps = [
         Gap(sentence, None if result.was_made else Check(result.code))
         for result in results
@@ -296,7 +298,7 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
         findings=sort_findings(f for result in results for f in _list_worst(result, toolpath)),
         checks=dict(checks),
         figures={name: value for result in results for name, value in result.figures.items()},
-        checked=tuple(sentence for result in results for sentence in result.checked),
+        checked=tuple(s for result in results if result.code not in failed for s in result.checked),
         gaps=(*gaps, *(Gap(sentence) for sentence in not_checked)),
     )
 

@@ -159,6 +159,22 @@ def test_a_block_in_the_part_is_found_without_its_path(program, hayashi, wall, c
     assert changed <= {f.place.line for f in report.findings if f.code == "off-path"}
 
 
+def test_what_failed_is_not_listed_as_checked(program, hayashi, wall, tmp_path):
+    def shift(lines):
+        for i in blocks(lines)[20:40]:
+            words = [f"{w[0]}{float(w[1:]) + 1.0:.6f}" if w[0] == "A" else w for w in lines[i].split()]
+            lines[i] = " ".join(words)
+
+    def sentences(report):
+        return [s for s in report.checked if "the path wall" in s]
+
+    assert len(sentences(fx.verify_program(program, hayashi, toolpath=wall))) == 2
+    report = fx.verify_program(edited(program, tmp_path, shift), hayashi, toolpath=wall)
+    assert {"off-path", "path-missed"} <= set(report.counts)
+    assert not sentences(report)
+    assert not sentences(report.merge(report))
+
+
 def test_a_feed_that_an_axis_cannot_keep_is_a_warning(program, hayashi):
     slow = replace(hayashi, axes=tuple(replace(a, max_speed=0.01) for a in hayashi.axes))
     report = fx.verify_program(program, slow)
