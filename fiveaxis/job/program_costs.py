@@ -18,8 +18,10 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
-from fiveaxis.nc import ReadMotion, read_program, stated_clock
-from fiveaxis.nc.own_header import stated_feed, stated_tool
+from fiveaxis.nc import ReadMotion, stated_clock
+from fiveaxis.nc.control.program_reader import read_motion_of
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.own_header import set_up_as_stated, stated_feed, stated_tool
 from fiveaxis.nc.source import load_source
 from fiveaxis.options import Reading, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool
@@ -129,7 +131,8 @@ def program_energy(
     Parameters
     ----------
     path : a program of machine-axis words
-    machine : with a drive on every axis and the load on its table
+    machine : with a drive on every axis and the load on its table. Unless it was set up
+        (`Machine.with_setup`), the workpiece stands where the header of a program of fiveaxis says
     tool : the programmed feed, which the travel metric uses, is the speed of its centre (`path_feed`); by
         default the tool that a program of fiveaxis names in its header, else the feed is the tip's
     corners : ``control`` takes the times that the control takes with the axes' accelerations
@@ -147,8 +150,9 @@ def program_energy(
     ----------
     Edem & Balogun (2018), Eq. (1), for weight drives; Hayashi et al. (2018) for tables of power.
     """
-    read = read_program(path, machine, **reading)
     source = load_source(path)
+    machine, stands = set_up_as_stated(machine, source)
+    read = read_motion_of(source, machine, ReadOptions.of(reading, machine=machine))
     lines, taken = source.lines, None
     if corners == "control":
         clock = stated_clock(source, control)
@@ -176,7 +180,7 @@ def program_energy(
     timed = law is not None if taken is None else taken.basis == "accelerations"
     timing: Timing = "accelerations" if timed else "programmed"
     energy = replace(motion_energy(machine, motion, by_block, rounding), feed_time=feed_time, timing=timing)
-    findings = (*motion.findings, *_speeding(machine, motion), *_creeping(machine, motion))
+    findings = (*motion.findings, *stands, *_speeding(machine, motion), *_creeping(machine, motion))
     findings += tuple(_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))
     if taken is not None and taken.assumed:

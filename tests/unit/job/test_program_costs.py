@@ -264,3 +264,26 @@ def test_options_of_the_verb_are_the_librarys(tmp_path):
     refused = run("energy", path, *machine[:2], "-o", tmp_path / "x.pdf")
     assert "let it end in .csv, .svg, .png or .html" in refused.stderr
     assert not (tmp_path / "x.pdf").exists()
+
+
+def test_a_part_away_from_zero_is_priced_where_the_head_or_the_option_puts_it(tmp_path, hayashi):
+    """Words of TCP are of the workpiece: how far the axes travel depends on where it stands."""
+    from fiveaxis.motion import Motion
+
+    turn, columns = np.linspace(0.0, 1.0, 30), np.zeros((30, 5))
+    columns[:, 3], columns[:, 4] = -0.3 * turn - 0.5, turn
+    time = np.full(30, 0.2)
+    motion = Motion("XYZAC", columns, np.full(30, 5.0), time, np.zeros(30, int), np.arange(30))
+    there = hayashi.with_setup((40.0, 0.0, -60.0))
+    path = write_text(motion, tmp_path / "p.mpf", machine=there, control="sinumerik", coordinates="tip")
+    read = fx.program_energy(path, hayashi)
+    assert read.energy.total == fx.program_energy(path, there).energy.total
+    assert "setup-read" in {f.code for f in read.findings}
+    bare = tmp_path / "bare.mpf"
+    bare.write_text("\n".join(line for line in path.read_text().splitlines() if "setup" not in line))
+    priced = {}
+    for options in ((), ("--work-offset", "40,0,-60")):
+        shown = run("energy", bare, "-m", "hayashi-640123", *options, "--json")
+        priced[options] = json.loads(shown.stdout)["energy"]["total"]
+    assert priced["--work-offset", "40,0,-60"] == pytest.approx(read.energy.total)
+    assert priced[()] > 2.0 * read.energy.total
