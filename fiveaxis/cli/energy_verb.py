@@ -172,3 +172,5 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
         error = program.energy.travel_error
         off = "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"
         out.print(f"{escape(program.motion.name)}: power integral of the feed drives, no base power{off}")
+        if program.energy.band is not None:
+            out.print(program.energy.band, soft_wrap=True)

@@ -287,3 +287,33 @@ def test_a_part_away_from_zero_is_priced_where_the_head_or_the_option_puts_it(tm
         priced[options] = json.loads(shown.stdout)["energy"]["total"]
     assert priced["--work-offset", "40,0,-60"] == pytest.approx(read.energy.total)
     assert priced[()] > 2.0 * read.energy.total
+
+
+@pytest.mark.parametrize("decimals", [3, 4, 6])
+def test_head_and_reader_price_the_words_and_the_band_covers_their_rounding(tmp_path, hayashi, decimals):
+    """Y creeps by less than a digit in each block, and the table turns under the tip's words."""
+    from fiveaxis.energy import motion_energy
+    from fiveaxis.job import post_program
+    from fiveaxis.motion import Motion
+    from fiveaxis.nc import write_motion
+
+    turn = np.linspace(0.0, 1.0, 60)
+    positions = np.column_stack([30.0 * turn, 3e-3 * turn, np.full(60, 20.0), -0.3 - 1e-6 * turn, turn])
+    time = np.where(np.arange(60) > 0, 0.04, 0.0)
+    motion = Motion("XYZAC", positions, np.full(60, 12.7), time, np.zeros(60, int), np.arange(60))
+    table = tmp_path / "digits.toml"
+    numbers = f"linear = {decimals}, rotary = {decimals}, direction = 9, most = 999999.0"
+    table.write_text(f'based_on = "sinumerik"\ntitle = "digits"\nnumber = {{ {numbers} }}\n')
+    source, path = write_motion(motion, tmp_path / "motion.csv", hayashi), tmp_path / "p.mpf"
+    made = post_program(
+        source, hayashi, output=path, control=table, coordinates="tip", thin=False, unverified=True
+    ).made
+    read = fx.program_energy(path, hayashi).energy
+    assert made.energy == read
+    assert f"energy: {read.total:.0f} J" in path.read_text()
+    # Whether Y moves at all decides over its whole power: the band has the energy of what was meant.
+    meant = motion_energy(hayashi, motion).total
+    priced = motion_energy(hayashi, made.blocks, rounding=made.rounding)
+    assert priced.least <= priced.total * (1.0 + 1e-12) <= priced.most * (1.0 + 2e-12)
+    assert priced.least < meant - 100.0
+    assert meant <= priced.most * (1.0 + 1e-5)
