@@ -166,6 +166,7 @@ READING = {
     "positions-doubtful": Code(WARNING, "tip positions look as if they were in the other frame"),
     "reference-without-axes": Code(WARNING, "a move to the reference point names no axis"),
     "rotary-assumed": Code(WARNING, "a rotary axis is assumed to be at 0"),
+    "setup-read": Code(NOTE, "the workpiece stands where the head of a program by fiveaxis states"),
     "several-tools": Code(WARNING, "several tools; everything is read with one of them"),
     "tap-feed-assumed": Code(WARNING, "the feed of a tapping cycle isn't stated"),
     "tool-change": Code(WARNING, "the program changes to another tool"),

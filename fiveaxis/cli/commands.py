@@ -1,6 +1,6 @@
 """The commands of the command line."""
 
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -13,6 +13,7 @@ from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
+from fiveaxis.cli.process import write_results
 from fiveaxis.cli.surface_verb import surface
 from fiveaxis.cli.verbosity import with_options
 from fiveaxis.cli.verify_verb import verify
@@ -44,6 +45,27 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
 )
+
+
+def print_version(asked: bool) -> None:
+    """Print the version and stop, if it is asked for."""
+    if asked:
+        from fiveaxis import __version__
+
+        write_results(f"fiveaxis {__version__}\n")
+        raise typer.Exit
+
+
+@app.callback()
+def shared(
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="print the version and stop", callback=print_version, is_eager=True),
+    ] = False,
+) -> None:
+    """Take the options that belong to no command."""
+
+
 app.command()(with_options(machines))
 app.command()(with_options(info))
 app.command()(with_options(check))

@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson, Assume, Drives, MachineName, ToolLength, takes
+from fiveaxis.cli.options import SETUP, AsJson, Assume, Drives, MachineName, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
@@ -22,7 +22,7 @@ from fiveaxis.cli.terminal import (
     print_written,
     require_machine,
 )
-from fiveaxis.cli.verify_verb import PROGRAM, reading_of
+from fiveaxis.cli.verify_verb import PROGRAM, reading_of, set_up
 from fiveaxis.cli.work import shown_work
 from fiveaxis.progress import Progress
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 MOST_SHOWN = 1000
 
 
-@takes(PROGRAM)
+@takes(PROGRAM, SETUP)
 def energy(
     context: typer.Context,
     programs: Annotated[
@@ -48,7 +48,6 @@ def energy(
         str | None,
         typer.Option("--tool", help="the feed is the speed of its centre; default: header, or tip"),
     ] = None,
-    tool_length: ToolLength = None,
     corners: Annotated[
         str,
         typer.Option(
@@ -80,9 +79,7 @@ def energy(
 
             for path in output or ():
                 require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
-            used = _machine(require_machine(machine), drives, assume, load)
-            if tool_length is not None:
-                used = used.with_tool_length(tool_length)
+            used = set_up(_machine(require_machine(machine), drives, assume, load), context.params)
             reading = reading_of(context.params) | {"corners": _corners(corners), "control": control}
             reading["tool"] = None if tool is None else parse_tool(tool)
 
@@ -176,3 +173,5 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
         error = program.energy.travel_error
         off = "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"
         out.print(f"{escape(program.motion.name)}: power integral of the feed drives, no base power{off}")
+        if program.energy.band is not None:
+            out.print(program.energy.band, soft_wrap=True)

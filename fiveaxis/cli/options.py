@@ -142,6 +142,12 @@ READING: Mapping[str, Any] = {
     "written_for": optional(str, "machine of an input program, if it isn't --machine"),
     **flags_of(ReadProgram),
 }
+# Where the workpiece stands, and how long the tool is.
+SETUP: Mapping[str, Any] = {
+    "tool_length": ToolLength,
+    "work_offset": optional(str, "workpiece zero in the machine frame: X,Y,Z in mm"),
+    "part_rotation": optional(str, "rotation of the part on the table: about machine X,Y,Z in deg"),
+}
 POSTURE: Mapping[str, Any] = {
     "machine": MachineName,
     "assume": Assume,
@@ -156,9 +162,7 @@ POSTURE: Mapping[str, Any] = {
     **flags_of(Search),
     "front": optional(int, "find N solutions, from the cheapest path to the steadiest"),
     "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
-    "tool_length": ToolLength,
-    "work_offset": optional(str, "workpiece zero in the machine frame: X,Y,Z in mm"),
-    "part_rotation": optional(str, "rotation of the part on the table: about machine X,Y,Z in deg"),
+    **SETUP,
     "setup_search": optional(
         str, "choose the setup too: x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
     ),

@@ -250,6 +250,9 @@ def _print_outcome(outcome: Outcome) -> None:
     why = "as programmed" if time.missing else "with the machine's accelerations"
     why += f"; {time.assumed}" if time.assumed else ""
     out.print(f"program time: {time.total:.1f} s, {why}", soft_wrap=True, markup=False)
+    if program.energy is not None:
+        spent = f"program energy: {program.energy.total:.0f} J of its words, approach and retract included"
+        out.print(f"{spent}, as `fiveaxis energy` gives it", soft_wrap=True, markup=False)
     if outcome.setup_search is not None:
         _print_setup(outcome.setup_search)
     _print_budget(outcome.budget)
@@ -326,13 +329,8 @@ def _print_energies(solution: Solution) -> None:
             soft_wrap=True,
         )
     _print_times(solution)
-    least = solution.energy.least
-    if least is not None and round(least) < round(solution.energy.total):
-        out.print(
-            f"between {least:.0f} and {solution.energy.total:.0f} J: the lower figure if, below the slowest "
-            "measured speed, the drives' power falls with the speed",
-            soft_wrap=True,
-        )
+    if solution.energy.band is not None:
+        out.print(solution.energy.band, soft_wrap=True)
 
 
 def _print_times(solution: Solution) -> None:

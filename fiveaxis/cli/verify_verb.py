@@ -15,6 +15,7 @@ from fiveaxis.cli.options import (
     POSTURE,
     PROGRAM_BOUNDS,
     READING,
+    SETUP,
     AsJson,
     flags_of,
     read_flags,
@@ -53,7 +54,7 @@ CHECKING: Mapping[str, Any] = {
     **{name: POSTURE[name] for name in ("fixtures", "path_shape")},
     **PROGRAM_BOUNDS,
     **PROGRAM,
-    **{name: POSTURE[name] for name in ("tool_length", "work_offset", "part_rotation")},
+    **SETUP,
 }
 
 
@@ -138,10 +139,7 @@ def load_checked(
         asked = ProgramOptions.of(job.nc, control=options["control"] or job.writing["control"])
     else:
         machine = load_machine(require_machine(options["machine"]), parse_assumptions(options["assume"]))
-        offset, rotation = (_triple(options[name] or "0,0,0") for name in ("work_offset", "part_rotation"))
-        machine = machine.with_setup(offset, rotation)
-        if options["tool_length"] is not None:
-            machine = machine.with_tool_length(options["tool_length"])
+        machine = set_up(machine, options)
         if path is not None:
             shape = options["path_shape"]
             toolpath = read_toolpath(path, tool=tool, machine=machine, path_shape=shape)
@@ -161,6 +159,16 @@ def load_checked(
         **meshes,
     )
     return machine, against, findings
+
+
+def set_up(machine: Machine, options: Mapping[str, Any]) -> Machine:
+    """Give a machine the tool length and the setup of the options, where there are any."""
+    if options["tool_length"] is not None:
+        machine = machine.with_tool_length(options["tool_length"])
+    given = [options[name] for name in ("work_offset", "part_rotation")]
+    if given == [None, None]:
+        return machine
+    return machine.with_setup(*(_triple(text or "0,0,0") for text in given))
 
 
 def _moved(job: Job, options: Mapping[str, Any]) -> Job:

@@ -130,7 +130,11 @@ class Budget:
 
 
 def job_budget(
-    machine: Machine, motion: Motion, process: Process | None = None, factors: Factors | None = None
+    machine: Machine,
+    motion: Motion,
+    process: Process | None = None,
+    factors: Factors | None = None,
+    rounding: float = 0.0,
 ) -> Budget:
     """Add up the electricity of a job: base, spindle idle, feed drives, cut, auxiliary.
 
@@ -143,6 +147,7 @@ def job_budget(
     motion : axis values and times
     process : the engagement; without it spindle, cut and auxiliary are unknown
     factors : price and emission of a kWh
+    rounding : mm, as for `motion_energy`
 
     Raises
     ------
@@ -155,7 +160,7 @@ def job_budget(
     ----------
     Wang et al. (2019): ``P = P_idle(n) + P_cutting + P_aux``; Olteanu et al., Eq. (1), for the cut.
     """
-    energy = motion_energy(machine, motion)
+    energy = motion_energy(machine, motion, rounding=rounding)
     sources = {p.figure: p for p in machine.provenance}
     drives = [sources[name] for name in _drive_figures(machine) if name in sources]
     shares = [

@@ -18,6 +18,9 @@ from fiveaxis.toolpath import MoveKind, part_places
 
 Timing = Literal["programmed", "accelerations"]
 DRAWN = 100  # machines drawn from the bands of estimated drives
+# What the ends of an energy's band mean.
+_SLOWER = "the lower figure if, below the slowest measured speed, the drives' power falls with the speed"
+_ROUNDED = "the upper one if an axis also moves where the words move it by no more than their rounding"
 TORQUE_STEP = np.radians(3.0)  # rad, turn over which gravity's torque on a tilting table counts as constant
 
 
@@ -53,6 +56,8 @@ class Energy(ShownAsTable, HasColumns):
     travel_by_axis : travel metric by axis letter, J
     least : J, ∫P dt if a drive's power falls in proportion to its speed below the slowest measured one; None
         where ∫P dt comes from a time law
+    most : J, ∫P dt if an axis also moves where the words move it by no more than their rounding; None where
+        no words are priced
     base : base power × time, J; None where the machine's base power is unknown
     time : duration of the motion, s
     feed_time : s, at the programmed feed and the axes' highest speeds
@@ -70,6 +75,7 @@ class Energy(ShownAsTable, HasColumns):
     steadiness: Steadiness = field(compare=False)
     timing: Timing = "programmed"
     by_kind: dict[str, KindEnergy] = field(default_factory=dict)
+    most: float | None = None
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{letter} {joule:.0f}" for letter, joule in self.by_axis.items())
@@ -104,6 +110,16 @@ class Energy(ShownAsTable, HasColumns):
     def total(self) -> float:
         """∫P dt of all feed drives, J."""
         return sum(self.by_axis.values())
+
+    @property
+    def band(self) -> str | None:
+        """How far the energy lies between its readings, in words; None where they agree to the joule."""
+        ends = (self.least, _SLOWER), (self.most, _ROUNDED)
+        apart = [(end, why) for end, why in ends if end is not None and round(end) != round(self.total)]
+        if not apart:
+            return None
+        figures = [self.total if end is None else end for end, _ in ends]
+        return f"between {figures[0]:.0f} and {figures[1]:.0f} J: {', '.join(why for _, why in apart)}"
 
     @property
     def joules(self) -> Array:
@@ -141,6 +157,7 @@ class Energy(ShownAsTable, HasColumns):
             "total": self.total,
             "by_axis": dict(self.by_axis),
             "least": self.least,
+            "most": self.most,
             "base": self.base,
             "with_base": self.with_base,
             "time": self.time,
@@ -186,10 +203,12 @@ def motion_energy(
     MachineError
         The power of an axis isn't known.
     """
-    charged, least = move_energies(machine, motion), None
+    charged, least, most = move_energies(machine, motion), None, None
     if integral is None:
         integral = move_powers(machine, motion, rounding) * motion.time[:, None]
         least = float((integral * _shares_of_slow(machine, motion)).sum())
+        if rounding:
+            most = float((move_powers(machine, motion) * motion.time[:, None]).sum())
     travel, spent = charged.sum(axis=0), integral.sum(axis=0)
     time = float(motion.time.sum())
     return Energy(
@@ -201,6 +220,7 @@ def motion_energy(
         feed_time=time,
         steadiness=measure_steadiness(machine, motion, rounding),
         by_kind=_by_kind(motion, charged, integral),
+        most=most,
     )
 
 

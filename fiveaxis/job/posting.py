@@ -22,6 +22,7 @@ from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.own_header import set_up_as_stated
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import load_text, trace_tool, with_feeds_of
 from fiveaxis.options import Reading, Writing, parted, spelled_out
@@ -48,11 +49,13 @@ class Posted:
     motion : that was read
     made : the new program, and what verification found in its text
     path : its file; None where none was written
+    stands : the note on a setup that the program's header states
     """
 
     motion: Motion
     made: MadeProgram
     path: Path | None
+    stands: tuple[Finding, ...] = ()
 
     @property
     def program(self) -> Program:
@@ -63,7 +66,7 @@ class Posted:
     def findings(self) -> tuple[Finding, ...]:
         """What was assumed or left out while reading and writing."""
         read = self.motion.findings if isinstance(self.motion, ReadMotion) else ()
-        return (*read, *self.made.findings)
+        return (*read, *self.stands, *self.made.findings)
 
 
 class Posting(Reading, Writing, total=False):
@@ -104,6 +107,7 @@ def post_program(
     source = Path(source)
     described = describe_input(source)
     text = load_source(source)
+    machine, stands = set_up_as_stated(machine, text)
     reading, writing = parted(given, Reading, Writing)
     if kind_of(text) == "motion":
         motion: Motion = read_motion_table(text, machine, source_is_table=True)
@@ -119,7 +123,7 @@ def post_program(
             raise
         raise ToolpathError(fault.message, file=source, line=fault.line) from None
     path = None if output is None else made.write(output, unverified=unverified)
-    return Posted(motion, made, path)
+    return Posted(motion, made, path, stands)
 
 
 @spelled_out(Writing)

@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.collision import Surroundings
+from fiveaxis.energy import Energy
 from fiveaxis.errors import MissingDependency, ToolpathError, Unverified
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
+from fiveaxis.job.program_costs import price_program, word_rounding
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate, not_verified
 from fiveaxis.kinematics import tool_poses
@@ -30,6 +32,8 @@ from fiveaxis.motion import (
 )
 from fiveaxis.nc import NOT_VERIFIED, Program, compose_program, require_motion
 from fiveaxis.nc.formats import require_program_suffix
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.report.facts import ProgramFigures
 from fiveaxis.toolpath import Constraints, Toolpath
@@ -62,6 +66,10 @@ class MadeProgram:
     motion : its moves
     gate : the report on the text, and which errors keep the program back
     run_time : how long the control takes for it, from the first move whose start the text states
+    blocks : those of the path as the text states them, one a row
+    rounding : mm, travel of a linear axis in a block that the rounding of the words may cause
+    energy : of the text, approach and retract included, as `program_energy` gives it; None where its words
+        don't say it (tool directions, a list, a rapid move of unknown speed, a drive without power)
     fill : the locations that the path's blocks stand for; None for a motion without a path
     held_back : codes of the errors because of which redundant blocks stay; empty where they are removed
     """
@@ -71,6 +79,9 @@ class MadeProgram:
     motion: ProgramMotion
     gate: Gate
     run_time: PredictedTime
+    blocks: Motion
+    rounding: float
+    energy: Energy | None = None
     fill: Fill | None = None
     held_back: tuple[str, ...] = ()
 
@@ -117,6 +128,7 @@ class MadeProgram:
             redundant_kept_for=self.held_back,
             interpolation=str(self.motion.interpolation),
             run_time=self.run_time,
+            energy=self.energy,
             path_tolerance_mm=PATH_TOLERANCE,
             axis_tolerance_deg=round(math.degrees(AXIS_TOLERANCE), 9),
         )
@@ -268,14 +280,19 @@ def compose_verified(
     draft = compose(NOT_VERIFIED)
     back = ReadBack.of(draft, motion, wording, options.settings)
     run_time = predicted_time(back.motion, machine, wording.dialect, wording.coordinates)
+    texts = [line for line, row in zip(draft.lines, draft.rows, strict=True) if row >= 0]
+    blocks, rounding = back.blocks, word_rounding(back.motion, texts)
+    energy = _text_energy(back, draft)
+    priced = () if energy is None else (("energy", _energy_note(energy)),)
     if verdict is None:
-        return MadeProgram(machine, draft, motion, Gate.unverified(), run_time)
+        text = compose((*priced, *NOT_VERIFIED))
+        return MadeProgram(machine, text, motion, Gate.unverified(), run_time, blocks, rounding, energy)
     try:
         found, *more = verdict(back, draft)
     except MissingDependency as fault:
         found, more = not_verified(fault), []
     gate = Gate.of(found.merge(*more, unsaid(back.read.findings)), options.writing["override"])
-    text = compose(gate.notes)
+    text = compose((*priced, *gate.notes))
     # The header is comments only; make sure that the rest reads the same.
     again = ReadBack.of(text, motion, wording, options.settings).motion
     if not (
@@ -284,4 +301,22 @@ def compose_verified(
     ):
         raise Unverified("the program reads differently with its header than without; please report this", [])
     logger.info("%s: %d rows, %d lines", text.control, len(motion), len(text.lines))
-    return MadeProgram(machine, text, motion, gate, run_time)
+    return MadeProgram(machine, text, motion, gate, run_time, blocks, rounding, energy)
+
+
+def _text_energy(back: ReadBack, text: Program) -> Energy | None:
+    """Price a text as `program_energy` does its file; None where its words don't say what it costs."""
+    machine = back.wording.machine
+    if back.is_list or back.read.by_control or not machine.has_powers:
+        return None
+    try:
+        return price_program(Source(f"program{text.suffix}", list(text.lines)), machine, ReadOptions()).energy
+    except ToolpathError:  # a rapid move whose speed nobody states
+        return None
+
+
+def _energy_note(energy: Energy) -> str:
+    """Write what a program costs, for its header."""
+    ends = [f"{end:.0f}" for end in (energy.least, energy.most) if end is not None]
+    band = "" if energy.band is None else f", {' to '.join(ends)} J by other readings (report)"
+    return f"{energy.total:.0f} J of the feed drives in {energy.time:.1f} s, by the words as written{band}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -18,10 +18,12 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
-from fiveaxis.motion import PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
-from fiveaxis.nc import ReadMotion, read_program, stated_clock
-from fiveaxis.nc.own_header import stated_feed, stated_tool
-from fiveaxis.nc.source import load_source
+from fiveaxis.motion import Motion, PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
+from fiveaxis.nc import ReadMotion, stated_clock
+from fiveaxis.nc.control.program_reader import read_motion_of
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.own_header import set_up_as_stated, stated_feed, stated_tool
+from fiveaxis.nc.source import Source, load_source
 from fiveaxis.options import Coordinates, Reading, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool
 
@@ -130,7 +132,8 @@ def program_energy(
     Parameters
     ----------
     path : a program of machine-axis words
-    machine : with a drive on every axis and the load on its table
+    machine : with a drive on every axis and the load on its table. Unless it was set up
+        (`Machine.with_setup`), the workpiece stands where the header of a program of fiveaxis says
     tool : the programmed feed, which the travel metric uses, is the speed of its centre (`path_feed`); by
         default the tool that a program of fiveaxis names in its header, else the feed is the tip's
     corners : ``control`` takes the times that the control takes with the axes' accelerations
@@ -148,8 +151,22 @@ def program_energy(
     ----------
     Edem & Balogun (2018), Eq. (1), for weight drives; Hayashi et al. (2018) for tables of power.
     """
-    read = read_program(path, machine, **reading)
-    source = load_source(path)
+    given = ReadOptions.of(reading, machine=machine)
+    return price_program(load_source(path), machine, given, tool=tool, corners=corners, control=control)
+
+
+def price_program(
+    source: Source,
+    machine: Machine,
+    reading: ReadOptions,
+    *,
+    tool: Tool | None = None,
+    corners: Corners = "control",
+    control: str | Path | None = None,
+) -> ProgramEnergy:
+    """Compute the energy of a program's text as `program_energy` does that of a file."""
+    machine, stands = set_up_as_stated(machine, source)
+    read = read_motion_of(source, machine, replace(reading, machine=machine))
     lines, taken = source.lines, None
     if corners == "control":
         clock = stated_clock(source, control)
@@ -158,10 +175,10 @@ def program_energy(
         read, taken = _whole_blocks(read, machine, taken)
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
     tool = tool or stated_tool(source)
-    rounding = 2.0 * _rounding(read, texts)
+    rounding = word_rounding(read, texts)
     feed, taken_over = _feeds(machine, read, tool, stated_feed(source), rounding)
     motion = replace(read, feed=feed)
-    law = None
+    law, integral = None, None
     feed_time = float(read.time.sum())
     if taken is not None:
         motion = replace(motion, time=taken.times)
@@ -174,13 +191,14 @@ def program_energy(
         # The durations of blocks that only turn follow from their own feed words.
         law = time_motion(read, machine, corners=corners)
         motion, by_block = replace(motion, time=law.motion.time), law_energies(machine, law)
+        integral = by_block
     timed = law is not None if taken is None else taken.basis == "accelerations"
     timing: Timing = "accelerations" if timed else "programmed"
-    energy = replace(motion_energy(machine, motion, by_block, rounding), feed_time=feed_time, timing=timing)
+    energy = replace(motion_energy(machine, motion, integral, rounding), feed_time=feed_time, timing=timing)
     coordinates: Coordinates = "tip" if read.tcp.any() else "axes"
     # What axis words cost doesn't depend on where the tool goes.
     unknown = figure_findings(machine, coordinates)
-    findings = (*(f for f in unknown if coordinates == "tip" or f.code == "figure-assumed"),)
+    findings = (*(f for f in unknown if coordinates == "tip" or f.code == "figure-assumed"), *stands)
     findings += (*motion.findings, *_speeding(machine, motion), *_creeping(machine, motion))
     findings += tuple(_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))
@@ -229,8 +247,14 @@ def _joined(times: Array, last: BoolArray) -> Array:
     return np.diff(np.cumsum(times)[last], prepend=0.0)
 
 
-def _rounding(motion: ReadMotion, texts: Sequence[str]) -> float:
-    """Bound how far, mm, the tool may be off its position because words are rounded."""
+def word_rounding(motion: Motion, texts: Iterable[str]) -> float:
+    """Bound how far, mm, a linear axis may move in a block only because the words of its ends are rounded.
+
+    Parameters
+    ----------
+    motion : axis values; where the table turns, rounded angles move the words of TCP
+    texts : blocks as written
+    """
     decimals: dict[bool, int] = {}
     # Many blocks, few different ones but for their digits.
     for text in {text.translate(_ZEROS) for text in texts}:
@@ -239,8 +263,8 @@ def _rounding(motion: ReadMotion, texts: Sequence[str]) -> float:
             decimals[turns] = max(decimals.get(turns, 0), len(digits))
     linear = [c not in "ABC" for c in motion.letters]
     lever = float(np.linalg.norm(motion.positions[:, linear], axis=1).max())
-    half_digits = {turns: 0.5 * 10.0**-count for turns, count in decimals.items()}
-    return half_digits.get(False, 0.0) + float(np.radians(half_digits.get(True, 0.0))) * lever
+    digits = {turns: 10.0**-count for turns, count in decimals.items()}
+    return digits.get(False, 0.0) + float(np.radians(digits.get(True, 0.0))) * lever
 
 
 def _assumed_feeds(motion: ReadMotion, taken_over: BoolArray) -> Iterator[Finding]:

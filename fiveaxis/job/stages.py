@@ -171,10 +171,10 @@ def run_stages(
         solution = Solution.of(postures, constraints, around, gouge)
         options = job.program_options.named(job.input.stem)
         program = solution.make(replace(options, header=program_header(solution, inputs, moved=moved)))
-        # The energy is that of the text, in which redundant blocks may have stayed.
-        blocks = program.motion.blocks
-        solution = replace(solution, energy=blocks_energy(machine, blocks, solution.clock))
-        budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors)
+        # What is priced is the text: its words are rounded, and redundant blocks may have stayed in it.
+        blocks, rounding = program.blocks, program.rounding
+        solution = replace(solution, energy=blocks_energy(machine, blocks, solution.clock, rounding))
+        budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors, rounding)
         return Outcome(job, solution, program, budget, inputs, front, cleared)
 
     solutions = (cleared.solution,) if front is None else front.solutions

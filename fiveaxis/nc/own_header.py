@@ -6,6 +6,8 @@ import re
 from typing import get_args
 
 from fiveaxis.errors import ToolError
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.machine import Machine, Setup
 from fiveaxis.motion import Coordinates
 from fiveaxis.nc.source import Source
 from fiveaxis.options import Positions, Wrap
@@ -14,8 +16,11 @@ from fiveaxis.toolpath import Tool, parse_tool
 # Names of the comments, and the forms of what they state, in lower case.
 _CONTROL, _WINDING, _POSITIONS = "control", "winding", "positions"
 _TOOL, _FEED, _ALONG = "tool", "feed", "mm/min along the path"
+_SETUP = "setup"
 _MODULO = re.compile(r"modulo (shorter|signed) ([abc]+)")
 _SHAPE = re.compile(r"[a-z]+(?::[0-9.]+)+")
+_TRIPLE = r"[\[(]([-+.0-9e]+), ([-+.0-9e]+), ([-+.0-9e]+)[\])]"
+_STANDS = re.compile(rf"workpiece at offset {_TRIPLE} mm, rotation {_TRIPLE} deg in the machine frame")
 _SPEED = re.compile(rf"([0-9]+\.?[0-9]*) {_ALONG}")
 
 
@@ -42,6 +47,30 @@ def stated_feed(source: Source) -> float | None:
     """Return the feed along the path that the header states, mm/s; None where it states none."""
     found = _SPEED.fullmatch(source.stated(_FEED) or "")
     return None if found is None else float(found[1]) / 60.0
+
+
+def setup_comment(setup: Setup) -> str:
+    """Return the comment on where the workpiece stands, to the nanometre within a metre."""
+    offset, turn = (", ".join(f"{v:.9g}" for v in values) for values in (setup.offset, setup.rotation_deg))
+    return f"{_SETUP}: workpiece at offset ({offset}) mm, rotation ({turn}) deg in the machine frame"
+
+
+def set_up_as_stated(machine: Machine, source: Source) -> tuple[Machine, tuple[Finding, ...]]:
+    """Set the workpiece up as the header states, unless somebody has said where it stands.
+
+    Returns
+    -------
+    The machine, and the note on the setup that was taken.
+    """
+    found = None if machine.setup.stated else _STANDS.match(source.stated(_SETUP) or "")
+    if found is None:
+        return machine, ()
+    values = [float(value) for value in found.groups()]
+    machine = machine.with_setup((values[0], values[1], values[2]), (values[3], values[4], values[5]))
+    message = (
+        f"the head says where the workpiece stands, at {machine.setup}; if it stands elsewhere, say where"
+    )
+    return machine, (source.finding(Severity.NOTE, "setup-read", f"{message} (--work-offset)"),)
 
 
 def control_comment(control: str, coordinates: Coordinates) -> str:

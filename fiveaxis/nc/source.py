@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 from fiveaxis.errors import ToolpathError
@@ -16,7 +17,8 @@ _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 # Lines that are searched for what a header states.
 HEAD = 100
 # A comment of any control; a second blank begins the continuation of a longer one.
-_COMMENT = r"\s*(?:N?[0-9]+ )?[(;] ?{}: ([^)]*?)\W*"
+_SIGN = r"\s*(?:N?[0-9]+ )?[(;] ?"
+_COMMENT, _CONTINUED = _SIGN + r"{}: ([^)]*)\)?\s*", re.compile(_SIGN + r"  (\S[^)]*)\)?\s*")
 
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
@@ -50,8 +52,13 @@ class Source:
         Only a comment of its own counts, not the same words in the name of a file or a machine.
         """
         pattern = re.compile(_COMMENT.format(re.escape(name)), re.IGNORECASE)
-        found = (pattern.fullmatch(text[:200]) for text in self.lines[:HEAD])
-        return next((match[1].lower() for match in found if match is not None), None)
+        head = [text[:200] for text in self.lines[:HEAD]]
+        first = next((n for n, text in enumerate(head) if pattern.fullmatch(text)), None)
+        if first is None:
+            return None
+        rest = takewhile(bool, (_CONTINUED.fullmatch(text) for text in head[first + 1 :]))
+        parts = [match[1] for match in (pattern.fullmatch(head[first]), *rest) if match is not None]
+        return re.sub(r"\W*$", "", " ".join(parts).lower())
 
 
 def load_source(path: str | Path) -> Source:

@@ -22,7 +22,7 @@ from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
-from fiveaxis.nc.source import Source, load_source
+from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # mm: diameter of the ball that stands for the tip of an unknown tool.
@@ -78,7 +78,7 @@ class TracedProgram:
 
 
 def load_program(
-    file: str | Path, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
+    source: Source, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
 ) -> TracedProgram:
     """Read a program or the table of a motion, and trace its tool.
 
@@ -87,7 +87,7 @@ def load_program(
 
     Parameters
     ----------
-    file : a program, or a table as `write_motion` writes it
+    source : a program, or a table as `write_motion` writes it
     machine : on which it runs
     tool : None for its tip alone
     reading : as for `read_program`
@@ -97,7 +97,6 @@ def load_program(
     FiveAxisError
         As `read_program` and `read_motion`.
     """
-    source = load_source(file)
     if kind_of(source) == "motion":
         return _load_table(source, machine, tool, reading)
     found = _load(source, machine, _options(machine, tool, reading))

@@ -76,14 +76,19 @@ def program_energy(
     return blocks_energy(machine, filling.blocks(toolpath, machine, motion), clock)
 
 
-def blocks_energy(machine: Machine, blocks: Motion, clock: Clock) -> Energy:
-    """Compute the energy of blocks over the time that the control takes for them."""
-    return timed_energy(machine, blocks, clock(blocks, machine))
+def blocks_energy(machine: Machine, blocks: Motion, clock: Clock, rounding: float = 0.0) -> Energy:
+    """Compute the energy of blocks over the time that the control takes for them.
+
+    Parameters
+    ----------
+    rounding : mm, as for `motion_energy`
+    """
+    return timed_energy(machine, blocks, clock(blocks, machine), rounding)
 
 
-def timed_energy(machine: Machine, blocks: Motion, taken: PredictedTime) -> Energy:
+def timed_energy(machine: Machine, blocks: Motion, taken: PredictedTime, rounding: float = 0.0) -> Energy:
     """Compute the energy of blocks over their predicted times."""
-    energy = motion_energy(machine, replace(blocks, time=taken.times))
+    energy = motion_energy(machine, replace(blocks, time=taken.times), rounding=rounding)
     return replace(energy, feed_time=float(blocks.time.sum()), timing=taken.basis)
 
 

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
+from fiveaxis.energy import Energy
 from fiveaxis.errors import InputError
 from fiveaxis.files import hash_input, require_file
 from fiveaxis.findings import Finding
@@ -51,6 +52,7 @@ class ProgramFigures:
     redundant_kept_for : codes of the errors because of which redundant blocks stay
     interpolation : of the control
     run_time : how long the control takes
+    energy : of the whole text, approach and retract included; None where its words don't say it
     path_tolerance_mm, axis_tolerance_deg : of inserted and removed blocks
     """
 
@@ -68,6 +70,7 @@ class ProgramFigures:
     redundant_kept_for: tuple[str, ...]
     interpolation: str
     run_time: PredictedTime
+    energy: Energy | None
     path_tolerance_mm: float
     axis_tolerance_deg: float
 
@@ -83,6 +86,7 @@ class ProgramFigures:
                 "missing": time.missing,
                 "assumed": time.assumed,
             },
+            "energy": None if self.energy is None else self.energy.as_dict(),
         }
 
 

@@ -61,6 +61,9 @@ def program_section(document: ReportDocument) -> str:
         f"were optimised too. {_removed(program)} All figures are those of whole programs with their "
         "inserted blocks, without approach and retract."
     )
+    if program.energy is not None:
+        text += f" With these, the words of the program cost {number(program.energy.total)} J"
+        text += f" ({program.energy.band})." if program.energy.band else "."
     html = f"<p>{escape(text)}</p>\n"
     if kinds := kinds_table(document):
         html += scroll(kinds)

@@ -13,6 +13,8 @@ from fiveaxis.findings import Finding
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import SPEED_TOLERANCE, Motion
+from fiveaxis.nc.own_header import set_up_as_stated
+from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import TracedProgram, load_program, trace_table
 from fiveaxis.options import SURFACE_TOLERANCE
 from fiveaxis.toolpath import Constraints
@@ -87,6 +89,7 @@ def check_program(
 
     Parameters
     ----------
+    machine : the program's header may state where the workpiece stands (`set_up_as_stated`)
     against : path, tool, surroundings and constraints
     reading : keywords of `read_program`
     surface_tolerance : mm, gap between cutter and part that counts as touching
@@ -97,7 +100,10 @@ def check_program(
     FiveAxisError
         As `fiveaxis.verify_program`.
     """
-    read = load_program(program, machine, against.cutter, reading)
+    source = load_source(program)
+    machine, stands = set_up_as_stated(machine, source)
+    read = load_program(source, machine, against.cutter, reading)
+    read = replace(read, findings=(*read.findings, *stands))
     return check_read(read, machine, against, surface_tolerance, tolerances)
 
 

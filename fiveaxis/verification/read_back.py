@@ -145,6 +145,20 @@ class ReadBack:
         """The row of the text at which each planned row is reached, (m,); without a block the axes stand."""
         return np.maximum(np.maximum.accumulate(self._last), 0)
 
+    @property
+    def blocks(self) -> Motion:
+        """The blocks of the path as the text states them, one a row, from where the first begins.
+
+        A rapid move keeps its planned duration, and a list all of them: no word states it.
+        """
+        planned, written = self.planned, self.written
+        row = written[(written >= planned.first) & (written <= planned.last)]
+        found, end = planned.motion.at(row), self.end[row]
+        time = np.diff(np.cumsum(self.motion.time)[end], prepend=0.0)
+        time = np.where(found.rapid | self.is_list, found.time, time)
+        time[0] = 0.0
+        return replace(found, positions=self.motion.positions[end], time=time)
+
     def in_text(self, blocks: Array) -> Array:
         """Convert fractional planned rows to rows of the text; the parts of a block last equally long."""
         after = np.ceil(blocks).astype(np.int64)

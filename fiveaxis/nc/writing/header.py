@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.machine import Machine, Setup
 from fiveaxis.machine.unknown import assumed_figures
-from fiveaxis.nc.own_header import control_comment, modulo_comment, positions_comment
+from fiveaxis.nc.own_header import control_comment, modulo_comment, positions_comment, setup_comment
 from fiveaxis.nc.words import control_value
 from fiveaxis.nc.writing.program_settings import ProgramSettings
 from fiveaxis.nc.writing.table_parts import Comments
@@ -140,7 +140,7 @@ def _setup_note(writer: WordWriter) -> list[str]:
         return []
     turned = writer.coordinates != "axes" and not np.allclose(setup.frame[:3, :3], np.eye(3), atol=1e-12)
     note = "; the work offset must be turned like it" if turned else ""
-    return [f"setup: workpiece at {setup} in the machine frame{note}"]
+    return [setup_comment(setup) + note]
 
 
 def _clamped_notes(machine: Machine) -> list[str]:

@@ -264,3 +264,56 @@ def test_options_of_the_verb_are_the_librarys(tmp_path):
     refused = run("energy", path, *machine[:2], "-o", tmp_path / "x.pdf")
     assert "let it end in .csv, .svg, .png or .html" in refused.stderr
     assert not (tmp_path / "x.pdf").exists()
+
+
+def test_a_part_away_from_zero_is_priced_where_the_head_or_the_option_puts_it(tmp_path, hayashi):
+    """Words of TCP are of the workpiece: how far the axes travel depends on where it stands."""
+    from fiveaxis.motion import Motion
+
+    turn, columns = np.linspace(0.0, 1.0, 30), np.zeros((30, 5))
+    columns[:, 3], columns[:, 4] = -0.3 * turn - 0.5, turn
+    time = np.full(30, 0.2)
+    motion = Motion("XYZAC", columns, np.full(30, 5.0), time, np.zeros(30, int), np.arange(30))
+    there = hayashi.with_setup((40.0, 0.0, -60.0))
+    path = write_text(motion, tmp_path / "p.mpf", machine=there, control="sinumerik", coordinates="tip")
+    read = fx.program_energy(path, hayashi)
+    assert read.energy.total == fx.program_energy(path, there).energy.total
+    assert "setup-read" in {f.code for f in read.findings}
+    bare = tmp_path / "bare.mpf"
+    bare.write_text("\n".join(line for line in path.read_text().splitlines() if "setup" not in line))
+    priced = {}
+    for options in ((), ("--work-offset", "40,0,-60")):
+        shown = run("energy", bare, "-m", "hayashi-640123", *options, "--json")
+        priced[options] = json.loads(shown.stdout)["energy"]["total"]
+    assert priced["--work-offset", "40,0,-60"] == pytest.approx(read.energy.total)
+    assert priced[()] > 2.0 * read.energy.total
+
+
+@pytest.mark.parametrize("decimals", [3, 4, 6])
+def test_head_and_reader_price_the_words_and_the_band_covers_their_rounding(tmp_path, hayashi, decimals):
+    """Y creeps by less than a digit in each block, and the table turns under the tip's words."""
+    from fiveaxis.energy import motion_energy
+    from fiveaxis.job import post_program
+    from fiveaxis.motion import Motion
+    from fiveaxis.nc import write_motion
+
+    turn = np.linspace(0.0, 1.0, 60)
+    positions = np.column_stack([30.0 * turn, 3e-3 * turn, np.full(60, 20.0), -0.3 - 1e-6 * turn, turn])
+    time = np.where(np.arange(60) > 0, 0.04, 0.0)
+    motion = Motion("XYZAC", positions, np.full(60, 12.7), time, np.zeros(60, int), np.arange(60))
+    table = tmp_path / "digits.toml"
+    numbers = f"linear = {decimals}, rotary = {decimals}, direction = 9, most = 999999.0"
+    table.write_text(f'based_on = "sinumerik"\ntitle = "digits"\nnumber = {{ {numbers} }}\n')
+    source, path = write_motion(motion, tmp_path / "motion.csv", hayashi), tmp_path / "p.mpf"
+    made = post_program(
+        source, hayashi, output=path, control=table, coordinates="tip", thin=False, unverified=True
+    ).made
+    read = fx.program_energy(path, hayashi).energy
+    assert made.energy == read
+    assert f"energy: {read.total:.0f} J" in path.read_text()
+    # Whether Y moves at all decides over its whole power: the band has the energy of what was meant.
+    meant = motion_energy(hayashi, motion).total
+    priced = motion_energy(hayashi, made.blocks, rounding=made.rounding)
+    assert priced.least <= priced.total * (1.0 + 1e-12) <= priced.most * (1.0 + 2e-12)
+    assert priced.least < meant - 100.0
+    assert meant <= priced.most * (1.0 + 1e-5)

@@ -143,6 +143,7 @@ def program(solution: Solution) -> ProgramFigures:
         redundant_kept_for=(),
         interpolation="joint",
         run_time=PredictedTime(solution.motion.time, "programmed"),
+        energy=solution.energy,
         path_tolerance_mm=0.005,
         axis_tolerance_deg=0.02,
     )
