@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from fiveaxis.findings import risk
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.toolpath import Band, MoveKind, Toolpath, across, divided_rows, interpolate, turned
@@ -167,13 +168,10 @@ def check_following(context: CheckContext, match: Match) -> Iterator[Result]:
             "mm); compare zero, unit and this block with the path"
         ),
         figures={"off_path_mm": largest(worst)},
-        checked=(
-            f"track of the tool's centre: within {tolerance:g} mm of the path {path.name}, past all "
-            f"{len(path)} locations in order",
-        ),
+        checked=(f"track of the tool's centre: within {tolerance:g} mm of the path {path.name}",),
         not_checked=(
-            "the program before the first location of the path, and its lead-out from the last one",
-            *(("the course of rapid moves between locations of the path",) if swerves else ()),
+            risk("the program before the first location of the path, and its lead-out from the last one"),
+            *((risk("the course of rapid moves between locations of the path"),) if swerves else ()),
         ),
     )
     missed = np.flatnonzero(match.row < 0)
@@ -184,6 +182,7 @@ def check_following(context: CheckContext, match: Match) -> Iterator[Result]:
             f"the program doesn't pass within {tolerance:g} mm of this location, in order; compare zero, "
             "unit and blocks with the path"
         ),
+        checked=(f"track of the tool's centre: past all {len(path)} locations of the path in order",),
         path=path,
     )
 
