@@ -13,6 +13,9 @@ from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
+# Where figures are given that settle what wasn't checked.
+JOB, MACHINE_FILE, TOOL_FILE = "job", "machine file", "tool file"
+
 
 class Severity(StrEnum):
     """Severity of a finding, by its consequence on the machine."""
@@ -96,6 +99,46 @@ class Finding:
         return cls(
             Severity(data["severity"]), data["code"], data["message"], Place(**data["place"]), data["value"]
         )
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Something that wasn't checked.
+
+    Parameters
+    ----------
+    sentence : what, and after a colon why
+    add, to : what settles it, a key, table or option, and where it is added: `JOB`, `MACHINE_FILE` or
+        `TOOL_FILE`; empty where nothing does
+    is_risk : whether the program could touch something, or ask for what the machine can't do, because of it;
+        else nobody asked for the check, or it decides no more than how well the machine runs
+    """
+
+    sentence: str
+    add: str = ""
+    to: str = ""
+    is_risk: bool = False
+
+    def as_dict(self) -> dict[str, str]:
+        """Return the gap as plain data for JSON."""
+        return {"text": self.sentence, "add": self.add, "to": self.to}
+
+
+def risk(sentence: str, add: str = "", to: str = "") -> Gap:
+    """Return a gap because of which the program may do harm."""
+    return Gap(sentence, add, to, is_risk=True)
+
+
+def group_gaps(gaps: Iterable[Gap]) -> list[str]:
+    """Say in a line for each place what wasn't checked, and what to add there; last what nothing settles."""
+    lines = []
+    for place in (TOOL_FILE, MACHINE_FILE, JOB, ""):
+        here = [gap for gap in gaps if gap.to == place]
+        if here:
+            what = "; ".join(dict.fromkeys(gap.sentence.partition(":")[0] for gap in here))
+            adds = ", ".join(dict.fromkeys(gap.add for gap in here))
+            lines.append(f"{what}: add {adds} to the {place}" if place else f"{what}: nothing settles it")
+    return lines
 
 
 @dataclass(frozen=True)

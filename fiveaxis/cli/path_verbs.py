@@ -8,12 +8,13 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from textwrap import fill, indent
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from fiveaxis.cli.options import (
     NC,
@@ -27,6 +28,7 @@ from fiveaxis.cli.options import (
     takes,
 )
 from fiveaxis.cli.terminal import (
+    WIDTH,
     err,
     errors_explained,
     out,
@@ -34,17 +36,23 @@ from fiveaxis.cli.terminal import (
     parse_numbers,
     parse_words,
     print_causes,
+    print_filled,
     print_first_run,
     print_json,
     print_release,
     print_written,
 )
+from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import Work, shown_work
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import group_findings, has_errors
 from fiveaxis.options import Bounds, Framing, ReadProgram, Writing
 
+# Verdict -> the colour of the first answer.
+COLOURS = {"safe": "green", "partial": "yellow", "unknown": "yellow", "unsafe": "red", "overridden": "red"}
+# Details with lines of their own.
+ONE_BY_ONE = ("Risk", "Correct", "Not asked for")
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
 if TYPE_CHECKING:
@@ -52,7 +60,7 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Budget
     from fiveaxis.job import Job, Outcome
     from fiveaxis.posture import Solution
-    from fiveaxis.report import Answers
+    from fiveaxis.report import Answer, ReportDocument
     from fiveaxis.report.facts import FrontPrograms, SetupSearched
     from fiveaxis.toolpath import Toolpath
 
@@ -120,16 +128,15 @@ def optimise(
             outcome = work.run(partial(run_job, job_of(context.params)))
             if output is not None:
                 written += write_outcome(outcome, output, work.step)
-        for path in written:
-            print_written(path)
+        if output is not None:
+            print_written(output, *(str(path.relative_to(output)) for path in written))
         if as_json:
             print_json(outcome.document)
         else:
             _print_outcome(outcome)
+        print_causes(group_findings(outcome.solution.toolpath.findings), err)
         print_causes(group_findings(outcome.program.findings), err)
         print_release(outcome.gate)
-        if not as_json:
-            _print_answers(outcome.report.answers)
         if outcome.gate.kept:
             raise typer.Exit(1)
 
@@ -229,10 +236,26 @@ def _plan_facts(document: Mapping[str, Any]) -> list[str]:
 
 
 def _print_outcome(outcome: Outcome) -> None:
+    """Print the three answers and the programs compared, at a glance; with -v everything else."""
+    answers = outcome.report.answers
+    _print_answer(answers.safe, COLOURS[answers.verdict])
+    _print_answer(answers.saved)
+    if outcome.report.best is not None:
+        _print_compared(outcome.report)
+    _print_answer(answers.next)
+    if outcome.setup_search is not None:
+        _print_setup(outcome.setup_search)
+    if outcome.front_programs is not None:
+        _print_front(outcome.front_programs)
+    if is_verbose():
+        _print_details(outcome)
+
+
+def _print_details(outcome: Outcome) -> None:
     from fiveaxis.mesh import size_text
 
     solution, program = outcome.solution, outcome.program
-    print_causes(group_findings(solution.toolpath.findings), err)
+    print_causes(outcome.gate.report.summary(), out)
     if outcome.part_size is not None:
         out.print(f"part {size_text(outcome.part_size)}", highlight=False)
     _print_energies(solution)
@@ -253,11 +276,7 @@ def _print_outcome(outcome: Outcome) -> None:
     if program.energy is not None:
         spent = f"program energy: {program.energy.total:.0f} J of its words, approach and retract included"
         out.print(f"{spent}, as `fiveaxis energy` gives it", soft_wrap=True, markup=False)
-    if outcome.setup_search is not None:
-        _print_setup(outcome.setup_search)
     _print_budget(outcome.budget)
-    if outcome.front_programs is not None:
-        _print_front(outcome.front_programs)
     for name, baseline in solution.compared.items():
         if baseline.note:
             out.print(f"baseline {name}: {escape(baseline.note)}", soft_wrap=True)
@@ -265,21 +284,35 @@ def _print_outcome(outcome: Outcome) -> None:
         out.print(f"no baseline {name}: {escape(reason)}")
     if solution.left is not None:
         out.print(solution.left)
-    print_causes(outcome.gate.report.summary(), out)
 
 
-def _print_answers(found: Answers) -> None:
-    """Print the report's three answers: is it safe to run, what does it save, what to do now."""
-    for answer in found:
-        out.print(f"[bold]{answer.question}[/] {escape(answer.text)}", soft_wrap=True, highlight=False)
-        # A list of what wasn't checked, one line each, would push the answer off the screen.
-        for about, details in groupby(answer.details, key=lambda detail: detail.about):
-            texts = "; ".join(detail.text.removesuffix(".") for detail in details)
-            out.print(indent(fill(f"{about}: {texts}", out.width - 2), "  "), markup=False, highlight=False)
+def _print_answer(answer: Answer, colour: str = "") -> None:
+    """Print one of the report's answers in lines of at most `WIDTH` characters."""
+    said = Text(fill(f"{answer.question} {answer.text}", WIDTH, subsequent_indent="  "), colour)
+    said.stylize("bold", 0, len(answer.question))
+    out.print(said, soft_wrap=True, highlight=False)
+    shown = (*answer.details, *(answer.folded if is_verbose() else ()))
+    for about, details in groupby(shown, key=lambda detail: detail.about):
+        texts = [detail.text[0].upper() + detail.text[1:] for detail in details]
+        for text in texts if about in ONE_BY_ONE else [" ".join(texts)]:
+            print_filled(f"{about}: {text}")
+
+
+def _print_compared(document: ReportDocument) -> None:
+    """Print the programs side by side, by the measure of the headline."""
+    table = Table("program", "J", "saved", "s", "starts", "reversals", box=None)
+    for name, energy in document.solution.energies.items():
+        share = document.saved(name, document.measure) if name in document.solution.baselines else None
+        saved = "" if share is None else f"{100.0 * share:.1f} %"
+        joules = f"{getattr(energy, document.measure):.0f}"
+        table.add_row(name, joules, saved, f"{energy.time:.1f}", str(energy.starts), str(energy.reversals))
+    out.print(table)
 
 
 def _print_front(front: FrontPrograms) -> None:
     """Print the solutions from the cheapest path to the steadiest one."""
+    from fiveaxis.posture import RESULT
+
     heads = ("number", "J", "bends rad²", "deg/mm", "program s", "program", "")
     table = Table(*heads, box=None)
     for each in front.points:
@@ -290,7 +323,7 @@ def _print_front(front: FrontPrograms) -> None:
             f"{math.degrees(each.point.steepest):.2f}",
             f"{each.time:.1f}",
             "released" if each.released else "kept back",
-            "the result" if each.number == front.picked else "",
+            RESULT if each.number == front.picked else "",
         )
     out.print("solutions of the front (--pick delivers another one)")
     out.print(table)

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -39,6 +40,8 @@ class Terminal(Console):
         return False
 
 
+# Characters in a line of what is read at a glance.
+WIDTH = 80
 # A pipe or a log has no width; tables need more than the usual 80 characters.
 out = Terminal(width=None if sys.stdout.isatty() else 140, emoji=False)
 # Progress and notes, which -q silences; errors, which nothing does.
@@ -80,6 +83,11 @@ def print_causes(causes: Iterable[Cause], console: Console, before: str = "") ->
     """Print one line for each cause of findings, after a prefix."""
     for cause in causes:
         console.print(f"{before}{cause}", markup=False, soft_wrap=True)
+
+
+def print_filled(text: str) -> None:
+    """Print a line on stdout, indented, and wrapped to at most `WIDTH` characters."""
+    out.print(fill(text, WIDTH, initial_indent="  ", subsequent_indent="    "), markup=False, highlight=False)
 
 
 def print_written(path: Path, *facts: str) -> None:

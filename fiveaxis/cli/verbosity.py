@@ -47,6 +47,11 @@ def set_verbosity(verbose: int, quiet: bool) -> None:
         logger.addHandler(ConsoleHandler())
 
 
+def is_verbose() -> bool:
+    """Whether -v was given."""
+    return logging.getLogger(ROOT).isEnabledFor(logging.INFO)
+
+
 def with_options(verb: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options for the verbosity to a command."""
     signature = inspect.signature(verb)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import (
@@ -28,12 +27,14 @@ from fiveaxis.cli.terminal import (
     parse_assumptions,
     parse_numbers,
     print_causes,
+    print_filled,
     print_json,
     require_machine,
 )
+from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
-from fiveaxis.findings import group_findings
+from fiveaxis.findings import group_findings, group_gaps
 from fiveaxis.options import ProgramBounds, ReadProgram, Workpiece
 from fiveaxis.progress import Progress
 
@@ -216,11 +217,21 @@ def _print_report(report: Report) -> None:
     print_causes(causes, out)
     if len(report.findings) > len(causes):
         err.print("--json lists the worst findings of each code")
-    for sentence in report.checked:
-        out.print(f"checked: {escape(sentence)}", soft_wrap=True)
-    for sentence in report.not_checked:
-        out.print(f"not checked: {escape(sentence)}", soft_wrap=True)
-    out.print("verification: " + ("no errors" if report.ok else "[bold red]errors[/]"))
+    lists = {
+        "passed": report.passed,
+        "not asked for": [gap.sentence for gap in report.not_asked],
+        "risk": group_gaps(report.risks),
+    }
+    for name, sentences in lists.items():
+        if name == "risk" or is_verbose():
+            for sentence in sentences:
+                print_filled(f"{name}: {sentence}")
+        elif sentences:
+            out.print(f"{name}: {len(sentences)} (-v lists them)", highlight=False)
+    verdict = "no errors" if report.ok else "[bold red]errors[/]"
+    out.print(
+        f"verification: {verdict}{', but not every risk was checked' * bool(report.ok and report.risks)}"
+    )
 
 
 def _print_codes(as_json: bool) -> None:

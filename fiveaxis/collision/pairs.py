@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from fiveaxis.collision.pieces import PairQuery, Piece
 from fiveaxis.collision.scene import BODY, PART, STOCK, TOOL_KINDS, Scene, SceneBody
 from fiveaxis.collision.surroundings import Clearances
 from fiveaxis.collision.travel import LONGEST_RETRACT
+from fiveaxis.findings import Gap, risk
 from fiveaxis.geometry import inverse_transform, product
 from fiveaxis.toolpath.tool import CUTTER
 
@@ -47,7 +48,7 @@ class Pair:
                 yield first, second, 0.0 if beside else self.clearance
 
 
-RETRACTS = (
+RETRACTS = risk(
     f"rapid moves of the cutter out of the stock, within {LONGEST_RETRACT:g} mm or back along the tool's "
     "axis: the removal of stock isn't simulated"
 )
@@ -60,12 +61,11 @@ class Choice:
     Parameters
     ----------
     pairs : to be checked
-    checked, not_checked : sentences on these pairs, and on those left out with the reason
+    not_checked : pairs that are left out, with the reason
     """
 
     pairs: tuple[Pair, ...]
-    checked: tuple[str, ...]
-    not_checked: tuple[str, ...]
+    not_checked: tuple[Gap, ...]
 
 
 def choose_pairs(scene: Scene, clearances: Clearances) -> Choice:
@@ -85,12 +85,14 @@ def choose_pairs(scene: Scene, clearances: Clearances) -> Choice:
         rapid_only = kind == CUTTER and second.kind == STOCK
         pairs.append(Pair(kind, first, second, clearance, rapid_only))
     left_out = [
-        f"{first.name} against {second.name}: one carries the other, and they touch by construction: "
-        f"with every axis at 0 they are nearer than {clearance:g} mm"
+        Gap(
+            f"{first.name} against {second.name}: one carries the other, and they touch by construction: "
+            f"with every axis at 0 they are nearer than {clearance:g} mm"
+        )
         for first, second, clearance in skipped
     ]
     left_out += [RETRACTS] if any(p.rapid_only for p in pairs) else []
-    return Choice(tuple(pairs), tuple(_describe(pairs)), tuple(left_out))
+    return Choice(tuple(pairs), tuple(left_out))
 
 
 def touch_at_home(first: SceneBody, second: SceneBody, margin: float) -> bool:
@@ -128,8 +130,8 @@ def _are_connected(scene: Scene, first: SceneBody, second: SceneBody) -> bool:
     return same_side or abs(order[first.link] - order[second.link]) == 1
 
 
-def _describe(pairs: list[Pair]) -> Iterator[str]:
-    """Describe the pairs that are checked, in one sentence per first body."""
+def describe(pairs: Iterable[Pair]) -> Iterator[str]:
+    """Describe pairs that were checked and are clear, in one sentence per first body."""
     against: dict[str, list[Pair]] = {}
     for pair in pairs:
         against.setdefault(pair.first.name, []).append(pair)

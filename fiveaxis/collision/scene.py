@@ -16,6 +16,7 @@ from fiveaxis.collision.pieces import (
     revolved_pieces,
 )
 from fiveaxis.collision.surroundings import Surroundings
+from fiveaxis.findings import JOB, MACHINE_FILE, TOOL_FILE, Gap, risk
 from fiveaxis.geometry import Array, product
 from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
 from fiveaxis.mesh import kept_by_mesh, read_solid
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 PART, STOCK, FIXTURE, BODY = "part", "stock", "fixture", "body"
 TOOL_KINDS = (CUTTER, SHANK, HOLDER)
+# What settles the height of a cutter's edges, and what an open mesh leaves open.
+LENGTH, WATERTIGHT = ("length", TOOL_FILE), ("a watertight mesh", JOB)
 # For a mesh of more triangles the report states the memory it takes.
 MANY_TRIANGLES = 1_000_000
 
@@ -60,14 +63,14 @@ class Scene:
     links : from the workpiece to the tool
     code : of the machine
     bodies : tool first, then the workpiece side, then the machine
-    checked, not_checked : sentences on the bodies, and on what is missing
+    checked, not_checked : sentences on the bodies, and what is missing
     """
 
     links: tuple[str, ...]
     code: FormShapingCode
     bodies: tuple[SceneBody, ...]
     checked: tuple[str, ...] = ()
-    not_checked: tuple[str, ...] = ()
+    not_checked: tuple[Gap, ...] = ()
 
 
 def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Scene:
@@ -117,22 +120,25 @@ def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
     return bodies
 
 
-def _unknown_of(tool: Tool) -> list[str]:
+def _unknown_of(tool: Tool) -> list[Gap]:
     unknown = []
     if tool.cutter.length is None:
         top = tool.parts()[0].outline[-1, 1]
-        unknown.append(f"cutting edges above {top:g} mm: the tool states no cutting length")
+        unknown.append(risk(f"cutting edges above {top:g} mm: the tool states no cutting length", *LENGTH))
     if tool.holder is None:
-        unknown.append("shank and holder against anything: the tool states no holder")
+        unknown.append(
+            risk("shank and holder against anything: the tool states no holder", "[holder]", TOOL_FILE)
+        )
     elif tool.shank_diameter is None:
-        unknown.append("shank diameter: not stated, taken as that of the cutter's upper end")
+        text = "shank diameter: not stated, taken as that of the cutter's upper end"
+        unknown.append(risk(text, "shank_diameter", TOOL_FILE))
     return unknown
 
 
 def _surrounding_bodies(
     surroundings: Surroundings, link: str
-) -> tuple[list[SceneBody], list[str], list[str]]:
-    """Build part, stock and fixtures, with sentences on their memory and on what open meshes leave open."""
+) -> tuple[list[SceneBody], list[str], list[Gap]]:
+    """Build part, stock and fixtures, with sentences on their memory and what open meshes leave open."""
     bodies, facts, gaps = [], [], []
     for name, mesh in surroundings.meshes.items():
         piece = _of_mesh(mesh, np.eye(4))
@@ -140,17 +146,21 @@ def _surrounding_bodies(
         if len(mesh.faces) > MANY_TRIANGLES:
             facts.append(f"{name}: {len(mesh.faces):,} triangles, {piece.memory / 2**20:,.0f} MiB of memory")
         if not mesh.is_watertight:
-            gaps.append(f"whether a body lies wholly inside the {name}: its mesh isn't watertight")
+            gaps.append(_inside(f"the {name}"))
     for fixture in surroundings.fixtures:
         name = f"fixture {fixture.name!r}"
         piece = _of_shape(fixture.shape, np.eye(4))
         bodies.append(SceneBody(name, FIXTURE, link, (piece,)))
         if piece.is_mesh and not piece.closed:
-            gaps.append(f"whether a body lies wholly inside {name}: its mesh isn't watertight")
+            gaps.append(_inside(name))
     return bodies, facts, gaps
 
 
-def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
+def _inside(name: str) -> Gap:
+    return risk(f"whether a body lies wholly inside {name}: its mesh isn't watertight", *WATERTIGHT)
+
+
+def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[Gap]]:
     """Build the machine's bodies; placing those of the head requires the tool length."""
     bodies = []
     unplaced = machine.tool_length == 0.0 and any(b.link in machine.code.head for b in machine.bodies)
@@ -161,11 +171,12 @@ def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[str]]:
         piece = _of_shape(body.shape, machine.machine_frame)
         bodies.append(SceneBody(f"machine body {i + 1} on {where}", BODY, body.link, (piece,)))
     if unplaced:
-        return bodies, ["bodies of the head: the machine states no tool_length, from spindle to tip"]
+        text = "bodies of the head: the machine states no tool_length, from spindle to tip"
+        return bodies, [risk(text, "tool_length (--tool-length)", JOB)]
     if machine.bodies:
         return bodies, []
     why = "they aren't known while an axis is clamped" if machine.clamped else "its file states none"
-    return bodies, [f"bodies of the machine: {why}"]
+    return bodies, [risk(f"bodies of the machine: {why}", "[[bodies]]", MACHINE_FILE)]
 
 
 def _of_shape(shape: Box | Cylinder | MeshShape, base: Array) -> Piece:

@@ -87,7 +87,7 @@ class Gate:
         return [
             *accepted,
             ("verification", f"{verdict}; this text was read back and verified"),
-            *(("checked", text) for text in dict.fromkeys(self.report.checked)),
+            *(("checked", text) for text in dict.fromkeys(self.report.passed)),
             *(("not checked", text) for text in dict.fromkeys(self.report.not_checked)),
         ]
 

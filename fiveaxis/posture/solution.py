@@ -262,18 +262,26 @@ class Solution(ShownAsTable, HasColumns):
             if energy.total > 0.0
         }
 
-    def savings_ranges(self) -> dict[str, tuple[float, float]]:
+    def savings_ranges(self, *, with_base: bool = False) -> dict[str, tuple[float, float]]:
         """Compute between which shares the savings lie if drives are estimated; empty if none is.
 
         `energy_draws` draws machines from the bands of the drives; the program is the same on all of them.
+
+        Parameters
+        ----------
+        with_base : whether the base power over the cycle time counts, where it is known
         """
         draws = energy_draws(self.machine)
         if draws is None:
             return {}
-        own, ranges = product(draws, self.energy.joules), {}
+
+        def drawn(energy: Energy) -> Array:
+            return product(draws, energy.joules) + ((with_base and energy.base) or 0.0)
+
+        own, ranges = drawn(self.energy), {}
         for name, energy in self.baselines.items():
             if energy.total > 0.0:
-                saved = 1.0 - own / product(draws, energy.joules)
+                saved = 1.0 - own / drawn(energy)
                 ranges[name] = (float(saved.min()), float(saved.max()))
         return ranges
 

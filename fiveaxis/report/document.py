@@ -34,7 +34,8 @@ MEASURES: tuple[Measure, ...] = ("total", "travel", "with_base", "time")
 UNITS = {
     "energy": "J",
     "time": "s",
-    "savings_range": "shares, least and most on machines drawn from the bands of estimated powers",
+    "savings_range": "shares, least and most on machines drawn from the bands of estimated powers, with base "
+    "power where it is known",
     "savings": "share of the baseline, 1 is everything; negative is a loss",
     "speed_changes": "mm/s or deg/s; `block` counts the program's moves from its first location, and `line` "
     "is that of its text",
@@ -138,15 +139,17 @@ class ReportDocument:
     @cached_property
     def savings_range(self) -> dict[str, tuple[float, float]]:
         """Between which shares the savings lie if drives are estimated; empty if none is."""
-        return self.solution.savings_ranges()
+        return self.solution.savings_ranges(with_base=self.measure == "with_base")
+
+    @property
+    def measure(self) -> Measure:
+        """By which programs are compared: with base power where that is known."""
+        return "total" if self.solution.energy.with_base is None else "with_base"
 
     @cached_property
     def best(self) -> Best | None:
-        """The cheapest baseline, compared with base power where that is known and no drive is estimated."""
-        baselines = self.solution.baselines
-        # The range of a saving with estimated powers is that of the feed drives.
-        drives = self.solution.energy.with_base is None or self.savings_range
-        measure: Measure = "total" if drives else "with_base"
+        """The cheapest baseline."""
+        baselines, measure = self.solution.baselines, self.measure
         best = min(baselines, key=lambda name: getattr(baselines[name], measure), default=None)
         return None if best is None else Best(best, measure)
 

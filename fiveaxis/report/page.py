@@ -140,7 +140,7 @@ def _measures(document: ReportDocument) -> str:
     difference = (
         ""
         if error is None
-        else "For the result the metric is off the energy by "
+        else "For the optimised program the metric is off the energy by "
         f"{number(100.0 * error, 1, signed=True)}{THIN_SPACE}%. "
     )
     return (
@@ -162,7 +162,9 @@ def _left(document: ReportDocument) -> str:
 
 def _energy(document: ReportDocument) -> str:
     solution, baseline = document.solution, document.baseline
-    compared = "the result" if baseline is None else f"“{escape(baseline)}” and of the result"
+    compared = "the optimised program"
+    if baseline is not None:
+        compared = f"“{escape(baseline)}” and of {compared}"
     return (
         _figure(energy_bars(solution, baseline), f"Energy of {compared} by axis; feed drives only.")
         + scroll(tables.axis_table(document))
@@ -265,7 +267,7 @@ def _findings(document: ReportDocument) -> str:
 
 def _checked(document: ReportDocument) -> str:
     report = document.verdict
-    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in report.checked)
+    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in report.passed)
     listed = f'<ul class="small">\n{items}\n</ul>\n' if items else "<p>Nothing was checked.</p>\n"
     return f"{listed}{scroll(tables.measured_table(report.figures))}"
 
@@ -274,7 +276,7 @@ def _solver(document: ReportDocument) -> str:
     solution = document.solution
     residuals = solution.residuals()
     audit = (
-        f"Residuals of the result: tilt overrun {math.degrees(residuals['tilt']):.2g}°, limit "
+        f"Residuals of the optimised program: tilt overrun {math.degrees(residuals['tilt']):.2g}°, limit "
         f"overrun {residuals['limit']:.2g} mm or rad, contact error {residuals['contact']:.2g} mm."
     )
     kkt = solution.kkt

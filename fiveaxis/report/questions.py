@@ -10,14 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from fiveaxis.findings import Cause, Severity
+from fiveaxis.findings import Cause, Severity, group_gaps
 from fiveaxis.nc.program import Preparation
-from fiveaxis.report.words import NO_CHANGE, number, plain, saving, speed_change
+from fiveaxis.report.words import NO_CHANGE, describe_cutter, number, plain, saving, speed_change
 
 if TYPE_CHECKING:
     from fiveaxis.report.document import ReportDocument
 
-# Not everything was checked: partial; nothing was: unknown; errors were accepted by name: overridden.
+# Risks weren't checked: partial; nothing was: unknown; errors were accepted by name: overridden.
 Verdict = Literal["safe", "partial", "unknown", "unsafe", "overridden"]
 
 # Measure -> the boundary of its energy.
@@ -44,20 +44,22 @@ class Answer:
     question : as a machinist asks it
     text : the answer
     details : below it
+    folded : what is shown only at a click, or with -v
     """
 
     question: str
     text: str
     details: tuple[Detail, ...] = ()
+    folded: tuple[Detail, ...] = ()
 
     @property
     def lines(self) -> tuple[str, ...]:
         """The answer as lines of plain text, the answer itself first."""
-        return (self.text, *(f"{about}: {text}" for about, text in self.details))
+        return (self.text, *(f"{about}: {text}" for about, text in (*self.details, *self.folded)))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the answer as plain data for JSON."""
-        details = [detail._asdict() for detail in self.details]
+        details = [detail._asdict() for detail in (*self.details, *self.folded)]
         return {"question": self.question, "text": self.text, "details": details}
 
 
@@ -101,29 +103,31 @@ def _verdict(document: ReportDocument) -> Verdict:
         return "overridden"
     if not report.ok:
         return "unsafe"
-    if not report.checked:
+    if not report.passed:
         return "unknown"
-    return "partial" if report.not_checked else "safe"
+    return "partial" if report.risks else "safe"
 
 
 def _is_safe(document: ReportDocument, verdict: Verdict) -> Answer:
     found = _found(document.summary)
-    remarks = f" with {' and '.join(found)}" if found else ""
+    remarks = f", with {' and '.join(found)}" if found else ""
     text = {
         "overridden": "No: errors were found, and accepted by name.",
         "unsafe": "No: don’t run this program.",
-        "safe": f"Yes: every check passed{remarks}.",
-        "partial": f"Verified{remarks}, no errors; not everything was checked.",
+        "safe": f"Yes: whatever could do harm was checked and passed{remarks}.",
+        "partial": f"Only in part: no errors{remarks}, but not every risk was checked.",
         "unknown": "Unknown: nothing was checked.",
     }[verdict]
-    gaps = _each("Not checked", document.verdict.not_checked)
-    return Answer("Is it safe to run?", text, (*_judged(document), *gaps))
+    report = document.verdict
+    risks = _each("Risk", [f"{line}." for line in group_gaps(report.risks)])
+    folded = _each("Not asked for", [f"{gap.sentence}." for gap in report.not_asked])
+    return Answer("Is it safe to run?", text, (*risks, *_judged(document)), folded)
 
 
 def _judged(document: ReportDocument) -> Iterator[Detail]:
     """Name what was found, what of it keeps the program back, and what was accepted by whom."""
-    found = _found(document.summary, coded=True)
-    yield Detail("Found", f"{', '.join(found) or 'nothing'}.")
+    if found := _found(document.summary, coded=True):
+        yield Detail("Found", f"{', '.join(found)}.")
     if document.kept_back:
         yield Detail("Kept back", f"No NC program was written, because of {_codes(document.kept_back)}.")
     if document.overriding is not None and document.accepted:
@@ -136,7 +140,7 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
     question, best = "What does it save?", document.best
     if best is None:
         text = "Unknown: there is no baseline to compare with."
-        return Answer(question, text, tuple(_steadiness(document)))
+        return Answer(question, text, folded=tuple(_steadiness(document)))
     energy, baseline = document.solution.energy, document.solution.baselines[best.name]
     own, other = (number(getattr(e, best.measure)) for e in (energy, baseline))
     text = (
@@ -151,8 +155,8 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
         text_of = f"powers are estimated; on machines drawn from their bands it is {low} to {high}."
         details.append(Detail("Range", text_of))
     times = (number(e.time, 1) for e in (energy, baseline))
-    details.append(Detail("Time", "{} s, with that baseline {} s.".format(*times)))
-    return Answer(question, text, (*details, *_steadiness(document)))
+    time = Detail("Time", "{} s, with that baseline {} s.".format(*times))
+    return Answer(question, text, tuple(details), (time, *_steadiness(document)))
 
 
 def _steadiness(document: ReportDocument) -> Iterator[Detail]:
@@ -202,11 +206,15 @@ def _next(document: ReportDocument, verdict: Verdict) -> Answer:
     if language != "blocks":
         text = f"Post-process the {LISTS.get(language, language)}; what reaches the machine isn’t verified."
     else:
-        text = "Load the tool, set the work offset, bring the tool clear of part and table, and start."
+        number_of = "" if program.preparation.tool_number is None else f"T{program.preparation.tool_number}, "
+        loaded = f"{number_of}{describe_cutter(document.solution.toolpath.tool)}"
+        offset = program.preparation.work_offset or "the work offset"
+        text = f"Load {loaded}; set {offset}; bring the tool clear of part and table, and start."
     if verdict == "overridden":
         text = f"Have the accepted errors judged at the machine. {text}"
     prepared = program.preparation
-    return Answer(question, text, (*_start(prepared, language), *_setting(document.tool, prepared)))
+    start, setting = _start(prepared, language), _setting(document.tool, prepared)
+    return Answer(question, text, tuple(start), tuple(setting))
 
 
 def _start(prepared: Preparation, language: str) -> Iterator[Detail]:

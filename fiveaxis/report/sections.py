@@ -20,7 +20,7 @@ UNITS = {"x": "mm", "y": "mm", "z": "mm", "angle": "deg"}
 
 
 # What stands before the answer to the first question, for readers who see no colour.
-SIGNS = {"safe": "✓", "partial": "✓", "unknown": "?", "unsafe": "✗", "overridden": "✗"}
+SIGNS = {"safe": "✓", "partial": "!", "unknown": "?", "unsafe": "✗", "overridden": "✗"}
 
 
 def answers_section(document: ReportDocument) -> str:
@@ -43,6 +43,11 @@ def _answer(answer: Answer, look: str, sign: str = "", below: str = "") -> str:
         texts = "".join(f"<dd>{escape(detail.text)}</dd>" for detail in details)
         rows.append(f"<div><dt>{escape(about)}</dt>{texts}</div>")
     listed = "<dl>\n" + "\n".join(rows) + "\n</dl>\n" if rows else ""
+    if answer.folded:
+        abouts = ", ".join(dict.fromkeys(detail.about.lower() for detail in answer.folded)).capitalize()
+        items = "".join(f"<li>{escape(f'{about}: {text}')}</li>" for about, text in answer.folded)
+        listed += f"<details><summary>{escape(abouts)} ({len(answer.folded)})</summary>"
+        listed += f"<ul>{items}</ul></details>\n"
     return (
         f'<section class="answer {look}">\n<h2>{escape(answer.question)}</h2>\n'
         f'<p class="headline">{mark}{escape(answer.text)}</p>\n{listed}{below}</section>'
@@ -184,8 +189,8 @@ def front_section(front: FrontPrograms | None) -> str:
         for each in front.points
     ]
     text = (
-        f"Number {front.picked} is the result of this page. Each has its files in front/<number> and "
-        "underwent the same verification. Dominated solutions, which one of these beats in every figure, "
+        f"Number {front.picked} is the optimised program of this page. Each has its files in front/<number> "
+        "and underwent the same verification. Dominated solutions, which one of these beats in every figure, "
         f"are left out: {front.dominated}."
     )
     return (

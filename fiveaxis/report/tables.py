@@ -100,13 +100,13 @@ def saved_table(document: ReportDocument, measure: Measure) -> str:
         return value
 
     energy = document.solution.energy
-    rows = [("this program", number(cost(energy)), NOTHING, number(energy.time, 1))]
+    rows = [(RESULT, number(cost(energy)), NOTHING, number(energy.time, 1))]
     rows += [
         (name, number(cost(e)), saving(document.saved(name, measure)), number(e.time, 1))
         for name, e in sorted(document.solution.baselines.items(), key=lambda item: cost(item[1]))
     ]
-    heads = ("posture", "#energy (J)", "#saved by this program", "#time (s)")
-    return table(heads, rows, "Energy of whole programs, and what this one saves")
+    heads = ("posture", "#energy (J)", "#saved", "#time (s)")
+    return table(heads, rows, "Energy of whole programs, and what the optimised one saves")
 
 
 def baseline_table(document: ReportDocument) -> str:

@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import JOB, Finding, Place, Severity, risk
 from fiveaxis.geometry import Array, normalise, product
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import TriangleTree, tree_of
@@ -21,7 +21,7 @@ from fiveaxis.verification.between import JOINT_ONLY
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances, make_context
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import APPROACH, Gap, Report, make_report
+from fiveaxis.verification.report import APPROACH, Report, make_report
 from fiveaxis.verification.verdict import BODY_CHECKS, Examination, run_checks
 
 # mm: lengths of the leads that are tried: near, beside the cut, and far, through stock at the cut's feed.
@@ -35,12 +35,13 @@ ROOM = 0.5
 # mm: rounding of a retract position.
 RETRACT = 1e-3
 LEG = "to the end of its travel, or by 100 mm"
-TURNS = "the initial turn of the rotary axes, before the approach"
-ACROSS = "the rapid move of X and Y at the initial height of Z to above the first location"
-FROM_ANYWHERE = "the rapid move of the tip from its initial position to the first location"
-RETRACT_AND_HOME = "the positions of retract and home at the end, and the moves there other than Z"
-NO_LEAD_OUT = "the retract after the last location: the program ends there"
-END_OF_LEAD_OUT = "the retract from the end of the lead-out: the program ends there"
+RETRACTED = "retract (--retract)", JOB
+TURNS = risk("the initial turn of the rotary axes, before the approach", *RETRACTED)
+ACROSS = risk("the rapid move of X and Y at the initial height of Z to above the first location", *RETRACTED)
+FROM_ANYWHERE = risk("the rapid move of the tip from its initial position to the first location", *RETRACTED)
+RETRACT_AND_HOME = risk("the positions of retract and home at the end, and the moves there other than Z")
+NO_LEAD_OUT = risk("the retract after the last location: the program ends there", *RETRACTED)
+END_OF_LEAD_OUT = risk("the retract from the end of the lead-out: the program ends there", *RETRACTED)
 MISSING_ROOM = "the cutter ends less than {room:g} mm from the part"
 
 
@@ -276,6 +277,6 @@ def _make_report(found: list[Finding], leads: tuple[Array, Array], *, leg: bool,
     left = TURNS, ACROSS if leg else FROM_ANYWHERE, RETRACT_AND_HOME if retracts else end
     return replace(
         Report.of_findings(found, APPROACH),
-        checked=tuple(checked),
-        gaps=tuple(Gap(sentence) for sentence in left),
+        passed=() if found else tuple(checked),
+        gaps=tuple((gap, None) for gap in left),
     )

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fiveaxis.findings import JOB, MACHINE_FILE, Gap, risk
 from fiveaxis.geometry import Array
 from fiveaxis.machine.unknown import figure_findings
 from fiveaxis.options import Coordinates
@@ -59,7 +60,11 @@ def check_limits(context: CheckContext) -> Result:
     rows, columns = np.nonzero(overrun > np.where(rotary, tolerances.angle, tolerances.length))
     shown = machine.shown(overrun)
     limited = ", ".join(a.letter for a in machine.axes if not a.limits.unlimited)
-    unlimited = ", ".join(a.letter for a in machine.axes if a.limits.unlimited)
+    # A rotary axis is endless where the machine says so: by limits without an end.
+    endless = {p.figure for p in machine.provenance if p.figure.endswith(" limits")}
+    endless = {a.letter for a in machine.axes if a.is_rotary and f"{a.letter} limits" in endless}
+    lacking = [a.letter for a in machine.axes if a.limits.unlimited and a.letter not in endless]
+    unlimited = ", ".join(lacking)
 
     def message(i: int) -> str:
         axis, value = machine.axes[columns[i]], context.positions[rows[i], columns[i]]
@@ -80,7 +85,11 @@ def check_limits(context: CheckContext) -> Result:
             "limit_overrun_deg": _overrun_figure(shown[:, rotary]),
         },
         checked=(f"axis limits of {limited} at every location",) if limited else (),
-        not_checked=(f"limits of {unlimited}: the machine states none",) if unlimited else (),
+        not_checked=(
+            (risk(f"limits of {unlimited}: the machine states none", "limits", MACHINE_FILE),)
+            if unlimited
+            else ()
+        ),
     )
 
 
@@ -130,7 +139,7 @@ def check_tilt(context: CheckContext) -> Result:
     """
     if context.constraints.leaning is None:
         figures = {"tilt_min_deg": None, "tilt_max_deg": None}
-        return left_out("tilt", figures, "tilt: no tilt range or cone was given")
+        return left_out("tilt", figures, Gap("tilt: no tilt range or cone was given", "tilt", JOB))
     every = context.constraints.leaning.all
     angles = np.array([bounds.angles(context.axis) for bounds in every])
     lows, highs = np.array([[bounds.low, bounds.high] for bounds in every]).T
@@ -166,7 +175,7 @@ def check_tilt(context: CheckContext) -> Result:
             for b, lost in zip(every, blind, strict=True)
         ),
         not_checked=tuple(
-            f"angle between tool axis and {b.name} at {lost} cuts: its direction isn't known there"
+            Gap(f"angle between tool axis and {b.name} at {lost} cuts: its direction isn't known there")
             for b, lost in zip(every, blind, strict=True)
             if lost
         ),

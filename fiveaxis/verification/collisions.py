@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.collision.pairs import MACHINE, Pair, choose_pairs
+from fiveaxis.collision.pairs import MACHINE, Pair, choose_pairs, describe
 from fiveaxis.collision.scene import FIXTURE, build_scene
 from fiveaxis.collision.sweep import Hits, Sweep, SweepCount, join
 from fiveaxis.collision.travel import Poses, Stretch
-from fiveaxis.findings import Severity
+from fiveaxis.findings import Severity, risk
 from fiveaxis.geometry import Array, BoolArray, IntArray, inverse_transform, product
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation
@@ -21,7 +21,7 @@ from fiveaxis.toolpath import MoveKind
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.verification.check_context import WORDING, CheckContext
 from fiveaxis.verification.model import build_model, load_pinocchio
-from fiveaxis.verification.report import Result, violated
+from fiveaxis.verification.report import Result, said, violated
 from fiveaxis.verification.tcp_moves import divide_tcp_moves
 
 logger = logging.getLogger(__name__)
@@ -93,16 +93,19 @@ def check_collisions(
         sum(cost.culled for cost in sweep.effort.values()),
     )
     unknown = int(np.isnan(context.positions).any(axis=1).sum())
-    gap = f"collisions at {unknown} locations whose axis values aren't finite, and in the moves to them"
+    gap = risk(f"collisions at {unknown} locations whose axis values aren't finite, and in the moves to them")
     how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
     moves = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
-    checked = (*scene.checked, *choice.checked, *((moves,) if choice.pairs else ()))
+    clear = [pair for pair in choice.pairs if not any(pair is f.pair for f in found)]
+    checked = (*scene.checked, *describe(clear), *((moves,) if clear else ()))
     not_checked = (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ()))
     # A body that only rapid moves are checked for is measured in these alone.
     rapid = bool(np.any(context.toolpath.kind == MoveKind.RAPID))
     measured = {pair.kind for pair in choice.pairs if rapid or not pair.rapid_only}
-    first, *others = [result for kind in CODES for result in _results_of(kind, found, kind in measured)]
-    return (replace(first, checked=checked, not_checked=not_checked), *others)
+    return (
+        said(f"{MACHINE}-collision", checked=checked, not_checked=not_checked),
+        *(result for kind in CODES for result in _results_of(kind, found, kind in measured)),
+    )
 
 
 def pinocchio_poses(machine: Machine) -> Poses:

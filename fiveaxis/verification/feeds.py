@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fiveaxis.findings import Gap, risk
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath import MoveKind, Toolpath, interpolate
 from fiveaxis.verification.check_context import CheckContext
@@ -51,9 +52,11 @@ def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool =
     place = match.place[row]
     positions = interpolate(context.positions, place)
     if path.feed_is_assumed:
-        return left_out("feed-differs", {"feed_off_share": None}, "feed: the path states none")
+        return left_out("feed-differs", {"feed_off_share": None}, Gap("feed: the path states none"))
     if len(row) < 2:
-        return left_out("feed-differs", {"feed_off_share": None}, "feed: the program doesn't pass the path")
+        return left_out(
+            "feed-differs", {"feed_off_share": None}, risk("feed: the program doesn't pass the path")
+        )
     along, feed, time = np.cumsum(path.lengths)[row], path.feed[row], context.motion.time
     at_feed = feed_durations(np.diff(along, prepend=along[:1]), feed, context, positions)
     limited = np.maximum(at_feed, axis_durations(context, positions))

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from fiveaxis.findings import risk
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.toolpath import Band, MoveKind, Toolpath, across, divided_rows, interpolate, turned
@@ -169,8 +170,8 @@ def check_following(context: CheckContext, match: Match) -> Iterator[Result]:
         figures={"off_path_mm": largest(worst)},
         checked=(f"track of the tool's centre: within {tolerance:g} mm of the path {path.name}",),
         not_checked=(
-            "the program before the first location of the path, and its lead-out from the last one",
-            *(("the course of rapid moves between locations of the path",) if swerves else ()),
+            risk("the program before the first location of the path, and its lead-out from the last one"),
+            *((risk("the course of rapid moves between locations of the path"),) if swerves else ()),
         ),
     )
     missed = np.flatnonzero(match.row < 0)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fiveaxis.collision.scene import LENGTH, WATERTIGHT
+from fiveaxis.findings import JOB, risk
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh import TriangleTree, load_mesh, mesh_size, size_text, tree_of
 from fiveaxis.verification.check_context import CheckContext, Tolerances
@@ -20,6 +22,7 @@ from fiveaxis.verification.report import Result, left_out, violated
 if TYPE_CHECKING:
     import trimesh
 
+NO_PART = risk("gouges: no mesh of the part was given", "part (--part)", JOB)
 # rad: largest turn of a rotary axis between two poses that are checked.
 TURN = np.radians(2.0)
 # rad: the turn by which the distance to an axis is measured.
@@ -49,7 +52,7 @@ def check_gouge(
         The part can't be read.
     """
     if part is None:
-        return left_out("gouge", {"gouge_depth_mm": None}, "gouges: no mesh of the part was given")
+        return left_out("gouge", {"gouge_depth_mm": None}, NO_PART)
     mesh = load_mesh(part, allow_open=True) if isinstance(part, str | Path) else part
     tolerances, body = context.tolerances, CuttingBody.of(context.toolpath.tool)
     here, within = gouge_depths(context, mesh, tcp_height=tcp_height)
@@ -72,8 +75,8 @@ def check_gouge(
             "check that part and path have the same zero, or take a smaller tool"
         )
 
-    inside = "whether the whole path lies inside the part: its mesh isn't watertight"
-    edges = f"cutting edges higher than {body.height:g} mm: the tool states no cutting length"
+    inside = risk("whether the whole path lies inside the part: its mesh isn't watertight", *WATERTIGHT)
+    edges = risk(f"cutting edges higher than {body.height:g} mm: the tool states no cutting length", *LENGTH)
     return violated(
         code="gouge",
         rows=rows,

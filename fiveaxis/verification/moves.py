@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fiveaxis.findings import Severity
+from fiveaxis.findings import MACHINE_FILE, Gap, Severity, risk
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath import across, turned
 from fiveaxis.verification.check_context import CheckContext
@@ -54,7 +54,11 @@ def check_speeds(context: CheckContext) -> Result:
         message=message,
         figures={"speed_share": largest(needed[lasting] / given[lasting]) if known else None},
         checked=(f"highest speed of {known} in every block",) if known else (),
-        not_checked=(f"speed of {unknown}: the machine states no maximum",) if unknown else (),
+        not_checked=(
+            (risk(f"speed of {unknown}: the machine states no maximum", "max_speed", MACHINE_FILE),)
+            if unknown
+            else ()
+        ),
     )
 
 
@@ -95,7 +99,17 @@ def check_accelerations(context: CheckContext, kind: str) -> Result:
         message=message,
         figures={f"{kind}_acceleration_share": largest(share) if known else None},
         checked=(f"acceleration of {letters} from each cutting block to the next",) if known else (),
-        not_checked=(f"acceleration of {unknown}: the machine states no maximum",) if unknown else (),
+        not_checked=(
+            (
+                Gap(
+                    f"acceleration of {unknown}: the machine states no maximum",
+                    "max_acceleration",
+                    MACHINE_FILE,
+                ),
+            )
+            if unknown
+            else ()
+        ),
     )
 
 

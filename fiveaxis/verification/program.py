@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.findings import Finding
+from fiveaxis.findings import JOB, Finding, Gap, risk
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import SPEED_TOLERANCE, Motion
@@ -29,17 +29,22 @@ from fiveaxis.verification.program_rows import (
 )
 from fiveaxis.verification.read_back import WrittenText, unsaid
 from fiveaxis.verification.report import Report, make_report
-from fiveaxis.verification.verdict import Examination, examine
+from fiveaxis.verification.verdict import JERK, Examination, examine
 
 # What no check covers: in our own programs, where moves were divided, and in any program.
-JERK = "jerk, and acceleration in links"
-NO_ACCELERATIONS = "acceleration: it doesn't follow from the speeds of moves divided by inserted locations"
-NOT_CHECKED = (
-    "the move to the first row: the program doesn't say where the axes stand before it",
-    "acceleration and jerk; durations of rapid moves of axes without a known speed",
+NO_ACCELERATIONS = Gap(
+    "acceleration: it doesn't follow from the speeds of moves divided by inserted locations"
 )
-NO_TOOL = "gouges and collisions: no tool was given, so only the path of its tip is checked"
-NO_PATH = "whether the program cuts what it should: no path was given to compare it with"
+NOT_CHECKED = (
+    risk("the move to the first row: the program doesn't say where the axes stand before it"),
+    Gap("acceleration and jerk; durations of rapid moves of axes without a known speed"),
+)
+NO_TOOL = risk(
+    "gouges and collisions: no tool was given, so only the path of its tip is checked", "tool (--tool)", JOB
+)
+NO_PATH = risk(
+    "whether the program cuts what it should: no path was given to compare it with", "path (--path)", JOB
+)
 
 
 def verify_text(

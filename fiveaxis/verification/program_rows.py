@@ -11,6 +11,7 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import find_contacts
 from fiveaxis.errors import SettingError
+from fiveaxis.findings import JOB, Gap, risk
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit
 from fiveaxis.motion import Coordinates, Motion
@@ -136,7 +137,9 @@ def check_program_feeds(context: CheckContext, rows: ProgramRows) -> Iterator[Re
     elif read.is_table and rows.against.cutter is not None and not context.toolpath.zone.offset:
         yield check_feeds(context)
     else:
-        yield left_out("feed-differs", {"feed_off_share": None}, "feed: no path was given")
+        yield left_out(
+            "feed-differs", {"feed_off_share": None}, Gap("feed: no path was given", "path (--path)", JOB)
+        )
 
 
 def check_program_lean(context: CheckContext, rows: ProgramRows, part: trimesh.Trimesh | None) -> Result:
@@ -158,7 +161,7 @@ def check_program_lean(context: CheckContext, rows: ProgramRows, part: trimesh.T
         known = match.passed
         if not len(known):
             none = dict.fromkeys(("tilt_min_deg", "tilt_max_deg"))
-            return left_out("tilt", none, "lean: the program passes no location of the path")
+            return left_out("tilt", none, risk("lean: the program passes no location of the path"))
         path, at = match.path.at(known), match.row[known]
         # A program needs no block at every location; between blocks the axes are interpolated.
         positions = interpolate(positions, match.place[known])

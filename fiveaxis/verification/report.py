@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.findings import Cause, Finding, Severity, group_findings, has_errors, sort_findings
+from fiveaxis.findings import Cause, Finding, Gap, Severity, group_findings, has_errors, sort_findings
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.notebook import ShownAsTable, Table
 from fiveaxis.toolpath import Toolpath
@@ -42,8 +42,8 @@ class Result:
     values : (m,), figure that ranks the violations, worst is largest; NaN for none
     message : message of violation 0…m−1, called only for those listed
     figures : worst values over the whole path by name, None for none
-    checked : sentences on what was checked
-    not_checked : sentences on what wasn't
+    checked : sentences on what holds if the check finds nothing worse than a note
+    not_checked : what the check leaves open
     was_made : False for a check that wasn't run; then `not_checked` states why
     path : whose locations the rows are; by default those of the motion that the report is about
     """
@@ -55,9 +55,14 @@ class Result:
     message: Callable[[int], str]
     figures: Mapping[str, float | None]
     checked: tuple[str, ...] = ()
-    not_checked: tuple[str, ...] = ()
+    not_checked: tuple[Gap, ...] = ()
     was_made: bool = True
     path: Toolpath | None = None
+
+    @property
+    def passed(self) -> tuple[str, ...]:
+        """Sentences on what holds: none of a check that found an error or a warning."""
+        return () if len(self.rows) and self.severity is not Severity.NOTE else self.checked
 
 
 def violated(
@@ -69,7 +74,7 @@ def violated(
     severity: Severity = Severity.ERROR,
     figures: Mapping[str, float | None] | None = None,
     checked: tuple[str, ...] = (),
-    not_checked: tuple[str, ...] = (),
+    not_checked: tuple[Gap, ...] = (),
     path: Toolpath | None = None,
 ) -> Result:
     """Return the result of a check that was run; parameters as of `Result`.
@@ -96,18 +101,15 @@ def _always(text: str) -> Callable[[int], str]:
     return lambda _: text
 
 
-def left_out(code: str, figures: Mapping[str, float | None], *why: str) -> Result:
+def said(code: str, *, checked: tuple[str, ...] = (), not_checked: tuple[Gap, ...] = ()) -> Result:
+    """Return the result of a check of which only sentences are left to say."""
+    nowhere = np.empty(0, dtype=np.int64)
+    return violated(code, nowhere, "", checked=checked, not_checked=not_checked)
+
+
+def left_out(code: str, figures: Mapping[str, float | None], *why: Gap) -> Result:
     """Return the result of a check that wasn't run: its known figures, and why."""
-    return Result(
-        code=code,
-        severity=Severity.ERROR,
-        rows=np.empty(0, dtype=np.int64),
-        values=np.empty(0),
-        message=str,
-        figures=figures,
-        not_checked=why,
-        was_made=False,
-    )
+    return replace(said(code, not_checked=why), figures=figures, was_made=False)
 
 
 @dataclass(frozen=True)
@@ -125,20 +127,6 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Gap:
-    """Something that wasn't checked.
-
-    Parameters
-    ----------
-    sentence : what, and why
-    settled_by : the check that wasn't run; None if no check covers it, or the check that ran leaves it open
-    """
-
-    sentence: str
-    settled_by: Check | None = None
-
-
-@dataclass(frozen=True)
 class Report(ShownAsTable):
     """What verification found.
 
@@ -147,16 +135,17 @@ class Report(ShownAsTable):
     findings : sorted by severity, place and code; at most `MOST_LISTED` per check
     checks : the checks that were run, with the number of violations found, including those not listed
     figures : the worst value of every check, by name with its unit; None if there was nothing to measure
-    checked : sentences on what was checked
-    gaps : what wasn't
+    passed : sentences on what was checked and holds
+    gaps : what wasn't checked, each with the check that settles it; None if no check does, or the check that
+        ran leaves it open
     about : `motion_digest` of the motion; None if unknown
     """
 
     findings: tuple[Finding, ...]
     checks: Mapping[Check, int]
     figures: dict[str, float | None]
-    checked: tuple[str, ...]
-    gaps: tuple[Gap, ...]
+    passed: tuple[str, ...]
+    gaps: tuple[tuple[Gap, Check | None], ...]
     about: str | None = None
 
     @classmethod
@@ -200,9 +189,24 @@ class Report(ShownAsTable):
         return {code: total[code] for code in sorted(total) if total[code]}
 
     @property
+    def failed(self) -> tuple[Cause, ...]:
+        """The errors, by cause."""
+        return tuple(cause for cause in self.summary() if cause.severity is Severity.ERROR)
+
+    @property
+    def risks(self) -> tuple[Gap, ...]:
+        """What wasn't checked although the program may do harm because of it."""
+        return _each_once(gap for gap, _ in self.gaps if gap.is_risk)
+
+    @property
+    def not_asked(self) -> tuple[Gap, ...]:
+        """What else wasn't checked: nobody asked for it, or it can do no harm."""
+        return _each_once(gap for gap, _ in self.gaps if not gap.is_risk)
+
+    @property
     def not_checked(self) -> tuple[str, ...]:
-        """Sentences on what wasn't checked."""
-        return _each_once(gap.sentence for gap in self.gaps)
+        """Sentences on what wasn't checked, risks first."""
+        return _each_once(gap.sentence for gap in (*self.risks, *self.not_asked))
 
     def summary(self) -> tuple[Cause, ...]:
         """Group the findings by code: their number, the worst, and the place of the first."""
@@ -230,13 +234,13 @@ class Report(ShownAsTable):
         for report in reports:
             checks |= Counter(report.checks)
         made = {check: checks[check] for report in reports for check in report.checks}
-        gaps = _each_once(gap for report in reports for gap in report.gaps)
+        gaps = _each_once(pair for report in reports for pair in report.gaps)
         return Report(
             findings=sort_findings(f for report in reports for f in report.findings),
             checks=made,
             figures=_worst_figures(reports),
-            checked=_each_once(sentence for report in reports for sentence in report.checked),
-            gaps=tuple(gap for gap in gaps if gap.settled_by not in made),
+            passed=_each_once(sentence for report in reports for sentence in report.passed),
+            gaps=tuple((gap, check) for gap, check in gaps if check not in made),
             about=_the_motion(reports),
         )
 
@@ -248,8 +252,12 @@ class Report(ShownAsTable):
             "findings": [f.as_dict() for f in self.findings],
             "counts": self.counts,
             "figures": dict(self.figures),
-            "checked": list(self.checked),
-            "not_checked": list(self.not_checked),
+            "failed": [{"code": cause.code, "count": cause.count} for cause in self.failed],
+            "passed": list(self.passed),
+            "not_checked": {
+                "risks": [gap.as_dict() for gap in self.risks],
+                "not_asked": [gap.as_dict() for gap in self.not_asked],
+            },
         }
 
 
@@ -274,14 +282,14 @@ def _the_motion(reports: Sequence[Report]) -> str | None:
     return next(iter(known), None)
 
 
-def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iterable[str]) -> Report:
+def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iterable[Gap]) -> Report:
     """Build a report from the results of checks on the rows of a motion.
 
     Parameters
     ----------
     results : in the order in which their figures and sentences appear
     toolpath : has file and line of every location
-    not_checked : sentences on what no check covers
+    not_checked : what no check covers
     """
     checks: Counter[Check] = Counter()
     for result in results:
@@ -290,16 +298,16 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
     # What failed is never listed as checked, whichever of its checks has found it.
     failed = {r.code for r in results if len(r.rows) and r.severity is not Severity.NOTE}
     gaps = [
-        Gap(sentence, None if result.was_made else Check(result.code))
+        (gap, None if result.was_made else Check(result.code))
         for result in results
-        for sentence in result.not_checked
+        for gap in result.not_checked
     ]
     return Report(
         findings=sort_findings(f for result in results for f in _list_worst(result, toolpath)),
         checks=dict(checks),
         figures={name: value for result in results for name, value in result.figures.items()},
-        checked=tuple(s for result in results if result.code not in failed for s in result.checked),
-        gaps=(*gaps, *(Gap(sentence) for sentence in not_checked)),
+        passed=tuple(s for result in results if result.code not in failed for s in result.passed),
+        gaps=(*gaps, *((gap, None) for gap in not_checked)),
     )
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.findings import Severity
+from fiveaxis.findings import JOB, Gap, Severity
 from fiveaxis.geometry import BoolArray, IntArray
 from fiveaxis.nc.control.technology import Technology, TechnologyTrack
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology
-from fiveaxis.verification.report import Result, violated
+from fiveaxis.verification.report import Result, said, violated
 
 # rev/min: decimals of S.
 SAME_SPEED = 0.5
@@ -99,8 +99,9 @@ def _found(
     )
 
 
-def _unasked(code: str, sentence: str) -> Result:
-    return violated(code, np.empty(0, dtype=np.int64), "", not_checked=(sentence,))
+def _unasked(code: str, sentence: str, add: str) -> Result:
+    gap = Gap(sentence, f"{add} (--{add.replace('_', '-')})", JOB)
+    return said(code, not_checked=(gap,))
 
 
 def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
@@ -126,7 +127,9 @@ def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: RequiredTechno
             lambda state: f"{_turning(state)} in this cut, and turns in others; write S and M3 before it",
             "spindle: it turns in every cut; its speed isn't checked, none was given",
         )
-    return _unasked("spindle-off", "spindle: no speed was given, and the program switches none on")
+    return _unasked(
+        "spindle-off", "spindle: no speed was given, and the program switches none on", "spindle_rpm"
+    )
 
 
 def _in_force(track: TechnologyTrack) -> Iterable[Technology]:
@@ -146,7 +149,7 @@ def _speed(spindle: float) -> str:
 
 def _check_tool(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is None or not asked.tool:
-        return _unasked("wrong-tool", "tool: no number was given")
+        return _unasked("wrong-tool", "tool: no number was given", "tool_number")
     wanted, is_loaded = asked.technology.tool, asked.technology.loaded > 0
 
     def text(state: Technology) -> str:
@@ -180,7 +183,7 @@ def _check_changes(track: TechnologyTrack, rows: IntArray) -> Result:
 def _check_length(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     wanted = None if asked is None else asked.technology.length
     if asked is None or not wanted:
-        return _unasked("length-offset", "tool length offset: none was given")
+        return _unasked("length-offset", "tool length offset: none was given", "length_offset")
 
     def is_wrong(state: Technology) -> bool:
         # Without a tool's number the control's own number is as good as any other.
@@ -199,7 +202,7 @@ def _check_length(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnol
 def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     wanted = None if asked is None else asked.technology.work_offset
     if not wanted:
-        return _unasked("work-offset", "work offset: none was given")
+        return _unasked("work-offset", "work offset: none was given", "work_offset")
     return _found(
         "work-offset",
         track,
@@ -215,7 +218,7 @@ def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: RequiredTe
 
 def _check_coolant(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is None or not asked.coolant:
-        return _unasked("coolant-off", "coolant: none was asked for")
+        return _unasked("coolant-off", "coolant: none was asked for", "coolant")
     wanted = asked.technology.coolant
     return _found(
         "coolant-off",
@@ -245,7 +248,7 @@ def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
 
 def _check_retract(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is None or not (asked.retracts or asked.goes_clear) or not len(rows):
-        return _unasked("no-retract", "retract: none was asked for")
+        return _unasked("no-retract", "retract: none was asked for", "retract")
     before = any(line < track.lines[0] for line in track.retracts)
     after = any(line > track.lines[-1] for line in track.retracts)
     where = ["before the first cut"] * (asked.retracts and not before)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fiveaxis.findings import Severity
+from fiveaxis.findings import JOB, Gap, Severity
 from fiveaxis.geometry import Array, angle_between
 from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, Fill
 from fiveaxis.toolpath import Toolpath
@@ -24,7 +24,9 @@ def check_hold(context: CheckContext) -> Result:
     """Check that held rotary axes keep their angle, in links too."""
     hold, machine = context.constraints.given.hold, context.machine
     if not hold:
-        return left_out("held-axis", {"held_axis_off_deg": None}, "held axes: none were named")
+        return left_out(
+            "held-axis", {"held_axis_off_deg": None}, Gap("held axes: none were named", "hold", JOB)
+        )
     letters = [letter for letter in machine.rotaries if letter in hold]
     columns = [machine.column(letter) for letter in letters]
     off = np.degrees(np.abs(context.positions[:, columns] - [hold[letter] for letter in letters]))
@@ -150,7 +152,11 @@ def check_turn_rate(context: CheckContext) -> Result:
     """Check the turn of rotary axes per length of the pivot's path in cuts."""
     rate, figure = context.constraints.given.turn_rate, "turn_rate_deg_mm"
     if rate is None:
-        return left_out("turn-rate", {figure: None}, "turn of rotary axes per mm of path: no limit was given")
+        return left_out(
+            "turn-rate",
+            {figure: None},
+            Gap("turn of rotary axes per mm of path: no limit was given", "turn_rate", JOB),
+        )
     length = context.toolpath.lengths
     turns = np.where(context.cutting[:, None], context.steps[:, context.machine.rotary_columns], 0.0)
     # Coincident locations would otherwise forbid any turn between them.
@@ -185,7 +191,9 @@ def check_singular(context: CheckContext) -> Result:
     cone = given.singular_cone
     if cone is None:
         return left_out(
-            "singular-turn", {figure: None}, "turns near the singular direction: no cone was given"
+            "singular-turn",
+            {figure: None},
+            Gap("turns near the singular direction: no cone was given", "singular_cone", JOB),
         )
     machine, tolerances = context.machine, context.tolerances
     turns = context.steps[:, machine.rotary_columns[0]]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.findings import Severity
+from fiveaxis.findings import Gap, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
 from fiveaxis.options import Bounds, spelled_out
@@ -46,10 +46,11 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-# Not covered by any check; every report states it.
+JERK = Gap("jerk, and acceleration in links")
+# Not covered by any check of a motion.
 NOT_CHECKED = (
-    "tilt and axis limits between locations: checked at the locations",
-    "jerk, and acceleration in links",
+    Gap("tilt and axis limits between locations: checked at the locations"),
+    JERK,
 )
 
 
@@ -298,21 +299,21 @@ def run_checks(examination: Examination, checks: Iterable[CheckFunction] = CHECK
     return tuple(result for check in checks for result in check(examination))
 
 
-def examine(examination: Examination, not_checked: Iterable[str] = ()) -> Report:
+def examine(examination: Examination, not_checked: Iterable[Gap] = ()) -> Report:
     """Run all checks and report what they found.
 
     Parameters
     ----------
     examination : what they look at
-    not_checked : sentences on what no check covers
+    not_checked : what no check covers
     """
     context = examination.context
     report = make_report(run_checks(examination), context.toolpath, not_checked)
     found = ", ".join(f"{code} {count}" for code, count in report.counts.items())
     counted = len(context.toolpath), context.machine.name, found or "nothing"
     logger.info("%d locations on %s: found %s", *counted)
-    for sentence in report.checked:
-        logger.debug("checked: %s", sentence)
+    for sentence in report.passed:
+        logger.debug("passed: %s", sentence)
     for sentence in report.not_checked:
         logger.debug("not checked: %s", sentence)
     return replace(report, about=motion_digest(context.motion, context.machine))

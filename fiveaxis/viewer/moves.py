@@ -14,6 +14,7 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Motion, ProgramMotion, Steadiness, measure_steadiness
 from fiveaxis.nc import Program
+from fiveaxis.posture import RESULT
 from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class Side:
 
     Parameters
     ----------
-    name : ``result``, or that of a baseline
+    name : `RESULT`, or that of a baseline
     motion : m rows
     toolpath, tilt : n locations and the bounds on the tool axis there
     place : (m,), row of the path at each row of the motion: 3.25 is a quarter of the move from 3 to 4
@@ -100,7 +101,7 @@ def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tup
     path, tilt = solution.toolpath, solution.tilt
     result = _program_side(solution, program)
     if result is None:
-        result = _side("result", solution.timed(), path, tilt, solution.energy)
+        result = _side(RESULT, solution.timed(), path, tilt, solution.energy)
     sides = [_thinned(result, MOST_ROWS)]
     for name, baseline in sorted(solution.compared.items(), key=lambda item: item[1].energy.total):
         own, bounds = baseline.toolpath, tilt
@@ -133,7 +134,7 @@ def _program_side(solution: Solution, program: ShownProgram | None) -> Side | No
     line[rows[numbers]] = numbers + 1
     place = fill.row[fill.kept[inner]]
     motion = solution.clock.timed(moves.motion, solution.machine)
-    found = _side("result", motion, solution.toolpath, solution.tilt, solution.energy)
+    found = _side(RESULT, motion, solution.toolpath, solution.tilt, solution.energy)
     steadiness = measure_steadiness(solution.machine, replace(moves, motion=motion).blocks)
     begin = motion.time[: moves.first + 1].sum()
     return replace(

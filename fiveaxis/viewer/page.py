@@ -213,7 +213,7 @@ def _figures(side: Side) -> str:
 
 def _events(sides: Sequence[Side]) -> str:
     """Explain the marks below the curves of the time line."""
-    others = "; those of a baseline beside the result in the grey half of each row"
+    others = "; those of a baseline beside the optimised program in the grey half of each row"
     return (
         '<p class="small">time line, below the curves, by axis: <span class="start">▮</span> start, '
         f'<span class="reversal">▮</span> reversal{others if len(sides) > 1 else ""}</p>'
@@ -239,7 +239,7 @@ def _beside(sides: Sequence[Side]) -> str:
         if number
     )
     return (
-        '<p><label>beside the result <select id="beside"><option value="">nothing</option>'
+        '<p><label>beside the optimised program <select id="beside"><option value="">nothing</option>'
         f"{options}</select></label></p>"
     )
 

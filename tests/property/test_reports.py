@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fiveaxis.errors import SettingError
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.verification.report import APPROACH, PATH, READING, Check, Gap, Report
+from fiveaxis.findings import Finding, Gap, Place, Severity
+from fiveaxis.verification.report import APPROACH, PATH, READING, Check, Report
 
 CODES = ("tilt", "gouge", "axis-limit")
 ROWS = (PATH, APPROACH, READING)
@@ -32,11 +32,11 @@ findings = st.builds(
 sentences = st.lists(st.sampled_from(["limits", "tilt", "gouges", "speed"]), unique=True).map(tuple)
 
 
-def gaps(made: dict[Check, int]) -> st.SearchStrategy[tuple[Gap, ...]]:
+def gaps(made: dict[Check, int]) -> st.SearchStrategy[tuple[tuple[Gap, Check | None], ...]]:
     """What a report may leave open: no check that it made."""
     open_checks = st.none() | checks.filter(lambda check: check not in made)
-    gap = st.builds(Gap, st.sampled_from(["no mesh", "no range", "no speed"]), open_checks)
-    return st.lists(gap, unique=True).map(tuple)
+    gap = st.builds(Gap, st.sampled_from(["no mesh", "no range", "no speed"]), is_risk=st.booleans())
+    return st.lists(st.tuples(gap, open_checks), unique=True).map(tuple)
 
 
 @st.composite
@@ -49,7 +49,7 @@ def reports(draw: st.DrawFn) -> Report:
         findings=listed.findings,
         checks=made,
         figures=draw(st.dictionaries(st.sampled_from(FIGURES), st.none() | st.floats(-9.0, 9.0))),
-        checked=draw(sentences),
+        passed=draw(sentences),
         gaps=draw(gaps(made)),
         about=draw(st.sampled_from([None, "digest"])),
     )
@@ -61,7 +61,7 @@ def unordered(report: Report) -> tuple[object, ...]:
         report.findings,
         report.checks,
         report.figures,
-        set(report.checked),
+        set(report.passed),
         set(report.gaps),
         report.about,
     )
@@ -103,14 +103,14 @@ def test_a_joint_report_is_no_better_than_any_of_its_parts(a, b):
             if value is not None:
                 worse = min if name == "tilt_min_deg" else max
                 assert both.figures[name] == worse(both.figures[name], value)
-        assert set(report.checked) <= set(both.checked)
-        assert {gap for gap in report.gaps if gap.settled_by not in both.checks} <= set(both.gaps)
+        assert set(report.passed) <= set(both.passed)
+        assert {gap for gap in report.gaps if gap[1] not in both.checks} <= set(both.gaps)
 
 
 @given(reports(), reports())
 def test_what_one_of_them_checked_is_not_left_open(a, b):
     both = a.merge(b)
-    assert all(gap.settled_by not in both.checks for gap in both.gaps)
+    assert all(settled_by not in both.checks for _, settled_by in both.gaps)
 
 
 @given(reports(), st.integers(1, 9), st.integers(1, 9))

@@ -45,7 +45,7 @@ def test_a_given_bound_is_verified_and_one_that_was_not_given_is_found_broken(ha
     kept = verify(bound_by_it.motion, hayashi, bound_by_it.toolpath, **leaning, **bound)
     assert set(broken.counts) - {"tip-deviation"} == {code}
     assert set(kept.counts) <= {"tip-deviation"}
-    assert len(kept.checked) > len(verify(free.motion, hayashi, free.toolpath).checked)
+    assert len(kept.passed) > len(verify(free.motion, hayashi, free.toolpath).passed)
 
 
 def test_where_the_optimiser_could_not_hold_c_verification_warns_of_the_same_moves(hayashi):

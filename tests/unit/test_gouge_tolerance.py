@@ -74,7 +74,7 @@ def test_a_gouge_is_one_from_the_tolerance_on(cut, floor, hayashi, tolerance, fo
     assert ("gouge" in report.counts) is found
     assert report.figures["gouge_depth_mm"] == pytest.approx(DEPTH, abs=1e-9)
     between = f"{tolerance:.4g} mm deep at a location, {tolerance + 0.01:g} mm between"
-    assert any(between in sentence for sentence in report.checked)
+    assert any(between in sentence for sentence in report.passed)
 
 
 def test_within_a_move_a_gouge_may_be_a_hundredth_deeper(floor, hayashi):
@@ -96,7 +96,7 @@ def test_within_a_move_a_gouge_may_be_a_hundredth_deeper(floor, hayashi):
 def test_a_program_is_checked_with_the_tolerance(program, floor, hayashi, tolerance, found):
     report = fx.verify_program(program, hayashi, tool=Tool.ball(10.0), part=floor, gouge_tolerance=tolerance)
     assert ("gouge" in report.counts) is found
-    assert any(f"(gouge tolerance {tolerance:g} mm)" in sentence for sentence in report.checked)
+    assert any(f"(gouge tolerance {tolerance:g} mm)" in sentence for sentence in report.passed)
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -0.01, math.nan, math.inf])

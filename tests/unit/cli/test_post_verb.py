@@ -258,7 +258,7 @@ def test_optimise_writes_for_the_control_with_its_settings(tmp_path):
         'input = "slope.csv"\nmachine = "hayashi-640123"\ntool = "ball:6"\ntilt = [10, 40]\n'
         'control = "mine.toml"\ncoordinates = "tip"\n[nc]\ntool_number = 4\nspindle_rpm = 8000\n'
     )
-    done = run("optimise", tmp_path / "job.toml", "-o", tmp_path / "out", "--spindle-rpm", 9000)
+    done = run("optimise", tmp_path / "job.toml", "-o", tmp_path / "out", "--spindle-rpm", 9000, "-v")
     assert done.exit_code == 0, done.stderr
     lines = (tmp_path / "out" / "program.tap").read_text().splitlines()
     assert {"T4 M6", "S9000 M3"} <= set(lines)

@@ -6,8 +6,8 @@ import pytest
 import trimesh
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.collision.pairs import choose_pairs
-from fiveaxis.collision.scene import build_scene
+from fiveaxis.collision.pairs import choose_pairs, describe
+from fiveaxis.collision.scene import Scene, build_scene
 from fiveaxis.errors import MeshError
 from fiveaxis.machine import Body, Box, Cylinder, Machine, MeshShape
 from fiveaxis.toolpath import Tool
@@ -32,6 +32,10 @@ def surroundings() -> Surroundings:
 def names(machine: Machine, tool: Tool = TOOL) -> set[tuple[str, str, str]]:
     choice = choose_pairs(build_scene(machine, tool, surroundings()), Clearances())
     return {(p.kind, p.first.name, p.second.name) for p in choice.pairs}
+
+
+def sentences(scene: Scene) -> list[str]:
+    return [gap.sentence for gap in scene.not_checked]
 
 
 @pytest.fixture
@@ -67,7 +71,7 @@ def test_neighbours_that_touch_at_home_are_left_out_and_reported(bodied):
     pairs = {(p.first.name, p.second.name) for p in choice.pairs}
     assert ("machine body 2 on link A", "machine body 1 on link C") not in pairs
     assert ("machine body 4 on link Z", "machine body 1 on link C") in pairs
-    assert [s.split(":")[0] for s in choice.not_checked] == [
+    assert [gap.sentence.split(":")[0] for gap in choice.not_checked] == [
         "machine body 2 on link A against machine body 1 on link C",
         "rapid moves of the cutter out of the stock, within 10 mm or back along the tool's axis",
     ]
@@ -81,43 +85,43 @@ def test_a_part_that_overlaps_a_neighbouring_link_is_checked(bodied):
 def test_a_head_of_unknown_tool_length_is_left_out_and_reported(bodied):
     scene = build_scene(bodied.with_tool_length(0.0), TOOL, surroundings())
     assert "machine body 4 on link Z" not in [b.name for b in scene.bodies]
-    assert any("tool_length" in sentence for sentence in scene.not_checked)
+    assert any("tool_length" in sentence for sentence in sentences(scene))
 
 
 def test_what_a_tool_does_not_state_is_reported(bodied):
     scene = build_scene(bodied, Tool.ball(6), surroundings())
-    assert scene.not_checked[:2] == (
+    assert sentences(scene)[:2] == [
         "cutting edges above 6 mm: the tool states no cutting length",
         "shank and holder against anything: the tool states no holder",
-    )
+    ]
     bare = build_scene(bodied, Tool.ball(6, holder=TOOL.holder), surroundings())
     assert "shank" in {body.name for body in bare.bodies}
-    assert "shank diameter: not stated" in bare.not_checked[1]
+    assert "shank diameter: not stated" in sentences(bare)[1]
 
 
 def test_a_sentence_names_each_body_with_its_clearance(bodied):
     choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances(holder=1.5))
-    (sentence,) = [s for s in choice.checked if s.startswith("holder ")]
+    (sentence,) = [s for s in describe(choice.pairs) if s.startswith("holder ")]
     assert "part, stock, fixture 'clamp', machine body 1 on link C" in sentence
     assert sentence.endswith("clearance 1.5 mm")
 
 
 def test_the_shanks_sentence_states_where_its_clearance_to_the_cut_begins(bodied):
     choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
-    (sentence,) = [s for s in choice.checked if s.startswith("shank ")]
+    (sentence,) = [s for s in describe(choice.pairs) if s.startswith("shank ")]
     assert sentence.endswith("clearance 0.2 mm, to part and stock from half its diameter above the cutter")
 
 
 def test_a_clamped_axis_leaves_no_bodies_and_that_is_reported(bodied):
     scene = build_scene(bodied.holding("C", 0.0), TOOL, surroundings())
-    assert "bodies of the machine: they aren't known while an axis is clamped" in scene.not_checked
+    assert "bodies of the machine: they aren't known while an axis is clamped" in sentences(scene)
 
 
 def test_an_open_mesh_is_reported(bodied):
     part = trimesh.creation.box(extents=(20.0, 20.0, 20.0))
     part.update_faces([True] * 11 + [False])
     scene = build_scene(bodied, TOOL, Surroundings(part))
-    assert "whether a body lies wholly inside the part: its mesh isn't watertight" in scene.not_checked
+    assert "whether a body lies wholly inside the part: its mesh isn't watertight" in sentences(scene)
 
 
 def test_a_fixtures_mesh_that_is_inside_out_is_refused(bodied, tmp_path):

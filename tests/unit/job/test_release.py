@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import SettingError, Unverified
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import Finding, Place, Severity, risk
 from fiveaxis.job import Gate
 from fiveaxis.job.release import require_report
 from fiveaxis.motion import Motion, motion_digest
 from fiveaxis.nc import DIALECTS, compose_program
 from fiveaxis.verification import Report
-from fiveaxis.verification.report import Gap
 
 
 def found(*codes: str, severity: Severity = Severity.ERROR, about: str | None = None) -> Report:
@@ -22,7 +21,12 @@ def found(*codes: str, severity: Severity = Severity.ERROR, about: str | None = 
     findings = [Finding(severity, code, "a fact; a remedy", Place(location=1, line=3)) for code in codes]
     report = Report.of_findings(findings, counts=dict.fromkeys(codes, 7))
     checked = Report(
-        (), {}, {}, ("axis limits of X at every location",), (Gap("collision of the spindle nose"),), about
+        (),
+        {},
+        {},
+        ("axis limits of X at every location",),
+        ((risk("collision of the spindle nose"), None),),
+        about,
     )
     return report.merge(checked)
 

@@ -37,7 +37,7 @@ def test_a_program_of_directions_is_swept_where_the_control_leads_the_tip(hayash
     report = fx.verify_program(program, hayashi, tool=tool, fixtures=(pin,))
     (found,) = [f for f in report.findings if f.code == "fixture-collision"]
     assert found.place.line == 7
-    assert "the tool centre point straight" in " ".join(report.checked)
+    assert "the tool centre point straight" in " ".join(report.passed)
 
 
 LEANING = """G21 G90 G94
@@ -74,7 +74,7 @@ def test_cuts_beside_the_part_have_no_normal_and_are_counted_as_unchecked(hayash
     under = (tip + 5.0 * axis)[1, 2] - 5.0
     part = trimesh.creation.box(bounds=[[-50.0, -100.0, -20.0], [3.2, 100.0, under]])
     report = fx.verify_program(program, hayashi, tool=Tool.ball(10), part=part, tilt=(10.0, 20.0))
-    assert any("at every location of a cut where it is known" in sentence for sentence in report.checked)
+    assert any("at every location of a cut where it is known" in sentence for sentence in report.passed)
     assert "angle between tool axis and normal at 2 cuts" in " ".join(report.not_checked)
     whole = trimesh.creation.box(bounds=[[-50.0, -100.0, -20.0], [60.0, 100.0, under]])
     report = fx.verify_program(program, hayashi, tool=Tool.ball(10), part=whole, tilt=(10.0, 20.0))

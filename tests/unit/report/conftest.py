@@ -13,7 +13,7 @@ import pytest
 from by_degrees import tilt_bounds
 
 from fiveaxis.energy import motion_energy
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.findings import JOB, Finding, Place, Severity, risk
 from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.machine import Machine
@@ -26,7 +26,7 @@ from fiveaxis.report import page as page_module
 from fiveaxis.report.facts import ProgramFigures
 from fiveaxis.toolpath import Toolpath, divided_rows, refined
 from fiveaxis.verification import Report
-from fiveaxis.verification.report import Check, Gap
+from fiveaxis.verification.report import Check
 
 PREPARATION = Preparation(
     notes=(
@@ -111,8 +111,8 @@ def verdict() -> Report:
         findings=(),
         checks={},
         figures={"contact error (mm)": 2.5e-13, "gouge (mm)": None},
-        checked=("axis limits at every location",),
-        gaps=(Gap("gouges: no mesh of the part was given"),),
+        passed=("axis limits at every location",),
+        gaps=((risk("gouges: no mesh of the part was given", "part (--part)", JOB), None),),
     )
 
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from browser import NEEDS_BROWSER, Browser
 
+from fiveaxis.findings import Gap, risk
 from fiveaxis.posture import Solution
 from fiveaxis.report import ReportDocument, write_report
 from fiveaxis.verification import Report
-from fiveaxis.verification.report import Gap
 
 pytestmark = NEEDS_BROWSER
 READY = "document.body.dataset.ready === 'yes'"
@@ -28,7 +28,9 @@ CONTRAST = 4.5
 
 @pytest.fixture(scope="module")
 def written(solution: Solution, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    verdict = Report((), {}, {"gouge_depth_mm": None}, (NASTY,), (Gap(NASTY), Gap("a" * 200)))
+    verdict = Report(
+        (), {}, {"gouge_depth_mm": None}, (NASTY,), ((risk(NASTY), None), (Gap("a" * 200), None))
+    )
     named = replace(solution, toolpath=replace(solution.toolpath, name=NASTY))
     path = tmp_path_factory.mktemp("report") / "report.html"
     return write_report(ReportDocument(named, verdict), path)

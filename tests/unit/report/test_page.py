@@ -9,13 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from fiveaxis.energy import KindEnergy
+from fiveaxis.findings import risk
 from fiveaxis.posture import Solution
 from fiveaxis.report import ReportDocument, write_report
 from fiveaxis.report.facts import Overriding, ProgramFigures
 from fiveaxis.report.page import compose_page
 from fiveaxis.report.words import number, saving
 from fiveaxis.verification import Report
-from fiveaxis.verification.report import Gap
 
 Page = Callable[..., str]
 THIN = "\u2009"
@@ -45,21 +45,21 @@ def test_a_path_without_errors_is_called_safe_only_as_far_as_checked(
     page: Page, solution: Solution, verdict: Report
 ) -> None:
     text = body_text(page(solution, verdict))
-    assert "Verified, no errors; not everything was checked." in text
-    assert "Not checked gouges: no mesh of the part was given" in text
-    assert "every check passed" not in text
+    assert "! Only in part: no errors, but not every risk was checked." in text
+    assert "Risk gouges: add part (--part) to the job." in text
+    assert "Yes: " not in text
 
 
 def test_a_path_that_passed_every_check_is_called_safe(
     page: Page, solution: Solution, verdict: Report
 ) -> None:
-    assert "Yes: every check passed." in page(solution, replace(verdict, gaps=()))
+    assert "Yes: whatever could do harm was checked and passed." in page(solution, replace(verdict, gaps=()))
 
 
 def test_an_unchecked_path_is_not_called_safe(page: Page, solution: Solution, verdict: Report) -> None:
-    text = body_text(page(solution, replace(verdict, checked=())))
+    text = body_text(page(solution, replace(verdict, passed=())))
     assert "Unknown: nothing was checked." in text
-    assert "Verified" not in text
+    assert "Only in part" not in text
 
 
 def test_an_unsafe_verdict_stands_before_every_saving(
@@ -69,7 +69,7 @@ def test_an_unsafe_verdict_stands_before_every_saving(
     assert "✗ No: don’t run this program." in text
     assert text.index("No: don’t run") < text.index("What does it save?") < text.index("% less")
     assert "But this doesn’t count until the errors are corrected." in text
-    assert "every check passed" not in text
+    assert "Yes: " not in text
 
 
 def test_errors_that_are_overridden_stand_first_with_who_overrides_them(
@@ -81,7 +81,7 @@ def test_errors_that_are_overridden_stand_first_with_who_overrides_them(
     assert '<section class="answer verdict overridden">' in found
     assert f"Overridden axis-limit (1{THIN}500), by {who}. The program was written with them" in text
     assert "✗ No: errors were found, and accepted by name." in text
-    assert "every check passed" not in text
+    assert "Yes: " not in text
     assert text.index("Overridden axis-limit") < text.index("What does it save?")
 
 
@@ -196,7 +196,7 @@ def test_a_name_cannot_smuggle_markup_into_the_page(
         replace(
             unsafe_verdict,
             findings=(finding, *unsafe_verdict.findings),
-            gaps=(Gap(nasty),),
+            gaps=((risk(nasty), None),),
             figures={nasty: 1.0},
         ),
     )

@@ -26,13 +26,12 @@ def test_a_verified_program_is_never_called_safe_while_something_is_not_checked(
     found = ReportDocument(solution, verdict).answers
     assert found.verdict == "partial"
     assert found.safe.lines == (
-        "Verified, no errors; not everything was checked.",
-        "Found: nothing.",
-        "Not checked: gouges: no mesh of the part was given",
+        "Only in part: no errors, but not every risk was checked.",
+        "Risk: gouges: add part (--part) to the job.",
     )
     every = ReportDocument(solution, replace(verdict, gaps=())).answers
-    assert (every.verdict, every.safe.text) == ("safe", "Yes: every check passed.")
-    none = ReportDocument(solution, replace(verdict, checked=())).answers
+    assert (every.verdict, every.safe.text) == ("safe", "Yes: whatever could do harm was checked and passed.")
+    none = ReportDocument(solution, replace(verdict, passed=())).answers
     assert (none.verdict, none.safe.text) == ("unknown", "Unknown: nothing was checked.")
 
 
@@ -40,7 +39,7 @@ def test_warnings_are_counted_in_the_answer(solution: Solution, unsafe_verdict: 
     warned = tuple(f for f in unsafe_verdict.findings if f.severity is Severity.WARNING)
     verdict = replace(unsafe_verdict, findings=warned, checks={Check("tip-deviation"): 30})
     text = ReportDocument(solution, verdict).answers.safe.text
-    assert text == "Verified with 30 warnings, no errors; not everything was checked."
+    assert text == "Only in part: no errors, with 30 warnings, but not every risk was checked."
 
 
 def test_errors_answer_no_and_say_what_to_correct(
@@ -148,10 +147,8 @@ def test_the_answers_are_plain_data_too(solution: Solution, verdict: Report) -> 
     data = found.as_dict()
     assert list(data) == ["verdict", "safe", "saved", "next"]
     assert [data[key]["question"] for key in ("safe", "saved", "next")] == [a.question for a in found]
-    assert data["safe"]["details"][1] == {
-        "about": "Not checked",
-        "text": "gouges: no mesh of the part was given",
-    }
+    text = "gouges: add part (--part) to the job."
+    assert data["safe"]["details"] == [{"about": "Risk", "text": text}]
 
 
 def steady(energy: Energy, starts: int, reversals: int) -> Energy:
@@ -208,7 +205,7 @@ def test_where_accelerations_are_charged_nothing_is_assumed(solution: Solution, 
     axes = tuple(replace(axis, max_acceleration=1.0) for axis in solution.machine.axes)
     stated = replace(solution, machine=replace(solution.machine, axes=axes))
     for one in (charged, stated):
-        words = [detail.about for detail in ReportDocument(one, verdict).answers.saved.details]
+        words = [detail.about for detail in ReportDocument(one, verdict).answers.saved.folded]
         assert words == ["Time", "Steadiness"]
 
 

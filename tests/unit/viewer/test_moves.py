@@ -23,7 +23,7 @@ def program(solution):
 
 def test_without_a_program_the_locations_are_shown(solution):
     result, normal = choose_sides(solution)
-    assert (result.name, normal.name) == ("result", "normal")
+    assert (result.name, normal.name) == ("optimised", "normal")
     np.testing.assert_array_equal(result.place, np.arange(len(solution.motion)))
     assert (result.line == NO_LINE).all()
 
