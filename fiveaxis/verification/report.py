@@ -59,11 +59,6 @@ class Result:
     was_made: bool = True
     path: Toolpath | None = None
 
-    @property
-    def passed(self) -> tuple[str, ...]:
-        """Sentences on what holds: none of a check that found an error or a warning."""
-        return () if len(self.rows) and self.severity is not Severity.NOTE else self.checked
-
 
 def violated(
     code: str,
@@ -306,7 +301,7 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
         findings=sort_findings(f for result in results for f in _list_worst(result, toolpath)),
         checks=dict(checks),
         figures={name: value for result in results for name, value in result.figures.items()},
-        passed=tuple(s for result in results if result.code not in failed for s in result.passed),
+        passed=tuple(s for result in results if result.code not in failed for s in result.checked),
         gaps=(*gaps, *((gap, None) for gap in not_checked)),
     )
 

@@ -166,7 +166,7 @@ def test_what_failed_is_not_listed_as_checked(program, hayashi, wall, tmp_path):
             lines[i] = " ".join(words)
 
     def sentences(report):
-        return [s for s in report.checked if "the path wall" in s]
+        return [s for s in report.passed if "the path wall" in s]
 
     assert len(sentences(fx.verify_program(program, hayashi, toolpath=wall))) == 2
     report = fx.verify_program(edited(program, tmp_path, shift), hayashi, toolpath=wall)
