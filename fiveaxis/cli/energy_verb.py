@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import SETUP, AsJson, Assume, Drives, MachineName, takes
+from fiveaxis.cli.options import ON_MACHINE, PLACING, AsJson, read_flags, takes
 from fiveaxis.cli.terminal import (
     err,
     errors_explained,
@@ -24,6 +24,7 @@ from fiveaxis.cli.terminal import (
 )
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of, set_up
 from fiveaxis.cli.work import shown_work
+from fiveaxis.options import OnMachine
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -34,16 +35,12 @@ if TYPE_CHECKING:
 MOST_SHOWN = 1000
 
 
-@takes(PROGRAM, SETUP)
+@takes(ON_MACHINE, PLACING, PROGRAM)
 def energy(
     context: typer.Context,
     programs: Annotated[
         list[Path], typer.Argument(help="NC programs of machine-axis words", metavar="PROGRAM…")
     ],
-    machine: MachineName = None,
-    drives: Drives = None,
-    assume: Assume = None,
-    load: Annotated[float | None, typer.Option("--load", help="mass on the table, kg")] = None,
     tool: Annotated[
         str | None,
         typer.Option("--tool", help="the feed is the speed of its centre; default: header, or tip"),
@@ -79,7 +76,7 @@ def energy(
 
             for path in output or ():
                 require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
-            used = set_up(_machine(require_machine(machine), drives, assume, load), context.params)
+            used = _machine(context.params)
             reading = reading_of(context.params) | {"corners": _corners(corners), "control": control}
             reading["tool"] = None if tool is None else parse_tool(tool)
 
@@ -121,9 +118,12 @@ def _write(path: Path, found: Sequence[ProgramEnergy]) -> Path:
     )
 
 
-def _machine(name: str, drives: str | None, assume: list[str] | None, load: float | None) -> Machine:
-    machine = load_powered(name, drives, assume)
-    return machine if load is None else machine.with_load(load, machine.load.centre)
+def _machine(options: Mapping[str, Any]) -> Machine:
+    name = require_machine(options["machine"])
+    machine = load_powered(name, options["drives"], read_flags(OnMachine, options).get("assume"))
+    load = options["load"]
+    loaded = machine if load is None else machine.with_load(load, machine.load.centre)
+    return set_up(loaded, options)
 
 
 def _corners(text: str) -> Any:

@@ -10,12 +10,14 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 import typer
 from rich.markup import escape
 
-from fiveaxis.cli.terminal import parse_numbers, parse_positions, parse_words
+from fiveaxis.cli.terminal import parse_named, parse_numbers, parse_positions, parse_words
 from fiveaxis.options import (
     Bounds,
     Framing,
     Meshes,
+    OnMachine,
     Option,
+    Placing,
     Planning,
     ProgramBounds,
     ReadProgram,
@@ -41,25 +43,6 @@ def optional(kind: Any, text: str, flags: str | None = None) -> Any:
 Input = Annotated[
     Path, typer.Argument(help="mesh (.stl .obj .ply .off), points, APT/CLSF, NC program, or a job .toml")
 ]
-MachineName = Annotated[
-    str | None,
-    typer.Option("--machine", "-m", help="name (`fiveaxis machines`) or file: .toml, .ini, .urdf, .mch"),
-]
-Assume = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--assume",
-        help="figure that the machine doesn't state, NAME=VALUE as for `fiveaxis machine new`: "
-        "A.points=0,0,50, C.counts=table; repeatable, and named in program and report",
-    ),
-]
-ToolLength = Annotated[
-    float | None, typer.Option("--tool-length", help="from the spindle's gauge point to the tool tip, mm")
-]
-Drives = Annotated[
-    str | None,
-    typer.Option("--drives", help="machine to borrow axis powers from (NAME, NAME:B=A), or estimated"),
-]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 
 UNIT = optional(str, "mm, inch or, for meshes, m: unit of the input, in place of what it states")
@@ -76,7 +59,7 @@ def flags_of(group: type, before: str = "") -> dict[str, Any]:
     flags: dict[str, Any] = {}
     for name, (kind, option) in options_of(group).items():
         written = option.written or ", ".join(words_of(kind))
-        plain = list[str] if _is_list(kind) else str if written else kind
+        plain = list[str] if _is_list(kind) or _is_named_text(kind) else str if written else kind
         text = f"{option.sentence}: {written}" if written else option.sentence
         shown = typer.Option(*_flags(name, option), help=escape(text), rich_help_panel=panel)
         flags[before + name] = Annotated[plain | None, shown]
@@ -111,8 +94,15 @@ def _is_list(kind: Any) -> bool:
     return Ellipsis in get_args(kind)
 
 
+def _is_named_text(kind: Any) -> bool:
+    """Check whether an option has texts by name, of which each repetition of its flag has one."""
+    return get_origin(kind) is Mapping and get_args(kind)[1] is str
+
+
 def _read(kind: Any, flag: str, value: Any) -> Any:
     """Read a flag's text as its option's type asks; what is no text already has its type."""
+    if _is_named_text(kind):
+        return parse_named(flag, value)
     if _is_list(kind):
         return tuple(word for text in value for word in parse_words(text) or ())
     whole = next((part for part in (kind, *get_args(kind)) if get_origin(part) in (tuple, Mapping)), None)
@@ -142,19 +132,13 @@ READING: Mapping[str, Any] = {
     "written_for": optional(str, "machine of an input program, if it isn't --machine"),
     **flags_of(ReadProgram),
 }
-# Where the workpiece stands, and how long the tool is.
-SETUP: Mapping[str, Any] = {
-    "tool_length": ToolLength,
-    "work_offset": optional(str, "workpiece zero in the machine frame: X,Y,Z in mm"),
-    "part_rotation": optional(str, "rotation of the part on the table: about machine X,Y,Z in deg"),
-}
+ON_MACHINE, PLACING = flags_of(OnMachine), flags_of(Placing)
 POSTURE: Mapping[str, Any] = {
-    "machine": MachineName,
-    "assume": Assume,
+    **ON_MACHINE,
+    **PLACING,
     **BOUNDS,
     **flags_of(Surrounding),
     "fixtures": optional(Path, escape("TOML with [[fixture]] and [clearance], as in a job")),
-    "drives": Drives,
     "path_shape": optional(
         str,
         "between locations: smooth (a curve where they are its samples) or chord; default: as the path says",
@@ -162,7 +146,6 @@ POSTURE: Mapping[str, Any] = {
     **flags_of(Search),
     "front": optional(int, "find N solutions, from the cheapest path to the steadiest"),
     "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
-    **SETUP,
     "setup_search": optional(
         str, "choose the setup too: x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
     ),

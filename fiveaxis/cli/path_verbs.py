@@ -18,6 +18,7 @@ from rich.text import Text
 
 from fiveaxis.cli.options import (
     NC,
+    NOT_GIVEN,
     PLANNING,
     POSTURE,
     READING,
@@ -32,8 +33,6 @@ from fiveaxis.cli.terminal import (
     err,
     errors_explained,
     out,
-    parse_assumptions,
-    parse_numbers,
     parse_words,
     print_causes,
     print_filled,
@@ -47,7 +46,7 @@ from fiveaxis.cli.work import Work, shown_work
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import group_findings, has_errors
-from fiveaxis.options import Bounds, Framing, ReadProgram, Writing
+from fiveaxis.options import Bounds, Framing, OnMachine, Placing, ReadProgram, Writing
 
 # Verdict -> the colour of the first answer.
 COLOURS = {"safe": "green", "partial": "yellow", "unknown": "yellow", "unsafe": "red", "overridden": "red"}
@@ -172,19 +171,16 @@ def job_of(options: Mapping[str, Any]) -> Job:
     """Make the job of a command's options, which replace settings of a job file."""
     from fiveaxis.job import Job, PlanTable, choose_search, make_job, read_fixtures, read_job
 
-    settings = {name: value for name, value in options.items() if name in Job.model_fields}
-    setup = {"offset": options.get("work_offset"), "rotation": options.get("part_rotation")}
-    settings["setup"] = {
-        key: tuple(parse_numbers(text, 3, "X,Y,Z")) for key, text in setup.items() if text is not None
-    }
+    given = {name: value for name, value in options.items() if value not in NOT_GIVEN}
+    settings = {name: value for name, value in given.items() if name in Job.model_fields}
+    settings["setup"] = read_flags(Placing, options)
     settings["plan"] = {name: value for name, value in options.items() if name in PlanTable.model_fields}
     written_for = {"machine": options.get("written_for")}
     settings["program"] = written_for | read_flags(ReadProgram, options)
     settings["nc"] = read_flags(Framing, options, NC)
-    settings["assume"] = parse_assumptions(options.get("assume"))
     if settings.get("columns") is not None:
         settings["columns"] = parse_words(settings["columns"])
-    settings |= read_flags(Bounds, options) | read_flags(Writing, options)
+    settings |= read_flags(OnMachine, options) | read_flags(Bounds, options) | read_flags(Writing, options)
     # A job file may set a flag that isn't given here.
     for name in ("free_start", "free_direction"):
         settings[name] = settings.get(name) or None

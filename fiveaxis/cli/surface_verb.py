@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fiveaxis.cli.options import NOT_GIVEN, PLANNING, POSTURE, READING, AsJson, takes
+from fiveaxis.cli.options import NOT_GIVEN, PLANNING, POSTURE, READING, AsJson, read_flags, takes
 from fiveaxis.cli.path_verbs import job_of, job_work
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import (
@@ -25,6 +25,7 @@ from fiveaxis.cli.terminal import (
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import columns_text, is_file, require_suffix
+from fiveaxis.options import OnMachine
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -106,8 +107,9 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
         raise SettingError(f"--{option} has no effect at a tip; leave it out, or name an input")
     feed, normal, tilt = (options[name] for name in ("feed", "normal", "tilt"))
     require_between("--feed", FEED if feed is None else feed, 1e-3, 1e6, "mm/min")
+    assume = read_flags(OnMachine, options).get("assume")
     return tip_surface(
-        load_powered(require_machine(options["machine"]), options["drives"], options["assume"]),
+        load_powered(require_machine(options["machine"]), options["drives"], assume),
         tip,
         FEED if feed is None else feed,
         normal=None if normal is None else parse_numbers(normal, 3, "X,Y,Z"),

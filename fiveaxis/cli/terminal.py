@@ -6,7 +6,7 @@ import json
 import math
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import fill
@@ -128,24 +128,11 @@ def require_machine(name: str | None) -> str:
     return name
 
 
-def parse_assumptions(texts: Iterable[str] | None) -> dict[str, str] | None:
-    """Read figures that are assumed, ``A.points=0,0,50``, by name; None where there are none."""
-    found: dict[str, str] = {}
-    for text in texts or ():
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (equals and name and value):
-            raise SettingError(f"--assume {text!r} isn't of the form NAME=VALUE, for example A.points=0,0,50")
-        if name in found:
-            raise SettingError(f"--assume names {name} twice")
-        found[name] = value
-    return found or None
-
-
-def load_powered(name: str, drives: str | None, assume: Iterable[str] | None = None) -> Machine:
+def load_powered(name: str, drives: str | None, assume: Mapping[str, str] | None = None) -> Machine:
     """Load a machine with its own drives, borrowed or estimated ones, and say which."""
     from fiveaxis.machine import load_machine, power_findings, with_powers
 
-    machine = with_powers(load_machine(name, parse_assumptions(assume)), drives)
+    machine = with_powers(load_machine(name, assume), drives)
     print_causes(group_findings(power_findings(machine)), err)
     return machine
 
@@ -167,6 +154,19 @@ _POSITION = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
 def parse_words(text: str | None) -> tuple[str, ...] | None:
     """Read words that are separated by commas; None where there is no text."""
     return None if text is None else tuple(word.strip() for word in text.split(","))
+
+
+def parse_named(flag: str, texts: Iterable[str]) -> dict[str, str]:
+    """Read texts by name, ``A.points=0,0,50``."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (equals and name and value):
+            raise SettingError(f"{flag} {text!r} isn't of the form NAME=VALUE, for example A.points=0,0,50")
+        if name in found:
+            raise SettingError(f"{flag} names {name} twice")
+        found[name] = value
+    return found
 
 
 def parse_positions(name: str, text: str | None) -> dict[str, float] | None:

@@ -10,11 +10,12 @@ import typer
 from rich.table import Table
 
 from fiveaxis.cli.options import (
+    ON_MACHINE,
+    PLACING,
     PLANNING,
     POSTURE,
     PROGRAM_BOUNDS,
     READING,
-    SETUP,
     AsJson,
     flags_of,
     read_flags,
@@ -24,8 +25,6 @@ from fiveaxis.cli.terminal import (
     err,
     errors_explained,
     out,
-    parse_assumptions,
-    parse_numbers,
     print_causes,
     print_filled,
     print_json,
@@ -35,7 +34,7 @@ from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings, group_gaps
-from fiveaxis.options import ProgramBounds, ReadProgram, Workpiece
+from fiveaxis.options import OnMachine, Placing, ProgramBounds, ReadProgram, Workpiece, completed
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -48,14 +47,14 @@ if TYPE_CHECKING:
 # How the program itself is read.
 PROGRAM: Mapping[str, Any] = {"unit": READING["unit"], **flags_of(ReadProgram)}
 CHECKING: Mapping[str, Any] = {
-    **{name: POSTURE[name] for name in ("machine", "assume")},
+    **{name: ON_MACHINE[name] for name in ("machine", "assume", "tool_length")},
+    **PLACING,
     "tool": PLANNING["tool"],
     "crease": PLANNING["crease"],
     **flags_of(Workpiece),
     **{name: POSTURE[name] for name in ("fixtures", "path_shape")},
     **PROGRAM_BOUNDS,
     **PROGRAM,
-    **SETUP,
 }
 
 
@@ -139,7 +138,8 @@ def load_checked(
         meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job)} | meshes
         asked = ProgramOptions.of(job.nc, control=options["control"] or job.writing["control"])
     else:
-        machine = load_machine(require_machine(options["machine"]), parse_assumptions(options["assume"]))
+        given_to = read_flags(OnMachine, options)
+        machine = load_machine(require_machine(options["machine"]), given_to.get("assume"))
         machine = set_up(machine, options)
         if path is not None:
             shape = options["path_shape"]
@@ -166,24 +166,16 @@ def set_up(machine: Machine, options: Mapping[str, Any]) -> Machine:
     """Give a machine the tool length and the setup of the options, where there are any."""
     if options["tool_length"] is not None:
         machine = machine.with_tool_length(options["tool_length"])
-    given = [options[name] for name in ("work_offset", "part_rotation")]
-    if given == [None, None]:
-        return machine
-    return machine.with_setup(*(_triple(text or "0,0,0") for text in given))
+    placed = read_flags(Placing, options)
+    return machine.with_setup(*completed(Placing, placed).values()) if placed else machine
 
 
 def _moved(job: Job, options: Mapping[str, Any]) -> Job:
     """Return a job with the machine and the setup that the options give in place of its own."""
-    setup = {
-        name: _triple(options[option])
-        for name, option in (("offset", "work_offset"), ("rotation", "part_rotation"))
-        if options[option] is not None
-    }
-    own = ("machine", "tool_length", "path_shape")
-    changed = {name: options[name] for name in own if options[name] is not None}
-    if options["assume"]:
-        changed["assume"] = parse_assumptions(options["assume"])
-    return job.model_copy(update=changed | {"setup": job.setup.model_copy(update=setup)})
+    shape = options["path_shape"]
+    changed = read_flags(OnMachine, options) | ({} if shape is None else {"path_shape": shape})
+    setup = job.setup.model_copy(update=read_flags(Placing, options))
+    return job.model_copy(update=changed | {"setup": setup})
 
 
 def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -205,11 +197,6 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
     return Surroundings.load(part, stock, fixtures, clearances, unit=options["part_unit"] or "mm")
-
-
-def _triple(text: str) -> tuple[float, float, float]:
-    x, y, z = parse_numbers(text, 3, "X,Y,Z")
-    return x, y, z
 
 
 def _print_report(report: Report) -> None:

@@ -12,11 +12,12 @@ from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.machine.chain import Triple
 from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.options import (
     Bounds,
     Meshes,
+    OnMachine,
+    Placing,
     Planning,
     Reading,
     ReadProgram,
@@ -88,14 +89,19 @@ class SetupSearch(StrictModel):
         return self
 
 
-class SetupTable(StrictModel):
-    """Where the workpiece stands on the table, with every axis at 0."""
-
-    offset: Triple = Field((0.0, 0.0, 0.0), description="workpiece zero in the machine frame, mm")
-    rotation: Triple = Field((0.0, 0.0, 0.0), description="about the machine's X, then Y, then Z, deg")
+class _Searched(StrictModel):
     search: SetupSearch | None = Field(
         None, description="ranges within which the optimiser may choose the setup together with the postures"
     )
+
+
+if TYPE_CHECKING:
+
+    class SetupTable(_Searched, Placing):  # noqa: D101 -- what mypy sees of the one below
+        pass
+
+else:
+    SetupTable = table_of(Placing, _Searched)
 
 
 class FixtureFile(StrictModel):
@@ -130,24 +136,20 @@ class FactorsTable(StrictModel):
 
 class _Input(StrictModel):
     input: Path = Field(description="mesh, list of points, APT file or NC program")
-    machine: str | None = Field(
-        None, min_length=1, description="name of a library machine, or a machine file"
-    )
-    assume: dict[str, str] = Field(
-        {},
-        description="figures that the machine doesn't state, assumed for this job, as answers to questions "
-        'of `fiveaxis machine new`: `{"A.points" = "0,0,50", "C.counts" = "table"}`',
-    )
     tool: str | None = Field(
         None, description="ball:10, bull:16:4, a tool file…; by default the input's tool"
     )
 
 
 if TYPE_CHECKING:
-    _Bounded = _Input
+
+    class _Bounded(_Input, OnMachine): ...
+
 else:
     _Bounded = reduce(
-        lambda base, group: table_of(group, base), (Bounds, Surrounding, Meshes, Search, Writing), _Input
+        lambda base, group: table_of(group, base),
+        (OnMachine, Bounds, Surrounding, Meshes, Search, Writing),
+        _Input,
     )
 
 
@@ -163,12 +165,6 @@ class Job(_Bounded):
     )
     fixture: tuple[FixtureTable, ...] = Field((), description="clamps and vices, in the workpiece frame")
     clearance: ClearanceTable = ClearanceTable()
-    drives: str | None = Field(
-        None,
-        min_length=1,
-        description="machine whose axis powers are used in place of the machine's own, by role or as named "
-        "(`NAME:B=A`); `estimated` for estimates. By default missing powers are estimated",
-    )
     path_shape: Literal["smooth", "chord"] | None = Field(
         None,
         description="what lies between locations: a smooth curve if they tell one, or the chord; by default "
@@ -181,11 +177,7 @@ class Job(_Bounded):
         None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"
     )
     nc: ProgramSettings = Field(ProgramSettings(), description="tool, spindle, coolant… of the NC program")
-    tool_length: float | None = Field(
-        None, ge=0.0, description="from the spindle's gauge point to the tool tip, mm"
-    )
     setup: SetupTable = SetupTable()
-    load: float | None = Field(None, ge=0.0, description="mass of workpiece, vice and fixture, kg")
     process: ProcessTable | None = None
     factors: FactorsTable | None = None
     plan: PlanTable = PlanTable()

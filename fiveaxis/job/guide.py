@@ -36,12 +36,9 @@ EXAMPLES: Mapping[str, Any] = {
     "feed": 1000,
     "unit": "mm",
     "columns": ["x", "y", "z", "nx", "ny", "nz"],
-    "drives": "hayashi-640123",
     "front": 5,
     "pick": 2,
     "path_shape": "chord",
-    "tool_length": 120,
-    "load": 12,
     "program.machine": "hayashi-640123",
     "process.spindle_rpm": 8000,
     "process.teeth": 2,
@@ -256,7 +253,7 @@ def _kind(annotation: Any, metadata: list[Any]) -> str:
         inner = [_kind(part, []) for part in parts if part is not Ellipsis]
         return f"[{', '.join(inner)}{', ...' if Ellipsis in parts else ''}]"
     if get_origin(annotation) in (dict, abc.Mapping):
-        return f"table of a {_kind(parts[1], [])} by letter"
+        return f"table of a {_kind(parts[1], [])} by {'name' if parts[1] is str else 'letter'}"
     plain = _PLAIN.get(annotation) or (_kind(parts[0], []) if parts else str(annotation))
     return f"{plain} {bounds_text(metadata)}".strip()
 
@@ -283,7 +280,9 @@ def _is_list(annotation: Any) -> bool:
 def to_toml(value: Any) -> str:
     """Write a value on one line of TOML."""
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{key} = {to_toml(item)}" for key, item in value.items())
+        # A bare key with a dot would be a table in a table.
+        keys = {key: json.dumps(key) if "." in key else key for key in value}
+        inner = ", ".join(f"{keys[key]} = {to_toml(item)}" for key, item in value.items())
         return f"{{ {inner} }}" if inner else "{}"
     if isinstance(value, list | tuple | frozenset):
         value = sorted(value) if isinstance(value, frozenset) else value

@@ -240,7 +240,7 @@ class SetupTrials:
         }
         x, y, z = (chosen.get(name, old) for name, old in zip("xyz", self.given.offset, strict=True))
         turned = (*self.given.rotation[:2], chosen.get("angle", self.given.rotation[2]))
-        return SetupTable(offset=(x, y, z), rotation=turned)
+        return self.given.model_copy(update={"offset": (x, y, z), "rotation": turned, "search": None})
 
     @property
     def ranked(self) -> list[Tried]:

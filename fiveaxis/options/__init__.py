@@ -7,6 +7,7 @@ keywords of functions (`spelled_out`), which editors complete and mypy checks, t
 
 from fiveaxis.options.bounds import Bounds, ProgramBounds
 from fiveaxis.options.calibration import Calibrate, FitDrive, ReadLog
+from fiveaxis.options.machines import OnMachine, Placing
 from fiveaxis.options.meshes import CREASE, Meshes
 from fiveaxis.options.option import (
     Option,
@@ -45,8 +46,10 @@ __all__ = [
     "MeshSource",
     "Meshes",
     "Objective",
+    "OnMachine",
     "Option",
     "Order",
+    "Placing",
     "PlanContour",
     "Planning",
     "Positions",

@@ -232,7 +232,7 @@ def test_a_folder_is_not_an_input(tmp_path, name):
         ((*TILT, *CONE), "give either tilt"),
         ((*TILT, "--control", "linuxcn"), "unknown control 'linuxcn'; did you mean 'linuxcnc'?"),
         ((*TILT, "--machine", "hayash"), "unknown machine 'hayash'; did you mean hayashi-640123?"),
-        ((*TILT, "--machine", ""), "machine = '' must be text that isn't empty"),
+        ((*TILT, "--machine", ""), "unknown machine ''; known: "),
         ((*TILT, "--tool", "bull:10"), "tool 'bull:10': 1 figures where bull has 2"),
         ((*TILT, "--tool", "ball:x"), "'x' is no diameter"),
         ((*TILT, "--tool", "ball:-1"), "diameter is -1 mm; it must be a number above 0"),

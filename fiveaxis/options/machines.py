@@ -1,0 +1,72 @@
+"""The machine, and where the workpiece stands on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from fiveaxis.options.option import Option
+
+
+@dataclass
+class OnMachine:
+    """The machine, and what isn't in its file."""
+
+    machine: Annotated[
+        str | None,
+        Option(
+            "a machine of the library (`fiveaxis machines`), or its file: .toml, .ini, .urdf, .mch",
+            flags="--machine -m",
+        ),
+    ] = None
+    assume: Annotated[
+        Mapping[str, str],
+        Option(
+            "figures that the machine doesn't state, assumed for this run, as answers to questions of "
+            "`fiveaxis machine new`; program and report name them",
+            default={},
+            written="A.points=0,0,50",
+            example={"A.points": "0,0,50", "C.counts": "table"},
+        ),
+    ] = field(default_factory=dict)
+    drives: Annotated[
+        str | None,
+        Option(
+            "machine whose axis powers are used in place of the machine's own, by role or as named "
+            "(`NAME:B=A`); `estimated` for estimates. By default missing powers are estimated",
+            example="hayashi-640123",
+        ),
+    ] = None
+    tool_length: Annotated[
+        float | None,
+        Option("from the spindle's gauge point to the tool tip", unit="mm", least=0.0, example=120),
+    ] = None
+    load: Annotated[
+        float | None,
+        Option("mass of workpiece, vice and fixture", unit="kg", least=0.0, example=12),
+    ] = None
+
+
+@dataclass
+class Placing:
+    """Where the workpiece stands on the table, with every axis at 0."""
+
+    offset: Annotated[
+        tuple[float, float, float],
+        Option(
+            "workpiece zero in the machine frame",
+            unit="mm",
+            written="X,Y,Z",
+            flags="--work-offset",
+        ),
+    ] = (0.0, 0.0, 0.0)
+    rotation: Annotated[
+        tuple[float, float, float],
+        Option(
+            "of the part: about the machine's X, then Y, then Z",
+            unit="deg",
+            written="X,Y,Z",
+            flags="--part-rotation",
+        ),
+    ] = (0.0, 0.0, 0.0)
