@@ -231,12 +231,14 @@ def _technology(e: Examination) -> Iterable[Result]:
     if e.text is not None:
         back, cuts = e.text.back, e.text.back.cuts
         if (technology := back.read.technology) is not None:
-            yield from check_technology(technology.at(back.end[cuts]), e.text.rows[cuts], back.asked)
+            track = technology.at(back.end[cuts])
+            yield from check_technology(track, e.text.rows[cuts], back.asked, technology.lines, has_path=True)
     elif e.rows is not None and (technology := e.rows.read.technology) is not None:
         read, asked = e.rows.read, e.rows.asked(e.context.machine)
         cuts = cutting_rows(e.context, e.rows.match)
         track = technology.at(cuts)
-        yield from check_technology(track, cuts, asked)
+        followed, has_path = technology.lines, e.rows.match is not None
+        yield from check_technology(track, cuts, asked, followed, has_path=has_path)
         if read.by_control:
             yield from check_feed_mode(track, cuts, asked)
         yield check_switched(read.tcp, cuts)
