@@ -10,7 +10,7 @@ import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import BoolArray, IntArray
-from fiveaxis.nc.control.technology import Technology, TechnologyTrack
+from fiveaxis.nc.control.technology import MachineMove, Technology, TechnologyTrack
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology, usual_words
 from fiveaxis.verification.report import Result, violated
 
@@ -29,7 +29,8 @@ def check_technology(
     track: TechnologyTrack,
     rows: IntArray,
     asked: RequiredTechnology | None,
-    followed: IntArray,
+    rapid: BoolArray,
+    whole: TechnologyTrack,
     *,
     has_path: bool,
 ) -> Iterator[Result]:
@@ -41,10 +42,11 @@ def check_technology(
     rows : (m,), row for findings on each of them
     asked : what a job asks of the program; without it only contradictions are found: a spindle that stands
         in some cuts, a tool change between them
-    followed : lines of all moves whose ends are known
+    rapid : (n,), whether each move of the program is rapid
+    whole : of all n moves
     has_path : whether a path says which moves are cuts, so that what stands between them is a fault
     """
-    severity = Severity.ERROR if has_path or asked is not None else Severity.WARNING
+    between = _machine_moves_between(track, whole, rapid, any_way=has_path)
     if asked is not None and asked.language != track.language:
         # Offsets have other names, and tools another way of having their length, on another control.
         unnamed = asked.technology._replace(length="", work_offset="")
@@ -57,7 +59,7 @@ def check_technology(
     yield _check_coolant(track, rows, asked)
     yield _check_order(track, rows)
     yield _check_retract(track, rows, asked)
-    yield _check_machine_moves(track, rows, followed, severity)
+    yield _check_machine_moves(track, rows, between, Severity.ERROR if has_path else Severity.WARNING)
     yield from _check_words(track, rows, asked)
 
 
@@ -343,17 +345,30 @@ def _check_words(
     )
 
 
+def _machine_moves_between(
+    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool
+) -> list[MachineMove]:
+    """Find the machine moves between the cuts, or right before them, that aren't among the program's rows.
+
+    Without a path cuts are those of all operations: then a retract is none of these moves if the tool comes
+    back at rapid.
+    """
+    if not len(track.lines):
+        return []
+    first, last, rows = int(track.lines[0]), int(track.lines[-1]), set(whole.lines.tolist())
+    found = []
+    for move in track.machine_moves:
+        if move.line not in rows and (first <= move.line <= last or move.line in track.unapproached):
+            back = int(np.searchsorted(whole.lines, move.line, side="right"))
+            if any_way or back == len(rapid) or not rapid[back]:
+                found.append(move)
+    return found
+
+
 def _check_machine_moves(
-    track: TechnologyTrack, rows: IntArray, followed: IntArray, severity: Severity
+    track: TechnologyTrack, rows: IntArray, found: Sequence[MachineMove], severity: Severity
 ) -> Result:
     """Check that between the cuts nothing moves to positions that only the machine knows."""
-    first, last = (int(track.lines[0]), int(track.lines[-1])) if len(rows) else (0, -1)
-    known = set(followed.tolist())
-    found = [
-        move
-        for move in track.machine_moves
-        if move.line not in known and (first <= move.line <= last or move.line in track.unapproached)
-    ]
 
     def text(i: int) -> str:
         move = found[i]

@@ -41,8 +41,9 @@ _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 _FIXED_POINTS = frozenset(("G74", "G75", "M92", "M140", "MB"))
 # mm: length of a word, by the words of the unit.
 _UNITS = {"G20": 25.4, "G70": 25.4, "G21": 1.0, "G71": 1.0}
-# Words whose effect is read here, or by the interpreter: what switches TCP, and what ends a program.
-_FOLLOWED = frozenset((*SENSES, *COOLANT, *CHANGES, *TIP_WORDS, *ALWAYS_OFF, "M2", "M17", "M30", "M99"))
+# Words whose effect is read here, and by the interpreter: what switches TCP, and what ends a program.
+_FOLLOWED = frozenset((*SENSES, *COOLANT, *CHANGES))
+_INTERPRETED = frozenset((*TIP_WORDS, *ALWAYS_OFF, "M2", "M17", "M30", "M99"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
 FEED_MODES = ("G93", "G94", "G95")
 _LETTERS = frozenset("STHD")
@@ -230,7 +231,7 @@ class TechnologyReader:
 
     def _of_words(self, block: Block) -> dict[str, Any]:
         words = self.now.words
-        for word in words_beside(block, _FOLLOWED):
+        for word in words_beside(block, _FOLLOWED, _INTERPRETED):
             group = group_of(word)
             if group is not None:
                 words = in_force_after(words, word, group)

@@ -14,7 +14,8 @@ from fiveaxis.nc.languages.block import Block
 
 # Words of ISO 6983 that set something else than positions; all others that the interpreter takes are
 # followed, or cancel what it refuses to switch on.
-_SETTING_G = frozenset(("G5.1", "G8", "G9", "G10", "G61", "G61.1", "G64", "G187"))
+PLANES = ("G17", "G18", "G19")
+_SETTING_G = frozenset((*PLANES, "G5.1", "G8", "G9", "G10", "G61", "G61.1", "G64", "G187"))
 # Letters of a block without motion that belong to its G or M word.
 _ARGUMENTS = "LPQRE"
 # Words of other languages that are followed: frames, cycles that become moves, labels, normals.
@@ -26,6 +27,8 @@ _FOLLOWED = re.compile(
 )
 # Group -> its words. What has a value is a group by itself.
 _GROUPS = {
+    # Tool lengths act along the plane's third axis, even where no arc is written.
+    "plane": "|".join(PLANES),
     "path mode": r"G6[0-4](?:\.1)?(?: .*)?|G64[1-6]",
     "compressor": r"COMP(?:ON|OF|CAD|CURV|SURF|PATH)",
     "transformation": r"TRAORI.*|TRAFOOF|FUNCTION (?:RESET )?TCPM.*|L M12[89]",
@@ -45,38 +48,38 @@ _GROUPS = {
 _GROUP_OF = re.compile("|".join(f"(?P<{name.replace(' ', '_')}>{p})" for name, p in _GROUPS.items()))
 # Words that are groups by themselves, by what stands before their value.
 _ALONE = re.compile(
-    r"((?:[A-Z_]{2,}[0-9]*(?:\[[^\]]*\])?|#[0-9]{4,})(?==)|G5(?:\.1)?|G8|G187|CYCLE832"
+    r"((?:[A-Z_]{2,}[0-9]*(?:\[[^\]]*\])?|variable #[0-9]{4,})(?==)|G5(?:\.1)?|G8|G187|CYCLE832"
     r"|CYCL DEF 3?32\.[0-9]|FUNCTION (?:S-PULSE|FEED|PROG PATH))(?![0-9]).*"
 )
 # What a control does anyway, or does again from there on.
 _OFF = re.compile(
-    r"COMPOF|TRAFOOF|FUNCTION RESET TCPM|L M129|ORISOF|DYNNORM|FFWOF|FNORM|FGROUP\(\)|SETMS|M48"
+    r"COMPOF|TRAFOOF|FUNCTION RESET TCPM|L M129|ORISOF|DYNNORM|FNORM|FGROUP\(\)|SETMS"
     r"|OVR(?:RAP)?=100|(?:ADIS|ADISPOS|DL)=0|G5 P0|G5\.1 Q0|G8 P0|G187"
     r"|CYCLE832\((?:|0?\.?0*(?:,.*)?|[^,)]*,(?:0|_OFF)(?:,.*)?)\)"
     r"|CYCL DEF 3?32\.0.*|CYCL DEF 32\.1(?: T0*\.?0*)?"
     r"|FUNCTION (?:S-PULSE|FEED).* (?:RESET|OFF)|FUNCTION PROG PATH (?:IS TCP|OFF)"
 )
-# Spindle positions and stops of it act once, whatever is written for them.
+# Spindle positions, and words of other spindles, act once.
 _ONCE = re.compile(r"SPOSA?\b.*|[SMHTD][0-9]+=.*")
-_WRITES = re.compile(r"G10\b.*|#[0-9]{4,}=.*")
+_WRITES = re.compile(r"G10\b.*")
 
 
-def words_beside(block: Block, followed: frozenset[str]) -> Iterator[str]:
+def words_beside(block: Block, followed: frozenset[str], interpreted: frozenset[str]) -> Iterator[str]:
     """Yield the words of a block that aren't followed, as written.
 
     Parameters
     ----------
-    followed : M words and words of tools whose effect is read elsewhere
+    followed : words of spindle, coolant and tool, whose effect is read elsewhere
+    interpreted : other M words that act, unless the reader has left them out
     """
     values = [f"{c}{block.words[c]:g}" for c in _ARGUMENTS if c in block.words]
     for word in (*block.g, *block.m):
-        if word in _SETTING_G if word[0] == "G" else word not in followed:
-            yield " ".join((word, *values))
+        acts = word in _SETTING_G if word[0] == "G" else word not in followed | interpreted
+        if acts:
+            yield " ".join((word, *(() if word in PLANES else values)))
     yield from block.stated
-    # M126 and M127 say how the readers count turns.
-    turns = block.shorter is not None
     for word in block.ignored:
-        is_read = word in followed or _FOLLOWED.fullmatch(word) or (turns and word in ("M126", "M127"))
+        is_read = word in followed or _FOLLOWED.fullmatch(word)
         if not is_read and not any(stated.startswith(word) for stated in block.stated):
             yield word
 

@@ -86,7 +86,7 @@ class Block(NamedTuple):
     frame : change of the program's coordinate frame
     ignored : words without effect on the path, to be counted
     stated : words without effect on the path that have a value or arguments, as written: ``CTOL=0.01``,
-        ``FGROUP(X)``, ``#5=2``
+        ``FGROUP(X)``, ``variable #5=2``
     increments, absolutes : letters of words that are incremental or absolute regardless of G90 and G91
     turns : full circles of a helix in addition to the arc from start to end
     findings : assumptions made while reading; the first of each code is kept

@@ -273,7 +273,7 @@ def set_plane(block: Block) -> Block:
 
 
 class Macro:
-    """The variables that have a value, and all assignments: ``#5=2``."""
+    """The variables that have a value, and all assignments: ``variable #5=2``."""
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
@@ -308,7 +308,7 @@ class Macro:
         if end < len(code):
             return code[end:] if "=" in code[end:] else f"={code[end:]}"
         self.values |= values
-        self.assigned += [f"{name}={value:g}" for name, value in values.items()]
+        self.assigned += [f"variable {name}={value:g}" for name, value in values.items()]
         return ""
 
     def _fill_in(self, code: str) -> str:

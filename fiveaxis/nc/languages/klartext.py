@@ -63,7 +63,7 @@ class SetUp(Line):
     def _set_parameter(self, function: str | None, name: str, text: str) -> None:
         """Read ``Q1 = …`` and the functions 0 to 7, in which DIV means /."""
         self.state.parameters[name] = value = self.value(text.replace("DIV", "/"))
-        self.draft.stated.append(f"{name}={value:g}")
+        self.draft.stated.append(f"variable {name}={value:g}")
         self.draft.ignored.append("=" if function is None else f"FN {function}")
 
     def _begin(self) -> None:

@@ -153,7 +153,7 @@ class SinumerikStatement(Statement[State]):
         elif name in self.state.variables or name[0] == "_" or re.fullmatch("R[0-9]+", name):
             self.state.variables[name] = value
             draft.ignored.append("=")
-            draft.stated.append(f"{name}={value:g}")
+            draft.stated.append(f"variable {name}={value:g}")
         else:
             raise BlockError(refusal(name))
 
