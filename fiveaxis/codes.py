@@ -84,7 +84,9 @@ CHECKS = {
         ERROR, "by its F a block takes a different time than planned; a warning where F has too few digits"
     ),
     "rapid-in-cut": Code(
-        ERROR, "a program has a rapid move where the path cuts or down to it, or for a planned feed move"
+        ERROR,
+        "a program has a rapid move where the path cuts or down to it, for a planned feed move, or in "
+        "machine coordinates between the cuts; a warning without a path",
     ),
     "tcp-state": Code(ERROR, "TCP is on where a program's words need it off, or off where they need it on"),
     "spindle-off": Code(ERROR, "the spindle is off in a cut, or its speed or sense isn't what was asked for"),
@@ -95,7 +97,11 @@ CHECKS = {
     "coolant-off": Code(WARNING, "a cut has other coolant than was asked for"),
     "approach-order": Code(ERROR, "the approach brings Z down before the other axes have moved"),
     "approach-deep": Code(ERROR, "before or after its path the cutter goes below the surface that it cuts"),
-    "no-retract": Code(ERROR, "Z doesn't retract before or after the cuts, as was asked for"),
+    "no-retract": Code(ERROR, "Z doesn't retract before or after the cuts, or not to where was asked for"),
+    "word-in-cut": Code(
+        ERROR,
+        "a word acts in a cut or between cuts that the control's table doesn't have; a warning without a job",
+    ),
     "feed-differs": Code(ERROR, "a cut takes another time than the path's feed asks for"),
     "off-path": Code(ERROR, "a program moves the tool off the path that it should follow"),
     "path-missed": Code(ERROR, "a program misses a location of the path that it should follow"),

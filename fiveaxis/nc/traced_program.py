@@ -51,6 +51,7 @@ class TracedProgram:
     straight : whether the tool's centre moves in a straight line between rows; else all axes run linearly
     by_control : whether it does because the control moves the tip (TCP); the program then doesn't state its
         rotary angles
+    by_direction : whether the program gives directions of the tool instead
     """
 
     motion: Motion
@@ -60,6 +61,7 @@ class TracedProgram:
     technology: TechnologyTrack | None
     straight: bool = False
     by_control: bool = False
+    by_direction: bool = False
 
     @property
     def is_table(self) -> bool:
@@ -280,10 +282,17 @@ def _load_path(
         by_tip = replace(path, pivot=path.tips(path.axis))
         time = np.where(path.rapid, motion.time, feed_times(by_tip, turns_of(motion, machine)))
         motion = replace(motion, time=time)
-    technology = None if lists else read_technology(source).track(path.source)
+    technology = None if lists else read_technology(source, options.harmless).track(path.source)
     tcp = np.ones(len(path), dtype=bool)
     return TracedProgram(
-        motion, bare, (assumed, *path.findings), tcp, technology, straight=True, by_control=True
+        motion,
+        bare,
+        (assumed, *path.findings),
+        tcp,
+        technology,
+        straight=True,
+        by_control=True,
+        by_direction=path.rotary is None or bool(np.isnan(path.rotary).any()),
     )
 
 

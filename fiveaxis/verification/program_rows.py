@@ -121,7 +121,7 @@ class ProgramRows:
         if self.against.program is None:
             return None
         tip: Coordinates = "tip" if self.read.tcp.any() else "axes"
-        return self.against.program.asked(machine, "vector" if self.read.by_control else tip)
+        return self.against.program.asked(machine, "vector" if self.read.by_direction else tip)
 
 
 def check_program_feeds(context: CheckContext, rows: ProgramRows) -> Iterator[Result]:

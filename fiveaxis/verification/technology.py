@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -9,16 +10,29 @@ import numpy as np
 
 from fiveaxis.findings import JOB, Gap, Severity
 from fiveaxis.geometry import BoolArray, IntArray
-from fiveaxis.nc.control.technology import Technology, TechnologyTrack
-from fiveaxis.nc.writing.start_and_end import RequiredTechnology
+from fiveaxis.nc.control.technology import MachineMove, Technology, TechnologyTrack
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology, usual_words
 from fiveaxis.verification.report import Result, said, violated
 
 # rev/min: decimals of S.
 SAME_SPEED = 0.5
+# mm: of a retract's height, for the decimals of words in inch.
+SAME_HEIGHT = 5e-3
+_WRITER = "the control's table"
+_UNCHECKED = (
+    "its effect on path, feed or spindle isn't checked; look it up, and post without it or, if it is meant, "
+    "put it into a control table of your own (start, or harmless)"
+)
 
 
 def check_technology(
-    track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None
+    track: TechnologyTrack,
+    rows: IntArray,
+    asked: RequiredTechnology | None,
+    rapid: BoolArray,
+    whole: TechnologyTrack,
+    *,
+    has_path: bool,
 ) -> Iterator[Result]:
     """Check what is in force in the cuts of a program.
 
@@ -28,7 +42,11 @@ def check_technology(
     rows : (m,), row for findings on each of them
     asked : what a job asks of the program; without it only contradictions are found: a spindle that stands
         in some cuts, a tool change between them
+    rapid : (n,), whether each move of the program is rapid
+    whole : of all n moves
+    has_path : whether a path says which moves are cuts, so that what stands between them is a fault
     """
+    between = _machine_moves_between(track, whole, rapid, any_way=has_path)
     if asked is not None and asked.language != track.language:
         # Offsets have other names, and tools another way of having their length, on another control.
         unnamed = asked.technology._replace(length="", work_offset="")
@@ -41,6 +59,8 @@ def check_technology(
     yield _check_coolant(track, rows, asked)
     yield _check_order(track, rows)
     yield _check_retract(track, rows, asked)
+    yield _check_machine_moves(track, rows, between, Severity.ERROR if has_path else Severity.WARNING)
+    yield from _check_words(track, rows, asked)
 
 
 def check_feed_mode(
@@ -247,19 +267,129 @@ def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
 
 
 def _check_retract(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
-    if asked is None or not (asked.retracts or asked.goes_clear) or not len(rows):
+    if asked is None or not (asked.before or asked.after) or not len(rows):
         return _unasked("no-retract", "retract: none was asked for", "retract")
-    before = any(line < track.lines[0] for line in track.retracts)
-    after = any(line > track.lines[-1] for line in track.retracts)
-    where = ["before the first cut"] * (asked.retracts and not before)
-    where += ["after the last"] * (asked.goes_clear and not after)
-    bad = np.unique([rows[0] if name.startswith("before") else rows[-1] for name in where]).astype(np.int64)
+    first, last = int(track.lines[0]), int(track.lines[-1])
+    moves = [move for move in track.machine_moves if "Z" in move.axes]
+    sides = (
+        (int(rows[0]), "before the first cut", asked.before, [m for m in moves if m.line < first]),
+        (int(rows[-1]), "after the last", asked.after, [m for m in moves if m.line > last]),
+    )
+    bad: list[int] = []
+    texts: list[str] = []
+    for row, where, heights, there in (side for side in sides if side[2]):
+        wanted = " or ".join(f"{height:g}" for height in heights)
+        known = [(m, m.height) for m in there if m.height is not None]
+        wrong = [(m, z) for m, z in known if min(abs(z - height) for height in heights) > SAME_HEIGHT]
+        if not there:
+            texts.append(
+                f"Z doesn't retract in machine coordinates {where}, as was asked for; write G53 or G28 Z"
+            )
+        for move, height in wrong:
+            texts.append(
+                f"line {move.line}: Z goes to {height:g} mm in machine coordinates {where}, but a retract to "
+                f"{wanted} mm was asked for; correct it, or the retract of the job"
+            )
+        bad += [row] * (len(texts) - len(bad))
     return violated(
         code="no-retract",
-        rows=bad,
-        message=(
-            f"Z doesn't retract in machine coordinates {' and '.join(where)}, as was asked for; "
-            "write G53 or G28 Z"
-        ),
-        checked=("retract: Z goes to a machine position before and after the cuts",),
+        rows=np.array(bad, dtype=np.int64),
+        message=lambda i: texts[i],
+        checked=("retract: before and after the cuts Z goes where it was asked for, or to the reference",),
     )
+
+
+def _check_words(
+    track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None
+) -> Iterator[Result]:
+    """Check that nothing else is in force in the cuts, or stands between them, than the control's table has.
+
+    Without a job, or in another language than its control's, that is what the tables of the language have.
+    """
+    usual, harmless = usual_words(track.language)
+    severity = Severity.WARNING if asked is None else Severity.ERROR
+    wanted: frozenset[str] = frozenset()
+    if asked is not None and asked.language == track.language:
+        usual = wanted = frozenset(asked.technology.words)
+        harmless = asked.harmless
+    is_harmless = re.compile("|".join(f"(?:{pattern})" for pattern in harmless) or "(?!)").fullmatch
+
+    def strange(state: Technology) -> list[str]:
+        return [word for word in state.words if word not in usual and not is_harmless(word)]
+
+    def text(state: Technology) -> str:
+        found, lacking = strange(state), sorted(wanted.difference(state.words))
+        facts = [f"in force in this cut, and not written by {_WRITER}: {', '.join(found)}"] * bool(found)
+        facts += [f"not in force in this cut, although {_WRITER} writes it: {', '.join(lacking)}"] * bool(
+            lacking
+        )
+        return f"{'; '.join(facts)}; {_UNCHECKED}"
+
+    yield _found(
+        "word-in-cut",
+        track,
+        rows,
+        lambda state: bool(strange(state) or wanted.difference(state.words)),
+        text,
+        "smoothing, tolerances, overrides, data: in every cut as the control's table writes them",
+        severity,
+    )
+    first, last = (int(track.lines[0]), int(track.lines[-1])) if len(rows) else (0, -1)
+    once = [(line, word) for line, word in track.once if first <= line <= last and not is_harmless(word)]
+    yield violated(
+        "word-in-cut",
+        _cuts_at(track, rows, [line for line, _ in once]),
+        lambda i: (
+            f"line {once[i][0]}: {once[i][1]} stands between the cuts, and {_WRITER} doesn't write it; "
+            f"{_UNCHECKED}"
+        ),
+        severity=severity,
+        checked=("no other word between the cuts than the control's table has",),
+    )
+
+
+def _machine_moves_between(
+    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool
+) -> list[MachineMove]:
+    """Find the machine moves between the cuts, or right before them, that aren't among the program's rows.
+
+    Without a path cuts are those of all operations: then a retract is none of these moves if the tool comes
+    back at rapid.
+    """
+    if not len(track.lines):
+        return []
+    first, last, rows = int(track.lines[0]), int(track.lines[-1]), set(whole.lines.tolist())
+    found = []
+    for move in track.machine_moves:
+        if move.line not in rows and (first <= move.line <= last or move.line in track.unapproached):
+            back = int(np.searchsorted(whole.lines, move.line, side="right"))
+            if any_way or back == len(rapid) or not rapid[back]:
+                found.append(move)
+    return found
+
+
+def _check_machine_moves(
+    track: TechnologyTrack, rows: IntArray, found: Sequence[MachineMove], severity: Severity
+) -> Result:
+    """Check that between the cuts nothing moves to positions that only the machine knows."""
+
+    def text(i: int) -> str:
+        move = found[i]
+        if not move.axes:
+            return (
+                f"line {move.line}: {move.word} between the cuts moves axes to a point of the machine, which "
+                "ones and where only the control knows (LinuxCNC's G28 alone moves all): the way there and "
+                "back isn't checked; write the retract in the program's coordinates"
+            )
+        return (
+            f"line {move.line}: {move.word} moves {', '.join(move.axes)} in machine coordinates between the "
+            "cuts, or right before them, and where the program's zero is in them isn't known: the way there "
+            "and back isn't checked; state it (zero, --zero), or write the move in the program's coordinates"
+        )
+
+    return violated("rapid-in-cut", _cuts_at(track, rows, [m.line for m in found]), text, severity=severity)
+
+
+def _cuts_at(track: TechnologyTrack, rows: IntArray, lines: Sequence[int]) -> IntArray:
+    """Return the rows, (m,), of the first cuts from lines on."""
+    return np.asarray(rows[np.searchsorted(track.lines, np.array(lines, dtype=np.int64))])

@@ -13,7 +13,7 @@ from fiveaxis.findings import Gap, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
 from fiveaxis.options import Bounds, spelled_out
-from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.toolpath import Constraints, MoveKind, Toolpath
 from fiveaxis.verification.between import CheckedInterpolation, check_gouges
 from fiveaxis.verification.check_context import (
     DEFAULT_TOLERANCES,
@@ -232,12 +232,15 @@ def _technology(e: Examination) -> Iterable[Result]:
     if e.text is not None:
         back, cuts = e.text.back, e.text.back.cuts
         if (technology := back.read.technology) is not None:
-            yield from check_technology(technology.at(back.end[cuts]), e.text.rows[cuts], back.asked)
+            rapid, track = back.motion.kind == MoveKind.RAPID, technology.at(back.end[cuts])
+            rows = e.text.rows[cuts]
+            yield from check_technology(track, rows, back.asked, rapid, technology, has_path=True)
     elif e.rows is not None and (technology := e.rows.read.technology) is not None:
         read, asked = e.rows.read, e.rows.asked(e.context.machine)
         cuts = cutting_rows(e.context, e.rows.match)
         track = technology.at(cuts)
-        yield from check_technology(track, cuts, asked)
+        rapid, has_path = e.context.toolpath.rapid, e.rows.match is not None
+        yield from check_technology(track, cuts, asked, rapid, technology, has_path=has_path)
         if read.by_control:
             yield from check_feed_mode(track, cuts, asked)
         yield check_switched(read.tcp, cuts)

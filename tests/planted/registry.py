@@ -1,6 +1,6 @@
 """All classes of faults in programs, by name."""
 
-from planted import approach, geometric, states, technology
+from planted import approach, between, geometric, states, technology
 from planted.fault import Fault
 
 FAULTS: tuple[Fault, ...] = (
@@ -8,4 +8,5 @@ FAULTS: tuple[Fault, ...] = (
     *technology.FAULTS,
     *approach.FAULTS,
     *states.FAULTS,
+    *between.FAULTS,
 )

@@ -258,7 +258,7 @@ class Interpreter(RunMoves):
                 raise BlockError(
                     f"G10 puts the zero of {offset} at {letter}{block.words[letter]:g} of the machine, and "
                     f"it is taken to be at {zero[column]:g}; set zero (--zero {given}, in mm "
-                    "and deg), or remove the block to read positions from the program's zero"
+                    "and deg)"
                 )
         self.ignored["G10"] += 1
 

@@ -85,7 +85,7 @@ PARAMETERS = {
 
 _RADIUS = "offsets the path by the tool radius; post the path of the tool centre"
 _CURVE = "is a curve or a thread, which isn't supported; post G1, G2 and G3"
-_PROBE = "moves until a probe touches, so its end isn't in the program; remove it"
+_PROBE = "moves until a probe touches, so its end isn't in the program; post without probing"
 _SHIFT = "shifts, rotates or scales the coordinates, which isn't supported; post without it"
 _CALL = "calls or ends a subprogram, which isn't run; post one program with all moves"
 _USER = "switches to user-defined kinematics on LinuxCNC, which isn't supported; use M428 (TCP) or M429"
@@ -99,6 +99,15 @@ REFUSED = {
     **dict.fromkeys(("G65", "G66", "G67", "M96", "M97", "M98", "M198"), _CALL),
     "G90.1": "makes I, J, K absolute, which isn't supported; post them relative to the start of the arc",
     "M430": _USER,
+}
+
+# Words of one kind of control, and what they do there; refused as any unknown word is.
+UNSUPPORTED = {
+    **dict.fromkeys(("G254", "G255"), "switches dynamic work offset on or off (Haas)"),
+    **dict.fromkeys(("G268", "G269"), "tilts the coordinates, or ends that (Haas)"),
+    **dict.fromkeys(("G12.1", "G13.1", "G112", "G113"), "switches polar coordinates on or off (Fanuc, Haas)"),
+    **dict.fromkeys(("G7.1", "G107"), "wraps the path around a cylinder (Fanuc, Haas)"),
+    **dict.fromkeys(("G100", "G101"), "mirrors axes, or ends that (Haas)"),
 }
 
 # Refused in a motion only: its rows are timed, and the duration of a cycle's pecks and returns depends on the
@@ -222,7 +231,11 @@ class Modes:
             if reason is not None:
                 raise BlockError(f"{word} {reason}")
             if word[0] == "G" and word not in ACTING and word not in HARMLESS:
-                raise BlockError(f"{word} is unknown; if it moves nothing, remove it")
+                raise BlockError(
+                    f"{word} {UNSUPPORTED.get(word, 'is unknown')}: what comes after it may be elsewhere, in "
+                    "another plane or with other tool data; look up what it does on this control, and post "
+                    "the program so that it doesn't need it"
+                )
         for group in GROUPS if len(block.g) > 1 else ():
             present = sorted({word for word in block.g if word in group})
             if len(present) > 1:
@@ -282,11 +295,11 @@ def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool)
             "the program with the machine that it was posted for, or rename the axis in its file"
         )
     elif letter in "IJKR":
-        fact = "belongs to an arc, and neither G2 nor G3 is in force; remove it or write the arc"
+        fact = "belongs to an arc, and neither G2 nor G3 is in force; write the arc, or look up what it means"
     elif letter == "E":
         fact = "isn't an axis, and numbers of G-code have no exponent; write the number out"
     else:
-        fact = "doesn't belong to anything in its block; remove it if it moves nothing"
+        fact = "doesn't belong to anything in its block; look up what it means on this control"
     return BlockError(f"{letter}{block.words[letter]:g}: {fact}")
 
 

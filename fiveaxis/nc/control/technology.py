@@ -11,13 +11,19 @@ import numpy as np
 
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.nc.control.words_in_force import group_of, in_force_after, words_beside
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language
+from fiveaxis.nc.languages.iso import ALWAYS_OFF, TIP_WORDS
 from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.source import Source
 
-# M word -> direction of the spindle.
-SENSES = {"M3": 1.0, "M13": 1.0, "M4": -1.0, "M14": -1.0, "M5": 0.0}
+# M word -> direction of the spindle; it stands once it is oriented, until it is switched on again.
+SENSES = {
+    **dict.fromkeys(("M3", "M13"), 1.0),
+    **dict.fromkeys(("M4", "M14"), -1.0),
+    **dict.fromkeys(("M5", "M19", "SPOS", "SPOSA"), 0.0),
+}
 # M word -> the word of the coolant that it switches on; M88 and M89 are Haas's through the spindle.
 COOLANT = {"M7": "M7", "M8": "M8", "M13": "M8", "M14": "M8", "M88": "M88", "M9": "", "M89": ""}
 # They take effect after the block's move.
@@ -31,6 +37,13 @@ WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59
 # With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
 NUMBERED_OFFSETS = ("G54.1", "G154")
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
+# Moves to points of the machine that the program doesn't give: their words are left out by the reader.
+_FIXED_POINTS = frozenset(("G74", "G75", "M92", "M140", "MB"))
+# mm: length of a word, by the words of the unit.
+_UNITS = {"G20": 25.4, "G70": 25.4, "G21": 1.0, "G71": 1.0}
+# Words whose effect is read here, and by the interpreter: what switches TCP, and what ends a program.
+_FOLLOWED = frozenset((*SENSES, *COOLANT, *CHANGES))
+_INTERPRETED = frozenset((*TIP_WORDS, *ALWAYS_OFF, "M2", "M17", "M30", "M99"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
 FEED_MODES = ("G93", "G94", "G95")
 _LETTERS = frozenset("STHD")
@@ -55,6 +68,7 @@ class Technology(NamedTuple):
     work_offset : as written (``G54``, ``G54.1 P3``, ``G505``, ``3`` for preset 3); empty if none was selected
     coolant : M word that switched it on; empty if it is off
     feed_mode : G93, G94 or G95
+    words : what else is in force, as written: smoothing, tolerances, overrides, data that was written
     """
 
     speed: float | None = None
@@ -65,6 +79,7 @@ class Technology(NamedTuple):
     work_offset: str = ""
     coolant: str = ""
     feed_mode: str = "G94"
+    words: tuple[str, ...] = ()
 
     @property
     def spindle(self) -> float:
@@ -72,6 +87,23 @@ class Technology(NamedTuple):
         if not self.sense:
             return 0.0
         return float("nan") if self.speed is None else self.sense * self.speed
+
+
+class MachineMove(NamedTuple):
+    """A move in machine coordinates, or to a reference or fixed point of the machine.
+
+    Parameters
+    ----------
+    line : of the program
+    word : G53 (also of SUPA and M91), G28 and so on
+    axes : letters that it names; empty where the machine alone knows what moves
+    height : mm, of Z in machine coordinates; None where Z doesn't move there, or nobody knows how far
+    """
+
+    line: int
+    word: str
+    axes: str
+    height: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +116,9 @@ class TechnologyTrack:
     states : the different states
     state : (n,), which one is in force in the move to a row
     lines : (n,), of the program
-    retracts : lines on which Z goes to a machine position (G53, G28)
+    machine_moves : moves in machine coordinates, in order
+    once : lines and words that act once, where they stand: stops, unknown M words
+    unapproached : lines of machine moves after which the program feeds before it has positioned their axes
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
         Z comes down last
     late_line : that line; 0 for none
@@ -94,7 +128,9 @@ class TechnologyTrack:
     states: tuple[Technology, ...]
     state: IntArray
     lines: IntArray
-    retracts: tuple[int, ...] = ()
+    machine_moves: tuple[MachineMove, ...] = ()
+    once: tuple[tuple[int, str], ...] = ()
+    unapproached: frozenset[int] = frozenset()
     late_axes: str = ""
     late_line: int = 0
 
@@ -122,32 +158,40 @@ class TechnologyReader:
     Parameters
     ----------
     language : whose D (Sinumerik), or else H, is the tool's length offset
+    accepted : M words that the caller takes for harmless
     selections : lines and names of selected tools
     changes : lines, names and words of changes; the name is None if the program doesn't give it
     """
 
     language: Language = ISO
+    accepted: Collection[str] = ()
     now: Technology = field(default_factory=Technology)
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
-    retracts: list[int] = field(default_factory=list)
+    machine_moves: list[MachineMove] = field(default_factory=list)
+    once: list[tuple[int, str]] = field(default_factory=list)
     selections: list[_Change] = field(default_factory=list)
     changes: list[_Change] = field(default_factory=list)
     cuts: bool = False
+    _scale: float = 1.0
+    _incremental: bool = False
     _rapid: bool = False
     _down: int = 0
     _others: dict[str, int] = field(default_factory=dict)
+    _at_machine: dict[str, int] = field(default_factory=dict)
 
     def take(self, block: Block) -> None:
         """Read a block."""
         if not self.cuts:
             self._follow_approach(block)
-        if not (block.m or block.ignored or block.g or block.tool) and _LETTERS.isdisjoint(block.words):
+        if not (block.m or block.ignored or block.stated or block.g or block.tool) and _LETTERS.isdisjoint(
+            block.words
+        ):
             return
-        if "Z" in block.words and not _NOT_IN_PROGRAM.isdisjoint(block.g):
-            self.retracts.append(block.line)
+        self._take_machine_moves(block)
         words = (*block.m, *block.ignored)
         change = self._of_tool(block, words) | self._of_offsets(block) | self._of_feed(block)
+        change |= self._of_words(block)
         later: dict[str, Any] = {}
         for word in words:
             target = later if word in AFTER_MOVE else change
@@ -164,6 +208,36 @@ class TechnologyReader:
             if self.cuts:
                 return
             self.take(block)
+
+    def _take_machine_moves(self, block: Block) -> None:
+        for word in block.g:
+            self._scale = _UNITS.get(word, self._scale)
+            self._incremental = word == "G91" or (self._incremental and word != "G90")
+        axes = "".join(c for c in "XYZABC" if c in block.words)
+        for word in block.g:
+            # G53 alone doesn't move; G28 alone moves all axes on LinuxCNC.
+            if word in _NOT_IN_PROGRAM and (axes or word != "G53"):
+                known = word == "G53" and "Z" in axes and not (self._incremental or block.increments)
+                height = block.words["Z"] * self._scale if known else None
+                self._move_by_machine(MachineMove(block.line, word, axes, height))
+        for word in (w for w in block.ignored if w in _FIXED_POINTS):
+            self._move_by_machine(MachineMove(block.line, word, ""))
+
+    def _move_by_machine(self, move: MachineMove) -> None:
+        self.machine_moves.append(move)
+        if not self.cuts:
+            # Z may come down at feed from a retract.
+            self._at_machine |= dict.fromkeys((c for c in move.axes or "XY" if c != "Z"), move.line)
+
+    def _of_words(self, block: Block) -> dict[str, Any]:
+        words = self.now.words
+        for word in words_beside(block, _FOLLOWED, _INTERPRETED):
+            group = group_of(word)
+            if group is not None:
+                words = in_force_after(words, word, group)
+            elif word not in self.accepted:
+                self.once.append((block.line, word))
+        return {} if words == self.now.words else {"words": words}
 
     @staticmethod
     def _of_feed(block: Block) -> dict[str, Any]:
@@ -225,6 +299,7 @@ class TechnologyReader:
                 self._down = block.line
             elif letter in block.words:
                 self._others.setdefault(letter, block.line)
+                self._at_machine.pop(letter, None)
 
     def note_tools(self, source: Source, last: int) -> list[Finding]:
         """Return a warning at the first change to a second tool: a path has one tool only.
@@ -256,9 +331,16 @@ class TechnologyReader:
         late = {c: line for c, line in self._others.items() if 0 < self._down < line}
         first = min(late.values(), default=0)
         states = Technology(), *self.states
-        retracts = tuple(self.retracts)
         return TechnologyTrack(
-            self.language.name, states, state, lines, retracts, "".join(sorted(late)), first
+            self.language.name,
+            states,
+            state,
+            lines,
+            tuple(self.machine_moves),
+            tuple(self.once),
+            frozenset(self._at_machine.values()) if self.cuts else frozenset(),
+            "".join(sorted(late)),
+            first,
         )
 
 
@@ -272,10 +354,10 @@ def _tool_number(written: str | None) -> str:
     return (written or "").removeprefix("TOOL CALL").removeprefix("T").strip(' ="')
 
 
-def read_technology(source: Source) -> TechnologyReader:
-    """Read what a whole program puts in force."""
+def read_technology(source: Source, accepted: Collection[str] = ()) -> TechnologyReader:
+    """Read what a whole program puts in force; M words that are accepted are harmless."""
     language = find_language(source)
-    reader = TechnologyReader(language)
+    reader = TechnologyReader(language, accepted)
     for block in language.split(source):
         reader.take(block) if isinstance(block, Block) else reader.take_run(block)
     return reader

@@ -85,6 +85,8 @@ class Block(NamedTuple):
     centre : arc centre by axis letter, absolute, in the program's frame and unit
     frame : change of the program's coordinate frame
     ignored : words without effect on the path, to be counted
+    stated : words without effect on the path that have a value or arguments, as written: ``CTOL=0.01``,
+        ``FGROUP(X)``, ``variable #5=2``
     increments, absolutes : letters of words that are incremental or absolute regardless of G90 and G91
     turns : full circles of a helix in addition to the arc from start to end
     findings : assumptions made while reading; the first of each code is kept
@@ -105,6 +107,7 @@ class Block(NamedTuple):
     centre: Mapping[str, float] | None = None
     frame: FrameChange | None = None
     ignored: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
     increments: str = ""
     absolutes: str = ""
     turns: int = 0
@@ -155,6 +158,7 @@ class Draft:
     centre: dict[str, float] = field(default_factory=dict)
     frame: FrameChange | None = None
     ignored: list[str] = field(default_factory=list)
+    stated: list[str] = field(default_factory=list)
     increments: str = ""
     absolutes: str = ""
     turns: int = 0

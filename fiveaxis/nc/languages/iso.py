@@ -122,7 +122,10 @@ class Iso(Reader):
                 return [Block(line, skipped=True)]
             code = re.sub("^/[1-9]?", "", code)
         if "#" in code or "[" in code:
+            before = len(self.macro.assigned)
             code = self.macro.take(code)
+            if not code:
+                return [Block(line, stated=tuple(self.macro.assigned[before:]))]
         block = _parse_block(line, code)
         if not (block.g or block.m):
             return [block] if block.words else []
@@ -135,7 +138,12 @@ def _without_fast_mode(block: Block) -> Block:
     """Ignore ``G5 P10000``, Fanuc's high-speed mode; with axis words G5 is a spline."""
     if "G5" not in block.g or set(block.words) != {"P"}:
         return block
-    return block._replace(g=tuple(w for w in block.g if w != "G5"), words=NO_WORDS, ignored=("G5",))
+    return block._replace(
+        g=tuple(w for w in block.g if w != "G5"),
+        words=NO_WORDS,
+        ignored=("G5",),
+        stated=(f"G5 P{block.words['P']:g}",),
+    )
 
 
 def _timed_by_x(block: Block, text: str) -> Block:
@@ -265,10 +273,11 @@ def set_plane(block: Block) -> Block:
 
 
 class Macro:
-    """The variables that have a value."""
+    """The variables that have a value, and all assignments: ``variable #5=2``."""
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
+        self.assigned: list[str] = []
 
     def take(self, code: str) -> str:
         """Replace variables and brackets by numbers; execute and remove assignments.
@@ -299,6 +308,7 @@ class Macro:
         if end < len(code):
             return code[end:] if "=" in code[end:] else f"={code[end:]}"
         self.values |= values
+        self.assigned += [f"variable {name}={value:g}" for name, value in values.items()]
         return ""
 
     def _fill_in(self, code: str) -> str:

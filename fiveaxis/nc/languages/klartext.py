@@ -47,7 +47,7 @@ class SetUp(Line):
             ("END PGM", lambda: self.draft.m.append("M30")),
             ("TOOL CALL", self._call_tool),
             ("FUNCTION TCPM", self._switch_tcp_on),
-            ("FUNCTION RESET TCPM", lambda: self.switch_tcp(on=False)),
+            ("FUNCTION RESET TCPM", self._switch_tcp_off),
             ("PLANE", self._tilt),
             ("TRANS DATUM", self._trans_datum),
             ("CYCL DEF", self._cycle),
@@ -62,7 +62,8 @@ class SetUp(Line):
 
     def _set_parameter(self, function: str | None, name: str, text: str) -> None:
         """Read ``Q1 = …`` and the functions 0 to 7, in which DIV means /."""
-        self.state.parameters[name] = self.value(text.replace("DIV", "/"))
+        self.state.parameters[name] = value = self.value(text.replace("DIV", "/"))
+        self.draft.stated.append(f"variable {name}={value:g}")
         self.draft.ignored.append("=" if function is None else f"FN {function}")
 
     def _begin(self) -> None:
@@ -111,8 +112,13 @@ class SetUp(Line):
         if "REFPNT" in words and words[words.index("REFPNT") + 1 :][:1] != ["TIP-TIP"]:
             raise BlockError("only REFPNT TIP-TIP is supported, positions of the tool tip; post with it")
         self.switch_tcp(on=True)
+        self.draft.stated.append(self.code)
         if "SPAT" in words or "SPATIAL" in words:
             self.state.spatial = {}
+
+    def _switch_tcp_off(self) -> None:
+        self.switch_tcp(on=False)
+        self.draft.stated.append(self.code)
 
     # Planes and shifts
 
@@ -194,7 +200,7 @@ class SetUp(Line):
             self.draft.work_offset = rest.partition("Q339")[2].strip(" =~+") or rest
             self.state.change_zero(f"preset {self.draft.work_offset}")
         elif number in IGNORED_CYCLES:
-            pass
+            self.draft.stated.append(self.code)
         elif number not in (7, 8, 9, 10, 11, 19):
             raise BlockError(refusal(f"CYCL DEF {number}"))
         elif part > 0:
@@ -298,6 +304,7 @@ def _read(source: Source, line: int, code: str, state: State) -> Line:
     if ignored is None:
         raise BlockError(refusal(code))
     setup.draft.ignored.append(ignored[0])
+    setup.draft.stated.append(code)
     return setup
 
 

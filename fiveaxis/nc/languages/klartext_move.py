@@ -69,6 +69,7 @@ class Move(Line):
                 )
         elif kind in ("retract", "axes"):
             draft.ignored.append("M138" if kind == "axes" else "MB")
+            draft.stated.append(word[0])
         elif self.follows_m128 and word["key"] == "F":
             draft.ignored.append("M128 F")  # feed of the compensating moves, not of the path
         else:
@@ -89,6 +90,7 @@ class Move(Line):
             raise BlockError(f"R{value:g} belongs to CR; correct it")
         elif key in ("S", "T", "LA"):
             draft.ignored.append(key)
+            draft.stated.append(f"{key}{value:g}")
         elif key[0] == "N" or (key[0] == "T" and len(key) == 2):
             put_word(draft.normal if key[0] == "N" else draft.vector, letter, value)
         elif key in ("PA", "PR", "IPA", "IPR"):
@@ -106,10 +108,11 @@ class Move(Line):
             raise BlockError(f"M{number} {REFUSED_M[number]}")
         if number in END_M or number in SPINDLE_M:
             draft.m.append(f"M{number}")
-        elif number == 128:
-            self.switch_tcp(on=True)
-        elif number == 129:
-            self.ends_tcp = True
+        elif number in (128, 129):
+            draft.stated.append(f"L M{number}")
+            if number == 128:
+                self.switch_tcp(on=True)
+            self.ends_tcp = number == 129
         elif number == 91:
             self.machine = True
         elif number in (136, 137):

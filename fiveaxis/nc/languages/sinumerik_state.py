@@ -98,7 +98,7 @@ REFUSED = reasons(
     (r"OFFN|TOFFL|TOFFR|TOFF", "offsets the tool from its path, which isn't supported; post without it"),
     (r"FB|FZ|FRC|FRCM|FD", "is a feed per block or per tooth, which isn't supported; write F"),
     (r"DIAMON|DIAM90", "makes X a diameter, as on lathes; post for a mill"),
-    (r"\$.*", "is a system variable, whose effect is unknown; remove it"),
+    (r"\$.*", "is a system variable, whose effect is unknown; look up what it sets, and post without it"),
 )
 
 

@@ -49,7 +49,7 @@ _NO_WORDS = {
     "L": "calls a subprogram, which isn't run; post one program with all moves",
     "P": "repeats a subprogram, which isn't run; post one program with all moves",
     "E": "isn't an axis, and numbers have no exponent here; write the number out",
-    **dict.fromkeys("NOQR", "isn't a word here; remove it"),
+    **dict.fromkeys("NOQR", "isn't a word here; look up what the post-processor meant, and correct it"),
 }
 
 
@@ -101,7 +101,10 @@ class SinumerikStatement(Statement[State]):
         text = _TEXT.match(self.code, at)
         if text is not None:
             if name != "T" and name not in self.state.texts:
-                raise BlockError(f"{name} is assigned a text, which isn't supported; remove it")
+                raise BlockError(
+                    f"{name} is assigned a text, which isn't supported; look up what it sets, and "
+                    "post without it"
+                )
             self.draft.ignored.append(name)
             if name == "T":
                 self.draft.tool = f"T={text[0].strip()}"
@@ -117,6 +120,7 @@ class SinumerikStatement(Statement[State]):
             end = close.end()
         if name in IGNORED_SETTINGS or (len(name) > 1 and name[0] in "SMHTD" and name[1:].isdigit()):
             self.draft.ignored.append(name)
+            self.draft.stated.append(f"{name}{index or ''}={value:g}")
         elif self.apart and name[0] in "XYZABCUVW" and name[1:].isdigit():
             pass  # G74 X1=0: a machine axis that moves to a fixed point
         elif index is not None and name[0] != "$":
@@ -149,6 +153,7 @@ class SinumerikStatement(Statement[State]):
         elif name in self.state.variables or name[0] == "_" or re.fullmatch("R[0-9]+", name):
             self.state.variables[name] = value
             draft.ignored.append("=")
+            draft.stated.append(f"variable {name}={value:g}")
         else:
             raise BlockError(refusal(name))
 
@@ -246,6 +251,8 @@ class SinumerikStatement(Statement[State]):
         values = [self._argument(part) for part in parts]
         if name in ("TRAORI", "TRAFOOF"):
             self.switch_tcp(on=name == "TRAORI")
+            written = self._written(name, at, end)
+            self.draft.stated.append("TRAORI" if written == "TRAORI(1)" else written)
         elif name == "SUPA":
             self.machine = True
         elif name in _TRANSFORMS:
@@ -260,10 +267,15 @@ class SinumerikStatement(Statement[State]):
             self._cycle(name, values)
         elif name in IGNORED:
             self.draft.ignored.append(name)
+            self.draft.stated.append(self._written(name, at, end))
             return len(self.code) if name in ("PROC", "EXTERN") else end
         else:
             raise BlockError(refusal(name))
         return end
+
+    def _written(self, name: str, at: int, end: int) -> str:
+        """Return a name with its arguments, without blanks."""
+        return name + "".join(self.code[at:end].split())
 
     def _argument(self, text: str) -> Value:
         """Return the value of an argument; text that isn't arithmetic is returned as it is."""

@@ -5,18 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.motion import Phase, ProgramMotion
 from fiveaxis.nc.control.technology import Technology, read_technology
+from fiveaxis.nc.control.words_in_force import PLANES
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.words import control_value, feed_text
 from fiveaxis.nc.writing.feeds import SECONDS, feed_form
 from fiveaxis.nc.writing.header import contains_length
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
+from fiveaxis.nc.writing.tables import DIALECTS
 from fiveaxis.nc.writing.turns import first_words
 from fiveaxis.nc.writing.word_writer import WordWriter
 
@@ -304,8 +307,10 @@ class RequiredTechnology:
     language : of the control's programs
     technology : spindle and tool as in the settings, offsets and coolant as the control's words for the
         settings put them in force
-    retracts, goes_clear : whether Z goes to a machine position before the cuts, and after them
     spindle, tool, coolant : whether the settings give them; what they don't give isn't checked
+    before, after : mm, where Z may go in machine coordinates before the cuts, and after them; none if
+        nobody asked for a retract there
+    harmless : patterns of words that are no fault in a cut, beside those of `Technology.words`
     """
 
     language: str
@@ -313,8 +318,9 @@ class RequiredTechnology:
     spindle: bool
     tool: bool
     coolant: bool
-    retracts: bool = False
-    goes_clear: bool = False
+    before: tuple[float, ...] = ()
+    after: tuple[float, ...] = ()
+    harmless: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, writer: WordWriter, settings: ProgramSettings) -> RequiredTechnology | None:
@@ -325,6 +331,7 @@ class RequiredTechnology:
         source = Source(f"program{dialect.suffix}", StartAndEnd(writer, settings, "unwound").before_cuts())
         reader = read_technology(source)
         technology = reader.now
+        retract = () if settings.retract is None else (settings.retract,)
         # Numbers are those of the settings, whatever the table makes of them.
         if settings.spindle_rpm is not None:
             sense = -1.0 if settings.spindle_direction == "left" else 1.0
@@ -337,6 +344,26 @@ class RequiredTechnology:
             spindle=settings.spindle_rpm is not None,
             tool=settings.tool_number is not None,
             coolant=settings.coolant is not None,
-            retracts=settings.retract is not None,
-            goes_clear=settings.goes_clear,
+            before=retract,
+            after=(*retract, *((0.0,) if "Z" in settings.home else ())),
+            harmless=dialect.harmless,
         )
+
+
+@cache
+def usual_words(language: str) -> tuple[frozenset[str], tuple[str, ...]]:
+    """Return the words that the tables of a language put in force, and their patterns of harmless ones."""
+    words: set[str] = set()
+    harmless: list[str] = []
+    for dialect in DIALECTS.values():
+        for mode in dialect.modes.values() if dialect.language == "blocks" else ():
+            lines = [*dialect.head, *dialect.start, *mode.on]
+            texts = [
+                line.format(unit=dialect.unit["mm"], name=ASSUMED_NAME, number=1, offset=1) for line in lines
+            ]
+            reader = read_technology(Source(f"program{dialect.suffix}", texts))
+            if reader.language.name == language:
+                words.update(reader.now.words)
+                harmless += dialect.harmless
+    # Arcs are followed in any plane.
+    return frozenset((*words, *PLANES)), tuple(dict.fromkeys(harmless))

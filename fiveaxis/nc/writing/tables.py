@@ -73,6 +73,7 @@ class Dialect(StrictModel):
     end : last blocks
     modes : the coordinates that can be written
     refused : why others can't
+    harmless : patterns of whole words that this table doesn't write, and that do nothing to a cut
     notes : for the operator
     modulo, reset : how turns are written with further windings; None if not supported
     winding_notes : for the operator, by winding
@@ -117,6 +118,7 @@ class Dialect(StrictModel):
     end: Lines = ()
     modes: dict[Coordinates, Mode] = Field(min_length=1)
     refused: dict[Coordinates, str] = Field(default_factory=dict)
+    harmless: Lines = ()
     notes: Lines = ()
     modulo: Modulo | None = None
     reset: Reset | None = None
@@ -143,12 +145,14 @@ class Dialect(StrictModel):
         if self.language == "blocks":
             self._require_moves()
             self._require_units()
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")  # of what a later Python reads differently
-                re.compile(self.work_offsets)
-        except (re.error, Warning, RecursionError, OverflowError) as fault:
-            raise ValueError(f"work_offsets = {self.work_offsets!r}: {fault}") from None
+        for name, patterns in (("work_offsets", (self.work_offsets,)), ("harmless", self.harmless)):
+            for pattern in patterns:
+                try:
+                    with warnings.catch_warnings():
+                        warnings.simplefilter("error")  # of what a later Python reads differently
+                        re.compile(pattern)
+                except (re.error, Warning, RecursionError, OverflowError) as fault:
+                    raise ValueError(f"{name} = {pattern!r}: {fault}") from None
         return self
 
     def uses(self, field: str) -> bool:
