@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from fiveaxis.job import Solution, post_program, program_energy, verify_program, write_program
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
-    from fiveaxis.nc import ProgramSettings, read_program, read_toolpath
+    from fiveaxis.nc import ProgramSettings, read_operations, read_program, read_toolpath
     from fiveaxis.report import location_surface, path_valley, tip_surface
-    from fiveaxis.toolpath import Tool, Toolpath
+    from fiveaxis.toolpath import Operation, Tool, Toolpath
     from fiveaxis.verification import Against, Report, verify
     from fiveaxis.viewer import preview
 
@@ -54,9 +54,9 @@ _ROOMS = {
     ),
     "machine": ("Machine", "load_machine", "machine_names"),
     "motion": ("Motion",),
-    "nc": ("ProgramSettings", "read_program", "read_toolpath"),
+    "nc": ("ProgramSettings", "read_operations", "read_program", "read_toolpath"),
     "report": ("location_surface", "path_valley", "tip_surface"),
-    "toolpath": ("Tool", "Toolpath"),
+    "toolpath": ("Operation", "Tool", "Toolpath"),
     "verification": ("Against", "Report", "verify"),
     "viewer": ("preview",),
 }
@@ -69,6 +69,7 @@ __all__ = [
     "FiveAxisError",
     "Machine",
     "Motion",
+    "Operation",
     "PowerSurface",
     "ProgramSettings",
     "Report",
@@ -87,6 +88,7 @@ __all__ = [
     "power_surface",
     "preview",
     "program_energy",
+    "read_operations",
     "read_program",
     "read_toolpath",
     "run_batch",

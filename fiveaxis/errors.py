@@ -11,6 +11,7 @@
     │   │   └── UnknownMachine   no machine of that name
     │   ├── ToolError            a tool's dimensions
     │   ├── ToolpathError        a list of cutter locations
+    │   │   └── SeveralOperations  a file of several operations, of which one has to be taken
     │   ├── MeshError            a part mesh
     │   ├── JobError             a job file
     │   └── SettingError         an option out of its range
@@ -122,6 +123,20 @@ class ToolError(InputError):
 
 class ToolpathError(InputError):
     """A list of cutter locations that can't be read or used."""
+
+
+class SeveralOperations(ToolpathError):
+    """A file of several operations, which aren't merged into one path.
+
+    Parameters
+    ----------
+    message, file : as for `InputError`
+    operations : each `fiveaxis.toolpath.Operation`, in order
+    """
+
+    def __init__(self, message: str, *, file: str, operations: Sequence[Any]) -> None:
+        super().__init__(message, file=file)
+        self.operations = tuple(operations)
 
 
 class MeshError(InputError):

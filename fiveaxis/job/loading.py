@@ -126,6 +126,7 @@ def take_path(
         return read_toolpath(file, tool=cutter, machine=machine, **settings)
 
     path = read({})
+    require_leanable(path)
     if around.part is None or path.has_normals:
         return path
     return find_settled_contacts(path, around.part, tolerance, read, set(), crease=CREASE)
@@ -214,6 +215,7 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
     if job.unit == "m":
         raise JobError("unit = m is for meshes, and the input is none; give mm or inch", file=job.input)
     toolpath = _read_as(job, tool, {})
+    require_leanable(toolpath)
     around = job.surrounding
     if around["part"] is None or toolpath.has_normals:
         return toolpath
@@ -225,6 +227,20 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
         lambda settings: _read_as(job, tool, settings),
         given,
         crease=job.meshes["crease"],
+    )
+
+
+def require_leanable(toolpath: Toolpath) -> None:
+    """Raise `JobError` for work of a program or CL file in which the tool axis has to stay."""
+    operation = toolpath.operation
+    if operation is None or operation.kind == "simultaneous":
+        return
+    raise JobError(
+        f"{operation.kind} work is never leaned ({operation}); only operations that turn the tool while "
+        "cutting are optimised. To finish a surface in five axes, plan passes on the part (its mesh as the "
+        "input), or give contacts and normals (.csv)",
+        file=toolpath.name,
+        line=operation.first_line,
     )
 
 

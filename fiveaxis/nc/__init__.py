@@ -1,7 +1,7 @@
 """Reading toolpaths, and writing and reading motions; inches, degrees and mm/min are converted here."""
 
 from fiveaxis.nc.control.program_reader import ReadMotion, read_program
-from fiveaxis.nc.formats import read_toolpath
+from fiveaxis.nc.formats import read_operations, read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
 from fiveaxis.nc.program import (
     NOT_VERIFIED,
@@ -25,6 +25,7 @@ __all__ = [
     "compose_program",
     "find_dialect",
     "read_motion",
+    "read_operations",
     "read_program",
     "read_toolpath",
     "require_motion",

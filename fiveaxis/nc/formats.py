@@ -11,7 +11,7 @@ from typing import Literal, Unpack
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.errors import SeveralOperations, ToolpathError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
@@ -20,12 +20,13 @@ from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
 from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
 from fiveaxis.nc.motion_table import read_motion_path
+from fiveaxis.nc.operations import SAME_AXIS, kind_of_work
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import KNOWN, POSITION, fields_of, filled_lines, read_points
 from fiveaxis.options import Reading, spelled_out
-from fiveaxis.toolpath import PathShape, Tool, Toolpath
+from fiveaxis.toolpath import Operation, PathShape, Tool, Toolpath
 
 logger = logging.getLogger(__name__)
 
@@ -48,6 +49,9 @@ SUFFIXES: dict[str, Kind] = {
 
 # Columns of the table of a motion, after those of the axes.
 MOTION_COLUMNS = ("feed", "time", "source")
+
+# mm: diameter of the ball that a file is listed with, as its own tools don't matter.
+STAND_IN = 1.0
 
 # Characters: no header is longer.
 LONGEST_HEADER = 1000
@@ -203,6 +207,27 @@ def read_toolpath(
     return read_path_of(load_source(path), options)
 
 
+def read_operations(
+    path: str | Path, *, machine: Machine | None = None, **reading: Unpack[Reading]
+) -> tuple[Operation, ...]:
+    """List the operations of an NC program or CL file; none for a list of points.
+
+    Parameters
+    ----------
+    machine, reading : as for `read_toolpath`
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_toolpath`.
+    """
+    try:
+        found = read_toolpath(path, tool=Tool.ball(STAND_IN), machine=machine, **reading)
+    except SeveralOperations as several:
+        return several.operations
+    return () if found.operation is None else (found.operation,)
+
+
 def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from a source, as `read_toolpath` does."""
     kind = kind_of(source)
@@ -216,10 +241,6 @@ def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     return found
 
 
-# Chord between two tool axes that count as the same: files write 6 to 7 decimals.
-SAME_AXIS = 2e-6
-
-
 def remark_on(toolpath: Toolpath) -> tuple[Finding, ...]:
     """Return the note ``no-simultaneous-path`` if the tool axis never changes within a cut.
 
@@ -229,7 +250,9 @@ def remark_on(toolpath: Toolpath) -> tuple[Finding, ...]:
     ----------
     toolpath : as read; without tool axes or cuts there is no finding
     """
-    if not toolpath.has_axes or not toolpath.cutting.any() or _turns_while_cutting(toolpath):
+    if not toolpath.has_axes or not toolpath.cutting.any():
+        return ()
+    if kind_of_work(toolpath.axis, toolpath.cutting) == "simultaneous":
         return ()
     directions = _distinct(toolpath.axis[toolpath.cutting])
     several = len(directions) > 1
@@ -250,12 +273,6 @@ def remark_on(toolpath: Toolpath) -> tuple[Finding, ...]:
             float(len(directions)),
         ),
     )
-
-
-def _turns_while_cutting(toolpath: Toolpath) -> bool:
-    """Check whether the tool axis changes within any cutting move."""
-    turns = np.linalg.norm(np.diff(toolpath.axis, axis=0), axis=1) > SAME_AXIS
-    return bool(np.any(turns & toolpath.cutting[1:]))
 
 
 def _distinct(axes: Array) -> Array:

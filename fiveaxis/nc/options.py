@@ -30,6 +30,7 @@ class ReadOptions:
         others) or is fixed to the machine (``machine``, some Fanuc controls); None to tell it from the path
     start, zero, rapid, block_delete, wrap : as for `read_program`
     columns : of a list of points without header
+    operation : number of the one to read, of several; None for the only one
     assume_zero : whether moves in machine coordinates (G53, G28) count from the program's zero where
         `zero` isn't given; else where they end is unknown
     harmless : M words of the machine's builder that move and switch nothing
@@ -47,6 +48,7 @@ class ReadOptions:
     block_delete: bool = False
     wrap: Wrap | None = None
     columns: tuple[str, ...] | None = None
+    operation: int | None = None
     assume_zero: bool = True
     harmless: tuple[str, ...] = ()
     path_shape: PathShape | None = None

@@ -52,6 +52,14 @@ class ReadProgram(TypedDict, total=False):
             example=10000,
         ),
     ]
+    operation: Annotated[
+        int | None,
+        Option(
+            "number of the operation to read, of an input with several tools, zeros or planes",
+            least=1,
+            example=2,
+        ),
+    ]
     block_delete: Annotated[
         bool, Option("skip blocks that begin with /", default=False, flags="--block-delete")
     ]

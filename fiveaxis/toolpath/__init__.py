@@ -14,6 +14,7 @@ from fiveaxis.toolpath.dividing import (
     turned,
 )
 from fiveaxis.toolpath.move_kind import MoveKind, kind_names
+from fiveaxis.toolpath.operation import Operation
 from fiveaxis.toolpath.path import PathShape, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
 
@@ -23,6 +24,7 @@ __all__ = [
     "Cutter",
     "Holder",
     "MoveKind",
+    "Operation",
     "PathShape",
     "Section",
     "TiltBounds",

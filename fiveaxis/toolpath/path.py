@@ -17,6 +17,7 @@ from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.toolpath.curve import Curve
 from fiveaxis.toolpath.cutter import Zone, across
 from fiveaxis.toolpath.move_kind import MoveKind, kind_names
+from fiveaxis.toolpath.operation import Operation
 from fiveaxis.toolpath.tool import Tool
 
 # A shorter vector isn't accepted as a direction.
@@ -56,6 +57,7 @@ class Toolpath(HasColumns, ShownAsTable):
     straight : (n,), moves to locations that are chords in any case; None for none
     given : (n,), locations that weren't inserted; None where all are given
     inserted_on : the curve between locations as it was before some were inserted; None where none were
+    operation : of the program or CL file that it was read from; None for another source
     """
 
     tool: Tool
@@ -78,6 +80,7 @@ class Toolpath(HasColumns, ShownAsTable):
     straight: BoolArray | None = None
     given: BoolArray | None = None
     inserted_on: Curve | None = None
+    operation: Operation | None = None
 
     def __post_init__(self) -> None:
         n = len(self.pivot)

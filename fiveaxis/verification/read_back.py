@@ -32,7 +32,7 @@ from fiveaxis.verification.report import Report, Result, violated
 from fiveaxis.verification.tcp_moves import positions_between
 
 # Assumptions that the text of our own programs mustn't leave to a reader.
-MUST_STATE = ("unit-assumed", "rotary-assumed", "several-tools", "long-dwell", "frame-unused")
+MUST_STATE = ("unit-assumed", "rotary-assumed", "long-dwell", "frame-unused")
 # Findings of the writer where the control's F can't express a block's duration. As the inverse of the time it
 # can, even where the control won't run that slowly.
 COARSE = {"feed-floor": ("per_minute",), "feed-rounded": ("per_minute", "inverse_time")}

@@ -109,6 +109,7 @@ class Moves:
     cycle, last_cycle : the active cycle; the one that ``CYCLE/ON`` resumes
     along, against : numbers of arcs that begin in the direction of the move before them, and opposite to it
     findings : what was assumed about cycles and arcs
+    drilled : lines that drill a hole
     """
 
     units: Units
@@ -129,6 +130,7 @@ class Moves:
     along: int = 0
     against: int = 0
     findings: list[Finding] = field(default_factory=list)
+    drilled: set[int] = field(default_factory=set)
 
     @property
     def scale(self) -> float:
@@ -289,5 +291,6 @@ class Moves:
         if cycle.feed is not None:
             number, unit = cycle.feed
             feed = self.feeds.convert([f"{number!r}", unit], cycle.statement.line) or feed
+        self.drilled.add(line)
         for position, kind in hole_points(cycle, point, self.vector):
             self.rows.add(position, self.vector, kind, feed, line)

@@ -25,6 +25,7 @@ from fiveaxis.nc.apt.frames import FRAME_WORDS, Frames
 from fiveaxis.nc.apt.moves import Moves
 from fiveaxis.nc.apt.statements import CREO, LONGEST_SHOWN, Statement, statements
 from fiveaxis.nc.apt.tools import Tools
+from fiveaxis.nc.operations import Work
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, require_finite, scale_positions, unit_axes
 from fiveaxis.nc.source import Source
@@ -117,6 +118,11 @@ class _Reader:
         else:
             self.ignored[statement.word] += 1
 
+    def set_spindle(self, statement: Statement) -> None:
+        """Process ``SPINDL``."""
+        self.feeds.set_spindle(statement.minors)
+        self.tools.run_spindle(statement, self.feeds.spindle, len(self.moves.rows))
+
     def set_compensation(self, statement: Statement) -> None:
         """Process ``CUTCOM``: note its first use."""
         if statement.minors[:1] not in ([], ["OFF"]) and not self.compensated:
@@ -132,6 +138,7 @@ class _Reader:
         """Return the sizes that show the unit."""
         positions, _, kinds, _, _ = self.moves.rows.columns()
         cuts = positions[kinds == MoveKind.CUT]
+        self.tools.use(int(np.argmax(kinds == MoveKind.CUT)) if len(cuts) else 0)
         spread = float(np.ptp(cuts, axis=0).max()) if len(cuts) and np.isfinite(cuts).all() else 0.0
         return Size(spread, self.feeds.highest, self.tools.diameter())
 
@@ -148,8 +155,16 @@ class _Reader:
         axes = unit_axes(vectors, lines, self.source)
         self.frames.apply(positions, axes)
         unit = self.units.settle()
+        states, state = self.tools.states(len(lines))
+        drilled = np.isin(lines, list(moves.drilled))
+        operation, rows = Work(self.source, "APT", lines, kinds, axes, states, state, drilled).take(
+            options.operation
+        )
+        positions, axes, feeds = positions[rows], axes[rows], feeds[rows]
+        kinds, lines = kinds[rows], lines[rows]
+        self.tools.use(rows.start + int(np.argmax(kinds == MoveKind.CUT)))
         tool, findings = self.tools.settle(options, MILLIMETRES[unit])
-        return Toolpath.from_tips(
+        path = Toolpath.from_tips(
             scale_positions(positions, unit, lines, self.source),
             axes,
             tool,
@@ -166,6 +181,7 @@ class _Reader:
                 *self._assumed(kinds, feeds, lines),
             ),
         )
+        return replace(path, operation=operation)
 
     def _assumed(self, kinds: IntArray, feeds: Array, lines: IntArray) -> list[Finding]:
         """Return findings on what the file leaves open.
@@ -209,19 +225,20 @@ ACTIONS: dict[str, Action] = {
     "TLAXIS": _Reader.set_axis,
     "MULTAX": _Reader.set_multiaxis,
     "FEDRAT": lambda r, s: r.feeds.state(s.minors, s.line),
-    "SPINDL": lambda r, s: r.feeds.set_spindle(s.minors),
+    "SPINDL": _Reader.set_spindle,
+    "COOLNT": lambda r, s: r.tools.cool(s, len(r.moves.rows)),
     "CUTCOM": _Reader.set_compensation,
     # No post reads on.
     "FINI": lambda r, _: setattr(r, "ended", r._begun),
     "TRNTYP": lambda r, s: r.frames.set_type(s),
     **dict.fromkeys(("UNIT", "UNITS"), lambda r, s: r.units.state(s.minors, s.line)),
-    **dict.fromkeys(("CUTTER", "TLDATA", f"{CREO}CUTTER"), lambda r, s: r.tools.state(s, moved=r._begun)),
-    **dict.fromkeys(("LOAD", "LOADTL"), lambda r, s: r.tools.load(s, moved=r._begun)),
+    **dict.fromkeys(("CUTTER", "TLDATA", f"{CREO}CUTTER"), lambda r, s: r.tools.state(s, len(r.moves.rows))),
+    **dict.fromkeys(("LOAD", "LOADTL"), lambda r, s: r.tools.load(s, len(r.moves.rows))),
     **dict.fromkeys(FRAME_WORDS, lambda r, s: r.frames.state(s, len(r.moves.rows))),
 }
 
 # Words that are used only in part are counted too.
-COUNTED = {"FINI", "SPINDL", "MULTAX", "CUTCOM", "TRNTYP", "LOAD", "LOADTL", *FRAME_WORDS}
+COUNTED = {"FINI", "SPINDL", "COOLNT", "MULTAX", "CUTCOM", "TRNTYP", "LOAD", "LOADTL", *FRAME_WORDS}
 
 # Words that move the tool or the coordinate system and aren't supported.
 _CURVE = "is a curve that isn't supported; let the CAM system write GOTO points"

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
 
 from fiveaxis.errors import ToolError
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import IntArray
 from fiveaxis.nc.apt.statements import Statement, numbers_and_words
+from fiveaxis.nc.operations import InForce, rows_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import Tool, shapes
@@ -40,41 +45,62 @@ class Figures:
 
 @dataclass
 class Tools:
-    """What is known of the tool while a file is read.
+    """What is known of the tool, spindle and coolant while a file is read.
 
     Parameters
     ----------
     source : the file
-    now : the cutter stated last: its figures, or a statement of unknown form
-    number : of the tool loaded last
-    used, used_number : those of the first location
-    changes : statements of another tool after the first location
+    cutter : stated last: its figures, or a statement of unknown form
+    now : what is in force besides
+    changes : rows from which cutter and the rest hold, with both
+    used : the cutter of the operation that is read
     """
 
     source: Source
-    now: Figures | Statement | None = None
-    number: str | None = None
+    cutter: Figures | Statement | None = None
+    now: InForce = field(default_factory=InForce)
+    changes: list[tuple[int, tuple[Figures | Statement | None, InForce]]] = field(default_factory=list)
     used: Figures | Statement | None = None
-    used_number: str | None = None
-    changes: list[Statement] = field(default_factory=list)
 
-    def state(self, statement: Statement, *, moved: bool) -> None:
-        """Process ``CUTTER`` or ``TLDATA``; `moved` is whether there are locations before it."""
+    def state(self, statement: Statement, row: int) -> None:
+        """Process ``CUTTER`` or ``TLDATA`` before a row."""
         read = _read_cutter if statement.word != "TLDATA" else _read_tldata
-        self.now = read(statement) or statement
-        if not moved:
-            self.used = self.now
-        elif _key(self.now) != _key(self.used):
-            self.changes.append(statement)
+        self.cutter = read(statement) or statement
+        self._change(row)
 
-    def load(self, statement: Statement, *, moved: bool) -> None:
-        """Process a tool number: ``LOADTL/1,…``, ``LOAD/TOOL,1,…``."""
+    def load(self, statement: Statement, row: int) -> None:
+        """Process a tool number: ``LOADTL/1,…``, ``LOAD/TOOL,1,…``; a second one is the length offset."""
         numbers, _ = numbers_and_words(statement.minors)
-        self.number = f"{numbers[0]:g}" if numbers else None
-        if not moved:
-            self.used_number = self.number
-        elif self.number != self.used_number and _key(self.now) == _key(self.used):
-            self.changes.append(statement)
+        tool, offset = [*(f"{number:g}" for number in numbers[:2]), "", ""][:2]
+        self._change(row, tool=tool, length_offset=offset if "ADJUST" in statement.minors else "")
+
+    def run_spindle(self, statement: Statement, speed: float | None, row: int) -> None:
+        """Process ``SPINDL``, whose speed in rev/min is None where it states none."""
+        minors = statement.minors
+        if minors != ["ON"]:
+            sign = -1.0 if "CCLW" in minors else 1.0
+            self._change(row, spindle=None if not speed or "OFF" in minors else sign * speed)
+
+    def cool(self, statement: Statement, row: int) -> None:
+        """Process ``COOLNT``."""
+        words = [minor for minor in statement.minors if minor not in ("ON", "OFF")]
+        self._change(row, coolant="" if "OFF" in statement.minors else (words or ["FLOOD"])[0])
+
+    def _change(self, row: int, **now: Any) -> None:
+        self.now = self.now._replace(**now)
+        parts = (self.now.tool, str(_key(self.cutter)))
+        self.changes.append((row, (self.cutter, self.now._replace(parts=parts))))
+
+    def states(self, count: int) -> tuple[list[InForce], IntArray]:
+        """Return what is in force, each state once, and which one it is in each of `count` rows."""
+        states = [InForce(), *(now for _, (_, now) in self.changes)]
+        return states, rows_of(self.changes, np.arange(count))
+
+    def use(self, row: int) -> None:
+        """Take the cutter in force at a row; the first one before any is."""
+        known = [cutter for begin, (cutter, _) in self.changes if begin <= row and cutter is not None]
+        later = (cutter for _, (cutter, _) in self.changes if cutter is not None)
+        self.used = known[-1] if known else next(later, None)
 
     def diameter(self) -> float | None:
         """Return the diameter of the file's cutter in the file's unit, None if it isn't known."""
@@ -85,7 +111,7 @@ class Tools:
         return None if stated is None else stated.diameter
 
     def settle(self, options: ReadOptions, scale: float) -> tuple[Tool, list[Finding]]:
-        """Return the path's tool, the caller's or else the file's first, and findings.
+        """Return the path's tool, the caller's or else the file's, and findings.
 
         Parameters
         ----------
@@ -113,10 +139,10 @@ class Tools:
                 f"the file was made for the tool {stated}; it is read for {tool}, with the same tips and axes"
             )
             findings.append(self._warning("tool-differs", text, line))
-        return tool, [*(_changed(statement, tool) for statement in self.changes), *findings]
+        return tool, findings
 
     def _stated(self, scale: float) -> Tool | None:
-        """Create the file's first tool, None if it has none."""
+        """Create the used tool, None if the file has none."""
         if self.used is None:
             return None
         if isinstance(self.used, Figures):
@@ -135,11 +161,6 @@ class Tools:
 
     def _warning(self, code: str, text: str, line: int | None) -> Finding:
         return self.source.finding(Severity.WARNING, code, text, line)
-
-
-def _changed(statement: Statement, tool: Tool) -> Finding:
-    text = f"{str(statement)!r} selects another tool; the whole path is read for {tool}"
-    return statement.note("tool-change", text, Severity.WARNING)
 
 
 def _key(stated: Figures | Statement | None) -> object:

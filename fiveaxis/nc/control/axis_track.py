@@ -208,6 +208,11 @@ class Columns:
     vectors: Array
     normals: Array
 
+    def at(self, rows: slice) -> Columns:
+        """Return some of the rows."""
+        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "machine"}
+        return Columns(self.machine, **arrays)
+
     @property
     def of_tip(self) -> BoolArray:
         """(n,), whether X, Y and Z are the tip's."""

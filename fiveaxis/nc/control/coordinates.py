@@ -51,7 +51,7 @@ class WorkOffsets:
 
     def knows(self, name: str) -> bool:
         """Whether the caller has given this work offset by its name."""
-        return name in self.by_name
+        return "".join(name.split()) in self.by_name
 
     def of(self, name: str) -> list[float] | None:
         """Return the zero of a work offset, (k,) mm and deg; None if unknown."""

@@ -25,7 +25,7 @@ from fiveaxis.nc.control.modal import (
     unknown_word,
 )
 from fiveaxis.nc.control.run_moves import RunMoves
-from fiveaxis.nc.control.technology import WORK_OFFSETS
+from fiveaxis.nc.control.technology import DEFAULT_OFFSET, WORK_OFFSETS
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane
 from fiveaxis.nc.languages.runs import Run
@@ -89,6 +89,8 @@ class Interpreter(RunMoves):
             return False
         for finding in block.findings:
             self._keep(finding)
+        if block.drills:
+            self.drilled.add(block.line)
         self.modes.take(block)
         if self.modes.motion not in CYCLES:
             self.cycle = None
@@ -141,11 +143,14 @@ class Interpreter(RunMoves):
         Known positions are converted; those that can't be become unknown.
         """
         at, track = self.coordinates, self.track
-        changes = block.frame is not None or self.modes.work_offset != at.work_offset
+        new_zero = self._changes_zero()
+        changes = block.frame is not None or new_zero or self.modes.work_offset != at.work_offset
         if block.tip_control is None and not changes:
             self._count_length()
             return
         was_of_tip = at.of_tip
+        if new_zero:
+            track.now = [None if i in at.xyz else value for i, value in enumerate(track.now)]
         at.work_offset = self.modes.work_offset
         if block.tip_control is not None:
             at.tip_control = block.tip_control
@@ -155,6 +160,8 @@ class Interpreter(RunMoves):
             self.modes.units.use(block.line)
             at.plane = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
         at.update()
+        turned = None if at.plane.is_unturned else tuple((at.plane.rotation.round(9) + 0.0).ravel().tolist())
+        self.frames.append((block.line, (at.tip_control, turned)))
         if at.of_tip != was_of_tip:
             in_cut = bool(track.rows) and track.rows.last_kind == CUT
             self.switch = Switch(block.line, in_cut, at.of_tip)
@@ -162,6 +169,23 @@ class Interpreter(RunMoves):
             track.vector = track.vector if at.of_tip else None
         self.turned_local = at.to_local(track.now)
         self._count_length()
+
+    def _changes_zero(self) -> bool:
+        """Check whether another zero comes into force whose distance from the one before isn't known."""
+        before, self.zero_word = self.zero_word, self.modes.technology.now.work_offset or DEFAULT_OFFSET
+        knows = self.coordinates.work_offsets.knows
+        if self.zero_word == before or (knows(before) and knows(self.zero_word)):
+            return False
+        if self.modes.units.used_line is None:
+            return False
+        if any(self.track.now[i] is not None for i in self.track.rotary):
+            self.note(
+                Severity.WARNING,
+                "zero-assumed",
+                f"{self.zero_word} after {before}: their distance isn't in the program; angles are taken to "
+                "have the same zero in both, write them again if not",
+            )
+        return True
 
     def _switch_wrapping(self, block: Block) -> None:
         """Apply M126 and M127; which axes wrap at 360 deg is set at the control, not in the program."""

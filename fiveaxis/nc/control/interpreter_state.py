@@ -13,6 +13,7 @@ from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import DrillingCycle, Modes
+from fiveaxis.nc.control.technology import DEFAULT_OFFSET
 from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
@@ -51,6 +52,9 @@ class InterpreterState:
     tip_words : words that have switched TCP on
     lost : word and line of a move within a motion that ended where only the machine knows
     suspended : line of a retract by G53 under TCP, until TCP is switched again
+    frames : lines that change TCP or a tilted plane, with both from there on
+    drilled : lines that drill a hole
+    zero_word : work offset in force
     """
 
     source: Source
@@ -72,6 +76,9 @@ class InterpreterState:
     turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
     functions: MachineFunctions = field(default_factory=MachineFunctions)
+    frames: list[tuple[int, tuple[bool, tuple[float, ...] | None]]] = field(default_factory=list)
+    drilled: set[int] = field(default_factory=set)
+    zero_word: str = DEFAULT_OFFSET
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes
@@ -101,10 +108,6 @@ class InterpreterState:
         """Add a finding at a location of the result, even if there are others of its code."""
         place = Place(location=location, line=line, file=self.source.name)
         self.findings.append(Finding(severity, code, message, place, value))
-
-    def note_tools(self) -> None:
-        """Warn of several tools."""
-        self.findings += self.modes.technology.note_tools(self.source, self.track.rows.last_line)
 
     def _keep(self, finding: Finding) -> None:
         if finding.code not in self.noted:

@@ -7,18 +7,18 @@ M words are looked at in `fiveaxis.nc.control.machine_functions`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.technology import (
+    DEFAULT_OFFSET,
     FEED_MODES,
     LENGTH_ON,
     NUMBERED_OFFSETS,
     WORK_OFFSETS,
     TechnologyReader,
 )
-from fiveaxis.nc.languages.block import IS_CYCLE, Block, BlockError
+from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.iso import TIP_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
@@ -110,13 +110,6 @@ UNSUPPORTED = {
     **dict.fromkeys(("G100", "G101"), "mirrors axes, or ends that (Haas)"),
 }
 
-# Refused in a motion only: its rows are timed, and the duration of a cycle's pecks and returns depends on the
-# control's parameters.
-REFUSED_IN_MOTION = {
-    **dict.fromkeys(CYCLES, IS_CYCLE),
-    **dict.fromkeys(("G68.2", "G53.1"), _SHIFT),
-}
-
 ACTING = {
     *(word for group in GROUPS for word in group if word not in HARMLESS),
     *(*TIP_WORDS, "G53", "G68.2", "G53.1", "G69"),
@@ -137,19 +130,17 @@ class Modes:
     feed : F in the unit of its mode, None before the first and after a change of mode
     feed_step : length units per minute of F1; 1 except for Heidenhain in inches
     technology : spindle, tool, offsets and coolant, line by line
-    work_offset, work_offset_line : the work offset and the line that selects it
+    work_offset : in force
     to_initial : G98, cycles return to the initial level instead of R
     compensated : G43, the control adds the tool length
     vectors : G43.5, I, J and K of a straight move are the tool direction
     for_motion : whether a motion is read, with a time for each row
     assume_zero : as in `ReadOptions`
-    knows_zero : whether the caller has given the zero of a work offset
     knows_motion : whether G0, G1 or another word of motion has been read
     """
 
     units: Units
     for_motion: bool
-    knows_zero: Callable[[str], bool]
     assume_zero: bool = True
     motion: str | None = None
     plane: str = "G17"
@@ -158,8 +149,7 @@ class Modes:
     feed: float | None = None
     feed_step: float = 1.0
     technology: TechnologyReader = field(default_factory=TechnologyReader)
-    work_offset: str = "G54"
-    work_offset_line: int | None = None
+    work_offset: str = DEFAULT_OFFSET
     to_initial: bool = True
     compensated: bool = False
     vectors: bool = False
@@ -176,8 +166,7 @@ class Modes:
         Raises
         ------
         BlockError, ToolpathError
-            An unsupported or unknown word, two of a group, mixed units or work offsets,
-            F not above 0.
+            An unsupported or unknown word, two of a group, mixed units, F not above 0.
         """
         if block.g or block.m:
             self._require_read(block)
@@ -227,7 +216,7 @@ class Modes:
 
     def _require_read(self, block: Block) -> None:
         for word in (*block.g, *block.m):
-            reason = REFUSED.get(word) or (REFUSED_IN_MOTION.get(word) if self.for_motion else None)
+            reason = REFUSED.get(word)
             if reason is not None:
                 raise BlockError(f"{word} {reason}")
             if word[0] == "G" and word not in ACTING and word not in HARMLESS:
@@ -256,26 +245,15 @@ class Modes:
         elif word in UNIT:
             self.units.state([UNIT[word]], line)
         elif word in WORK_OFFSETS:
-            self._set_work_offset(word, line)
+            self.work_offset = word
         elif word in NUMBERED_OFFSETS:
-            self._set_work_offset(f"{word}P{block.words.get('P', 1.0):g}", line)
+            self.work_offset = f"{word}P{block.words.get('P', 1.0):g}"
         elif word in LEVELS:
             self.to_initial = word == "G98"
         elif word in ("G43", "G49"):
             self.compensated, self.vectors = word == "G43", False
         elif word in TIP_WORDS:
             self.vectors = word == "G43.5"
-
-    def _set_work_offset(self, word: str, line: int) -> None:
-        begun = self.work_offset_line is not None or self.units.used_line is not None
-        known = self.knows_zero(word) and self.knows_zero(self.work_offset)
-        if begun and word != self.work_offset and not known:
-            where = f"since line {self.work_offset_line}" if self.work_offset_line is not None else "before"
-            raise BlockError(
-                f"{word} here and {self.work_offset} {where}: their distance isn't in the program; write one "
-                f"program for each, or give both zeros (zero, for example {self.work_offset}X and {word}X)"
-            )
-        self.work_offset, self.work_offset_line = word, self.work_offset_line or line
 
 
 def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool) -> BlockError:

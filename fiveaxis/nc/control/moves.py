@@ -197,12 +197,15 @@ class Moves(InterpreterState):
         self.cycle.take(block, scale, incremental=self.modes.incremental)
         rest = {c: v for c, v in block.words.items() if c != "Z"}
         over, point = self._target(block._replace(words=rest))
-        self._assume_rotary(over)
+        if not self.modes.for_motion:
+            self._assume_rotary(over)
         self.note(
-            Severity.NOTE,
+            # What isn't in a motion takes time, too.
+            Severity.WARNING if self.modes.for_motion else Severity.NOTE,
             "cycle-simplified",
-            f"{word} is read as one move down and one back; pecks, shifts and dwells aren't in the path",
+            f"{word} is read as one move down and one back; pecks, shifts and dwells are left out",
         )
+        self.drilled.add(block.line)
         self._rise(self.cycle.level)
         for height, at_feed in self.cycle.levels(point[2], to_initial=self.modes.to_initial):
             point = [point[0], point[1], height]

@@ -25,7 +25,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import PATH_TOLERANCE, Motion
 from fiveaxis.nc.control.axis_track import Columns, Counting, motion_times, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
-from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
+from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
 from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.formats import kind_of
@@ -34,7 +34,7 @@ from fiveaxis.nc.rows import require
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.words import control_values
 from fiveaxis.options import Reading, spelled_out
-from fiveaxis.toolpath import MoveKind, divided_rows, interpolate
+from fiveaxis.toolpath import MoveKind, Operation, divided_rows, interpolate
 
 _LIST = (
     "is a list of cutter locations, which names no axes; read it as a toolpath (read_toolpath, `fiveaxis "
@@ -63,6 +63,7 @@ class ReadMotion(Motion):
     name : the file
     tcp : (n,), whether the move that ends at the row is under TCP
     technology : spindle, tool, offsets and coolant in force in that move; None for another source
+    operation : that was read
     ignored : counts of unused words, and of blocks and lines that aren't in the motion
     findings : assumptions and omissions, with their lines
     """
@@ -70,6 +71,7 @@ class ReadMotion(Motion):
     name: str = "program"
     tcp: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
     technology: TechnologyTrack | None = None
+    operation: Operation | None = None
     ignored: Mapping[str, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
@@ -126,9 +128,16 @@ def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> Re
 def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) -> ReadMotion:
     rapid = None if options.rapid is None else options.rapid / 60.0
     track, source = interpreter.track, interpreter.source
-    if len(track.rows) < 2:
+    operation, columns = take_operation(interpreter, options)
+    if len(columns.lines) < 2:
         raise source.error(why_nothing_moves(track))
-    columns = written = track.columns()
+    # The first row is a start, to which no move of the operation leads.
+    first = np.arange(len(columns.lines)) == 0
+    columns = written = replace(
+        columns,
+        kinds=np.where(first, MoveKind.RAPID, columns.kinds),
+        times=np.where(first, 0.0, columns.times),
+    )
     scale = interpreter.modes.feed_scale
     if columns.of_tip.any():
         require_angles(columns, source)
@@ -138,8 +147,6 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
     if not np.isfinite(feed).all():  # dwells only
         raise source.error(why_nothing_moves(track))
     note_assumptions(interpreter)
-    if written.of_tip.any():  # the tool length matters
-        interpreter.note_tools()
     _note_turns(interpreter, written, columns.lines)
     return ReadMotion(
         letters=machine.letters,
@@ -151,6 +158,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         name=source.name,
         tcp=written.of_tip[np.searchsorted(written.lines, columns.lines)],
         technology=interpreter.modes.technology.track(columns.lines),
+        operation=operation,
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
     )

@@ -20,7 +20,7 @@ from fiveaxis.kinematics import tool_axes, tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns, Counting, filled, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
-from fiveaxis.nc.control.running import note_assumptions, run_program, why_nothing_moves
+from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.languages.block import upper_ascii
 from fiveaxis.nc.options import ReadOptions
@@ -76,12 +76,9 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     stand_in = options.machine is None
     machine = options.machine or Machine.from_code("0123")
     interpreter = run_program(source, machine, options, for_motion=False, stand_in=stand_in)
-    if not interpreter.track.rows:
-        raise source.error(why_nothing_moves(interpreter.track))
-    columns = interpreter.track.columns()
+    operation, columns = take_operation(interpreter, options)
     tip, axis = _poses(columns, interpreter, options, source)
     note_assumptions(interpreter)
-    interpreter.note_tools()
     _note_long_turns(columns, interpreter)
     if len(columns.lines) < 2 and interpreter.track.approach:
         raise source.error(why_nothing_moves(interpreter.track))
@@ -95,7 +92,8 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
         ignored={word: n for word, n in interpreter.ignored.items() if n},
         findings=tuple(interpreter.findings),
     )
-    path = replace(path, feed=_feeds(path, columns, interpreter, options), rotary=_rotary(columns, stand_in))
+    feed, rotary = _feeds(path, columns, interpreter, options), _rotary(columns, stand_in)
+    path = replace(path, feed=feed, rotary=rotary, operation=operation)
     path = _touching(path, columns, source)
     smoothed = smoothed_lines(source)
     if smoothed.any():

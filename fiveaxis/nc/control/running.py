@@ -4,28 +4,36 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Severity
+from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.axis_track import AxisTrack, Values
+from fiveaxis.nc.control.axis_track import AxisTrack, Columns, Values
 from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
-from fiveaxis.nc.control.technology import TechnologyReader
+from fiveaxis.nc.control.technology import (
+    DEFAULT_OFFSET,
+    OF_TOOL,
+    Technology,
+    TechnologyReader,
+    TechnologyTrack,
+)
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.languages.choice import find_language, leader_length
+from fiveaxis.nc.languages.choice import MILLPLUS, find_language, leader_length
+from fiveaxis.nc.operations import InForce, Work, rows_of
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.rows import MILLIMETRES, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.toolpath import MoveKind, Operation
 
 # Rows that show the unit of a program.
 MOST_SAMPLED = 20_000
@@ -98,7 +106,6 @@ def _run(
     modes = Modes(
         Units(source, options.unit),
         for_motion,
-        offsets.knows,
         assume_zero=options.assume_zero,
         technology=TechnologyReader(language, options.harmless),
     )
@@ -141,6 +148,68 @@ def _count_rest(source: Source, end: int, ignored: Counter[str]) -> None:
     rest = sum(1 for text in source.lines[end:] if text.strip() not in ("", "%"))
     if rest:
         ignored["lines after the end"] += rest
+
+
+def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Operation, Columns]:
+    """Return the operation to be read, and its rows.
+
+    Raises
+    ------
+    ToolpathError
+        No moves; several operations, and no number of one.
+    """
+    source, technology = interpreter.source, interpreter.modes.technology
+    if not interpreter.track.rows:
+        raise source.error(why_nothing_moves(interpreter.track))
+    columns = interpreter.track.columns()
+    track, frame = technology.track(columns.lines), rows_of(interpreter.frames, columns.lines)
+    known = interpreter.coordinates.work_offsets.knows
+    tools = _tools(track)
+    pairs, state = np.unique(np.stack([track.state, frame]), axis=1, return_inverse=True)
+    frames = ((False, None), *(at for _, at in interpreter.frames))
+    states = [_in_force(track.states[t], tools[t], frames[f], known) for t, f in pairs.T.tolist()]
+    drilled = np.isin(columns.lines, list(interpreter.drilled))
+    given = np.isfinite(columns.vectors[:, 0])
+    axis = tool_axes(columns.machine, columns.positions()[:, columns.machine.rotary_columns])
+    axis[given] = unit_axes(columns.vectors[given], columns.lines[given], source)
+    language = technology.language.name
+    work = Work(source, language, columns.lines, columns.kinds, axis, states, state.ravel(), drilled)
+    operation, rows = work.take(options.operation)
+    # What is said of later lines is about other operations.
+    last = operation.last_line if rows.stop < len(columns.lines) else math.inf
+    interpreter.findings = [f for f in interpreter.findings if (f.place.line or 0) <= last]
+    return operation, columns.at(rows)
+
+
+def _tools(track: TechnologyTrack) -> list[object]:
+    """Return what tells the tools of a program's states apart: a name, or else the count of changes."""
+    tools: list[object] = []
+    for now in track.states:
+        # An empty spindle cuts nothing: its moves belong to the operation before. MillPlus's T0 is any tool.
+        empty = now.tool == "0" and track.language != MILLPLUS.name and tools
+        tools.append(tools[-1] if empty else now.loaded if now.tool in ("", "0") else now.tool)
+    return tools
+
+
+def _in_force(
+    now: Technology,
+    tool: object,
+    frame: tuple[bool, tuple[float, ...] | None],
+    known: Callable[[str], bool],
+) -> InForce:
+    tcp, plane = frame
+    zero = now.work_offset or DEFAULT_OFFSET
+    speed = now.spindle
+    return InForce(
+        now.tool,
+        "" if now.length == OF_TOOL else now.length,
+        speed if speed and math.isfinite(speed) else None,
+        now.coolant,
+        now.work_offset,
+        plane,
+        tcp,
+        (tool, "" if known(zero) else zero, plane),
+    )
 
 
 def why_nothing_moves(track: AxisTrack) -> str:

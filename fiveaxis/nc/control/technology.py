@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.control.words_in_force import group_of, in_force_after, words_beside
 from fiveaxis.nc.languages.block import Block
@@ -36,6 +34,8 @@ LENGTH_ON = ("G43", "G43.4", "G43.5", "G234")
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 # With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
 NUMBERED_OFFSETS = ("G54.1", "G154")
+# In force where a program selects none.
+DEFAULT_OFFSET = "G54"
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 # Moves to points of the machine that the program doesn't give: their words are left out by the reader.
 _FIXED_POINTS = frozenset(("G74", "G75", "M92", "M140", "MB"))
@@ -47,12 +47,6 @@ _INTERPRETED = frozenset((*TIP_WORDS, *ALWAYS_OFF, "M2", "M17", "M30", "M99"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
 FEED_MODES = ("G93", "G94", "G95")
 _LETTERS = frozenset("STHD")
-
-# An empty spindle.
-EMPTY = ("T0", "TOOL CALL 0")
-
-# Line, name of the tool, word.
-_Change = tuple[int, str | None, str]
 
 
 class Technology(NamedTuple):
@@ -160,7 +154,6 @@ class TechnologyReader:
     language : whose D (Sinumerik), or else H, is the tool's length offset
     accepted : M words that the caller takes for harmless
     selections : lines and names of selected tools
-    changes : lines, names and words of changes; the name is None if the program doesn't give it
     """
 
     language: Language = ISO
@@ -170,8 +163,7 @@ class TechnologyReader:
     states: list[Technology] = field(default_factory=list)
     machine_moves: list[MachineMove] = field(default_factory=list)
     once: list[tuple[int, str]] = field(default_factory=list)
-    selections: list[_Change] = field(default_factory=list)
-    changes: list[_Change] = field(default_factory=list)
+    selections: list[str] = field(default_factory=list)
     cuts: bool = False
     _scale: float = 1.0
     _incremental: bool = False
@@ -248,14 +240,12 @@ class TechnologyReader:
     def _of_tool(self, block: Block, words: Collection[str]) -> dict[str, Any]:
         name = _written_tool(block)
         if name is not None:
-            self.selections.append((block.line, name, name))
-        latest = self.selections[-1][1] if self.selections else None
-        loads = [word for word in CHANGES if word in words]
-        self.changes += [(block.line, latest, word) for word in loads]
+            self.selections.append(name)
+        latest = self.selections[-1] if self.selections else None
+        loads = any(word in words for word in CHANGES)
         if block.tool and "T" in block.words:
             # T1 T2 M6 loads the first, and the second waits for the next change.
-            waiting = f"T{block.words['T']:g}"
-            self.selections.append((block.line, waiting, waiting))
+            self.selections.append(f"T{block.words['T']:g}")
         if loads:
             return {"tool": _tool_number(latest), "loaded": self.now.loaded + 1}
         # Without a change the next tool is only made ready; where no change is ever written, T loads it.
@@ -300,30 +290,6 @@ class TechnologyReader:
             elif letter in block.words:
                 self._others.setdefault(letter, block.line)
                 self._at_machine.pop(letter, None)
-
-    def note_tools(self, source: Source, last: int) -> list[Finding]:
-        """Return a warning at the first change to a second tool: a path has one tool only.
-
-        Parameters
-        ----------
-        last : line of the last move; later tools and an empty spindle don't count
-        """
-        found = [new for new in self.changes or self.selections if new[0] <= last and new[1] not in EMPTY]
-        others = [new for old, new in pairwise(found) if new[1] is None or new[1] != old[1]]
-        if not others:
-            return []
-        line, name, word = others[0]
-        what = word if name is None else name if word in name else f"{name} {word}"
-        more = f", the first of {len(others)} changes" if len(others) > 1 else ""
-        return [
-            source.finding(
-                Severity.WARNING,
-                "several-tools",
-                f"{what} loads another tool{more}, and the whole program is read with one tool; split it "
-                "into one program per tool",
-                line,
-            )
-        ]
 
     def track(self, lines: IntArray) -> TechnologyTrack:
         """Return what is in force on lines, (n,), of the moves."""

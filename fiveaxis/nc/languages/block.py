@@ -94,6 +94,7 @@ class Block(NamedTuple):
     feed_step : length units per minute of F1 from here on; None leaves it
     work_offset : name of the selected work offset, if it is none of ISO 6983's G54 to G59 (G505, preset 3)
     shorter : whether rotary axes take the shorter direction from here on (M126); None leaves it
+    drills : whether it is a move of a drilled hole
     """
 
     line: int
@@ -116,6 +117,7 @@ class Block(NamedTuple):
     feed_step: float | None = None
     shorter: bool | None = None
     work_offset: str = ""
+    drills: bool = False
 
 
 def strip_comment(text: str) -> str:
@@ -167,6 +169,7 @@ class Draft:
     feed_step: float | None = None
     shorter: bool | None = None
     work_offset: str = ""
+    drills: bool = False
 
     def note(self, severity: Severity, code: str, message: str) -> None:
         """Record an assumption or an omission."""

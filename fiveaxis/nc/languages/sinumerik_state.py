@@ -236,7 +236,7 @@ class State(CoordinateState):
         """Yield a hole's moves, then restore the motion, G91 and the feed that were in force."""
         absolute, relative = (("G90",), ("G91",)) if self.incremental else ((), ())
         for word, words in hole.moves(self.tool_axis):
-            yield Block(line, (word,) if word == "G4" else (*absolute, word), (), words)
+            yield Block(line, (word,) if word == "G4" else (*absolute, word), (), words, drills=True)
         after = (*relative, *(() if self.motion is None else (self.motion,)))
         own_feed = hole.feed_down or hole.feed_back
         feed = {"F": self.feed} if own_feed and self.feed is not None else {}

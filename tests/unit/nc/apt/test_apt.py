@@ -6,6 +6,7 @@ import gzip
 
 import numpy as np
 import pytest
+from whole import each_path
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Severity
@@ -224,30 +225,32 @@ def _plain_lines(path):
 def test_a_solidworks_file_is_read_completely(data):
     # Counted with grep: 9 814 GOTO, of which 775 come after RAPID and 1 026 after CIRCLE; 8 CSYS, 162 CUTCOM.
     name = data / "toolpaths" / "solidworks_boss_3axis.apt"
-    path = read_toolpath(name)
+    paths = each_path(name)
+    path, source = paths[-1], np.concatenate([path.source for path in paths])
     lines = _plain_lines(name)
     gotos = [n for n, line in enumerate(lines, start=1) if line.startswith("GOTO")]
     assert len(gotos) == 9814
-    assert sorted(set(path.source.tolist())) == gotos, "every GOTO is a row, and nothing else is"
-    last = np.append(path.source[1:] != path.source[:-1], True)
+    assert sorted(set(source.tolist())) == gotos, "every GOTO is a row, and nothing else is"
+    last = np.append(source[1:] != source[:-1], True)
     own = [[float(f) for f in lines[n - 1][5:].split(",")[:3]] for n in gotos]
-    np.testing.assert_allclose(tips(path)[last], own, atol=1e-9)
-    assert int((path.kind == RAPID).sum()) == 775
+    np.testing.assert_allclose(np.concatenate([tips(path) for path in paths])[last], own, atol=1e-9)
+    assert sum(int((path.kind == RAPID).sum()) for path in paths) == 775
     arcs = [n for n in gotos if lines[n - 2].startswith("CIRCLE")]
     assert len(arcs) == 1026
-    assert set(path.source[~last].tolist()) <= set(arcs), "only arcs have points in between"
-    assert str(path.tool) == "flat:6"
+    assert set(source[~last].tolist()) <= set(arcs), "only arcs have points in between"
+    assert [str(path.tool) for path in paths] == ["flat:6", "flat:20", "flat:6", "flat:20"]
     assert path.ignored["CSYS"] == 8
     assert path.ignored["CUTCOM"] == 162
     assert path.axis[-1].tolist() == [1, 0, 0]
 
 
 def test_the_negative_control_is_reported_as_not_simultaneous(data):
-    path = read_toolpath(data / "toolpaths" / "solidworks_boss_3axis.apt")
-    (finding,) = [f for f in path.findings if f.code == "no-simultaneous-path"]
-    assert finding.severity is Severity.NOTE
-    assert finding.value == 2
-    assert "3+2 path" in finding.message
+    paths = each_path(data / "toolpaths" / "solidworks_boss_3axis.apt")
+    assert [path.operation.kind for path in paths] == ["3-axis", "3-axis", "3+2", "3+2"]
+    for path in paths:
+        (finding,) = [f for f in path.findings if f.code == "no-simultaneous-path"]
+        assert finding.severity is Severity.NOTE
+        assert finding.value == 1
     for name in ("nx_ust_a.cls", "nx_ust_a2.cls.gz"):
         others = read_toolpath(data / "toolpaths" / name).findings
         assert "no-simultaneous-path" not in [f.code for f in others]

@@ -140,10 +140,10 @@ FINI
 
 @pytest.fixture
 def read(tmp_path):
-    def read_text(text, suffix):
+    def read_text(text, suffix, operation=None):
         path = tmp_path / f"part{suffix}"
         path.write_text(text, encoding="utf-8")
-        return read_toolpath(path)
+        return read_toolpath(path, operation=operation)
 
     return read_text
 
@@ -161,7 +161,8 @@ def at_line(path, line):
 
 
 def test_a_file_of_nx(read):
-    path = read(NX, ".cls")
+    path, holes = (read(NX, ".cls", operation=number) for number in (1, 2))
+    assert (path.operation.kind, holes.operation.kind) == ("simultaneous", "drilling")
     assert str(path.tool) == "ball:10"
     arc = at_line(path, line_of(NX, "GOTO/10.0000,0.0000,0.0000"))
     assert len(arc) > 10, "the arc is sampled"
@@ -170,9 +171,9 @@ def test_a_file_of_nx(read):
     np.testing.assert_allclose(np.linalg.norm(middle - [10, 10, 0], axis=1), 10)
     tilted = at_line(path, line_of(NX, "GOTO/30.0000,0.0000,0.0000"))
     np.testing.assert_allclose(path.axis[tilted], [[0.6, 0, 0.8]], err_msg="the vector is modal")
-    np.testing.assert_allclose(tips(path)[-3:], [[40, 0, 8], [40, 0, -5], [40, 0, 8]], atol=1e-12)
-    assert path.kind[[0, 1, -3, -2, -1]].tolist() == [RAPID, CUT, RAPID, CUT, RAPID]
-    np.testing.assert_allclose(path.feed[[1, -2]] * 60, [250, 120])
+    np.testing.assert_allclose(tips(holes)[-3:], [[40, 0, 8], [40, 0, -5], [40, 0, 8]], atol=1e-12)
+    assert [*path.kind[[0, 1]], *holes.kind[-3:]] == [RAPID, CUT, RAPID, CUT, RAPID]
+    np.testing.assert_allclose([path.feed[1] * 60, holes.feed[-2] * 60], [250, 120])
     assert [f.code for f in path.findings] == ["frame-mapped", "unit-assumed"]
     assert path.ignored == {
         "END-OF-PATH": 2, "LOAD": 2, "MSYS": 2, "PAINT": 7, "TOOL PATH": 2,
@@ -180,13 +181,13 @@ def test_a_file_of_nx(read):
 
 
 def test_a_file_of_creo(read):
-    path = read(CREO, ".ncl")
-    assert str(path.tool) == "flat:10"
+    path, holes = (read(CREO, ".ncl", operation=number) for number in (1, 2))
+    assert str(path.tool) == str(holes.tool) == "flat:10"
     expected = [[0, 0, 50], [1, 2, 3], [5, 0, 25], [5, 0, 10], [5, 0, 25]]
-    np.testing.assert_allclose(tips(path), expected)
+    np.testing.assert_allclose([*tips(path), *tips(holes)], expected)
     axes = [[0.6, 0, 0.8], *[[0, 0, 1]] * 4]
-    np.testing.assert_allclose(path.axis, axes, err_msg="without a vector the tool is upright")
-    assert path.kind.tolist() == [RAPID, CUT, RAPID, CUT, RAPID]
+    np.testing.assert_allclose([*path.axis, *holes.axis], axes, err_msg="upright without a vector")
+    assert [*path.kind, *holes.kind] == [RAPID, CUT, RAPID, CUT, RAPID]
     assert path.ignored == {
         "$$->CSYS": 1, "$$->CUTCOM_GEOMETRY_TYPE": 1, "$$->END": 1, "$$->FEATNO": 1, "$$->MFGNO": 1,
         "FINI": 1, "LOADTL": 1, "MACHIN": 1, "MULTAX": 2, "PARTNO": 1, "PPWORD": 1, "SPINDL": 1,

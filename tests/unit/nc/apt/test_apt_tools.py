@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import ToolError
+from fiveaxis.errors import SeveralOperations, ToolError
 from fiveaxis.findings import Severity
 from fiveaxis.nc import read_toolpath
 from fiveaxis.nc.apt.tools import cutter_from_apt
@@ -70,23 +70,25 @@ def test_the_callers_tool_wins_and_the_difference_is_reported(read):
 
 
 @pytest.mark.parametrize(
-    ("change", "line"),
+    "change",
     [
-        ("CUTTER/20,5", 4),
-        ("LOADTL/2,1", 4),
-        ("LOAD/TOOL,2,ADJUST,2", 4),
-        ("LOAD/TOOL,2\nCUTTER/20,5", 5),
-        ("CUTTER/20,5\nLOAD/TOOL,2", 4),
-        ("TLDATA/BARREL,MILL,10,2", 4),
+        "CUTTER/20,5",
+        "LOADTL/2,1",
+        "LOAD/TOOL,2,ADJUST,2",
+        "LOAD/TOOL,2\nCUTTER/20,5",
+        "CUTTER/20,5\nLOAD/TOOL,2",
+        "TLDATA/BARREL,MILL,10,2",
     ],
 )
-def test_another_tool_in_mid_file_is_a_warning(read, change, line):
-    path = read(f"CUTTER/10,5\nLOADTL/1\nGOTO/1,2,3\n{change}\nGOTO/1,2,4\n")
-    found = tool_findings(path)
-    assert [f.code for f in found] == ["tool-change"] * len(found)
-    assert found[-1].place.line == line
-    assert str(path.tool) == "ball:10"
-    assert "the whole path is read for ball:10" in found[0].message
+def test_another_tool_in_mid_file_begins_another_operation(read, change):
+    text = f"CUTTER/10,5\nLOADTL/1\nGOTO/1,2,3\n{change}\nGOTO/1,2,4\n"
+    with pytest.raises(SeveralOperations, match="holds 2 operations") as caught:
+        read(text)
+    assert [each.first_line for each in caught.value.operations] == [3, 5 + change.count("\n")]
+    first = read(text, operation=1)
+    assert (str(first.tool), first.source.tolist(), first.operation.tool) == ("ball:10", [3], "1")
+    second = read(text, operation=2, tool=Tool.ball(8))
+    np.testing.assert_array_equal(second.tips(second.axis), [[1, 2, 4]])
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,8 @@ TURNED = {
         5,
     ),
 }
+# The others are two operations, in a plane and out of it.
+ONE_PLANE = ("G43.5", "A3", "LN")
 AWAY = {"h": "L X+0 Y+0 Z+50 R0 FMAX\n", "nc": "G0 X0 Y0 Z50\n", "mpf": "G0 X0 Y0 Z50\n"}
 ON = {"h": "L X+5 F100\n", "nc": "G1 X5\n", "mpf": "G1 X5\n"}
 UPRIGHT = {"h": "L A+0 C+0 R0 FMAX\n", "nc": "G0 A0 C0\n", "mpf": "G0 A=DC(0) C=DC(0)\n"}
@@ -71,10 +73,11 @@ def test_after_a_direction_or_a_plane_a_cut_needs_the_angles_again(read, word):
 @pytest.mark.parametrize("word", TURNED)
 def test_after_a_direction_or_a_plane_written_angles_apply(read, word):
     suffix, text, _ = TURNED[word]
-    path = read(text + AWAY[suffix] + UPRIGHT[suffix] + ON[suffix], suffix)
+    text += AWAY[suffix] + UPRIGHT[suffix] + ON[suffix]
+    first, path = (read(text, suffix, operation=None if word in ONE_PLANE else n) for n in (1, 2))
     np.testing.assert_allclose(path.tips(path.axis)[-1], [5, 0, 50], atol=1e-12)
     np.testing.assert_allclose(path.axis[-1], [0, 0, 1], atol=1e-12)
-    assert path.axis[-3, 2] < 0.9
+    assert first.axis[first.cutting][0, 2] < 0.9
     assert "approach-unknown" in [f.code for f in path.findings]
 
 
@@ -132,7 +135,7 @@ def test_a_move_in_machine_coordinates_ends_a_direction(read):
 def test_the_rotation_into_a_plane_is_no_cut_whatever_motion_is_in_force(read, motion):
     plane = "PLANE SPATIAL SPA+0 SPB+90 SPC+0 TURN FMAX\nL X+1 Y+2 Z+3 R0 FMAX\nL Z-1 F100\n"
     text = f"{KLARTEXT}{motion}\n{plane}"
-    path = read(text, "h")
+    path = read(text, "h", operation=2)
     np.testing.assert_allclose(path.tips(path.axis)[-2:], [[3, 2, -1], [-1, 2, -1]], atol=1e-12)
     np.testing.assert_allclose(path.axis[-2:], [[1, 0, 0]] * 2, atol=1e-12)
     assert path.cutting[-2:].tolist() == [False, True]

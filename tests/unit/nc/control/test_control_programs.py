@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from blocks import one_by_one
+from whole import each_path
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import angle_between
 from fiveaxis.machine import Axis, Chain, Line, Machine, parse_code
-from fiveaxis.nc import read_toolpath
+from fiveaxis.nc import read_operations, read_toolpath
 from fiveaxis.nc.languages import choice
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
@@ -45,10 +46,10 @@ ZEROS = {"G54X": 0.0, "G55X": 0.0, "G56X": 0.0}
 
 
 @pytest.fixture(scope="module")
-def dmu(data) -> Toolpath:
+def dmu(data) -> list[Toolpath]:
     machine = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
     file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
-    return read_toolpath(file, tool=BALL, machine=machine, zero=ZEROS)
+    return each_path(file, tool=BALL, machine=machine, zero=ZEROS)
 
 
 def test_a_dmu_and_a_haas_have_the_same_tip_in_the_same_operation(data, dmu):
@@ -59,10 +60,11 @@ def test_a_dmu_and_a_haas_have_the_same_tip_in_the_same_operation(data, dmu):
         machine=machine_of("540123", {"B": Line((0.0, 0.0, 1.0))}, reverse="A"),
         unit="inch",
         zero=ZEROS,
+        operation=3,
     )
     posted = [
         path.at(np.flatnonzero((path.source >= first) & (path.source < first + 350)))
-        for path, first in ((dmu, 479), (haas, 543))
+        for path, first in ((dmu[2], 479), (haas, 543))
     ]
     assert [len(p) for p in posted] == [350, 350]
     apart = np.linalg.norm(tips_of(posted[0]) - tips_of(posted[1]), axis=1) / INCH
@@ -74,30 +76,35 @@ def test_a_dmu_and_a_haas_have_the_same_tip_in_the_same_operation(data, dmu):
 
 
 def test_the_dmu_program_is_read_completely_with_its_long_turns(dmu):
-    assert dmu.source[-1] == 1197
-    turns = [f for f in dmu.findings if f.code == "long-turn"]
+    last = dmu[-1]
+    assert last.source[-1] == 1197
+    turns = [f for path in dmu for f in path.findings if f.code == "long-turn"]
     assert [(f.place.line, round(f.value, 3)) for f in turns] == [(1197, 1903.826)]
-    assert dmu.ignored["MCALL"] == 35
-    assert {f.code for f in dmu.findings} >= {"feed-unit-assumed", "cycle-retracts-below", "cycle-as-hole"}
+    assert last.ignored["MCALL"] == 35
+    assert {f.code for f in last.findings} >= {"feed-unit-assumed", "cycle-retracts-below", "cycle-as-hole"}
 
 
-def test_work_offsets_of_unknown_distance_are_refused(data):
+def test_operations_from_work_offsets_of_unknown_distance_are_kept_apart(data):
     file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
     machine = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
-    with pytest.raises(ToolpathError, match=r"\.mpf:363: G55 here and G54 since line 18"):
-        read_toolpath(file, tool=BALL, machine=machine)
+    found = read_operations(file, machine=machine)
+    assert [operation.work_offset for operation in found][:5] == ["G54", "G55", "G56", "G56", "G54"]
+    assert [operation.kind for operation in found[6:]] == [*["drilling"] * 5, "3+2", "drilling"]
+    assert len(read_operations(file, machine=machine, zero=ZEROS)) == len(found) - 1
 
 
 def test_the_cross_has_six_directions_and_no_simultaneous_cut(data):
     file = data / "toolpaths" / "spinner_achskreuz_840D_mm.mpf"
-    path = read_toolpath(file, tool=BALL, machine=machine_of("650123"))
-    assert path.source[-1] == 3059
-    directions = np.unique(np.round(path.axis[path.cutting], 9) + 0.0, axis=0)
+    paths = each_path(file, tool=BALL, machine=machine_of("650123"))
+    assert paths[-1].source[-1] == 3059
+    cuts = np.concatenate([path.axis[path.cutting] for path in paths])
+    directions = np.unique(np.round(cuts, 9) + 0.0, axis=0)
     assert len(directions) == 6
-    same = np.linalg.norm(np.diff(path.axis, axis=0), axis=1) < 1e-9
-    assert same[path.cutting[1:]].all()
-    assert path.ignored["moves in machine coordinates"] == 64
-    assert [f.value for f in path.findings if f.code == "no-simultaneous-path"] == [6.0]
+    for path in paths:
+        same = np.linalg.norm(np.diff(path.axis, axis=0), axis=1) < 1e-9
+        assert same[path.cutting[1:]].all()
+        assert [f.value for f in path.findings if f.code == "no-simultaneous-path"] == [1.0]
+    assert paths[-1].ignored["moves in machine coordinates"] == 64
 
 
 def test_frames_and_rotary_axes_of_the_cross_give_the_same_directions(data):

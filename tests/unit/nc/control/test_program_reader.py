@@ -114,16 +114,12 @@ def test_an_unknown_rotary_axis_is_refused_with_the_list_of_axes(data, hayashi):
     assert "B0: machine 'hayashi-640123' has the axes X, Y, Z, A, C and no B" in str(caught.value)
 
 
-def test_the_haas_program_is_read_up_to_its_first_cycle(data, tmp_path, haas_trunnion):
+def test_an_operation_of_the_haas_program_is_read(data, haas_trunnion):
     path = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
     machine = haas_trunnion
-    with pytest.raises(ToolpathError, match=r":906: G73 is a cycle, which isn't expanded"):
-        read_program(path, machine, unit="inch", rapid=15_000)
-    milling = tmp_path / "milling.nc"
-    milling.write_text("\n".join(path.read_text(encoding="utf-8").split("\n")[:900]), encoding="utf-8")
-    motion = read_program(milling, machine, unit="inch", rapid=15_000)
-    assert motion.source[0] == 35
-    assert motion.ignored["M6"] == 4
+    motion = read_program(path, machine, unit="inch", rapid=15_000, operation=3)
+    assert motion.source[0] == motion.operation.first_line == 498
+    assert motion.ignored["M6"] == 14
     assert sorted(codes(motion)) == ["approach-unknown", "long-turn", "zero-assumed"]
     # Line 545: X-.6366 Y1.2554 Z1.5688 A-.531 B287.786.
     [row] = np.flatnonzero(motion.source == 545)
@@ -141,7 +137,7 @@ def test_a_rotation_back_through_zero_is_reported_because_controls_differ(data, 
     lines = path.read_text(encoding="utf-8").split("\n")[:600]
     milling = tmp_path / "milling.nc"
     milling.write_text("\n".join(lines), encoding="utf-8")
-    motion = read_program(milling, haas_trunnion, unit="inch", rapid=15_000)
+    motion = read_program(milling, haas_trunnion, unit="inch", rapid=15_000, operation=3)
     [turn] = [f for f in motion.findings if f.code == "long-turn"]
     assert turn.place.line == 555
     assert turn.value == pytest.approx(352.356)
@@ -454,7 +450,6 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
         ("G0 X1E3\n", 1, "have no exponent"),
         ("G0 X1000001\n", 1, "beyond 1e+06"),
         ("G41 D1 G1 X1 F1\n", 1, "G41 offsets the path by the tool radius"),
-        ("G0 Z1\nG81 X1 Z-1 R1 F1\n", 2, "G81 is a cycle"),
         ("G68 X0 Y0 R45\n", 1, "G68 shifts, rotates or scales"),
         ("G92 X0\n", 1, "G92 is supported for rotary axes only"),
         ("M98 P100\n", 1, "M98 calls or ends a subprogram"),
@@ -464,8 +459,7 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
         ("G91 G10 L2 P1 X5\n", 1, "G10 L2 P1 changes the control's data"),
         ("G10 L50\n", 1, "G10 L50 changes the control's data"),
         ("G1234 X1\n", 1, "G1234 is unknown"),
-        ("G54 G0 X1\nG55 X2\n", 2, "G55 here and G54 since line 1"),
-        ("G0 X1\nG55 X2\n", 2, "G55 here and G54 before"),
+        ("G54 G0 X1\nG55 X2\nG1 X3 F1\n", 3, "a feed move, and the position of Y, Z isn't"),
         ("G4 X1\n", 1, "G4 X1 without a decimal point is in s or ms"),
         ("G4 X1. Y2\n", 1, "G4 takes P in seconds"),
         ("G4 P-1\n", 1, "can't be negative"),

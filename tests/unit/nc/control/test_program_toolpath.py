@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 import numpy as np
 import pytest
+from whole import each_path
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolError, ToolpathError
@@ -101,28 +103,30 @@ def test_the_boat_is_read_to_its_last_move(data, trunnion):
 
 def test_the_haas_program_is_read_to_its_last_block(data, haas_trunnion):
     file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
-    path = fx.read_toolpath(file, machine=haas_trunnion, tool=BALL, unit="inch")
+    paths = each_path(file, machine=haas_trunnion, tool=BALL, unit="inch")
+    path, sources = paths[-1], {line for path in paths for line in path.source.tolist()}
     lines = motion_lines(file)
     assert len(lines) == 939
     assert path.ignored[MACHINE_MOVES] == 16
     assert path.ignored["no move"] == 21
     # In the first operation X, Y, Z come before the angles, so the first line gives no position yet.
-    assert set(path.source) < set(lines)
-    assert len(lines) - len(set(path.source)) == 16 + 21 + 1
+    assert sources < set(lines)
+    assert len(lines) - len(sources) == 16 + 21 + 1
     assert path.source[-1] == 1079
-    turns = [f for f in path.findings if f.code == "long-turn" and "feed" in f.message]
+    turns = [f for path in paths for f in path.findings if f.code == "long-turn" and "feed" in f.message]
     assert [f.place.line for f in turns] == [555, 607, 667, 732, 802, 884]
     assert "machine-zero-moves" in codes(path)
     assert "cycle-simplified" in codes(path)
-    [tools] = [f for f in path.findings if f.code == "several-tools"]
-    assert tools.severity.name == "WARNING"
-    assert tools.place.line == 371
-    assert tools.message.startswith("T9 M6 loads another tool, the first of 13 changes")
+    tools = [path.operation.tool for path in paths]
+    assert len(tools) == 14
+    assert all(tool != after for tool, after in itertools.pairwise(tools))
+    assert [path.operation.kind for path in paths][:3] == ["3-axis", "3+2", "simultaneous"]
+    assert paths[1].operation.first_line > 371
 
 
 def test_a_program_without_a_unit_is_read_in_mm_with_a_warning(data, haas_trunnion):
     file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
-    path = fx.read_toolpath(file, machine=haas_trunnion, tool=BALL)
+    path = fx.read_toolpath(file, machine=haas_trunnion, tool=BALL, operation=3)
     [finding] = [f for f in path.findings if f.code == "unit-assumed"]
     assert "set unit=inch" in finding.message
 
@@ -139,8 +143,8 @@ def test_programs_of_two_controls_give_one_path(data, haas_trunnion):
     dmu_file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
     dmu = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
     zeros = {f"{frame}{axis}": 0.0 for frame in ("G54", "G55", "G56") for axis in "XYZBC"}
-    one = fx.read_toolpath(haas_file, machine=haas_trunnion, tool=BALL, unit="inch")
-    other = fx.read_toolpath(dmu_file, machine=dmu, tool=BALL, zero=zeros)
+    one = fx.read_toolpath(haas_file, machine=haas_trunnion, tool=BALL, unit="inch", operation=3)
+    other = fx.read_toolpath(dmu_file, machine=dmu, tool=BALL, zero=zeros, operation=3)
 
     def operation(path, file):
         text = file.read_text(encoding="utf-8").split("\n")
@@ -159,7 +163,7 @@ def test_programs_of_two_controls_give_one_path(data, haas_trunnion):
 
 def nmv(data, **options):
     zeros = {f"{frame}{axis}": 0.0 for frame in WORK_OFFSETS for axis in "XYZBC"}
-    return fx.read_toolpath(
+    return each_path(
         data / "toolpaths" / "nx_nmv5000_fanuc_mm.nc",
         machine=NUTATING,
         tool=BALL,
@@ -170,27 +174,30 @@ def nmv(data, **options):
 
 
 def test_a_fanuc_program_of_nine_work_offsets_is_read_to_its_last_block(data):
-    path = nmv(data)
+    paths = nmv(data)
+    path, sources = paths[-1], {line for path in paths for line in path.source.tolist()}
     lines = motion_lines(data / "toolpaths" / "nx_nmv5000_fanuc_mm.nc")
     assert len(lines) == 564
     assert path.source[-1] == 749
-    assert set(path.source) < set(lines)
+    assert sources < set(lines)
     # In some blocks the axes are already home at G28; the position of G30 is unknown.
     assert path.ignored[MACHINE_MOVES] == 14
 
 
 def test_positions_in_the_machine_frame_are_reported(data):
     """The NMV's post keeps the frame in the machine: read like that, the tip path is half as long."""
-    [doubt] = [f for f in nmv(data).findings if f.code == "positions-doubtful"]
+    [doubt] = [f for path in nmv(data) for f in path.findings if f.code == "positions-doubtful"]
     assert "over the 9 cuts that turn the table the tip path is 184.512 mm long" in doubt.message
     assert "in the frame of the machine 80.4616 mm" in doubt.message
     assert doubt.place.line == 351
-    assert "positions-doubtful" not in codes(nmv(data, positions="machine"))
+    for path in nmv(data, positions="machine"):
+        assert "positions-doubtful" not in codes(path)
 
 
 def test_a_millplus_program_is_read_to_its_last_block(data):
     file = data / "toolpaths" / "nx_dmc160u_millplus.nc"
-    path = fx.read_toolpath(file, machine=NUTATING, tool=BALL)
+    paths = each_path(file, machine=NUTATING, tool=BALL)
+    path, sources = paths[-1], {line for path in paths for line in path.source.tolist()}
     lines = motion_lines(file, words=r"[XYZABC](?:5=)? *[-+.\d]")
     # These move nothing: tilted planes, zero shifts, and the definition of a cycle.
     text = file.read_text(encoding="latin-1").split("\n")
@@ -199,8 +206,8 @@ def test_a_millplus_program_is_read_to_its_last_block(data):
     retractions = [i for i in moving if "G74" in text[i - 1]]
     assert (len(lines), len(retractions)) == (2405, 51)
     assert path.ignored[MACHINE_MOVES] == 51
-    silent = moving - set(retractions) - set(path.source)
-    assert set(path.source) < moving
+    silent = moving - set(retractions) - sources
+    assert sources < moving
     # The rest are moves with angles only, and repeated positions.
     approach = next(f for f in path.findings if f.code == "approach-unknown")
     assert len(silent) <= int(approach.message.split()[0]) + path.ignored["no move"]
@@ -209,9 +216,12 @@ def test_a_millplus_program_is_read_to_its_last_block(data):
 
 def test_a_3_plus_2_program_has_no_simultaneous_path(data):
     file = data / "toolpaths" / "spinner_achskreuz_840D_mm.mpf"
-    path = fx.read_toolpath(file, machine=NUTATING, tool=BALL)
-    [finding] = [f for f in path.findings if f.code == "no-simultaneous-path"]
-    assert finding.message.startswith("a 3+2 path: its cuts have 6 directions of the tool axis")
+    paths = each_path(file, machine=NUTATING, tool=BALL)
+    path = paths[-1]
+    for each in paths:
+        [finding] = [f for f in each.findings if f.code == "no-simultaneous-path"]
+        assert finding.value == 1.0
+    assert {each.operation.kind for each in paths} == {"3-axis", "3+2"}
     assert path.source[-1] == 3059
     assert path.ignored[MACHINE_MOVES] == 64
 
@@ -480,9 +490,11 @@ def test_with_a_known_zero_a_retract_is_in_the_path(read):
 
 def test_several_work_offsets_need_their_zeros(read, fault):
     text = "G54 G0 X0 Y0 Z5\nG1 Z0 F60\nG55 G0 X0 Y0 Z5\nG1 Z0\n"
-    line, message = fault(text)
-    assert line == 3
-    assert message.endswith("give both zeros (zero, for example G54X and G55X)")
+    _, message = fault(text)
+    assert message.startswith("holds 2 operations")
+    assert [tips(read(text, operation=n)).tolist() for n in (1, 2)] == [[[0, 0, 5], [0, 0, 0]]] * 2
+    # Where the tool stands in the other zero isn't known.
+    assert fault(text.replace("G55 G0 X0 Y0 Z5", "G55 G0 Y0 Z5"))[0] == 4
     path = read(text, zero={"G54X": 0, "G55X": 50, "G55 Z": -1})
     np.testing.assert_allclose(tips(path), [[0, 0, 5], [0, 0, 0], [50, 0, 4], [50, 0, -1]])
 
@@ -662,5 +674,5 @@ def test_tcp_takes_over_x_and_y_of_an_upright_tool_only(read, fault):
 def test_two_tools_in_a_block_load_the_first_and_prepare_the_second(read):
     machine = Machine.from_code("640123")
     two = HEAD + "T1 T2 M6\n" + CUTS.replace("M30", "T2 M6\nX0\nM30")
-    assert "several-tools" in codes(read(two, machine))
-    assert "several-tools" not in codes(read(two.replace("T2 M6\nX0", "X0"), machine))
+    assert [read(two, machine, operation=n).operation.tool for n in (1, 2)] == ["1", "2"]
+    assert read(two.replace("T2 M6\nX0", "X0"), machine).operation.tool == "1"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from whole import each_path
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolpathError
@@ -101,10 +102,11 @@ def test_block_delete_skips_blocks():
 def test_every_arc_of_a_real_program_starts_and_ends_at_its_radius(data):
     """Read from start to centre, as on other controls, the first arc already fits no circle."""
     path = data / "toolpaths" / "nx_dmc160u_millplus.nc"
-    read = fx.read_toolpath(path, machine=fx.Machine.from_code("650123"), tool=fx.Tool.ball(6))
+    read = each_path(path, machine=fx.Machine.from_code("650123"), tool=fx.Tool.ball(6))
+    sources = np.concatenate([each.source for each in read])
     text = path.read_text(encoding="latin-1").split("\n")
     arcs = [i for i, line in enumerate(text, start=1) if " I" in line or " J" in line or " K" in line]
     moving = {i for i in arcs if any(c in text[i - 1] for c in ("X", "Y", "Z")) and "G54" not in text[i - 1]}
-    chords = [int((read.source == i).sum()) for i in sorted(moving) if "G84" not in text[i - 1]]
+    chords = [int((sources == i).sum()) for i in sorted(moving) if "G84" not in text[i - 1]]
     assert len(chords) > 60
     assert min(chords) > 1

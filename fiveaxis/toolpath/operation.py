@@ -1,0 +1,60 @@
+"""An operation: what one tool does from one zero in one plane, as a program or CL file states it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+OperationKind = Literal["simultaneous", "3+2", "3-axis", "drilling"]
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An operation of a program or CL file, with what is in force in its first cut.
+
+    Parameters
+    ----------
+    number : in the file, from 1
+    kind : ``simultaneous`` where the tool axis turns within a cut, ``3+2`` where it is fixed off Z or has
+        several directions, ``3-axis`` where it is Z, ``drilling`` for the holes of cycles
+    first_line, last_line : of its first and last move
+    tool : number or name, as loaded; empty if none is stated
+    length_offset : its number; empty if none is in force
+    spindle : rev/min, negative for M4; None if no speed is stated
+    coolant : word that switched it on (M8, FLOOD); empty if it is off
+    work_offset : as written; empty if none is selected
+    plane : (9,), rows of the rotation of a tilted plane; None where none is in force
+    tcp : whether the control moves the tool's tip
+    language : of the file
+    """
+
+    number: int
+    kind: OperationKind
+    first_line: int
+    last_line: int
+    tool: str = ""
+    length_offset: str = ""
+    spindle: float | None = None
+    coolant: str = ""
+    work_offset: str = ""
+    plane: tuple[float, ...] | None = None
+    tcp: bool = False
+    language: str = ""
+
+    def __str__(self) -> str:
+        spindle = "" if self.spindle is None else f"S{abs(self.spindle):g} M{3 if self.spindle >= 0 else 4}"
+        said = {
+            f"tool {self.tool}": self.tool,
+            f"length offset {self.length_offset}": self.length_offset,
+            spindle: self.spindle,
+            self.coolant: self.coolant,
+            self.work_offset: self.work_offset,
+            "tilted plane": self.plane,
+            "TCP": self.tcp,
+        }
+        facts = (text for text, value in said.items() if value)
+        return ", ".join((f"lines {self.first_line}-{self.last_line}", self.kind, *facts))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data for JSON."""
+        return asdict(self)

@@ -1,0 +1,113 @@
+"""Programs and CL files of several operations: which they are, that none is merged, and that one is taken."""
+
+from __future__ import annotations
+
+import pytest
+
+import fiveaxis as fx
+from fiveaxis.errors import InputError, JobError, SeveralOperations
+
+BALL = fx.Tool.ball(6)
+FACE = "T1 M6\nG0 B0 C0\nS2000 M3\nG0 X-40 Y0 M8\nG43 H1 Z50\nG1 Z0 F500\nX40\nG0 Z50\nM9\n"
+DRILL = "T2 M6\nS3000 M3\nG0 X20 Y20\nG43 H2 Z50\nG98 G81 X20 Y20 Z-15 R3 F200\nX-20\nG80\n"
+FINISH = (
+    "T3 M6\nS12000 M4\nG0 X30 Y0 B0 C0\nG43.4 H3 Z50 M7\nG1 X30 Y0 Z2 F1500\nG1 X28 Y5 B12 C5\n"
+    "X25 Y10 B14 C10\nG49\nG0 Z100\n"
+)
+APT = """UNITS/MM
+LOADTL/1,ADJUST,11
+CUTTER/10,5
+SPINDL/8000,CCLW
+COOLNT/MIST
+FEDRAT/800,MMPM
+GOTO/0,0,20,0,0,1
+GOTO/10,0,0,0,0.6,0.8
+LOADTL/2
+CUTTER/6
+CYCLE/DRILL,DEPTH,10,MMPM,200,CLEAR,3
+GOTO/10,0,0,0,0,1
+GOTO/20,0,0
+CYCLE/OFF
+FINI
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text, name="part.nc"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
+
+
+@pytest.fixture
+def shop(write):
+    """A program that faces with T1, drills with T2 and finishes in five axes with T3."""
+    return write(f"G21 G90 G54\n{FACE}{DRILL}{FINISH}M30\n")
+
+
+@pytest.fixture(scope="module")
+def machine():
+    return fx.load_machine("dmu50ev")
+
+
+def test_operations_say_what_is_in_force_in_them(shop, machine):
+    face, drill, finish = fx.read_operations(shop, machine=machine)
+    assert [each.kind for each in (face, drill, finish)] == ["3-axis", "drilling", "simultaneous"]
+    assert [each.tool for each in (face, drill, finish)] == ["1", "2", "3"]
+    assert [each.length_offset for each in (face, drill, finish)] == ["1", "2", "3"]
+    assert [each.spindle for each in (face, drill, finish)] == [2000, 3000, -12000]
+    assert [each.coolant for each in (face, drill, finish)] == ["M8", "", "M7"]
+    assert [each.tcp for each in (face, drill, finish)] == [False, False, True]
+    assert (finish.first_line, finish.last_line, finish.work_offset) == (20, 24, "G54")
+
+
+@pytest.mark.parametrize("read", ["path", "motion", "verify", "post"])
+def test_every_reading_refuses_to_merge_them_and_lists_them(read, shop, machine):
+    readings = {
+        "path": lambda: fx.read_toolpath(shop, tool=BALL, machine=machine),
+        "motion": lambda: fx.read_program(shop, machine, rapid=1e4),
+        "verify": lambda: fx.verify_program(shop, machine, tool=BALL),
+        "post": lambda: fx.post_program(shop, machine, control="fanuc", rapid=1e4),
+    }
+    with pytest.raises(SeveralOperations) as caught:
+        readings[read]()
+    told = str(caught.value)
+    assert "3 operations" in told
+    assert "--operation N" in told
+    assert "2: lines 13-16, drilling, tool 2, length offset 2, S3000 M3, G54" in told
+
+
+def test_one_operation_is_read_alone(shop, machine):
+    path = fx.read_toolpath(shop, tool=BALL, machine=machine, operation=3)
+    assert set(path.source.tolist()) == set(range(20, 25))
+    motion = fx.read_program(shop, machine, rapid=1e4, operation=3)
+    assert (motion.source[0], motion.time[0]) == (20, 0.0)
+    assert {motion.technology.states[state].tool for state in motion.technology.state} == {"3"}
+    with pytest.raises(InputError, match="has no operation 4; it holds 3"):
+        fx.read_toolpath(shop, tool=BALL, machine=machine, operation=4)
+
+
+def test_operations_of_a_cl_file(write):
+    mill, drill = fx.read_operations(write(APT, "part.apt"))
+    assert (mill.kind, mill.tool, mill.length_offset, mill.spindle, mill.coolant) == (
+        *("simultaneous", "1", "11"),
+        *(-8000, "MIST"),
+    )
+    assert (drill.kind, drill.tool) == ("drilling", "2")
+    assert str(fx.read_toolpath(write(APT, "part.apt"), operation=2).tool) == "flat:6"
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        (FACE, "3-axis"),
+        (DRILL.replace("G0 X20", "G0 B0 C0 X20"), "drilling"),
+        (FACE.replace("B0", "B30"), "3+2"),
+    ],
+)
+def test_only_5_axis_cuts_are_leaned(write, machine, text, kind):
+    with pytest.raises(JobError, match=f"^[^:]*:[0-9]+: {kind.replace('+', '.')} work is never leaned"):
+        fx.optimise(write(f"G21 G90 G54\n{text}M30\n"), machine, tool=BALL, cone=20)
