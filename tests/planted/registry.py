@@ -1,11 +1,12 @@
 """All classes of faults in programs, by name."""
 
-from planted import approach, geometric, states, technology
+from planted import approach, geometric, start, states, technology
 from planted.fault import Fault
 
 FAULTS: tuple[Fault, ...] = (
     *geometric.FAULTS,
     *technology.FAULTS,
     *approach.FAULTS,
+    *start.FAULTS,
     *states.FAULTS,
 )

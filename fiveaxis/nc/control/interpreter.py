@@ -152,7 +152,8 @@ class Interpreter(RunMoves):
             self.tip_words.update((*block.g, *block.m) if block.tip_control else ())
         if block.frame is not None:
             scale = MILLIMETRES[self.modes.units.now]
-            self.modes.units.use(block.line)
+            if any(block.frame.origin):
+                self.modes.units.use(block.line)
             at.plane = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
         at.update()
         if at.of_tip != was_of_tip:

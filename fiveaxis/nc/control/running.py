@@ -100,7 +100,7 @@ def _run(
         for_motion,
         offsets.knows,
         assume_zero=options.assume_zero,
-        technology=TechnologyReader(language),
+        technology=TechnologyReader.of(source),
     )
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()

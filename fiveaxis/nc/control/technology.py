@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -14,12 +14,14 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language
 from fiveaxis.nc.languages.runs import Run
+from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
 
 # M word -> direction of the spindle.
 SENSES = {"M3": 1.0, "M13": 1.0, "M4": -1.0, "M14": -1.0, "M5": 0.0}
 # M word -> the word of the coolant that it switches on; M88 and M89 are Haas's through the spindle.
 COOLANT = {"M7": "M7", "M8": "M8", "M13": "M8", "M14": "M8", "M88": "M88", "M9": "", "M89": ""}
+CLAMPS = ("M13", "M14")
 # They take effect after the block's move.
 AFTER_MOVE = frozenset(("M5", "M9", "M89"))
 # Words that load the selected tool, in any language.
@@ -34,6 +36,7 @@ _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
 FEED_MODES = ("G93", "G94", "G95")
 _LETTERS = frozenset("STHD")
+_AXES = frozenset("XYZABC")
 
 # An empty spindle.
 EMPTY = ("T0", "TOOL CALL 0")
@@ -88,6 +91,9 @@ class TechnologyTrack:
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
         Z comes down last
     late_line : that line; 0 for none
+    diagonals : lines on which the approach moves Z together with X or Y
+    cancelled : modes that are switched off before the first move, with the line
+    is_own : whether the program's header says that this package wrote it
     """
 
     language: str
@@ -97,6 +103,9 @@ class TechnologyTrack:
     retracts: tuple[int, ...] = ()
     late_axes: str = ""
     late_line: int = 0
+    diagonals: tuple[int, ...] = ()
+    cancelled: Mapping[str, int] = field(default_factory=dict)
+    is_own: bool = False
 
     @property
     def spindle(self) -> Array:
@@ -124,24 +133,39 @@ class TechnologyReader:
     language : whose D (Sinumerik), or else H, is the tool's length offset
     selections : lines and names of selected tools
     changes : lines, names and words of changes; the name is None if the program doesn't give it
+    cancelled : modes that are switched off before the first move, with the line
+    is_own : whether the program's header says that this package wrote it
     """
 
     language: Language = ISO
+    is_own: bool = False
     now: Technology = field(default_factory=Technology)
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
     retracts: list[int] = field(default_factory=list)
     selections: list[_Change] = field(default_factory=list)
     changes: list[_Change] = field(default_factory=list)
+    cancelled: dict[str, int] = field(default_factory=dict)
     cuts: bool = False
+    _moved: bool = False
     _rapid: bool = False
     _down: int = 0
+    _diagonals: list[int] = field(default_factory=list)
     _others: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, source: Source) -> TechnologyReader:
+        """Make the reader for a program."""
+        return cls(find_language(source), is_own=bool(stated_control(source)[0]))
 
     def take(self, block: Block) -> None:
         """Read a block."""
         if not self.cuts:
             self._follow_approach(block)
+        if not self._moved:
+            self.cancelled.update(dict.fromkeys(block.cancels, block.line))
+            on_work = _NOT_IN_PROGRAM.isdisjoint(block.g) and block.frame is None
+            self._moved = on_work and not _AXES.isdisjoint(block.words)
         if not (block.m or block.ignored or block.g or block.tool) and _LETTERS.isdisjoint(block.words):
             return
         if "Z" in block.words and not _NOT_IN_PROGRAM.isdisjoint(block.g):
@@ -149,7 +173,11 @@ class TechnologyReader:
         words = (*block.m, *block.ignored)
         change = self._of_tool(block, words) | self._of_offsets(block) | self._of_feed(block)
         later: dict[str, Any] = {}
+        # Without a speed to turn at, M13 and M14 are those of a clamp, as on Haas.
+        stands = self.now.speed is None and "S" not in block.words
         for word in words:
+            if stands and word in CLAMPS:
+                continue
             target = later if word in AFTER_MOVE else change
             if word in SENSES:
                 target["sense"] = SENSES[word]
@@ -220,6 +248,8 @@ class TechnologyReader:
             self.cuts = self.cuts or word in _FEEDS
         if self.cuts or not self._rapid or not _NOT_IN_PROGRAM.isdisjoint(block.g):
             return
+        if "Z" in block.words and not {"X", "Y"}.isdisjoint(block.words):
+            self._diagonals.append(block.line)
         for letter in "XYZABC":
             if letter == "Z" and letter in block.words:
                 self._down = block.line
@@ -256,9 +286,17 @@ class TechnologyReader:
         late = {c: line for c, line in self._others.items() if 0 < self._down < line}
         first = min(late.values(), default=0)
         states = Technology(), *self.states
-        retracts = tuple(self.retracts)
         return TechnologyTrack(
-            self.language.name, states, state, lines, retracts, "".join(sorted(late)), first
+            language=self.language.name,
+            states=states,
+            state=state,
+            lines=lines,
+            retracts=tuple(self.retracts),
+            late_axes="".join(sorted(late)),
+            late_line=first,
+            diagonals=tuple(self._diagonals),
+            cancelled=self.cancelled,
+            is_own=self.is_own,
         )
 
 
@@ -274,8 +312,7 @@ def _tool_number(written: str | None) -> str:
 
 def read_technology(source: Source) -> TechnologyReader:
     """Read what a whole program puts in force."""
-    language = find_language(source)
-    reader = TechnologyReader(language)
-    for block in language.split(source):
+    reader = TechnologyReader.of(source)
+    for block in reader.language.split(source):
         reader.take(block) if isinstance(block, Block) else reader.take_run(block)
     return reader
