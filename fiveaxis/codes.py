@@ -95,6 +95,10 @@ CHECKS = {
     "length-offset": Code(ERROR, "a cut has another tool length offset than was asked for, or none"),
     "work-offset": Code(ERROR, "a cut has another work offset than was asked for"),
     "coolant-off": Code(WARNING, "a cut has other coolant than was asked for"),
+    "start-state": Code(
+        ERROR,
+        "nothing switches off what an earlier program may have left on; a warning in other sources' text",
+    ),
     "approach-order": Code(ERROR, "the approach brings Z down before the other axes have moved"),
     "approach-deep": Code(ERROR, "before or after its path the cutter goes below the surface that it cuts"),
     "no-retract": Code(ERROR, "Z doesn't retract before or after the cuts, or not to where was asked for"),

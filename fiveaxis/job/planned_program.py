@@ -82,7 +82,7 @@ def plan_program(
                 toolpath,
                 surroundings=_with_surface(around, toolpath),
                 tolerances=tolerances,
-                leg=wording.coordinates == "axes",
+                tcp=wording.coordinates != "axes",
                 retract=_retract(settings),
                 leaves=settings.way_out,
             )

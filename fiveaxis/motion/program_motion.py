@@ -20,8 +20,11 @@ from fiveaxis.toolpath import MoveKind
 
 # mm: length of the leads along the tool axis.
 LEAD_LENGTH = 5.0
-# mm: height above the lead's start at which a leg of Z begins or ends if Z has no limit.
+# mm: height above the lead's start at which a leg of Z begins or ends if Z has no limit, and above all of the
+# path at which the tip arrives under TCP.
 ABOVE = 100.0
+# mm: from the end of its travel Z keeps away there, since words of the tip are rounded.
+BELOW_TOP = 1.0
 # Rows of a motion at which the lead-in ends and the lead-out begins.
 FIRST, LAST = 0, -1
 
@@ -88,9 +91,10 @@ class ProgramMotion(HasColumns):
     ) -> ProgramMotion:
         """Put approach, lead-in, lead-out and retract around the blocks of a path.
 
-        The rotary axes turn first, X and Y move above the first location, and Z comes down to the lead-in;
-        under TCP interpolation the tip comes there in one move. Both leads are straight, at the feed of the
-        cut that they lead to or from.
+        The rotary axes turn first, X and Y move above the first location, and Z comes down to the lead-in.
+        Under TCP interpolation X, Y and Z move together to a point straight above it that is higher than all
+        of the path, as the height from which they come isn't known. Both leads are straight, at the feed of
+        the cut that they lead to or from.
 
         Parameters
         ----------
@@ -102,10 +106,10 @@ class ProgramMotion(HasColumns):
         lead_in = axis_lead(blocks, machine) if lead_in is None else lead_in
         lead_out = axis_lead(blocks, machine, row=LAST) if lead_out is None else lead_out
         leads_in, leads_out = (np.linalg.norm([lead_in, lead_out], axis=1) > STANDSTILL).tolist()
-        raised, start, _ = lead_positions(blocks, machine, lead_in)
+        tcp = interpolation is Interpolation.TCP
+        raised, start, _ = lead_positions(blocks, machine, lead_in, above_path=tcp)
         end = blocks.positions[-1] + lead_out
-        before = [raised] if interpolation is Interpolation.JOINT else []
-        before += [start] * leads_in
+        before = [raised, *[start] * leads_in]
         after = [end] * leads_out
         above = [] if retract is None else [_at_z(end, machine, retract)]
         phase = [
@@ -182,7 +186,9 @@ def axis_lead(
     return max(fraction, 0.0) * np.where(moving, lead, 0.0)
 
 
-def lead_positions(motion: Motion, machine: Machine, lead: Array, *, row: int = FIRST) -> Array:
+def lead_positions(
+    motion: Motion, machine: Machine, lead: Array, *, row: int = FIRST, above_path: bool = False
+) -> Array:
     """Return the positions of an approach, (3, k): start and end of its leg of Z, and the location.
 
     A lead-out passes the same positions in reverse.
@@ -191,6 +197,8 @@ def lead_positions(motion: Motion, machine: Machine, lead: Array, *, row: int = 
     ----------
     lead : (k,), mm, from the location to the end of the leg of Z
     row : `FIRST` or `LAST`
+    above_path : whether the leg begins above all of the path at the location's angles, and not at the end of
+        the travel
     """
     location = motion.positions[row]
     end = location + lead
@@ -199,6 +207,11 @@ def lead_positions(motion: Motion, machine: Machine, lead: Array, *, row: int = 
     column = machine.column("Z")
     top = float(machine.high[column])
     height = max(top, end[column]) if np.isfinite(top) else end[column] + ABOVE
+    if above_path:
+        turned = np.broadcast_to(location[machine.rotary_columns], (len(motion), len(machine.rotary_columns)))
+        path = linear_positions(machine, tool_poses(machine, motion.positions)[0], turned)
+        highest = float(path[:, column].max())
+        height = max(min(top - BELOW_TOP, max(highest, end[column]) + ABOVE), end[column])
     return np.array([_at_z(end, machine, height), end, location])
 
 

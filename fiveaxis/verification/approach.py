@@ -38,7 +38,7 @@ LEG = "to the end of its travel, or by 100 mm"
 RETRACTED = "retract (--retract)", JOB
 TURNS = risk("the initial turn of the rotary axes, before the approach", *RETRACTED)
 ACROSS = risk("the rapid move of X and Y at the initial height of Z to above the first location", *RETRACTED)
-FROM_ANYWHERE = risk("the rapid move of the tip from its initial position to the first location", *RETRACTED)
+FROM_ANYWHERE = risk("the rapid move of the tip from its initial position to above the path", *RETRACTED)
 RETRACT_AND_HOME = risk("the positions of retract and home at the end, and the moves there other than Z")
 NO_LEAD_OUT = risk("the retract after the last location: the program ends there", *RETRACTED)
 END_OF_LEAD_OUT = risk("the retract from the end of the lead-out: the program ends there", *RETRACTED)
@@ -54,6 +54,7 @@ class _LeadCheck:
     toolpath: Toolpath
     around: Surroundings
     tolerances: Tolerances
+    tcp: bool
 
     @cached_property
     def _tree(self) -> TriangleTree | None:
@@ -81,7 +82,8 @@ class _LeadCheck:
 
         A lead-out is checked from its end to the path: collisions don't depend on the sense.
         """
-        positions = lead_positions(self.motion, self.machine, lead, row=row)
+        from_above = self.tcp and row == FIRST
+        positions = lead_positions(self.motion, self.machine, lead, row=row, above_path=from_above)
         kinds = [MoveKind.RAPID, MoveKind.RAPID, MoveKind.CUT if lead.any() else MoveKind.RAPID]
         rows = slice(0 if leg else 1, None)
         fault = self._first_error(positions[rows], kinds[rows], row)
@@ -191,7 +193,7 @@ def choose_leads(
     *,
     surroundings: Surroundings,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
-    leg: bool = True,
+    tcp: bool = False,
     retract: float | None = None,
     leaves: bool = True,
 ) -> Leads:
@@ -206,7 +208,8 @@ def choose_leads(
     ----------
     motion : the path's own blocks
     machine, toolpath, surroundings, tolerances : as for `verify`
-    leg : whether the program comes down by Z alone; else the tip comes in a straight line from anywhere
+    tcp : whether the tip comes to a point above all of the path, and Z down from there; else Z comes down
+        from the end of its travel
     retract : mm, machine position of Z to which the program retracts at its end; None if it doesn't
     leaves : whether the program has a lead-out from a last cut before that
 
@@ -215,8 +218,8 @@ def choose_leads(
     MeshError, MissingDependency
         As `verify`.
     """
-    check = _LeadCheck(motion, machine, toolpath, surroundings, tolerances)
-    lead_in, blocked = check.choose(FIRST, leg)
+    check = _LeadCheck(motion, machine, toolpath, surroundings, tolerances, tcp)
+    lead_in, blocked = check.choose(FIRST, leg=True)
     found = [] if blocked is None else [_finding("approach-blocked", blocked, toolpath.place(0))]
     up, lead_out = retract is not None, np.zeros(len(machine.letters))
     if leaves and motion.kind[LAST] == MoveKind.CUT:
@@ -228,7 +231,7 @@ def choose_leads(
         found.append(_finding("retreat-blocked", blocked, place))
     if retract is not None:
         found += _bad_retract(machine, motion.positions[LAST] + lead_out, retract, place)
-    return Leads(lead_in, lead_out, _make_report(found, (lead_in, lead_out), leg=leg, retracts=up))
+    return Leads(lead_in, lead_out, _make_report(found, (lead_in, lead_out), tcp=tcp, retracts=up))
 
 
 def _bad_retract(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:
@@ -265,16 +268,17 @@ def _finding(code: str, fault: str, place: Place) -> Finding:
     return Finding(Severity.ERROR, code, remedy[code].format(fault.partition(";")[0]), place)
 
 
-def _make_report(found: list[Finding], leads: tuple[Array, Array], *, leg: bool, retracts: bool) -> Report:
+def _make_report(found: list[Finding], leads: tuple[Array, Array], *, tcp: bool, retracts: bool) -> Report:
     lead_in, lead_out = (float(np.linalg.norm(lead, axis=-1)) for lead in leads)
     moves = [f"a lead-in of {lead_in:.3g} mm"] if lead_in > STANDSTILL else []
-    moves += ["Z down to it from the end of its travel, or from 100 mm above"] if leg else []
-    checked = [f"approach: {' and '.join(moves)}, for gouges and collisions"] if moves else []
+    begin = "100 mm above the path" if tcp else "the end of its travel, or from 100 mm above"
+    moves.append(f"Z down to it from {begin}")
+    checked = [f"approach: {' and '.join(moves)}, for gouges and collisions"]
     out = [f"a lead-out of {lead_out:.3g} mm"] if lead_out > STANDSTILL else []
     out += [f"Z up {'from it ' if out else ''}{LEG}"] if retracts else []
     checked += [f"retract: {' and '.join(out)}, for gouges and collisions"] if out else []
     end = END_OF_LEAD_OUT if lead_out > STANDSTILL else NO_LEAD_OUT
-    left = TURNS, ACROSS if leg else FROM_ANYWHERE, RETRACT_AND_HOME if retracts else end
+    left = TURNS, FROM_ANYWHERE if tcp else ACROSS, RETRACT_AND_HOME if retracts else end
     return replace(
         Report.of_findings(found, APPROACH),
         passed=() if found else tuple(checked),

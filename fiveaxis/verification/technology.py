@@ -10,10 +10,15 @@ import numpy as np
 
 from fiveaxis.findings import JOB, Gap, Severity
 from fiveaxis.geometry import BoolArray, IntArray
+from fiveaxis.machine import Machine
 from fiveaxis.nc.control.technology import MachineMove, Technology, TechnologyTrack
-from fiveaxis.nc.writing.start_and_end import RequiredTechnology, usual_words
+from fiveaxis.nc.traced_program import TracedProgram
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology, usual_words, usually_cancelled
+from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.report import Result, said, violated
 
+# mm, by which Z comes down alone at least, or the distance to the end of its travel from where it can't.
+DESCENT = 2.0
 # rev/min: decimals of S.
 SAME_SPEED = 0.5
 # mm: of a retract's height, for the decimals of words in inch.
@@ -51,6 +56,7 @@ def check_technology(
         # Offsets have other names, and tools another way of having their length, on another control.
         unnamed = asked.technology._replace(length="", work_offset="")
         asked = replace(asked, technology=unnamed)
+    yield _check_start(track, rows, asked)
     yield _check_spindle(track, rows, asked)
     yield _check_tool(track, rows, asked)
     yield _check_changes(track, rows)
@@ -81,6 +87,33 @@ def check_feed_mode(
         )
 
 
+def check_descent(read: TracedProgram, machine: Machine) -> Iterator[Result]:
+    """Check that under TCP Z comes down alone: X, Y and Z may move together only high above.
+
+    It is a warning in a program of another source, whose start may be high enough.
+    """
+    track, motion = read.technology, read.motion
+    at = np.flatnonzero(read.tcp)[:1]
+    lines = () if track is None else track.diagonals
+    if track is None or "Z" not in machine.letters or not np.isin(motion.source[at], lines).any():
+        return
+    column = machine.column("Z")
+    z, feeds = motion.positions[:, column], np.flatnonzero(motion.kind != MoveKind.RAPID)
+    above = float(z[at[0]] - z[max(feeds[0] - 1, at[0])]) if len(feeds) else np.inf
+    low = above < DESCENT and z[at[0]] < machine.high[column] - DESCENT
+    low |= lines[0] < motion.source[at[0]]
+    yield violated(
+        code="approach-order",
+        severity=Severity.ERROR if track.is_own else Severity.WARNING,
+        rows=at[:1] if low else at[:0],
+        message=(
+            f"X, Y and Z move together to the first location under TCP (line {lines[0]}), past "
+            "whatever lies on the straight line there; first go to a point straight above it, then down"
+        ),
+        checked=("approach under TCP: Z comes down alone, from straight above the first location",),
+    )
+
+
 def check_switched(tcp: BoolArray, cuts: IntArray) -> Result:
     """Check that TCP is neither switched on nor off between the cuts.
 
@@ -95,6 +128,27 @@ def check_switched(tcp: BoolArray, cuts: IntArray) -> Result:
         rows=bad,
         message="TCP is switched between the cuts of the path; switch it before them",
         checked=("TCP isn't switched between the cuts",),
+    )
+
+
+def _check_start(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
+    """Check that nothing of an earlier program is left on where the first move begins.
+
+    It is a warning in a program of another source, which may rely on the control's own reset.
+    """
+    known = asked is not None and asked.language == track.language
+    wanted = asked.cancelled if asked is not None and known else usually_cancelled(track.language)
+    left = {mode: block for mode, block in wanted.items() if mode not in track.cancelled}
+    blocks = ", ".join(dict.fromkeys(left.values()))
+    return violated(
+        code="start-state",
+        severity=Severity.ERROR if track.is_own else Severity.WARNING,
+        rows=rows[:1] if left else rows[:0],
+        message=(
+            f"an earlier program may have left on {'; '.join(left)}, and nothing switches that off before "
+            f"the first move; write {blocks} at the start"
+        ),
+        checked=(f"start: switched off or set before the first move: {'; '.join(wanted)}",) if wanted else (),
     )
 
 

@@ -31,7 +31,7 @@ from fiveaxis.verification.outside import check_outside
 from fiveaxis.verification.program_rows import ProgramRows, check_program_feeds, check_program_lean
 from fiveaxis.verification.read_back import WrittenText, check_text
 from fiveaxis.verification.report import Report, Result, make_report
-from fiveaxis.verification.technology import check_feed_mode, check_switched, check_technology
+from fiveaxis.verification.technology import check_descent, check_feed_mode, check_switched, check_technology
 from fiveaxis.verification.turns import (
     check_block_turns,
     check_hold,
@@ -244,6 +244,7 @@ def _technology(e: Examination) -> Iterable[Result]:
         if read.by_control:
             yield from check_feed_mode(track, cuts, asked)
         yield check_switched(read.tcp, cuts)
+        yield from check_descent(read, e.context.machine)
 
 
 def _planes(e: Examination) -> Iterable[Result]:

@@ -23,7 +23,16 @@ O0001
 (start with the tool clear of part and table: first the)
 (  rotary axes turn, then X and Y move, then Z)
 G21 G90 G94 G17 G40 G49 G80
+G69
+G50
+G100 X0 Y0 Z0
+G52 X0 Y0 Z0
+G255
+G269
+G187
 G54
+M11
+M13
 G0 B37.5000 C0.0000
 G0 X0.0000 Y0.0000
 G0 G43 H1 Z5.0000

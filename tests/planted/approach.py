@@ -40,6 +40,14 @@ def order(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
             yield moved(text, line, down)
 
 
+def diagonal(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
+    """Under TCP X, Y and Z move together to the first location, past the part."""
+    if subject.mode != "axes" and len(subject.text.approach) > 2:
+        high, down = subject.text.approach[-2:]
+        words = words_of(subject.text.lines[down])
+        yield subject.text.replaced(high, with_words(subject.text.lines[high], words)).replaced(down)
+
+
 def deep(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
     """The approach ends inside the material."""
     text = subject.text
@@ -84,6 +92,7 @@ def retract_lost(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
 # that was asked for is the only thing that keeps a turning table clear of the tool.
 FAULTS = (
     Fault("approach order", "approach", order),
+    Fault("approach diagonal", "approach", diagonal),
     Fault("approach too deep", "approach", deep),
     Fault("plunge at the end", "approach", plunge),
     Fault("retract lost", "approach", retract_lost),

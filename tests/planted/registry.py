@@ -1,12 +1,13 @@
 """All classes of faults in programs, by name."""
 
-from planted import approach, between, geometric, states, technology
+from planted import approach, between, geometric, start, states, technology
 from planted.fault import Fault
 
 FAULTS: tuple[Fault, ...] = (
     *geometric.FAULTS,
     *technology.FAULTS,
     *approach.FAULTS,
+    *start.FAULTS,
     *states.FAULTS,
     *between.FAULTS,
 )

@@ -16,6 +16,8 @@ COMMENT = re.compile(r"\d* ?(?:[;(#]|\$\$)")
 KLARTEXT = re.compile(r"\d+ LN? ")
 RAPID = re.compile(r"\bG0?0\b|\bFMAX\b")
 NUMBERED = re.compile(r"\d+ (.*)")
+# Axis words that move nothing: a shift, a mirror, a cycle.
+NO_MOVE = re.compile(r"\bG(?:52|50\.1|100)\b|\bCYCL DEF\b")
 # Moves to a position of the machine.
 IN_MACHINE = re.compile(r"\bG53\b|\bSUPA\b|\bM91\b")
 LINEAR, ROTARY, DIRECTION = "XYZ", "ABC", "IJK"
@@ -79,7 +81,8 @@ class Text:
         return max(i for i in range(len(self.lines)) if self._is_own_move(i))
 
     def _is_own_move(self, line: int) -> bool:
-        return bool(spans(self.lines[line])) and not IN_MACHINE.search(self.lines[line])
+        text = self.lines[line]
+        return bool(spans(text)) and not (IN_MACHINE.search(text) or NO_MOVE.search(text))
 
     @cached_property
     def states(self) -> dict[int, Words]:

@@ -157,7 +157,8 @@ class Interpreter(RunMoves):
             self.tip_words.update((*block.g, *block.m) if block.tip_control else ())
         if block.frame is not None:
             scale = MILLIMETRES[self.modes.units.now]
-            self.modes.units.use(block.line)
+            if any(block.frame.origin):
+                self.modes.units.use(block.line)
             at.plane = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
         at.update()
         turned = None if at.plane.is_unturned else tuple((at.plane.rotation.round(9) + 0.0).ravel().tolist())

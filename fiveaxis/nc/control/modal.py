@@ -54,7 +54,7 @@ GROUPS: tuple[tuple[str, ...], ...] = (
 
 # Word -> why it doesn't move an axis or shift a position.
 HARMLESS = {
-    **dict.fromkeys(("G40", "G15", "G50"), "switches off what isn't supported when it is on"),
+    **dict.fromkeys(("G15", "G40", "G50", "G255", "G269"), "switches off what isn't supported when it is on"),
     **dict.fromkeys(("G140", "G174"), "switches TCP off if it is on"),
     "G80": "cancels a cycle, and the motion in force",
     **dict.fromkeys(("G43", "G49"), "positions are for the tool length of the machine model"),

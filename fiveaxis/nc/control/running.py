@@ -107,7 +107,7 @@ def _run(
         Units(source, options.unit),
         for_motion,
         assume_zero=options.assume_zero,
-        technology=TechnologyReader(language, options.harmless),
+        technology=TechnologyReader.of(source, options.harmless),
     )
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()

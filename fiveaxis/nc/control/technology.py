@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language
 from fiveaxis.nc.languages.iso import ALWAYS_OFF, TIP_WORDS
 from fiveaxis.nc.languages.runs import Run
+from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
 
 # M word -> direction of the spindle; it stands once it is oriented, until it is switched on again.
@@ -24,6 +25,7 @@ SENSES = {
 }
 # M word -> the word of the coolant that it switches on; M88 and M89 are Haas's through the spindle.
 COOLANT = {"M7": "M7", "M8": "M8", "M13": "M8", "M14": "M8", "M88": "M88", "M9": "", "M89": ""}
+CLAMPS = ("M13", "M14")
 # They take effect after the block's move.
 AFTER_MOVE = frozenset(("M5", "M9", "M89"))
 # Words that load the selected tool, in any language.
@@ -47,6 +49,7 @@ _INTERPRETED = frozenset((*TIP_WORDS, *ALWAYS_OFF, "M2", "M17", "M30", "M99"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
 FEED_MODES = ("G93", "G94", "G95")
 _LETTERS = frozenset("STHD")
+_AXES = frozenset("XYZABC")
 
 
 class Technology(NamedTuple):
@@ -116,6 +119,9 @@ class TechnologyTrack:
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
         Z comes down last
     late_line : that line; 0 for none
+    diagonals : lines on which the approach moves Z together with X or Y
+    cancelled : modes that are switched off before the first move, with the line
+    is_own : whether the program's header says that this package wrote it
     """
 
     language: str
@@ -127,6 +133,9 @@ class TechnologyTrack:
     unapproached: frozenset[int] = frozenset()
     late_axes: str = ""
     late_line: int = 0
+    diagonals: tuple[int, ...] = ()
+    cancelled: Mapping[str, int] = field(default_factory=dict)
+    is_own: bool = False
 
     @property
     def spindle(self) -> Array:
@@ -154,28 +163,43 @@ class TechnologyReader:
     language : whose D (Sinumerik), or else H, is the tool's length offset
     accepted : M words that the caller takes for harmless
     selections : lines and names of selected tools
+    cancelled : modes that are switched off before the first move, with the line
+    is_own : whether the program's header says that this package wrote it
     """
 
     language: Language = ISO
     accepted: Collection[str] = ()
+    is_own: bool = False
     now: Technology = field(default_factory=Technology)
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
     machine_moves: list[MachineMove] = field(default_factory=list)
     once: list[tuple[int, str]] = field(default_factory=list)
     selections: list[str] = field(default_factory=list)
+    cancelled: dict[str, int] = field(default_factory=dict)
     cuts: bool = False
     _scale: float = 1.0
     _incremental: bool = False
+    _moved: bool = False
     _rapid: bool = False
     _down: int = 0
+    _diagonals: list[int] = field(default_factory=list)
     _others: dict[str, int] = field(default_factory=dict)
     _at_machine: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, source: Source, accepted: Collection[str] = ()) -> TechnologyReader:
+        """Make the reader for a program."""
+        return cls(find_language(source), accepted, is_own=bool(stated_control(source)[0]))
 
     def take(self, block: Block) -> None:
         """Read a block."""
         if not self.cuts:
             self._follow_approach(block)
+        if not self._moved:
+            self.cancelled.update(dict.fromkeys(block.cancels, block.line))
+            on_work = _NOT_IN_PROGRAM.isdisjoint(block.g) and block.frame is None
+            self._moved = on_work and not _AXES.isdisjoint(block.words)
         if not (block.m or block.ignored or block.stated or block.g or block.tool) and _LETTERS.isdisjoint(
             block.words
         ):
@@ -185,7 +209,11 @@ class TechnologyReader:
         change = self._of_tool(block, words) | self._of_offsets(block) | self._of_feed(block)
         change |= self._of_words(block)
         later: dict[str, Any] = {}
+        # Without a speed to turn at, M13 and M14 are those of a clamp, as on Haas.
+        stands = self.now.speed is None and "S" not in block.words
         for word in words:
+            if stands and word in CLAMPS:
+                continue
             target = later if word in AFTER_MOVE else change
             if word in SENSES:
                 target["sense"] = SENSES[word]
@@ -284,6 +312,8 @@ class TechnologyReader:
             self.cuts = self.cuts or word in _FEEDS
         if self.cuts or not self._rapid or not _NOT_IN_PROGRAM.isdisjoint(block.g):
             return
+        if "Z" in block.words and not {"X", "Y"}.isdisjoint(block.words):
+            self._diagonals.append(block.line)
         for letter in "XYZABC":
             if letter == "Z" and letter in block.words:
                 self._down = block.line
@@ -298,15 +328,18 @@ class TechnologyReader:
         first = min(late.values(), default=0)
         states = Technology(), *self.states
         return TechnologyTrack(
-            self.language.name,
-            states,
-            state,
-            lines,
-            tuple(self.machine_moves),
-            tuple(self.once),
-            frozenset(self._at_machine.values()) if self.cuts else frozenset(),
-            "".join(sorted(late)),
-            first,
+            language=self.language.name,
+            states=states,
+            state=state,
+            lines=lines,
+            machine_moves=tuple(self.machine_moves),
+            once=tuple(self.once),
+            unapproached=frozenset(self._at_machine.values()) if self.cuts else frozenset(),
+            late_axes="".join(sorted(late)),
+            late_line=first,
+            diagonals=tuple(self._diagonals),
+            cancelled=self.cancelled,
+            is_own=self.is_own,
         )
 
 
@@ -322,8 +355,7 @@ def _tool_number(written: str | None) -> str:
 
 def read_technology(source: Source, accepted: Collection[str] = ()) -> TechnologyReader:
     """Read what a whole program puts in force; M words that are accepted are harmless."""
-    language = find_language(source)
-    reader = TechnologyReader(language, accepted)
-    for block in language.split(source):
+    reader = TechnologyReader.of(source, accepted)
+    for block in reader.language.split(source):
         reader.take(block) if isinstance(block, Block) else reader.take_run(block)
     return reader

@@ -93,6 +93,7 @@ class Block(NamedTuple):
     tool : name of the selected tool, unless it is a number after T
     feed_step : length units per minute of F1 from here on; None leaves it
     work_offset : name of the selected work offset, if it is none of ISO 6983's G54 to G59 (G505, preset 3)
+    cancels : modes that the block switches off, which an earlier program may have left on
     shorter : whether rotary axes take the shorter direction from here on (M126); None leaves it
     drills : whether it is a move of a drilled hole
     """
@@ -118,6 +119,7 @@ class Block(NamedTuple):
     shorter: bool | None = None
     work_offset: str = ""
     drills: bool = False
+    cancels: tuple[str, ...] = ()
 
 
 def strip_comment(text: str) -> str:
@@ -170,6 +172,7 @@ class Draft:
     shorter: bool | None = None
     work_offset: str = ""
     drills: bool = False
+    cancels: list[str] = field(default_factory=list)
 
     def note(self, severity: Severity, code: str, message: str) -> None:
         """Record an assumption or an omission."""

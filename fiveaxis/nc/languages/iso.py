@@ -44,6 +44,26 @@ TIP_WORDS: dict[str, frozenset[str]] = {
 # These switch off even if nothing was switched on.
 ALWAYS_OFF = frozenset(("M129", "M429"))
 
+# Word -> the mode that it switches off.
+CANCELS = {
+    "G15": "polar coordinates (G16)",
+    **dict.fromkeys(("G61", "G61.1", "G64"), "path mode (G61, G64)"),
+    "G187": "smoothness (G187)",
+    "M11": "clamp of the 4th axis (M10)",
+    "M13": "clamp of the 5th axis (M12)",
+    "G40": "cutter compensation (G41, G42)",
+    "G49": "length offset and TCP (G43, G43.4, G234)",
+    "G50": "scaling (G51)",
+    "G69": "rotation and tilted plane (G68, G68.2)",
+    "G80": "fixed cycle (G81)",
+    "G92.1": "shift (G92, G52)",
+    "G255": "dynamic work offset (G254)",
+    "G269": "tilted plane (G268)",
+    "M429": "TCP (M428)",
+}
+# The same where the block has axis words, all 0, and nothing else; these are no positions.
+CANCELS_AT_ZERO = {"G50.1": "mirror (G51.1)", "G52": "shift (G52)", "G100": "mirror (G101)"}
+
 PLANE_WORDS = frozenset(("G68.2", "G53.1", "G69"))
 
 _PLAIN = "post the program with plain numbers"
@@ -129,7 +149,7 @@ class Iso(Reader):
         block = _parse_block(line, code)
         if not (block.g or block.m):
             return [block] if block.words else []
-        block = _without_fast_mode(block._replace(tip_control=self.tip.take(block)))
+        block = _cancelling(_without_fast_mode(block._replace(tip_control=self.tip.take(block))))
         block = _timed_by_x(block, text) if "G4" in block.g and "X" in block.words else block
         return [block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block)]
 
@@ -144,6 +164,15 @@ def _without_fast_mode(block: Block) -> Block:
         ignored=("G5",),
         stated=(f"G5 P{block.words['P']:g}",),
     )
+
+
+def _cancelling(block: Block) -> Block:
+    """Return a block with the modes that it switches off; ``G52 X0 Y0 Z0`` moves nothing."""
+    for word in CANCELS_AT_ZERO.keys() & set(block.g):
+        letters = block.words.keys()
+        if len(block.g) == 1 and set("XYZ") <= letters <= set("XYZABC") and not any(block.words.values()):
+            return Block(block.line, m=block.m, ignored=(word,), cancels=(CANCELS_AT_ZERO[word],))
+    return block._replace(cancels=tuple(CANCELS[w] for w in (*block.g, *block.m) if w in CANCELS))
 
 
 def _timed_by_x(block: Block, text: str) -> Block:

@@ -128,6 +128,7 @@ class SetUp(Line):
         kind = words[1] if len(words) > 1 else ""
         draft.ignored.append(f"PLANE {kind}")
         if kind == "RESET":
+            draft.cancels.append("tilted plane (PLANE, cycle 19)")
             state.tilt_plane(np.eye(3))
             draft.tip_control = state.tip_control
         else:
@@ -187,6 +188,8 @@ class SetUp(Line):
         if self.state.zero.startswith("#"):
             self.state.change_zero("a datum shift")
         self.state.shift_datum(words, increments)
+        if self.state.at_datum == set("XYZ"):
+            self.draft.cancels.append("datum shift (cycle 7, TRANS DATUM)")
         self.draft.frame = self.state.frame("datum shift")
 
     def _cycle(self) -> None:
@@ -201,6 +204,7 @@ class SetUp(Line):
             self.state.change_zero(f"preset {self.draft.work_offset}")
         elif number in IGNORED_CYCLES:
             self.draft.stated.append(self.code)
+            self.draft.cancels += ["tolerance (cycle 32)"] if (number, part) == (32, 1) else []
         elif number not in (7, 8, 9, 10, 11, 19):
             raise BlockError(refusal(f"CYCL DEF {number}"))
         elif part > 0:
@@ -219,6 +223,7 @@ class SetUp(Line):
             angle = self._last_number(rest.replace("ROT", " "))
             state.spin = angle + (state.spin if rest.startswith("IROT") else 0.0)
             self.draft.frame = state.frame("cycle 10")
+            self.draft.cancels += [] if state.spin else ["rotation (cycle 10)"]
         elif number == 19:
             if any(self.axes_of(rest)[0].values()):
                 raise BlockError("cycle 19 angles depend on the machine; write PLANE SPATIAL")
@@ -226,6 +231,8 @@ class SetUp(Line):
             self.draft.frame = state.frame("cycle 19")
         elif rest and not (number == 11 and self._last_number(rest.replace("SCL", " ")) == 1.0):
             raise BlockError(f"cycle {number} mirrors or scales, which isn't supported; post without it")
+        else:
+            self.draft.cancels.append(f"{'scaling' if number == 11 else 'mirror'} (cycle {number})")
 
     def _last_number(self, text: str) -> float:
         found = _LAST_NUMBER.search(text)

@@ -8,7 +8,7 @@ import re
 from fiveaxis.findings import Severity
 from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, m_number, put_word
 from fiveaxis.nc.languages.klartext_state import END_M, REFUSED_M, VALUE, Line, State
-from fiveaxis.nc.languages.planes import turns
+from fiveaxis.nc.languages.planes import TCP, turns
 from fiveaxis.nc.source import Source
 
 _WORD = re.compile(
@@ -120,7 +120,9 @@ class Move(Line):
         else:
             draft.ignored.append(f"M{number}")
             self.omitted = self.omitted or number in (92, 140)
-            draft.shorter = number == 126 if number in (126, 127) else draft.shorter
+            if number in (126, 127):
+                draft.shorter = number == 126
+                draft.cancels.append("direction of rotary axes (M126)")
 
     # The move as a whole
 
@@ -252,6 +254,7 @@ class Move(Line):
             self.after = Block(self.draft.line, tip_control=False)
         else:
             self.draft.tip_control = False
+            self.draft.cancels.append(TCP)
         self.state.tip_control, self.state.spatial, self.state.positioned = False, None, False
 
 

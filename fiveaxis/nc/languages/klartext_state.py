@@ -101,6 +101,7 @@ class State(CoordinateState):
     now : last value of each axis word in the frame in force, if known
     pole : X and Y of the last CC
     datum, tilt, shift, spin : the four parts of the frame
+    at_datum : letters whose datum shift the program has set to 0
     """
 
     begun: bool = False
@@ -113,6 +114,7 @@ class State(CoordinateState):
     tilt: Array = field(default_factory=lambda: np.eye(3))
     shift: Array = field(default_factory=lambda: np.zeros(3))
     spin: float = 0.0
+    at_datum: set[str] = field(default_factory=set)
 
     @property
     def is_tilted(self) -> bool:
@@ -135,6 +137,8 @@ class State(CoordinateState):
                 "a datum shift in a tilted plane, with one from before the plane in force, isn't supported; "
                 "write PLANE RESET before"
             )
+        self.at_datum -= words.keys()
+        self.at_datum |= {c for c, value in words.items() if not value and c not in increments}
         part = self.shift if self.is_tilted else self.datum
         for letter, value in words.items():
             column = "XYZ".index(letter)

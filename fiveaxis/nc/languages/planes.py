@@ -14,6 +14,8 @@ from fiveaxis.nc.languages.block import Block, BlockError, Draft, FrameChange
 from fiveaxis.nc.source import Source
 
 AXES = "XYZ"
+# Mode that is switched off.
+TCP = "TCP (TRAORI, FUNCTION TCPM, M128)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +127,7 @@ class Statement(Generic[S]):
     def switch_tcp(self, *, on: bool) -> None:
         """Switch TCP."""
         self.state.tip_control = self.draft.tip_control = on
+        self.draft.cancels += [] if on else [TCP]
         self.state.positioned = False
 
     def stand_upright(self, word: str, *, follows: bool) -> None:

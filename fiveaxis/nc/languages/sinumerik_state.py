@@ -43,6 +43,9 @@ IGNORED_G = frozenset(
     (9, 60, 62, 64, 290, 601, 602, 603, 621, 641, 642, 643, 644, 645, 646, 140, 141, 142, 143)
 ) | frozenset((340, 341, 450, 451, 460, 461, 462))
 
+# Those that set how corners are rounded.
+ROUNDING_G = frozenset((60, 64, 641, 642, 643, 644, 645))
+
 REFUSED_G = {
     **dict.fromkeys((33, 34, 35, 63, 331, 332), "cuts a thread, whose feed isn't supported"),
     **dict.fromkeys((58, 59), "shifts the coordinates; write TRANS or ATRANS"),

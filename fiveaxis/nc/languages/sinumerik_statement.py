@@ -24,6 +24,7 @@ from fiveaxis.nc.languages.sinumerik_state import (
     MACHINE_COORDINATES,
     REFUSED_G,
     ROTARY,
+    ROUNDING_G,
     SAME_IN_ISO,
     State,
     refusal,
@@ -207,6 +208,7 @@ class SinumerikStatement(Statement[State]):
             draft.ignored.append(word)
         elif number in IGNORED_G:
             draft.ignored.append(word)
+            draft.cancels += ["rounding of corners (G60, G64, G642)"] if number in ROUNDING_G else []
         elif number in SAME_IN_ISO:
             self._iso(SAME_IN_ISO[int(number)])
             if number == 70:
@@ -229,6 +231,7 @@ class SinumerikStatement(Statement[State]):
         elif word in ("G54", "G55", "G56", "G57"):
             state.select_zero(word)
         self.draft.g.append(word)
+        self.draft.cancels += ["cutter compensation (G41, G42)"] if word == "G40" else []
 
     def _m(self, number: float) -> None:
         if m_number(number) in _END:
@@ -301,6 +304,7 @@ class SinumerikStatement(Statement[State]):
         state, draft = self.state, self.draft
         draft.frame = state.swivel_plane(swivel)
         if swivel is None:
+            draft.cancels.append("swivelled plane (CYCLE800)")
             draft.tip_control = state.tip_control
         elif swivel.positions:
             self.stand_upright("CYCLE800", follows=swivel.follows)
@@ -311,6 +315,8 @@ class SinumerikStatement(Statement[State]):
         if not alone or not set(draft.words) <= set(AXES) or draft.increments or draft.absolutes:
             raise BlockError(f"{name} takes numbers for X, Y, Z (ROT: or RPL) and no other words; correct it")
         draft.frame = self.state.change_frame(name, draft.words, self.plane_angle)
+        if name in ("TRANS", "ROT") and not any(draft.words.values()) and not self.plane_angle:
+            draft.cancels.append("shift, rotation, mirror and scaling (TRANS, ROT, MIRROR, SCALE)")
         draft.words = {}
         draft.ignored.append(name)
 
@@ -329,6 +335,7 @@ class SinumerikStatement(Statement[State]):
         self.end_positioning()
         called = self.hole is not None
         if self.modal_call:
+            draft.cancels += [] if self.hole else ["modal cycle (MCALL)"]
             state.hole, self.hole = self.hole, None
             draft.ignored.append("MCALL")
         if self.machine:

@@ -167,7 +167,8 @@ def _length_note(writer: WordWriter) -> str:
 
 
 def _start_note(writer: WordWriter) -> str:
-    then = "then X and Y move, then Z" if writer.coordinates == "axes" else "then X, Y and Z move together"
+    above = "then X, Y and Z go to a point above the path, then Z comes down"
+    then = "then X and Y move, then Z" if writer.coordinates == "axes" else above
     return f"start with the tool clear of part and table: first the rotary axes turn, {then}"
 
 

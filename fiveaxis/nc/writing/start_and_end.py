@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -19,7 +19,7 @@ from fiveaxis.nc.words import control_value, feed_text
 from fiveaxis.nc.writing.feeds import SECONDS, feed_form
 from fiveaxis.nc.writing.header import contains_length
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
-from fiveaxis.nc.writing.tables import DIALECTS
+from fiveaxis.nc.writing.tables import DIALECTS, Dialect
 from fiveaxis.nc.writing.turns import first_words
 from fiveaxis.nc.writing.word_writer import WordWriter
 
@@ -60,11 +60,12 @@ class StartAndEnd:
     def modes(self) -> list[str]:
         """Modes, work offset, retract, tool, spindle, coolant: all before the first move on the workpiece."""
         dialect, settings = self.writer.dialect, self.settings
-        lines, offset = self._fill(dialect.start), self.work_offset
+        lines, offset = self._fill((*dialect.safe_start, *dialect.smoothing)), self.work_offset
         lines += dialect.work_offset.format(offset=offset).splitlines() if offset else []
         lines += self._retract()
         if settings.tool_number is not None:
             lines += dialect.tool_change.format(tool=settings.tool_number).splitlines()
+        lines += self._fill(dialect.unclamp)
         if settings.spindle_rpm is not None:
             left = settings.spindle_direction == "left"
             template = dialect.spindle_left if left else dialect.spindle
@@ -121,7 +122,8 @@ class StartAndEnd:
         writer, machine, first = self.writer, self.writer.machine, program.first
         has_lead_in = program.phase[first] == Phase.LEAD_IN
         at = first - has_lead_in
-        begin = program.motion.positions[at : at + 1]
+        positions = program.motion.positions
+        begin = positions[at : at + 1]
         by_axes = self._by_axes
         start = first_words(by_axes.values(begin), by_axes, self.winding)[0]
         yield from ((line, NO_ROW) for line in (() if writer.coordinates != "axes" else self._on()))
@@ -136,7 +138,10 @@ class StartAndEnd:
             yield from ((self._first(words), at) for words in down)
         else:
             yield from ((line, NO_ROW) for line in self._on())
-            yield self._first(writer.words(writer.values(begin)[0], only="XYZ")), at
+            # To straight above the first location, then down along Z of the machine.
+            ends = writer.values(positions[[0, at]])
+            yield self._first(writer.words(ends[0], only="XYZ")), 0
+            yield self._rapid(writer.words(ends[1], only="XYZ")), at
         if word := feed_form(writer).word:
             yield word, NO_ROW
         if has_lead_in:
@@ -298,6 +303,26 @@ def numbered(lines: list[str], writer: WordWriter, step: int | None) -> Iterator
         number = number if number <= most else (step or 1)
 
 
+def cancelled_by(dialect: Dialect) -> tuple[str, dict[str, str]]:
+    """Return the language of a control, and what its safe start switches off: mode -> the block that does."""
+    fields = {"unit": next(iter(dialect.unit.values())), "name": ASSUMED_NAME, "number": "1"}
+    templates = (*dialect.head, *dialect.safe_start, *dialect.smoothing, *dialect.unclamp)
+    lines = [line for template in templates for line in template.format(**fields).splitlines()]
+    texts = [line for template in templates for line in template.format(**fields | {"unit": ""}).splitlines()]
+    reader = read_technology(Source(f"program{dialect.suffix}", lines))
+    return reader.language.name, {mode: texts[at - 1].strip() for mode, at in reader.cancelled.items()}
+
+
+@cache
+def usually_cancelled(language: str) -> dict[str, str]:
+    """Return what the safe starts of all controls of a language switch off: mode -> the block that does."""
+    programs = (dialect for dialect in DIALECTS.values() if dialect.language == "blocks")
+    tables = [modes for spoken, modes in map(cancelled_by, programs) if spoken == language]
+    return (
+        {mode: text for mode, text in tables[0].items() if all(mode in t for t in tables)} if tables else {}
+    )
+
+
 @dataclass(frozen=True)
 class RequiredTechnology:
     """What has to be in force in every cut.
@@ -307,6 +332,7 @@ class RequiredTechnology:
     language : of the control's programs
     technology : spindle and tool as in the settings, offsets and coolant as the control's words for the
         settings put them in force
+    cancelled : modes that the control's safe start switches off, with the block that does
     spindle, tool, coolant : whether the settings give them; what they don't give isn't checked
     before, after : mm, where Z may go in machine coordinates before the cuts, and after them; none if
         nobody asked for a retract there
@@ -318,6 +344,7 @@ class RequiredTechnology:
     spindle: bool
     tool: bool
     coolant: bool
+    cancelled: Mapping[str, str]
     before: tuple[float, ...] = ()
     after: tuple[float, ...] = ()
     harmless: tuple[str, ...] = ()
@@ -344,6 +371,7 @@ class RequiredTechnology:
             spindle=settings.spindle_rpm is not None,
             tool=settings.tool_number is not None,
             coolant=settings.coolant is not None,
+            cancelled=cancelled_by(dialect)[1],
             before=retract,
             after=(*retract, *((0.0,) if "Z" in settings.home else ())),
             harmless=dialect.harmless,
@@ -357,7 +385,7 @@ def usual_words(language: str) -> tuple[frozenset[str], tuple[str, ...]]:
     harmless: list[str] = []
     for dialect in DIALECTS.values():
         for mode in dialect.modes.values() if dialect.language == "blocks" else ():
-            lines = [*dialect.head, *dialect.start, *mode.on]
+            lines = [*dialect.head, *dialect.safe_start, *dialect.smoothing, *mode.on]
             texts = [
                 line.format(unit=dialect.unit["mm"], name=ASSUMED_NAME, number=1, offset=1) for line in lines
             ]

@@ -55,8 +55,11 @@ class Dialect(StrictModel):
     unit : the words of ``mm`` and ``inch``; a unit without a word isn't supported
     inch_feed : unit of F in programs in inch, inch/min
     head : lines before the comments
-    start : blocks that set every mode the program relies on
-    corners : how moves join under the modes of `start`: ``exact-path`` as LinuxCNC's G61, ``blended`` as its
+    safe_start : blocks that set every mode the program relies on, and switch off what an earlier program, or
+        one that was aborted, may have left on
+    smoothing : blocks that set how the control rounds corners, in place of what was set before
+    unclamp : blocks that release the clamps of the rotary axes, before they turn
+    corners : how moves join with `smoothing`: ``exact-path`` as LinuxCNC's G61, ``blended`` as its
         G64 (`predicted_time`), or the tolerance in mm; None where it depends on the machine's settings
     blend : mm, by which blended moves may pass a corner, as in G64 P; 0 where nothing but speed counts
     cycle : s, of the control's clock; a move from rest to rest takes whole cycles
@@ -95,7 +98,9 @@ class Dialect(StrictModel):
     unit: dict[Unit, str] = Field(default_factory=_no_unit_words)
     inch_feed: float = Field(1.0, gt=0.0)
     head: Lines = ()
-    start: Lines = ()
+    safe_start: Lines = ()
+    smoothing: Lines = ()
+    unclamp: Lines = ()
     corners: Annotated[float, Field(ge=0.0)] | Literal["exact-path", "blended"] | None = None
     blend: float = Field(0.0, ge=0.0)
     cycle: float = Field(0.0, ge=0.0)
@@ -181,7 +186,7 @@ class Dialect(StrictModel):
 
     def _require_units(self) -> None:
         """Raise `ValueError` if a unit has no word and blocks have a placeholder for it."""
-        written = any("{unit}" in block for block in (*self.head, *self.start, *self.end))
+        written = any("{unit}" in block for block in (*self.head, *self.safe_start, *self.end))
         for unit, word in self.unit.items():
             if written and not word.strip():
                 raise ValueError(f"unit.{unit} = {word!r} needs the word for it, as {{unit}} is written")

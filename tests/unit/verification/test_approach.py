@@ -144,7 +144,7 @@ def test_a_retract_goes_up_and_stays_within_the_travel_of_z(hayashi, lollipop, r
         assert fault is None or fault in found[0]
 
 
-def test_below_a_roof_there_is_no_clear_retract_and_without_one_no_error(hayashi, lollipop):
+def test_below_a_roof_there_is_no_clear_approach_and_no_clear_retract(hayashi, lollipop):
     # The shank passes a slot in the roof that is as long as the path.
     slotted = trimesh.util.concatenate(
         [
@@ -153,12 +153,13 @@ def test_below_a_roof_there_is_no_clear_retract_and_without_one_no_error(hayashi
             box([-60, -40, -10], [60, 40, 0]),
         ]
     )
-    _, before, after = verified(hayashi, along_x(lollipop), slotted, leg=False)
+    _, before, after = verified(hayashi, along_x(lollipop), slotted, tcp=True)
     assert before.ok
-    assert after.ok
+    # Under TCP, too, Z comes down from above.
+    assert after.counts == {"approach-blocked": 1}
     assert np.linalg.norm(after.lead_out) >= 1.0
-    _, _, up = verified(hayashi, along_x(lollipop), slotted, leg=False, retract=100.0)
-    assert up.counts == {"retreat-blocked": 1}
+    _, _, up = verified(hayashi, along_x(lollipop), slotted, tcp=True, retract=100.0)
+    assert up.counts == {"approach-blocked": 1, "retreat-blocked": 1}
     found = next(f for f in up.findings if f.code == "retreat-blocked")
     assert found.place.location == 8
     assert not Gate.of(up.report).is_open
@@ -169,7 +170,7 @@ def test_the_tool_leaves_a_wall_sideways(hayashi):
     tool = Tool.ball(10.0)
     tips = np.column_stack([np.linspace(-20.0, 20.0, 9), np.full(9, -5.0), np.full(9, 1.0)])
     path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (9, 1)), tool)
-    _, before, after = verified(hayashi, path, box([-60, 0, -10], [60, 40, 20]), leg=False)
+    _, before, after = verified(hayashi, path, box([-60, 0, -10], [60, 40, 20]), tcp=True)
     assert before.ok
     assert after.ok
     assert after.lead_out[1] < -0.5
@@ -218,7 +219,7 @@ def test_a_leg_of_z_with_a_tilted_tool_is_checked():
     # The roof ends at 8 mm and the ball is 5 mm thick: Z comes down beside it.
     assert after.ok
     assert after.lead_in[0] > 13.0
-    _, _, led = verified(machine, path, roof, rotary, leg=False)
+    _, _, led = verified(machine, path, roof, rotary, tcp=True)
     assert led.ok
     assert any(text.startswith("the rapid move of the tip") for text in led.not_checked)
 

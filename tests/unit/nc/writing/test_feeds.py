@@ -30,7 +30,7 @@ def test_a_feed_changed_by_its_decimals_is_reported_with_the_change_of_time(cont
     path = tmp_path / f"p{program.suffix}"
     path.write_text(program.text)
     # Besides lead-in and lead-out.
-    assert read_program(path, OPEN).time.sum() == pytest.approx(48.0 + 2 * 0.5, abs=0.01)
+    assert read_program(path, OPEN, rapid=1e7).time.sum() == pytest.approx(48.0 + 2 * 0.5, abs=0.01)
 
 
 @pytest.mark.parametrize(("control", "length"), [("fanuc", 0.2), ("linuxcnc", 0.0008)])

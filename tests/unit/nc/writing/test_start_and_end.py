@@ -42,7 +42,7 @@ def test_the_length_comes_with_the_first_move_that_it_counts_in(control, coordin
     assert len(on) == 1
     assert on[0].startswith("G0 G")
     assert "Z" in on[0]
-    moved = next(i for i, line in enumerate(lines) if "Z" in line)
+    moved = next(i for i, line in enumerate(lines) if line.startswith("G0") and "Z" in line)
     assert moved == lines.index(on[0])
 
 

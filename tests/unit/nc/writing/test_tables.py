@@ -72,7 +72,7 @@ def test_a_table_may_be_based_on_another_one_beside_it(table):
         ('based_on = "fanuc"\nlinear = ""\n', "modes.axes needs linear"),
         ('based_on = "fanuc"\ncomment = { template = "(x)" }\n', r"comment = '\(x\)' needs \{\}"),
         ('based_on = "fanuc"\n[unit]\nmm = ""\n', r"unit.mm = '' needs the word for it"),
-        ('based_on = "fanuc"\nstart = ["G21 é"]\n', "start = 'G21 é' has 'é'; write plain ASCII"),
+        ('based_on = "fanuc"\nsafe_start = ["G21 é"]\n', "safe_start = 'G21 é' has 'é'; write plain ASCII"),
         ('based_on = "fanuc"\ncoolant = { flood = "M8 é" }\n', "coolant = 'M8 é' has 'é'"),
         ('based_on = "fanuc"\n[feed.inverse_time]\nleast = 9.0\nmost = 1.0\n', "least = 9 is above most = 1"),
         ("a = [\n", "is not valid TOML"),

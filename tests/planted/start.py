@@ -1,0 +1,106 @@
+"""Faults at the start: what an earlier program may have left on stays on, or is switched on again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from planted.fault import Fault, Plant, Subject
+from planted.states import COMPENSATION, ISO, MIRROR, NEW, ROTATION, SCALING, SHIFT, TILT
+from planted.words import Text
+
+_FANUC = {
+    "rotation, plane": r"^G69$",
+    "polar coordinates": r"^G15$",
+    "scaling": r"^G50$",
+    "mirror": r"^G50\.1 .*",
+    "shift": r"^G52 .*",
+}
+_HAAS = _FANUC | {"mirror": r"^G100 .*", "plane": "^G269$", "dynamic offset": "^G255$", "brake": "^M1[13]$"}
+_HEIDENHAIN = {
+    "plane": r"^\d+ PLANE RESET.*",
+    "shift": r"^\d+ CYCL DEF 7\.3.*",
+    "mirror": r"^\d+ CYCL DEF 8\.1.*",
+    "rotation": r"^\d+ CYCL DEF 10\.1.*",
+    "scaling": r"^\d+ CYCL DEF 11\.1.*",
+    "TCP": r"^\d+ (?:FUNCTION RESET TCPM|L M129)$",
+    "tolerance": r"^\d+ CYCL DEF 32\.1.*",
+    "short way": r"^\d+ L M127$",
+}
+_LINUXCNC = {"shift": r"^G92\.1$", "path mode": r"^G61$"}
+# Control -> name of what an earlier program may have left on -> the words that switch it off or set it.
+STALE = {
+    "fanuc": _FANUC,
+    "haas": {name: words for name, words in _HAAS.items() if name != "polar coordinates"},
+    "linuxcnc": _LINUXCNC,
+    "linuxcnc-switchkins": _LINUXCNC | {"TCP": "^M429$"},
+    "sinumerik": {
+        "frame": "^TRANS$",
+        "plane": r"^CYCLE800\(\)$",
+        "TCP": "^TRAFOOF$",
+        "cycle": "^MCALL$",
+        "corners": "^G642$",
+    },
+    **dict.fromkeys(NEW, _HEIDENHAIN),
+}
+# Words in a line with others.
+WORDS = {**dict.fromkeys(ISO, ("G40", "G49", "G80")), "sinumerik": ("G40",)}
+
+
+def stale(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
+    """One thing that an earlier program may have left on isn't switched off."""
+    text, begin = subject.text, subject.text.approach[0] if subject.text.approach else 0
+    for words in STALE.get(subject.control, {}).values():
+        (line, *_rest) = text.find(re.compile(words), 0, begin)
+        yield text.replaced(line).numbered()
+    for word in WORDS.get(subject.control, ()):
+        (line, *_rest) = text.find(re.compile(rf" {word}\b"), 0, begin)
+        yield text.rewritten(lambda was, word=word: re.sub(rf" {word}\b", "", was), [line])
+
+
+def too_late(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
+    """What is left on is switched off only after the first move."""
+    text, begin = subject.text, subject.text.approach[0] if subject.text.approach else 0
+    for words in STALE.get(subject.control, {}).values():
+        line = text.find(re.compile(words), 0, begin)[0]
+        was = re.sub(r"^\d+ (?=\D)", "", text.lines[line])
+        yield text.inserted(begin + 1, was).replaced(line).numbered()
+
+
+def switched_on(modes: dict[str, tuple[str, ...]]) -> Plant:
+    """Put what switches a mode on between the safe start and the first move."""
+
+    def plant(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
+        texts = modes.get(subject.control, ())
+        if texts and subject.text.approach:
+            yield subject.text.inserted(subject.text.approach[0], *texts)
+
+    return plant
+
+
+POLAR = {
+    "fanuc": ("G16",),
+    "sinumerik": ("TRANSMIT",),
+    **dict.fromkeys(NEW, ("FUNCTION POLARKIN AXES X Y C",)),
+}
+
+# Always: in each of these modes the same words lead elsewhere, by millimetres at least, and a brake that
+# holds stops the machine or tears.
+FAULTS = (
+    Fault("stale at the start", "start", stale),
+    Fault("cancelled too late", "start", too_late),
+    *(
+        Fault(f"begins in {name}", "start", switched_on(words))
+        for name, words in {
+            "polar mode": POLAR,
+            "a tilted plane": TILT,
+            "a rotation": ROTATION,
+            "scaling": SCALING,
+            "mirror": MIRROR,
+            "a shift": SHIFT,
+            "cutter compensation": COMPENSATION,
+        }.items()
+    ),
+)
