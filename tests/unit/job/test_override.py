@@ -60,7 +60,7 @@ def test_a_gouge_that_is_accepted_by_name_stands_in_the_header(sunk, tmp_path):
     text = (tmp_path / "program.ngc").read_text()
     assert f"(OVERRIDDEN: gouge [{count}])" in text
     assert "verification: errors accepted by name" in text
-    assert "checked: ball, up to 5 mm above its tip" in text
+    assert "ball, up to 5 mm above its tip" in " ".join(document["verification"]["checked"])
 
 
 def test_another_code_opens_nothing_and_is_named(sunk, tmp_path):
