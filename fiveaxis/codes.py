@@ -193,6 +193,8 @@ READING = {
 WRITING = {
     "feed-floor": Code(WARNING, "blocks below the control's lowest feed run faster than planned"),
     "feed-rounded": Code(WARNING, "blocks so slow that the decimals of F change their duration"),
+    "operator": Code(NOTE, "the job asks for no tool, spindle, coolant or retract: the operator sees to it"),
+    "wound": Code(NOTE, "a rotary axis ends more than a turn from zero, and isn't sent home"),
     "number-assumed": Code(WARNING, "a number wasn't given, or can't be written as given"),
     "not-verified": Code(ERROR, "nothing is verified: a library that verification needs is missing"),
 }

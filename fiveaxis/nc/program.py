@@ -50,7 +50,7 @@ class Preparation:
 
     Parameters
     ----------
-    notes : the requirements that its header lists
+    notes : the requirements; the header has those that an operator needs, in few words
     tool_number : of the tool change; None if the program has none
     work_offset : the control's word; empty if it has none
     in_force : blocks that set modes, offsets, tool, spindle and coolant
@@ -73,7 +73,7 @@ class Preparation:
             "in_force": list(self.in_force),
             "start": dict(self.start),
             "unit": self.unit,
-            "notes": [note._asdict() for note in self.notes],
+            "notes": [{"about": note.about, "text": note.text} for note in self.notes],
         }
 
 
@@ -192,10 +192,10 @@ def compose_program(
     planned = motion if isinstance(motion, ProgramMotion) else _with_usual_leads(motion, writer, settings)
     if not beyond:
         _require_travel(planned.blocks, machine)
-    pairs = [*(header.items() if isinstance(header, Mapping) else header or ()), *verdict]
+    pairs = [*(header.items() if isinstance(header, Mapping) else header or ())]
     if writer.dialect.language == "blocks":
-        return _program_of_blocks(planned, StartAndEnd(writer, settings, winding), pairs)
-    head = head_lines(writer, settings, pairs, winding)
+        return _program_of_blocks(planned, StartAndEnd(writer, settings, winding), verdict, pairs)
+    head = head_lines(writer, settings, verdict, pairs, winding)
     lines = tuple(location_lines(planned.blocks, writer, head))
     dialect = writer.dialect
     return Program(
@@ -238,14 +238,18 @@ def _with_usual_leads(motion: Motion, writer: WordWriter, settings: ProgramSetti
 
 
 def _program_of_blocks(
-    planned: ProgramMotion, around: StartAndEnd, pairs: Sequence[tuple[str, str]]
+    planned: ProgramMotion,
+    around: StartAndEnd,
+    verdict: Sequence[tuple[str, str]],
+    pairs: Sequence[tuple[str, str]],
 ) -> Program:
-    """Assemble the header, with its `pairs` of name and value, the moves and the blocks around them."""
-    writer, dialect = around.writer, around.writer.dialect
-    assumed = around.assumptions()
-    pairs = [*pairs, *_lead_out_note(planned), *(("assumed", text) for text in assumed)]
+    """Assemble the header, with its pairs of name and value, the moves and the blocks around them."""
+    writer, dialect, settings = around.writer, around.writer.dialect, around.settings
+    assumed, wound = around.assumptions(), around.wound(planned)
+    pairs = [*(("assumed", text) for text in assumed), *pairs, *_lead_out_note(planned)]
     blocks = block_lines(planned.blocks, writer, around.winding)
-    head = [*around.head(), *head_lines(writer, around.settings, pairs, around.winding), *around.modes()]
+    comments = head_lines(writer, settings, verdict, pairs, around.winding, wound)
+    head = [*around.head(), *comments, *around.modes()]
     tagged = [
         *((line, NO_ROW) for line in head),
         *around.approach(planned),
@@ -255,7 +259,12 @@ def _program_of_blocks(
     ]
     lines = tuple(numbered([line for line, _ in tagged], writer, around.settings.line_numbers))
     _require_width(lines, writer)
-    findings = (*(Finding(Severity.WARNING, "number-assumed", text) for text in assumed), *blocks.findings)
+    findings = [Finding(Severity.WARNING, "number-assumed", text) for text in assumed]
+    if settings.missing:
+        todo = ", ".join(settings.missing)
+        text = f"the operator has to see to it before the start: {todo}; or ask for it in the job ([nc])"
+        findings.append(Finding(Severity.NOTE, "operator", text))
+    findings += [Finding(Severity.NOTE, "wound", f"the program {text}") for text in wound]
     return Program(
         control=dialect.name,
         suffix=dialect.suffix,
@@ -263,7 +272,7 @@ def _program_of_blocks(
         rows=tuple(row for _, row in tagged),
         dropped=blocks.dropped,
         coordinates=writer.coordinates,
-        findings=findings,
+        findings=(*findings, *blocks.findings),
         preparation=Preparation(
             notes=tuple(machine_notes(writer, around.settings, around.winding)),
             tool_number=around.settings.tool_number,

@@ -162,11 +162,13 @@ def test_what_a_program_needs_is_what_its_text_says(name, control, coordinates, 
     program = compose_program(
         posture_of(machine), machine=machine, control=control, coordinates=coordinates, settings=around
     )
-    needs = program.preparation
+    needs, is_list = program.preparation, DIALECTS[control].language != "blocks"
     words = re.sub(r"(?m)^\d+ |[\W_]+", "", program.text).upper()
     for note in needs.notes:
-        text = note.text.replace("°", " deg")
-        assert re.sub(r"[\W_]+", "", text).upper() in words, note
+        assert re.sub(r"[\W_]+", "", note.head.replace("°", " deg")).upper() in words, note
+    # The header is read before the start: what is needed there, and no more.
+    assert {note.about for note in needs.notes if note.head} >= {"work offset", "tool", "start"} or is_list
+    assert sum(bool(re.match(r"(?:N?\d+ )?[(;$#]", line)) for line in program.lines) <= 15
     for block in needs.in_force:
         assert any(block in line for line in program.lines), block
     assert DIALECTS[control].language != "blocks" or [letter for letter, _ in needs.start][-3:] == list("XYZ")

@@ -32,23 +32,36 @@ _TO_ASCII = str.maketrans(
 )  # fmt: skip
 
 
+# Lines of the header; what is beyond them is in the report.
+MOST_LINES = 15
+
+
 def head_lines(
-    writer: WordWriter, settings: ProgramSettings, pairs: Sequence[tuple[str, str]], winding: str
+    writer: WordWriter,
+    settings: ProgramSettings,
+    verdict: Sequence[tuple[str, str]],
+    pairs: Sequence[tuple[str, str]],
+    winding: str,
+    further: Sequence[str] = (),
 ) -> list[str]:
-    """Write the header's comments.
+    """Write the header's comments: what is read back, the verdict, what the operator needs, the caller's.
 
     Parameters
     ----------
-    pairs : name and value of the caller's comments: tool, source, energy, verdict
+    verdict, pairs : names and values; of the caller's the most important ones first, as a long header is cut
+    further : notes for the operator that depend on the motion
     """
-    machine = writer.machine
-    texts = [
-        f"machine: {machine.name}, form-shaping code {machine.code}",
-        *_read_back(writer, winding),
-        *(f"{name.replace(',', ' ')}: {value}" for name, value in pairs),
-        *(note.text for note in machine_notes(writer, settings, winding)),
-    ]
-    return [line for text in texts for line in comment_lines(text, writer.dialect.comment)]
+    machine, form = writer.machine, writer.dialect.comment
+    notes = [note.head for note in machine_notes(writer, settings, winding) if note.head]
+    before, after = ([f"{n.replace(',', ' ')}: {v}" for n, v in each] for each in (verdict, pairs))
+    texts = [f"machine: {machine.name}, form-shaping code {machine.code}", *_read_back(writer, winding)]
+    lines = [line for text in (*texts, *before, *further, *notes) for line in comment_lines(text, form)]
+    for text in after:
+        added = comment_lines(text, form)
+        if len(lines) + len(added) > MOST_LINES:
+            return [*lines[: MOST_LINES - 1], *comment_lines("further comments are in the report", form)]
+        lines += added
+    return lines
 
 
 class Note(NamedTuple):
@@ -58,35 +71,52 @@ class Note(NamedTuple):
     ----------
     about : ``start``, ``work offset``, ``tool`` or ``control``
     text : a sentence
+    head : the same in the few words of the program's header; empty where it doesn't say it
     """
 
     about: str
     text: str
+    head: str = ""
 
 
 def machine_notes(writer: WordWriter, settings: ProgramSettings, winding: str) -> list[Note]:
-    """List what a program requires at the machine, in the header's order."""
-    return [Note(about, text) for about, texts in _notes(writer, settings, winding) for text in texts]
+    """List what a program requires at the machine."""
+    return [Note(about, *texts) for about, texts in _notes(writer, settings, winding)]
 
 
 def _notes(
     writer: WordWriter, settings: ProgramSettings, winding: str
-) -> Iterator[tuple[str, Sequence[str]]]:
-    dialect, is_program = writer.dialect, writer.dialect.language == "blocks"
-    yield "control", [*dialect.notes, *writer.mode.notes]
-    yield "control", [VECTOR_NOTE] if writer.coordinates == "vector" and is_program else []
-    for p in assumed_figures(writer.machine):
-        yield "control", [f"assumed for this run: {p.figure}, {p.value}; measure it before the program runs"]
-    yield "start", _missing_note(settings, writer)
-    if is_program:
-        straight = f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}"
-        yield "control", _winding_note(writer, winding)
-        yield "work offset", [_zero_note(writer), *_setup_note(writer)]
-        yield "start", _clamped_notes(writer.machine)
-        yield "tool", [_length_note(writer)]
-        yield "control", [straight]
-        yield "start", [_start_note(writer)]
-        yield "control", _sign_note(writer)
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    dialect, machine = writer.dialect, writer.machine
+    is_program, by_axes = dialect.language == "blocks", writer.coordinates == "axes"
+    for text in (*dialect.notes, *writer.mode.notes):
+        yield "control", (text.replace("{linear}", str(dialect.number.linear)),)
+    if not is_program:
+        return
+    for p in assumed_figures(machine):
+        text = f"assumed for this run: {p.figure}, {p.value}; measure it before the program runs"
+        yield "control", (text, f"assumed, measure it first: {p.figure}, {p.value}")
+    if writer.coordinates == "vector":
+        yield "control", (VECTOR_NOTE, "angles: the control's choice, they may not be the verified ones")
+    if settings.missing:
+        todo = ", ".join(settings.missing)
+        yield "start", (f"the operator has to see to it before the start: {todo}", f"operator: {todo}")
+    if writer.mode.off_clear and not settings.goes_clear:
+        blocks = " ".join(writer.mode.off_clear)
+        text = f"not written: {blocks} at the end, as it may move Z by the tool's length without a retract"
+        head = f"not written: {blocks} at the end"
+        yield "start", (f"{text}; see to it where the tool is clear", head)
+    yield from (("control", (text, text)) for text in _winding_note(writer, winding))
+    yield "work offset", _zero_note(writer)
+    yield from (("work offset", (text, text.partition(";")[0])) for text in _setup_note(writer))
+    yield from (("start", (text, text.partition(";")[0])) for text in _clamped_notes(machine))
+    yield "tool", _length_note(writer)
+    straight = f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}"
+    yield "control", (straight,)
+    then = "X and Y, then Z" if by_axes else "to straight above the path, then Z"
+    begin = "start with the tool clear of part and table"
+    yield "start", (f"{begin}: the rotary axes turn, then {then}", f"approach: rotary axes, {then}")
+    yield from (("control", (text,)) for text in _sign_note(writer))
 
 
 def contains_length(machine: Machine) -> bool:
@@ -94,14 +124,16 @@ def contains_length(machine: Machine) -> bool:
     return not machine.length_is_along_z or machine.tool_length > 0.0
 
 
-def _zero_note(writer: WordWriter) -> str:
+def _zero_note(writer: WordWriter) -> tuple[str, str]:
     machine = writer.machine
     if writer.coordinates != "axes":
-        return "zero: the work offset is the workpiece origin, with every axis at 0"
+        text = "the work offset is the workpiece origin, with every axis at 0"
+        return f"zero: {text}", "zero: the workpiece origin, every axis at 0"
     home = " ".join(f"{a.letter}0" for a in machine.axes)
     x, y, z = np.round(machine.chain.tool_home[:3, 3], 6) + 0.0
     where = "at the workpiece origin" if x == y == z == 0.0 else f"at {x:g} {y:g} {z:g} mm of the workpiece"
-    return f"zero: at {home} of the work offset the tool tip is {where}, as in the machine model"
+    text = f"zero: at {home} of the work offset the tool tip is {where}, as in the machine model"
+    return text, f"zero: at {home} the tip is {where}"
 
 
 def _read_back(writer: WordWriter, winding: str) -> Iterator[str]:
@@ -121,19 +153,6 @@ def _winding_note(writer: WordWriter, winding: str) -> list[str]:
     return [notes[winding]] if winding in notes and counted_columns(writer.machine) else []
 
 
-def _missing_note(settings: ProgramSettings, writer: WordWriter) -> list[str]:
-    missing, kept = settings.missing, writer.mode.off_clear
-    if writer.dialect.language != "blocks":
-        return []
-    notes = [f"not written: {', '.join(missing)}; see to it before the start"] if missing else []
-    if kept and not settings.goes_clear:
-        notes.append(
-            f"not written: {' '.join(kept)} at the end, as it may move Z by the tool's length and no retract "
-            "comes before it; see to it where the tool is clear"
-        )
-    return notes
-
-
 def _setup_note(writer: WordWriter) -> list[str]:
     setup = writer.machine.setup
     if setup == Setup():
@@ -150,26 +169,20 @@ def _clamped_notes(machine: Machine) -> list[str]:
     ]
 
 
-def _length_note(writer: WordWriter) -> str:
+def _length_note(writer: WordWriter) -> tuple[str, str]:
     machine = writer.machine
+    adds = "the control adds the length of the loaded tool"
+    head = "length: to the tip, the control adds that of the loaded tool"
     if writer.coordinates != "axes":
-        return (
-            "tool length: words are the tip's, and the control adds the length of the loaded tool: measure it"
-        )
+        return f"tool length: words are the tip's, and {adds}: measure it", head
+    length = f"tool length {machine.tool_length:g} mm"
     if not machine.length_is_along_z:
-        return (
-            f"tool length {machine.tool_length:g} mm: it isn't always along Z, so it is part of the machine "
-            "model and the words hold for that tool only; the control adds none"
-        )
+        text = f"{length}: it isn't always along Z, so it is part of the machine model and the words hold for"
+        return f"{text} that tool only; the control adds none", f"{length}: contained in the words"
     if machine.tool_length > 0.0:
-        return f"tool length {machine.tool_length:g} mm is contained in the words; the control adds none"
-    return "tool length: Z is the tool tip's; the control adds the length of the loaded tool, so measure it"
-
-
-def _start_note(writer: WordWriter) -> str:
-    above = "then X, Y and Z go to a point above the path, then Z comes down"
-    then = "then X and Y move, then Z" if writer.coordinates == "axes" else above
-    return f"start with the tool clear of part and table: first the rotary axes turn, {then}"
+        text = f"{length} is contained in the words; the control adds none"
+        return text, f"{length}: contained in the words"
+    return f"tool length: Z is the tool tip's; {adds}, so measure it", head
 
 
 def _sign_note(writer: WordWriter) -> list[str]:
@@ -186,9 +199,12 @@ def comment_lines(text: str, form: Comments) -> list[str]:
 
     The text becomes ASCII (accents are dropped, unknown characters become ``?``), round brackets become
     square, line ends become spaces, and long texts are wrapped. A text that the control would act on
-    (``MSG,...``) loses its comma; characters that end a program or continue a line become ``_``.
+    (``MSG,...``) loses its comma; ``%``, where it ends a program, becomes words, and other characters that
+    end a program or continue a line become ``_``.
     """
-    plain = " ".join(_ascii(text).split()).translate({ord(sign): "_" for sign in form.forbidden})
+    plain = " ".join(_ascii(text).split())
+    plain = plain.replace("%", "per cent") if "%" in form.forbidden else plain
+    plain = plain.translate({ord(sign): "_" for sign in form.forbidden})
     plain = plain.upper() if form.capitals else plain
     wrapped = textwrap.wrap(plain, width=form.width, subsequent_indent="  ") or [""]
     return [form.template.format(_disarmed(line, form)) for line in wrapped]

@@ -20,7 +20,7 @@ from fiveaxis.nc.writing.feeds import SECONDS, feed_form
 from fiveaxis.nc.writing.header import contains_length
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
 from fiveaxis.nc.writing.tables import DIALECTS, Dialect
-from fiveaxis.nc.writing.turns import first_words
+from fiveaxis.nc.writing.turns import TURN, first_words
 from fiveaxis.nc.writing.word_writer import WordWriter
 
 # Lines without block number: ends of the tape, and the program number.
@@ -185,6 +185,18 @@ class StartAndEnd:
         lines += [block for block in (dialect.spindle_off, dialect.coolant_off) if block]
         lines += home if settings.retract is not None else home[1:]
         return lines + self._fill(dialect.end)
+
+    def wound(self, program: ProgramMotion) -> list[str]:
+        """Return notes on rotary axes that end more than a turn from zero and aren't sent home."""
+        machine, ends = self.writer.machine, program.motion.positions[-1:]
+        if self.winding != "unwound" or self.writer.coordinates == "vector":
+            return []
+        degrees = self._by_axes.values(ends)[0]
+        return [
+            f"ends with {machine.letters[c]} at {degrees[c]:.0f} deg, from where the next move turns it back"
+            for c in machine.rotary_columns
+            if abs(degrees[c]) > TURN and machine.letters[c] not in self.settings.home
+        ]
 
     def assumptions(self) -> list[str]:
         """Return notes on numbers that the control needs and that are assumed."""

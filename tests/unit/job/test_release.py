@@ -49,9 +49,7 @@ def test_a_report_without_errors_opens_the_gate_and_the_header_says_what_it_rest
     assert gate.is_open
     text = comments(compose_program(motion, machine=hayashi, verdict=gate.notes))
     assert "NOT VERIFIED" not in text
-    assert "verification: no errors" in text
-    assert "checked: axis limits of X at every location" in text
-    assert "not checked: collision of the spindle nose" in text
+    assert "verification: no errors in this text, read back; not checked: 1, see the report" in text
 
 
 @pytest.mark.parametrize("code", ["gouge", "axis-limit", "jump", "tip-deviation", "text-differs"])
@@ -77,8 +75,7 @@ def test_an_accepted_error_stands_in_the_header(motion, hayashi, control):
     # Some controls know capitals only.
     text = " ".join(program.lines).lower()
     # A comment in round brackets can't hold another pair of them.
-    assert re.search(r"overridden: jump [(\[]7[)\]]", text)
-    assert re.search(r"overridden: gouge [(\[]7[)\]]", text)
+    assert re.search(r"overridden: jump [(\[]7[)\]], gouge [(\[]7[)\]]", text)
     assert "no errors" not in text
 
 

@@ -40,7 +40,7 @@ def test_a_spindle_speed_has_the_decimals_that_the_control_reads(control, block)
 def test_whole_spindle_speeds_keep_their_zeros_and_need_no_note(rpm):
     program = program_of("fanuc", spindle_rpm=rpm, tool_number=3, number=4)
     assert f"S{int(rpm)} M3" in program.lines
-    assert program.findings == ()
+    assert [f.code for f in program.findings] == ["operator"]
 
 
 @pytest.mark.parametrize(
