@@ -22,6 +22,9 @@ from fiveaxis.machine.setup import Load, Setup
 from fiveaxis.machine.urdf import write_urdf
 from fiveaxis.notebook import ShownAsTable, Table
 
+# mm: shorter and longer ones are in another unit.
+TOOL_LENGTHS = (1.0, 2000.0)
+
 
 @dataclass(frozen=True, eq=False)
 class Machine(Posing, ShownAsTable):
@@ -195,10 +198,13 @@ class Machine(Posing, ShownAsTable):
         Raises
         ------
         MachineError
-            The length is negative or isn't finite.
+            The length is negative or isn't finite, or no tool has it: it is in another unit.
         """
         if not (math.isfinite(length) and length >= 0.0):
             raise MachineError(f"tool length is {length:g} mm; it must be 0 or more")
+        low, high = TOOL_LENGTHS
+        if length and not low <= length <= high:
+            raise MachineError(f"tool length is {length:g} mm; tools have {low:g} to {high:g} mm: write mm")
         return replace(self, tool_length=length, chain=self.chain.with_tool_length(length - self.tool_length))
 
     def with_load(self, mass: float, centre: Triple = (0.0, 0.0, 0.0)) -> Machine:
