@@ -404,5 +404,5 @@ def test_a_figure_that_no_machine_has_is_one_error_on_its_line(tmp_path, before,
 
 
 def test_a_tool_length_in_metres_is_refused(hayashi):
-    with pytest.raises(MachineError, match="tool length is 0.13 mm; tools have 1 to 2000 mm"):
+    with pytest.raises(MachineError, match=r"tool length is 0\.13 mm; tools have 1 to 2000 mm"):
         hayashi.with_tool_length(0.13)
