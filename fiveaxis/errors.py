@@ -15,6 +15,7 @@
     │   ├── MeshError            a part mesh
     │   ├── JobError             a job file
     │   └── SettingError         an option out of its range
+    │       └── NoSpace          no room for a file on its disk                   (exit code 4)
     ├── MissingDependency        an optional library that isn't installed         (exit code 2)
     ├── LostScheduler            connection to a batch's scheduler lost           (exit code 4)
     ├── LostWorkers              workers of a batch that don't start              (exit code 4)
@@ -149,6 +150,12 @@ class JobError(InputError):
 
 class SettingError(InputError):
     """An option outside its range."""
+
+
+class NoSpace(SettingError):
+    """No room for a file on its disk: the input is right, and the same command does it once there is room."""
+
+    exit_code = 4
 
 
 class MissingDependency(FiveAxisError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import gzip
 import hashlib
 import io
@@ -16,7 +17,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from fiveaxis.errors import InputError, SettingError
+from fiveaxis.errors import InputError, NoSpace, SettingError
 
 # Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50 to 250, as text, so these are
 # paths of ten million locations and meshes of four million triangles or more: more than is in use, and less
@@ -189,9 +190,16 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
         finally:
             temporary.unlink(missing_ok=True)
     except (OSError, ValueError) as fault:  # ValueError: a null character in the name
-        reason = fault.strerror if isinstance(fault, OSError) else None
-        raise SettingError(f"can't be written: {reason or fault}", file=target) from None
+        raise unwritable(target, fault) from None
     return target
+
+
+def unwritable(path: Path, fault: OSError | ValueError) -> SettingError:
+    """Make the error of a file or folder that can't be written; a full disk is no wrong input."""
+    reason = fault.strerror if isinstance(fault, OSError) else None
+    if isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT):
+        return NoSpace(f"can't be written: {reason}; make room, and run it again", file=path)
+    return SettingError(f"can't be written: {reason or fault}", file=path)
 
 
 @contextmanager

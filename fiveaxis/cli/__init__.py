@@ -2,7 +2,8 @@
 
 Results go to stdout, everything else (progress, warnings, errors) to stderr. Exit codes: 0 fine, 1
 verification or a check found an error, 2 wrong input or usage, 3 no feasible posture, 4 a fault of the
-program itself, 130 interrupted, 141 nobody reads the output any more; a batch has that of its worst job.
+program itself or no room for its output, 130 interrupted, 141 nobody reads the output any more; a batch
+has that of its worst job.
 
 The commands and the libraries that they need are imported when they are used: importing takes most of the
 first second, in which Ctrl-C is answered too.

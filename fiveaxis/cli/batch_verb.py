@@ -58,7 +58,7 @@ def batch(
     admissible posture, 2 wrong input, 4 broken (a fault of the program, a job that kills its workers or is
     over a limit, or a lost scheduler). Jobs with wrong input and broken jobs run again the next time.
     """
-    with errors_explained(as_json):
+    with errors_explained(as_json) as written:
         try:
             with _live_table(err) as listener:
                 from fiveaxis.batch import run_batch
@@ -75,6 +75,7 @@ def batch(
         except KeyboardInterrupt:
             err.print("interrupted; finished jobs are kept, the same command does the rest")
             raise typer.Exit(INTERRUPTED) from None
+        written += (*done.files, *(path for c in done.comparisons for path in c.files))
         if as_json:
             print_json(done.as_dict())
         else:

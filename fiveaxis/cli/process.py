@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from types import FrameType
     from typing import TextIO
 
-# Exit codes: wrong input, a fault of the program; ended by Ctrl-C and by a closed pipe, as in shells.
-WRONG_INPUT, BROKEN, INTERRUPTED, CLOSED = 2, 4, 130, 141
+# Exit codes: a fault of the program, or no room; ended by Ctrl-C and by a closed pipe, as in shells.
+BROKEN, INTERRUPTED, CLOSED = 4, 130, 141
 IMPORTING = "<frozen importlib._bootstrap>"
 
 
@@ -34,6 +34,8 @@ def run(load: Callable[[], Callable[[], object]]) -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed before the start
             setattr(sys, name, _nowhere())
+        # What the terminal's encoding lacks (a thin space, ≤) mustn't end a command whose files are written.
+        getattr(sys, name).reconfigure(errors="replace")
     # Whoever starts a command in the background may have it ignore Ctrl-C.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, interrupt)
@@ -44,7 +46,7 @@ def run(load: Callable[[], Callable[[], object]]) -> None:
     except KeyboardInterrupt:
         _leave(INTERRUPTED, "interrupted")
     except OSError as fault:  # inputs and files of results have errors of their own
-        _leave(WRONG_INPUT, f"error: the output can't be written: {fault.strerror or fault}")
+        _leave(BROKEN, f"error: the output can't be written: {fault.strerror or fault}")
     except Exception as fault:
         _leave(BROKEN, _describe(fault))
     finally:
@@ -60,8 +62,8 @@ def interrupt(_signal: int, frame: FrameType | None) -> None:
     """
     while frame is not None:
         if frame.f_code.co_filename == IMPORTING:
-            # A line that shows what is done may stand there.
-            os.write(2, b"\n" * os.isatty(2) + b"interrupted; nothing was written\n")
+            # A line that shows what is done may stand there. What an earlier step wrote isn't known here.
+            os.write(2, b"\n" * os.isatty(2) + b"interrupted\n")
             os._exit(INTERRUPTED)
         frame = frame.f_back
     raise KeyboardInterrupt

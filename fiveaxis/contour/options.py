@@ -22,6 +22,8 @@ LEAST_OVERHANG = np.radians(1.0)
 STEP = 1.0
 # Finest step and spacing, as a share of the part's extent.
 FINEST_SHARE = 1e-5
+# Contact points of a plan: more take hours, and are mostly a wrong unit.
+MOST_CONTACTS = 3e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,8 +145,8 @@ class PlanOptions:
                 f"scallop = {self.scallop:g} mm must be less than the ball's radius, {tool.radius:g} mm"
             )
 
-    def check_size(self, extent: float, radius: float) -> None:
-        """Refuse steps so small, compared with the part's extent in mm, that they would fill the memory."""
+    def check_size(self, extent: float, area: float, radius: float) -> None:
+        """Refuse steps so small for the part's extent, mm, and area, mm², that no plan ends."""
         finest = extent * FINEST_SHARE
         for name in ("stepdown", "stepover", "spacing"):
             value = getattr(self, name)
@@ -161,3 +163,10 @@ class PlanOptions:
                     f"scallop = {self.scallop:g} mm needs steps of {step:.2g} mm, and {finest:g} mm is the "
                     f"finest for a part of {extent:g} mm; give more, or check the part's unit"
                 )
+        steps = self.stepdown, self.stepover, 2.0 * math.sqrt(2.0 * radius * (self.scallop or 0.0)) or None
+        count = area / (self.spacing * min((step for step in steps if step is not None), default=1.0))
+        if count > MOST_CONTACTS:
+            raise SettingError(
+                f"the plan would have about {count:.1g} contact points, more than {MOST_CONTACTS:.1g}: the "
+                f"part is {extent:.4g} mm long; check its unit (--unit), or give larger steps and spacing"
+            )

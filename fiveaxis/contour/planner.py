@@ -44,6 +44,8 @@ Progress = Callable[[int, int], None]
 SPIRAL_SPACING = 0.97
 # Rounds of improving an order by islands.
 ROUNDS = 2
+# A cutter so many times larger than the part stands for a part in another unit.
+TOO_LARGE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +124,11 @@ def plan_passes(
     name = str(part) if isinstance(part, str | Path) else "mesh"
     mesh = take_mesh(part, name=name, unit=unit, allow_open=options.allow_open)
     surface = Surface.from_mesh(mesh, crease=np.radians(options.crease))
-    options.check_size(float(np.ptp(surface.bounds, axis=0).max()), tool.radius)
+    sized = size_findings(mesh_size(mesh), unit=unit, diameter=tool.diameter, name=name)
+    extent = float(mesh_size(mesh).max())
+    options.check_size(extent, float(mesh.area), tool.radius)
+    if tool.diameter > TOO_LARGE * extent:
+        raise MeshError(sized[0].message, file=name)
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
     levels, left_out = _cut_levels(surface, space, options, progress)
     linker = Linker(space, surface.bounds, options.clearance)
@@ -137,7 +143,6 @@ def plan_passes(
         _refuse(surface, space, left_out, tool, name, overhang=options.overhang)
     path, first, last = _toolpath(linked, tool, options, name, left_out)
     found = left_out.findings(space, sum(len(p.cut.touching()) for p in linked), name)
-    sized = size_findings(mesh_size(mesh), unit=unit, diameter=tool.diameter, name=name)
     path = replace(path, findings=(*sized, *found))
     relink = Relinker.like(opened, options.lead_in, options.lead_out)
     return Plan(path, Passes(first, last, len(path), relink))

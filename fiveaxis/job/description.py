@@ -14,6 +14,7 @@ from fiveaxis.errors import FiveAxisError
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.options import (
+    HIGHEST_FEED,
     Bounds,
     Meshes,
     OnMachine,
@@ -156,7 +157,7 @@ else:
 class Job(_Bounded):
     """What to optimise, for which machine, within which bounds."""
 
-    feed: float | None = Field(None, gt=0.0, description="mm/min; replaces the input's feed")
+    feed: float | None = Field(None, gt=0.0, le=HIGHEST_FEED, description="mm/min; replaces the input's feed")
     unit: Unit | None = Field(
         None, description="unit of lengths of an input that doesn't state it; m for meshes only"
     )

@@ -57,6 +57,8 @@ def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> J
     JobError
         As `read_job`.
     """
+    if {"code", "axes"} <= data.keys() and "input" not in data:
+        raise JobError("is a machine file, and a job is needed here; give it as --machine", file=path)
     job = validate_settings(data, text, path, Job, JobError)
     files: dict[str, Any] = {"input": path.parent / job.input}
     for name in ("part", "stock"):
@@ -181,8 +183,9 @@ def require_input(path: Path) -> None:
     require_file(path, JobError)
     suffix = suffix_of(str(path))
     if suffix not in (*MESH_SUFFIXES, *SUFFIXES) and not holds_path(path):
+        lacking = f"unknown suffix {suffix!r}" if suffix else "has no suffix, which says what it is"
         raise JobError(
-            f"unknown suffix {suffix!r}; a mesh ({' '.join(MESH_SUFFIXES)}), a list of locations "
+            f"{lacking}; a mesh ({' '.join(MESH_SUFFIXES)}), a list of locations "
             f"({' '.join(SUFFIXES)}, also with .gz) or a job (.toml) is needed",
             file=path,
         )

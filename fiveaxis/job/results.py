@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fiveaxis.errors import SettingError
-from fiveaxis.files import remove_leftovers, temporary_folder
+from fiveaxis.files import remove_leftovers, temporary_folder, unwritable
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.posture.masks.mask import Mask
@@ -56,7 +56,7 @@ def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) 
                 made += _make_files(one, inner, told, alone=True)
             return _move_in(made, temporary, folder)
     except OSError as fault:
-        raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
+        raise unwritable(folder, fault) from None
 
 
 def require_folder(folder: Path) -> Path:
@@ -80,7 +80,7 @@ def require_folder(folder: Path) -> Path:
             remove_leftovers(there.parent)
             return there
     except OSError as fault:
-        raise SettingError(f"can't be written: {fault.strerror or fault}", file=folder) from None
+        raise unwritable(folder, fault) from None
 
 
 def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:

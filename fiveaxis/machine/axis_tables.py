@@ -25,6 +25,7 @@ from fiveaxis.machine.figures import (
     Directed,
     Figure,
     Plausible,
+    Point,
     Question,
     Stage,
     Table,
@@ -131,7 +132,7 @@ class LineTable(Directed):
     direction: Triple | None = Field(
         None, description="direction of the axis in the machine frame; by default that of its letter"
     )
-    point: Triple | None = Field(None, description="mm, a point on a rotary axis")
+    point: Point | None = Field(None, description="mm, a point on a rotary axis")
 
     @classmethod
     def _answer(cls, letter: str, answer: str) -> Table:

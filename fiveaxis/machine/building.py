@@ -33,6 +33,8 @@ DEFAULTS: dict[str, object] = {
 NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
 # In which sense an axis counts, where nobody knows.
 UNSETTLED = "unknown"
+# A figure so many times beyond the range on machines is a mistake.
+FAR = 100.0
 UNSTATED = "set in code, which doesn't say where it comes from"
 
 Origin = Callable[[str], Table]
@@ -63,6 +65,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
     lines = {c: figures.pop("line") for c, figures in by_axis.items() if "line" in figures}
     errors = {c: fs.pop("location_error") for c, fs in by_axis.items() if "location_error" in fs}
     own = _read(file)
+    _require_plausible(file)
     chain = Chain.from_code(code, lines)
     if "tool_home" in own:
         chain = replace(chain, tool_home=own.pop("tool_home"))
@@ -81,6 +84,18 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
     )
     # `with_location_errors` drops the provenance that the file gives for them.
     return replace(_with_location_errors(machine, errors), provenance=machine.provenance)
+
+
+def _require_plausible(file: MachineFile) -> None:
+    """Raise at a figure that no unit of its kind explains; `check_machine` doubts nearer ones."""
+    for letter, tables in (("", file), *((str(c), table) for c, table in file.axes.items())):
+        for name, figure in stated_figures(tables):
+            for key, value, usual in figure.doubts(letter):
+                if value > FAR * usual.high:
+                    text = f"{usual.name} of {letter}" if letter else usual.name
+                    where = (*(("axes", letter) if letter else ()), name, key)
+                    fact = f"{text} is {value:.6g} {usual.unit}, which no machine has"
+                    raise FigureError(where, "unit-slip", f"{fact}; {usual}")
 
 
 def machine_document(machine: Machine, folder: Path | None = None) -> Table:

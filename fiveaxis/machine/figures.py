@@ -17,7 +17,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, get_origin
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fiveaxis.errors import FigureError, SettingError
@@ -40,6 +40,7 @@ ANGLE_UNITS = {"deg": math.radians(1.0), "rad": 1.0, "arcsec": math.radians(1.0 
 TURNING_UNITS = ANGLE_UNITS | {"rpm": 1.0}
 MOST_MASS = 500_000.0  # kg, of the largest portal mills
 LONGEST = 10_000.0  # mm, travels and distances of axes
+FARTHEST = 20_000.0  # mm, points from zero
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 DECIMALS = 12  # of mm, or of a direction whose largest component is 1
 RELATIVE = 2e-15  # a few units in the last place: rounding of a unit converted there and back
@@ -358,9 +359,22 @@ def parse_point(answer: str) -> Table:
     if len(numbers) != 3 or not all(re.fullmatch(NUMBER, text) for text in numbers):
         raise SettingError(f"{answer!r} isn't of the form X,Y,Z, in mm")
     point = [neat(float(text)) for text in numbers]
-    if max(map(abs, point)) > LONGEST:
-        raise SettingError(f"{answer!r} is further than {LONGEST:g} mm away; write mm")
+    try:
+        _require_near(tuple(point))
+    except ValueError as fault:
+        raise SettingError(str(fault)) from None
     return {"point": point}
+
+
+def _require_near(point: tuple[float, ...]) -> tuple[float, ...]:
+    if max(map(abs, point)) > FARTHEST:
+        shown = ", ".join(f"{value:g}" for value in point)
+        raise ValueError(f"({shown}) mm is further than {FARTHEST:g} mm away, beyond any machine; write mm")
+    return point
+
+
+# mm, in the machine frame.
+Point = Annotated[Triple, AfterValidator(_require_near)]
 
 
 def direction_numbers(vector: Array | Triple) -> list[float]:

@@ -25,6 +25,8 @@ from fiveaxis.notebook import ShownAsTable, Table
 # What `Machine.from_code` states of a rotary axis's line.
 MEETING = "point (0, 0, 0)"
 MADE_FROM_CODE = "the axes meet in zero: the machine is made from its code alone"
+# mm: shorter and longer ones are in another unit.
+TOOL_LENGTHS = (1.0, 2000.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,10 +205,13 @@ class Machine(Posing, ShownAsTable):
         Raises
         ------
         MachineError
-            The length is negative or isn't finite.
+            The length is negative or isn't finite, or no tool has it: it is in another unit.
         """
         if not (math.isfinite(length) and length >= 0.0):
             raise MachineError(f"tool length is {length:g} mm; it must be 0 or more")
+        low, high = TOOL_LENGTHS
+        if length and not low <= length <= high:
+            raise MachineError(f"tool length is {length:g} mm; tools have {low:g} to {high:g} mm: write mm")
         chain = self.chain.with_tool_length(length - self.tool_length)
         return replace(self, tool_length=length, has_tool_length=True, chain=chain)
 

@@ -24,6 +24,7 @@ from fiveaxis.machine.figures import (
     Directed,
     Figure,
     Plausible,
+    Point,
     Positive,
     Question,
     Stage,
@@ -52,7 +53,7 @@ class SpindleTable(Directed):
 
     field = "tool_home"
 
-    point: Triple = Field((0.0, 0.0, 0.0), description="gauge point: the tip of a tool of length 0, mm")
+    point: Point = Field((0.0, 0.0, 0.0), description="gauge point: the tip of a tool of length 0, mm")
     direction: Triple = Field(UPRIGHT, description="from tip to shank")
 
     @classmethod

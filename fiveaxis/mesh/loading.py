@@ -285,11 +285,12 @@ def size_findings(size: Array, *, unit: Unit, diameter: float, name: str) -> tup
     ----------
     size : (3,), mm, its extents
     unit : in which its coordinates were read
-    diameter : mm, of the cutter: a part is hardly ever smaller
+    diameter : mm, of the cutter: a part is hardly ever smaller than two of them
     name : of the part's file
     """
     extent = float(size.max())
-    least, what = max((SMALLEST_PART, "parts of 5-axis machines"), (diameter, "the cutter's diameter"))
+    usual = (SMALLEST_PART, "parts of 5-axis machines"), (2.0 * diameter, "twice the cutter's diameter")
+    least, what = max(usual)
     if least <= extent <= LARGEST_PART:
         return ()
     side = f"below {least:g} mm ({what})" if extent < least else f"above {LARGEST_PART:g} mm"

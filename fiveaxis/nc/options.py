@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
-import numpy as np
-
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.source import Source
-from fiveaxis.options import Positions, Reading, Wrap, completed
+from fiveaxis.options import HIGHEST_FEED, Positions, Reading, Wrap, completed
 from fiveaxis.toolpath import PathShape, Tool
 
 
@@ -55,8 +53,8 @@ class ReadOptions:
 
     def __post_init__(self) -> None:
         feed = self.feed_mm_min
-        if feed is not None and not (np.isfinite(feed) and feed > 0.0):
-            raise SettingError(f"feed {feed:g} mm/min must be a positive number")
+        if feed is not None and not 0.0 < feed <= HIGHEST_FEED:
+            raise SettingError(f"feed {feed:g} mm/min must be above 0, and at most {HIGHEST_FEED:g} mm/min")
         for word in self.harmless:
             if re.fullmatch("M[1-9][0-9]*", word) is None:
                 raise SettingError(f"harmless: {word!r} isn't an M word; write them like M56")

@@ -8,6 +8,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.nc.source import Source
+from fiveaxis.options import HIGHEST_FEED
 
 # mm and deg: a larger number is a wrong unit or a lost decimal point.
 LARGEST_POSITION = 1e6
@@ -74,8 +75,13 @@ def scale_positions(positions: Array, unit: str, lines: IntArray, source: Source
 
 
 def require_positive_feeds(feeds: Array, lines: IntArray, source: Source) -> None:
-    """Raise if a feed, (n,) mm/min, isn't above 0."""
+    """Raise if a feed, (n,) mm/min, isn't above 0, or beyond `HIGHEST_FEED`."""
     require(feeds > 0.0, lines, source, lambda row: f"feed = {feeds[row]:g} mm/min; it must be above 0")
+
+    def fault(row: int) -> str:
+        return f"feed = {feeds[row]:g} mm/min is beyond any machine's {HIGHEST_FEED:g}; check its unit"
+
+    require(feeds <= HIGHEST_FEED, lines, source, fault)
 
 
 def unit_axes(vectors: Array, lines: IntArray, source: Source) -> Array:

@@ -10,6 +10,7 @@ from pathlib import Path
 from fiveaxis.errors import ToolpathError
 from fiveaxis.files import MOST_PATH_BYTES, read_input
 from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 
 # Control characters but tab, line ends, form feed and the end mark of DOS: no text file has them.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
@@ -72,6 +73,12 @@ def load_source(path: str | Path) -> Source:
     ToolpathError
         The file is missing, too large, can't be unpacked, or isn't text.
     """
+    if Path(path).suffix.lower() in MESH_SUFFIXES:
+        raise ToolpathError(
+            "is a mesh, and a program or a list of locations is needed here; `fiveaxis optimise` plans a "
+            "path on it",
+            file=path,
+        )
     data = read_input(path, MOST_PATH_BYTES, ToolpathError, unpack=True)
     _require_text(data, path)
     try:

@@ -20,7 +20,7 @@ from fiveaxis.options.option import (
     table_of,
     words_of,
 )
-from fiveaxis.options.planning import Direction, Order, PlanContour, Planning, Strategy
+from fiveaxis.options.planning import HIGHEST_FEED, Direction, Order, PlanContour, Planning, Strategy
 from fiveaxis.options.reading import Positions, Reading, ReadProgram, Wrap
 from fiveaxis.options.search import Objective, Search
 from fiveaxis.options.surroundings import (
@@ -36,6 +36,7 @@ from fiveaxis.options.writing import Coordinates, Framing, Winding, Writing
 __all__ = [
     "CREASE",
     "GOUGE_TOLERANCE",
+    "HIGHEST_FEED",
     "SURFACE_TOLERANCE",
     "Bounds",
     "Calibrate",

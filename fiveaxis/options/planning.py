@@ -10,6 +10,8 @@ from fiveaxis.options.option import Option
 Strategy = Literal["waterline", "raster"]
 Direction = Literal["climb", "conventional", "zigzag"]
 Order = Literal["levels", "islands"]
+# mm/min: beyond the fastest machines, so that a number above it has another unit, or digits too many.
+HIGHEST_FEED = 200_000.0
 
 
 class Planning(TypedDict, total=False):
@@ -85,7 +87,9 @@ class Planning(TypedDict, total=False):
 class PlanContour(Planning, Meshes, total=False):
     """How passes are planned on a mesh, and cut."""
 
-    feed_mm_min: Annotated[float, Option("of cuts and links", unit="mm/min", default=1000.0, above=0.0)]
+    feed_mm_min: Annotated[
+        float, Option("of cuts and links", unit="mm/min", default=1000.0, above=0.0, most=HIGHEST_FEED)
+    ]
     clearance: Annotated[
         float,
         Option(

@@ -32,7 +32,7 @@ def check_feeds(context: CheckContext) -> Result:
     path, time = context.toolpath, context.motion.time
     low = feed_durations(path.lengths, path.feed, context, context.positions)
     high = np.maximum(low, axis_durations(context, context.positions))
-    rows = np.flatnonzero(context.cutting)
+    rows = 1 + np.flatnonzero(~path.rapid[1:])
     return _compare(rows, time[rows], low[rows], high[rows], path.feed[rows])
 
 
@@ -67,10 +67,10 @@ def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool =
     low, high = (np.diff(np.interp(number, every, np.cumsum(s)), prepend=0.0) for s in (at_feed, limited))
     last = np.ceil(number - NEXT).astype(np.int64)
     first = np.floor(np.append(0.0, number[:-1]) + NEXT).astype(np.int64)
-    # Rows that lie on the path wholly, and only in cuts.
-    others = np.cumsum(path.kind[row] != MoveKind.CUT)
+    # Rows that lie on the path wholly, and at feed: in cuts and links.
+    others = np.cumsum(path.rapid[row])
     inside = (ends - 1.0 >= place[0] - NEXT) & (ends <= place[-1] + NEXT) & (last > first)
-    inside &= (others[last] == others[first]) & (context.toolpath.kind == MoveKind.CUT)
+    inside &= (others[last] == others[first]) & ~context.toolpath.rapid
     by_tip = np.linalg.norm(np.diff(context.tip, axis=0, prepend=context.tip[:1]), axis=1) / feed[last]
     by_centre, by_axes = steps / feed[last], axis_durations(context, context.positions)
     low, high = np.min([low, by_tip, by_centre], axis=0), np.max([high, by_tip, by_centre, by_axes], axis=0)
@@ -166,9 +166,9 @@ def _compare(rows: IntArray, found: Array, low: Array, high: Array, feed: Array)
     def message(i: int) -> str:
         k = bad[i]
         wanted = low[k] if found[k] < low[k] else high[k]
-        share = f"{total:.4g} s in all cuts, instead of {least if total < least else most:.4g} s"
+        share = f"{total:.4g} s in all cuts and links, instead of {least if total < least else most:.4g} s"
         return (
-            f"the cut takes {found[k]:.4g} s, but the path's feed asks for {wanted:.4g} s ({share}); "
+            f"the move takes {found[k]:.4g} s, but the path's feed asks for {wanted:.4g} s ({share}); "
             "correct F, its unit or its mode (G93, G94, G95)"
         )
 
@@ -179,7 +179,7 @@ def _compare(rows: IntArray, found: Array, low: Array, high: Array, feed: Array)
         message=message,
         figures={"feed_off_share": max(0.0, 1.0 - total / least, total / most - 1.0) if least else None},
         checked=(
-            f"feed: every cut takes as long as the path's feed asks for within {100 * BLOCK:g} %, all of "
-            f"them within {100 * WHOLE:g} %, longer only where an axis is at its highest speed",
+            f"feed: every cut and link takes as long as the path's feed asks for within {100 * BLOCK:g} %, "
+            f"all of them within {100 * WHOLE:g} %, longer only where an axis is at its highest speed",
         ),
     )

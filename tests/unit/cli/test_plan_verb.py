@@ -127,12 +127,20 @@ def test_the_unit_of_a_mesh_is_an_option_and_a_key_of_jobs(dome, tmp_path):
     assert again.stdout == found.stdout
 
 
-def test_a_dome_of_2_inches_that_is_read_as_2_mm_is_a_finding(dome):
+def test_a_part_smaller_than_half_the_cutter_is_refused_with_its_size_in_other_units(dome):
     found = CliRunner().invoke(app, ["plan", str(dome), *COARSE])
-    assert found.exit_code == 0
-    assert "part 2 × 2 × 1 mm" in found.output
+    assert found.exit_code == 2
+    assert "the part measures 2 × 2 × 1 mm, read in mm" in found.output
     assert "inch makes it 50.8 × 50.8 × 25.4 mm" in found.output
-    assert "[part-size]" in found.output
+    smaller = CliRunner().invoke(app, ["plan", str(dome), "--tool", "ball:1.5", *COARSE[2:-2]])
+    assert "[part-size]" in smaller.output
+
+
+def test_a_plan_of_millions_of_contacts_is_refused_at_once(dome):
+    found = CliRunner().invoke(app, ["plan", str(dome), "--tool", "ball:10", "--unit", "m"])
+    assert found.exit_code == 2
+    assert "contact points, more than 3e+06" in found.output
+    assert "check its unit (--unit)" in found.output
 
 
 def test_a_plan_that_reaches_few_of_its_contacts_ends_with_code_3_and_the_reason(tmp_path):
@@ -152,3 +160,9 @@ def test_a_plan_that_reaches_few_of_its_contacts_ends_with_code_3_and_the_reason
     job = make_job(input=part, tool="ball:8", machine="hayashi-640123", plan={"stepdown": 2.0})
     with pytest.raises(Infeasible, match="no pass reaches most of the contacts"):
         run_job(job)
+
+
+def test_a_feed_beyond_every_machine_is_refused(dome):
+    found = CliRunner().invoke(app, ["plan", str(dome), *COARSE, "--unit", "inch", "--feed", "1200000"])
+    assert found.exit_code == 2
+    assert "feed = 1200000.0 must be at most 200000" in found.output

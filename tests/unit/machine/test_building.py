@@ -380,3 +380,29 @@ def test_a_drive_without_the_figures_it_needs_is_refused(tmp_path, axis, drive, 
     with pytest.raises(MachineError) as caught:
         load_machine(path)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "line", "said"),
+    [
+        (
+            "[axes.X]\n",
+            '[axes.X]\nmax_speed = { value = 5e5, unit = "mm/s", source = "typed" }\n',
+            4,
+            "is it in mm/min",
+        ),
+        ("", '[spindle]\npoint = [0, 0, 60000]\nsource = "typed"\n', 6, "further than 20000 mm"),
+    ],
+)
+def test_a_figure_that_no_machine_has_is_one_error_on_its_line(tmp_path, before, after, line, said):
+    path = tmp_path / "m.toml"
+    text = 'name = "m"\ncode = "1203"\n[axes.X]\nreversed = false\n'
+    path.write_text(text.replace(before, after) if before else text + after)
+    with pytest.raises(MachineError, match=said) as caught:
+        load_machine(str(path))
+    assert caught.value.line == line
+
+
+def test_a_tool_length_in_metres_is_refused(hayashi):
+    with pytest.raises(MachineError, match=r"tool length is 0\.13 mm; tools have 1 to 2000 mm"):
+        hayashi.with_tool_length(0.13)

@@ -179,7 +179,7 @@ def test_limits_of_a_reversed_axis_are_answered_in_the_control_s_sign():
         ({("counts", "A"): "yes"}, "neither tool nor table"),
         ({("counts", "X"): "tool"}, "counts of X: it is asked of A, B, C only"),
         ({("points", "A"): "0,0"}, "isn't of the form X,Y,Z"),
-        ({("points", "A"): "0,0,1e9"}, "further than 10000 mm away"),
+        ({("points", "A"): "0,0,1e9"}, "further than 20000 mm away"),
         (
             {("speeds", "X"): "40000"},
             "speeds of X: 666667 mm/s is implausible; machines have 1 to 2500 mm/s: is it in mm/min",

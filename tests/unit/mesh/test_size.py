@@ -35,7 +35,7 @@ def test_an_unknown_unit_names_the_known_ones(file):
     ("extent", "diameter", "reason"),
     [
         (2.0, 1.0, r"below 5 mm \(parts of 5-axis machines\)"),
-        (8.0, 10.0, r"below 10 mm \(the cutter's diameter\)"),
+        (19.0, 10.0, r"below 20 mm \(twice the cutter's diameter\)"),
         (6000.0, 10.0, "above 5000 mm"),
         (50.0, 10.0, None),
         (5000.0, 10.0, None),

@@ -58,3 +58,10 @@ def test_a_missing_file_and_a_folder_are_refused(tmp_path):
         load_source(tmp_path / "a.csv")
     with pytest.raises(ToolpathError, match="is a folder"):
         load_source(tmp_path)
+
+
+def test_a_mesh_is_named_as_one_not_as_text_of_another_encoding(tmp_path):
+    path = tmp_path / "part.STL"
+    path.write_bytes(b"\0" * 84)
+    with pytest.raises(ToolpathError, match="is a mesh, and a program or a list of locations is needed here"):
+        load_source(path)

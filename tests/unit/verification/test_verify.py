@@ -182,6 +182,17 @@ def test_a_block_shorter_than_the_highest_speed_allows_is_found(good, hayashi, r
     assert "X needs" in next(f.message for f in report.findings if f.code == "speed")
 
 
+def test_a_link_at_ten_times_its_feed_is_found(good, hayashi, ring):
+    """A link at feed runs beside the part: what the feed check says of every move holds for it, too."""
+    kind = ring.kind.copy()
+    kind[ROW - 2 : ROW + 2] = MoveKind.LINK
+    path, motion = replace(ring, kind=kind), replace(good, kind=kind)
+    assert verify(motion, hayashi, path, tilt=TILT).ok
+    time = motion.time.copy()
+    time[ROW] /= 10.0
+    assert errors(verify(replace(motion, time=time), hayashi, path, tilt=TILT)) == {"feed-differs": [ROW]}
+
+
 def test_a_speed_at_its_limit_passes_and_a_millionth_above_does_not(good, hayashi, ring):
     steps = np.abs(np.diff(good.positions[:, hayashi.column("C")], prepend=good.positions[0, -1]))
     highest = float(steps.max())
