@@ -84,6 +84,7 @@ def plan_program(
                 tolerances=tolerances,
                 tcp=wording.coordinates != "axes",
                 retract=_retract(settings),
+                rises=settings.retract is not None,
                 leaves=settings.way_out,
             )
             if is_program

@@ -10,15 +10,17 @@ from itertools import chain
 import numpy as np
 
 from fiveaxis.collision import Surroundings
+from fiveaxis.collision.scene import build_scene
 from fiveaxis.findings import JOB, Finding, Place, Severity, risk
-from fiveaxis.geometry import Array, normalise, product
-from fiveaxis.machine import Machine
+from fiveaxis.geometry import Array, inverse_transform, normalise, product
+from fiveaxis.machine import BED, Machine
 from fiveaxis.mesh import TriangleTree, tree_of
 from fiveaxis.motion import STANDSTILL, Motion
 from fiveaxis.motion.program_motion import FIRST, LAST, axis_lead, lead_positions
-from fiveaxis.toolpath import MoveKind, Toolpath
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.verification.between import JOINT_ONLY
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances, make_context
+from fiveaxis.verification.collisions import pinocchio_poses
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import APPROACH, Report, make_report
@@ -32,6 +34,8 @@ FARTHEST = (80.0, 160.0)
 RISES = (0.2, 0.0)
 # mm: between part and cutter at the end of a lead-out.
 ROOM = 0.5
+# rad: steps of the rotary axes at the retract.
+SWING = np.radians(4.0)
 # mm: rounding of a retract position.
 RETRACT = 1e-3
 LEG = "to the end of its travel, or by 100 mm"
@@ -195,6 +199,7 @@ def choose_leads(
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     tcp: bool = False,
     retract: float | None = None,
+    rises: bool = False,
     leaves: bool = True,
 ) -> Leads:
     """Choose a clear lead-in and lead-out.
@@ -211,6 +216,7 @@ def choose_leads(
     tcp : whether the tip comes to a point above all of the path, and Z down from there; else Z comes down
         from the end of its travel
     retract : mm, machine position of Z to which the program retracts at its end; None if it doesn't
+    rises : whether it retracts there before its first move, too
     leaves : whether the program has a lead-out from a last cut before that
 
     Raises
@@ -231,7 +237,70 @@ def choose_leads(
         found.append(_finding("retreat-blocked", blocked, place))
     if retract is not None:
         found += _bad_retract(machine, motion.positions[LAST] + lead_out, retract, place)
-    return Leads(lead_in, lead_out, _make_report(found, (lead_in, lead_out), tcp=tcp, retracts=up))
+    report = _make_report(found, (lead_in, lead_out), tcp=tcp, retracts=up)
+    room = None if retract is None else height_above(machine, toolpath.tool, surroundings, retract)
+    if room is not None and room >= surroundings.clearances.machine:
+        settled = {RETRACT_AND_HOME, *((TURNS, ACROSS) if rises else ())}
+        text = (
+            f"moves at the retract, Z {retract:g} mm: at any value of the other axes the tool's side is at "
+        )
+        text += f"least {room:.3g} mm above part, fixtures and table"
+        gaps = tuple(pair for pair in report.gaps if pair[0] not in settled)
+        report = replace(report, passed=(*report.passed, text), gaps=gaps)
+    return Leads(lead_in, lead_out, report)
+
+
+def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: float) -> float | None:
+    """Measure how far the tool's side is above the workpiece's, wherever all axes but Z stand.
+
+    Every body counts as its bounding box, and the rotary axes stand at steps of `SWING`: of a swing of 1 m
+    the highest point is at most 0.6 mm above its highest step.
+
+    Parameters
+    ----------
+    z : mm, machine position of Z
+
+    Returns
+    -------
+    mm; None where it isn't known: travels that aren't stated, bodies on the bed, linear axes that aren't at
+    right angles to Z, or a Z that moves the workpiece
+    """
+    code, letters = machine.code, machine.letters
+    if "Z" not in code.head or any(None in axis.limits.ends for axis in machine.axes if not axis.is_rotary):
+        return None
+    bodies = build_scene(machine, tool, surroundings).bodies
+    column, pose = machine.column("Z"), pinocchio_poses(machine)
+    unit = pose(np.vstack([np.zeros(len(letters)), np.eye(len(letters))]))[code.head[-1]][:, :3, 3]
+    moved = unit[1:] - unit[0]
+    up = moved[column]
+    across = [float(product(moved[i], up)) for i, axis in enumerate(machine.axes) if not axis.is_rotary]
+    if any(body.link == BED for body in bodies) or np.count_nonzero(np.abs(across) > RETRACT) > 1:
+        return None
+    ranges = [
+        (0.0, 2.0 * np.pi) if axis.limits.span >= 2.0 * np.pi else (axis.limits.low, axis.limits.high)
+        for axis in machine.axes
+        if axis.is_rotary
+    ]
+    steps = [np.linspace(low, high, 2 + int((high - low) / SWING)) for low, high in ranges]
+    turned = np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, len(steps))
+    positions = np.zeros((len(turned), len(letters)))
+    positions[:, machine.rotary_columns] = turned
+    positions[:, column] = -z if machine.axes[column].reversed else z
+    poses = pose(positions)
+    back = inverse_transform(poses[BED])
+
+    def heights(links: tuple[str, ...]) -> Array:
+        found = [np.empty(0)]
+        for body in bodies:
+            placed = product(back, poses[body.link]) if body.link in links else back[:0]
+            for piece in body.pieces:
+                points = product(piece.corners, piece.frame[:3, :3].T) + piece.frame[:3, 3]
+                at = product(placed[:, :3, :3], points.T).transpose(0, 2, 1) + placed[:, None, :3, 3]
+                found.append(product(at, up).ravel())
+        return np.concatenate(found)
+
+    above, below = heights(code.head), heights((code.links[0], *code.table))
+    return float(above.min() - below.max()) if len(above) and len(below) else None
 
 
 def _bad_retract(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:

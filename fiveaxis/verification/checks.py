@@ -9,6 +9,7 @@ import numpy as np
 
 from fiveaxis.findings import JOB, MACHINE_FILE, Gap, risk
 from fiveaxis.geometry import Array
+from fiveaxis.machine.measuring import pivots_unknown
 from fiveaxis.machine.unknown import figure_findings
 from fiveaxis.options import Coordinates
 from fiveaxis.toolpath import Band, across
@@ -64,7 +65,8 @@ def check_limits(context: CheckContext) -> Result:
     endless = {p.figure for p in machine.provenance if p.figure.endswith(" limits")}
     endless = {a.letter for a in machine.axes if a.is_rotary and f"{a.letter} limits" in endless}
     lacking = [a.letter for a in machine.axes if a.limits.unlimited and a.letter not in endless]
-    unlimited = ", ".join(lacking)
+    # What nobody has stated at all is a finding of `check_figures`.
+    assumed = sorted(set(pivots_unknown(machine)) - set(pivots_unknown(machine, or_assumed=False)))
 
     def message(i: int) -> str:
         axis, value = machine.axes[columns[i]], context.positions[rows[i], columns[i]]
@@ -85,10 +87,13 @@ def check_limits(context: CheckContext) -> Result:
             "limit_overrun_deg": _overrun_figure(shown[:, rotary]),
         },
         checked=(f"axis limits of {limited} at every location",) if limited else (),
-        not_checked=(
-            (risk(f"limits of {unlimited}: the machine states none", "limits", MACHINE_FILE),)
-            if unlimited
-            else ()
+        not_checked=tuple(
+            risk(f"{what} of {', '.join(letters)}: {why}", what_to_add, MACHINE_FILE)
+            for what, letters, why, what_to_add in (
+                ("limits", lacking, "the machine states none", "limits"),
+                ("pivots", assumed, "the machine's file assumes them", "line"),
+            )
+            if letters
         ),
     )
 

@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE
 
+from fiveaxis.job import read_job, run_job
+from fiveaxis.report.page import compose_page
+
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("0*.py"))
 LONGEST = 100  # lines
@@ -93,6 +96,21 @@ def test_the_cells_of_the_notebook_print_and_show_what_they_name(capsys):
     assert [line.split()[0] for line in said[2:6]] == ["approach", "lead-in", "path", "lead-out"]
     lowest = {line.split(":")[0]: float(line.split()[1]) for line in said if "axes' zero" in line}
     assert set(lowest) == {"optimised", "normal", "lead-lean", "greedy"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("job", "verdict"), [("job", "partial"), ("complete", "safe")])
+def test_the_jobs_have_the_verdict_that_their_descriptions_deserve(job, verdict):
+    outcome = run_job(read_job(ROOT / f"examples/overhang/{job}.toml"))
+    answers, report = outcome.report.answers, outcome.report.verdict
+    assert answers.verdict == verdict
+    assert f'class="answer verdict {verdict}"' in compose_page(outcome.report)
+    risks = [detail.text for detail in answers.safe.details if detail.about == "Risk"]
+    assert len(risks) <= 5
+    assert bool(risks) is bool(report.risks) is (verdict == "partial")
+    assert all(" add " in text or text.endswith("nothing settles it.") for text in risks)
+    assert report.ok
+    assert report.passed
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from fiveaxis.nc import ProgramSettings, compose_program
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Report, choose_leads, verify
+from fiveaxis.verification.approach import height_above
 
 UPRIGHT = np.zeros((9, 2))
 
@@ -163,6 +165,42 @@ def test_below_a_roof_there_is_no_clear_approach_and_no_clear_retract(hayashi, l
     found = next(f for f in up.findings if f.code == "retreat-blocked")
     assert found.place.location == 8
     assert not Gate.of(up.report).is_open
+
+
+EXAMPLE = Path(__file__).parents[3] / "examples/overhang"
+
+
+def test_at_the_retract_every_body_of_the_table_is_below_the_tool_wherever_the_other_axes_stand():
+    """Measured with the forward kinematics, at random places, along the tool's axis: Z is at the tool."""
+    machine = load_machine(EXAMPLE / "machine.toml").with_tool_length(85.0)
+    tool, part = Tool.ball(8), box((-15, -15, 0), (15, 15, 40))
+    room = height_above(machine, tool, Surroundings(part), 340.0)
+    table = box((-60, -60, -20), (60, 60, 0))
+    positions = np.random.default_rng(1).uniform(
+        [-250, -250, 340, np.radians(-120), 0], [250, 250, 340, np.radians(30), 2 * np.pi], (20_000, 5)
+    )
+    tip, axis = machine.forward(positions)
+    points = np.concatenate([part.vertices, table.vertices])
+    heights = np.einsum("nk,nmk->nm", axis, tip[:, None] - points)
+    assert room == pytest.approx(heights.min(), abs=3.0)
+    # The bridge under the table turns with A alone; its corners are 96 mm from A's line, 20 mm up.
+    assert room <= heights.min() + 0.5
+    unknown = replace(machine, axes=(replace(machine.axes[0], limits=Limits()), *machine.axes[1:]))
+    assert height_above(unknown, tool, Surroundings(part), 340.0) is None
+
+
+@pytest.mark.parametrize(("retract", "is_clear"), [(340.0, True), (80.0, False)])
+def test_only_a_retract_above_everything_settles_the_moves_there(retract, is_clear):
+    machine = load_machine(EXAMPLE / "machine.toml").with_tool_length(85.0)
+    tool, part = Tool.ball(8), box((-20, -20, 0), (20, 20, 40))
+    tips = np.column_stack([np.linspace(-20.0, 20.0, 9), np.zeros(9), np.full(9, 40.0)])
+    path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (9, 1)), tool)
+    motion = follow(path, machine, np.zeros((len(path), 2)))
+    around = Surroundings(part)
+    leads = choose_leads(motion, machine, path, surroundings=around, retract=retract, rises=True)
+    turns = [gap.sentence for gap, _ in leads.report.gaps if gap.is_risk]
+    assert (turns == []) is is_clear
+    assert any(text.startswith("moves at the retract") for text in leads.report.passed) is is_clear
 
 
 def test_the_tool_leaves_a_wall_sideways(hayashi):
