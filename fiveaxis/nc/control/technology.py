@@ -12,7 +12,6 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.control.words_in_force import group_of, in_force_after, words_beside
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language
-from fiveaxis.nc.languages.iso import ALWAYS_OFF, TIP_WORDS
 from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
@@ -43,9 +42,8 @@ _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
 _FIXED_POINTS = frozenset(("G74", "G75", "M92", "M140", "MB"))
 # mm: length of a word, by the words of the unit.
 _UNITS = {"G20": 25.4, "G70": 25.4, "G21": 1.0, "G71": 1.0}
-# Words whose effect is read here, and by the interpreter: what switches TCP, and what ends a program.
+# Words whose effect is read here.
 _FOLLOWED = frozenset((*SENSES, *COOLANT, *CHANGES))
-_INTERPRETED = frozenset((*TIP_WORDS, *ALWAYS_OFF, "M2", "M17", "M30", "M99"))
 _FEEDS = frozenset(("G1", "G2", "G3"))
 FEED_MODES = ("G93", "G94", "G95")
 _LETTERS = frozenset("STHD")
@@ -251,7 +249,7 @@ class TechnologyReader:
 
     def _of_words(self, block: Block) -> dict[str, Any]:
         words = self.now.words
-        for word in words_beside(block, _FOLLOWED, _INTERPRETED):
+        for word in words_beside(block, _FOLLOWED):
             group = group_of(word)
             if group is not None:
                 words = in_force_after(words, word, group)

@@ -11,11 +11,17 @@ import re
 from collections.abc import Iterator
 
 from fiveaxis.nc.languages.block import Block
+from fiveaxis.nc.languages.iso import ALWAYS_OFF, TIP_WORDS
 
 # Words of ISO 6983 that set something else than positions; all others that the interpreter takes are
 # followed, or cancel what it refuses to switch on.
 PLANES = ("G17", "G18", "G19")
-_SETTING_G = frozenset((*PLANES, "G5.1", "G8", "G9", "G10", "G61", "G61.1", "G64", "G187"))
+# What switches TCP on one control is unknown, or another word, on the next.
+TCP = frozenset((*TIP_WORDS, *ALWAYS_OFF, "G140", "G174"))
+_SETTING_G = TCP | frozenset(
+    (*PLANES, "G5.1", "G8", "G9", "G10", "G61", "G61.1", "G64", "G70", "G71", "G187", "G43", "G44", "G49")
+)
+_ENDS = frozenset(("M2", "M17", "M30", "M99"))
 # Letters of a block without motion that belong to its G or M word.
 _ARGUMENTS = "LPQRE"
 # Words of other languages that are followed: frames, cycles that become moves, labels, normals.
@@ -31,7 +37,8 @@ _GROUPS = {
     "plane": "|".join(PLANES),
     "path mode": r"G6[0-4](?:\.1)?(?: .*)?|G64[1-6]",
     "compressor": r"COMP(?:ON|OF|CAD|CURV|SURF|PATH)",
-    "transformation": r"TRAORI.*|TRAFOOF|FUNCTION (?:RESET )?TCPM.*|L M12[89]",
+    "length and TCP": r"(?:G4[349]|G43\.[45]|G234)(?: .*)?",
+    "transformation": r"TRAORI.*|TRAFOOF|FUNCTION (?:RESET )?TCPM.*|L M12[89]|M42[89]|M12[89]",
     "orientation path": r"ORI(?:AXES|VECT|PLANE|PATHS?|CONTO)",
     "orientation frame": r"ORI(?:WKS|MKS)",
     "orientation angles": r"ORI(?:EULER|RPY2?|VIRT[12])",
@@ -53,7 +60,7 @@ _ALONE = re.compile(
 )
 # What a control does anyway, or does again from there on.
 _OFF = re.compile(
-    r"COMPOF|TRAFOOF|FUNCTION RESET TCPM|L M129|ORISOF|DYNNORM|FNORM|FGROUP\(\)|SETMS"
+    r"COMPOF|TRAFOOF|G4[349](?: .*)?|FUNCTION RESET TCPM|L M129|ORISOF|DYNNORM|FNORM|FGROUP\(\)|SETMS"
     r"|OVR(?:RAP)?=100|(?:ADIS|ADISPOS|DL)=0|G5 P0|G5\.1 Q0|G8 P0|G187"
     r"|CYCLE832\((?:|0?\.?0*(?:,.*)?|[^,)]*,(?:0|_OFF)(?:,.*)?)\)"
     r"|CYCL DEF 3?32\.0.*|CYCL DEF 32\.1(?: T0*\.?0*)?"
@@ -64,17 +71,16 @@ _ONCE = re.compile(r"SPOSA?\b.*|[SMHTD][0-9]+=.*")
 _WRITES = re.compile(r"G10\b.*")
 
 
-def words_beside(block: Block, followed: frozenset[str], interpreted: frozenset[str]) -> Iterator[str]:
+def words_beside(block: Block, followed: frozenset[str]) -> Iterator[str]:
     """Yield the words of a block that aren't followed, as written.
 
     Parameters
     ----------
     followed : words of spindle, coolant and tool, whose effect is read elsewhere
-    interpreted : other M words that act, unless the reader has left them out
     """
     values = [f"{c}{block.words[c]:g}" for c in _ARGUMENTS if c in block.words]
     for word in (*block.g, *block.m):
-        acts = word in _SETTING_G if word[0] == "G" else word not in followed | interpreted
+        acts = word in _SETTING_G if word[0] == "G" else word not in followed | _ENDS
         if acts:
             yield " ".join((word, *(() if word in PLANES else values)))
     yield from block.stated

@@ -12,7 +12,7 @@ import numpy as np
 from fiveaxis.errors import SettingError
 from fiveaxis.motion import Phase, ProgramMotion
 from fiveaxis.nc.control.technology import Technology, read_technology
-from fiveaxis.nc.control.words_in_force import PLANES
+from fiveaxis.nc.control.words_in_force import PLANES, TCP
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.words import control_value, feed_text
@@ -405,5 +405,6 @@ def usual_words(language: str) -> tuple[frozenset[str], tuple[str, ...]]:
             if reader.language.name == language:
                 words.update(reader.now.words)
                 harmless += dialect.harmless
-    # Arcs are followed in any plane.
-    return frozenset((*words, *PLANES)), tuple(dict.fromkeys(harmless))
+    # Arcs are followed in any plane, and TCP by all of its words.
+    followed = (*PLANES, *TCP)
+    return frozenset(words), tuple(dict.fromkeys((*harmless, *map(re.escape, followed))))

@@ -8,6 +8,7 @@ import pytest
 from planted.trial import TILT, cone_wall
 
 import fiveaxis as fx
+from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.job import verify_program
 from fiveaxis.motion import fill_in
 from fiveaxis.nc import ProgramSettings, write_motion
@@ -63,6 +64,8 @@ def with_word(lines, old, new):
         ("G94", "G93", "feed-differs"),
         ("M8", "M7", "coolant-off"),
         ("G53 G0 Z0.0000", "(no retract)", "no-retract"),
+        ("G53 G0 Z0.0000", "G53 G0 Z-110.", "no-retract"),
+        ("G53 G0 Z0.0000", "G53 G0 X0. Z0.0000\nG53 G0 Z-0.1", "no-retract"),
         ("G21 ", "", "unit-assumed"),
     ],
 )
@@ -86,6 +89,77 @@ def test_a_tool_change_and_a_stop_between_cuts_are_found(lines, check):
     middle = cuts[len(cuts) // 2]
     assert "change-in-cut" in check([*lines[:middle], "T7 M6", *lines[middle:]], settings=None).counts
     assert "spindle-off" in check([*lines[:middle], "M5", *lines[middle:]], settings=None).counts
+
+
+def middle(lines, *texts):
+    """Put lines between two cuts."""
+    cuts = [i for i, line in enumerate(lines) if line.startswith("G1")]
+    at = cuts[len(cuts) // 2]
+    return [*lines[:at], *texts, *lines[at:]]
+
+
+@pytest.mark.parametrize("word", ["G5.1 Q1", "M77", "G10 L10 P7 R5.", "#5223=-5.", "M0"])
+def test_a_word_that_the_table_does_not_write_is_an_error_with_a_job_and_a_warning_without(
+    lines, check, word
+):
+    for settings, severity in ((SETTINGS, "error"), (None, "warning")):
+        found = [f for f in check(middle(lines, word), settings).findings if f.code == "word-in-cut"]
+        assert {f.severity for f in found} == {severity}
+        assert word.rstrip(".") in found[0].message
+        assert not any("word between the cuts" in line for line in check(middle(lines, "M0")).checked)
+
+
+def test_a_word_in_force_before_the_cuts_counts_until_another_of_its_group(lines, check):
+    cut = next(i for i, line in enumerate(lines) if line.startswith("G1"))
+    smooth = [*lines[:cut], "G5.1 Q1", *lines[cut:]]
+    assert check(smooth).counts["word-in-cut"] > 20
+    assert check([*lines[:cut], "G5.1 Q1", "G5.1 Q0", *lines[cut:]]).ok
+    # A word that acts once, before the cuts, is the head's.
+    assert check([*lines[:cut], "M77", *lines[cut:]]).ok
+
+
+def test_a_table_of_ones_own_says_what_else_is_harmless(solution, lines, tmp_path):
+    table, file = tmp_path / "mine.toml", tmp_path / "program.nc"
+    file.write_text("\n".join(middle(lines, "M77")) + "\n")
+    for patterns, ok in (("['M77']", True), ("['M7']", False)):
+        table.write_text(f"based_on = 'fanuc'\nharmless = {patterns}\n")
+        report = verify_program(
+            file, solution.machine, toolpath=solution.toolpath, tilt=TILT, settings=SETTINGS, control=table
+        )
+        assert report.ok is ok
+    table.write_text("based_on = 'fanuc'\nharmless = ['M(7']\n")
+    with pytest.raises(SettingError, match="harmless"):
+        verify_program(file, solution.machine, tool=solution.toolpath.tool, settings=SETTINGS, control=table)
+
+
+def test_a_machine_move_between_cuts_is_an_error_unless_the_way_back_is_rapid(
+    solution, lines, check, tmp_path
+):
+    file = tmp_path / "own.nc"
+    away = middle(lines, "G53 G0 Z0.")
+    (found,) = [f for f in check(away).findings if f.code == "rapid-in-cut"]
+    assert f"line {1 + away.index('G53 G0 Z0.')}" in found.message
+    assert not any(line.startswith("no rapid move") for line in check(away).checked)
+    # Where the zero is stated the move is one of the program's, and checked as such.
+    made = solution.program(control="fanuc", coordinates="axes", settings=SETTINGS)
+    lines = list(made.text.lines)
+    file.write_text("\n".join(middle(lines, "G53 G0 X0. Y0.")) + "\n")
+    zero = dict.fromkeys("XYZAC", 0.0)
+    report = verify_program(file, solution.machine, toolpath=solution.toolpath, tilt=TILT, zero=zero)
+    assert "where the path cuts" in next(f.message for f in report.findings if f.code == "rapid-in-cut")
+    # Without a path a retract from which the tool comes back at rapid may be that of another operation.
+    heights = [word for line in lines for word in line.split() if word[0] == "Z"]
+    for back, told in ((), True), ((f"G0 {heights[-1]}",), False):
+        file.write_text("\n".join(middle(lines, "G53 G0 Z0.", *back)) + "\n")
+        report = verify_program(file, solution.machine, tool=solution.toolpath.tool)
+        assert ("rapid-in-cut" in report.counts) is told
+
+
+@pytest.mark.parametrize("word", ["G254", "G268", "G12.1", "G112", "G7.1", "G107", "G100", "G151"])
+def test_an_unknown_word_is_to_be_looked_up_and_not_to_be_taken_out(lines, check, word):
+    with pytest.raises(ToolpathError, match=f"{word} .*look up what it does on this control") as refusal:
+        check(middle(lines, word))
+    assert "remove" not in str(refusal.value)
 
 
 def test_rotary_axes_that_move_once_z_is_down_are_found(lines, check):
