@@ -70,6 +70,8 @@ def new(
             return
         written.append(write_atomically(output, draft.text))
         print_written(output, f"see it with `fiveaxis info {output}`")
+        if ("control", "") in answers:
+            err.print(f"a machine file has no control: give --control {answers['control', '']} with each job")
 
 
 def ask(given: Answers, base: Machine | None, name: str) -> Answers:
@@ -112,7 +114,10 @@ def _ask(question: Question, letter: str, answers: Answers, base: Machine | None
             alarm.print(f"  {kind} ({meaning.code}): {meaning.text}", markup=False)
     of = f"{letter}: " if letter else ""
     while True:
-        asked = f"{of}{question.text} ({question.form_of(letter)}) [{default or UNKNOWN}]: "
+        # Without a structure there is no machine: nothing stands in for it.
+        required = question.name == "structure"
+        offer = "" if required else f" [{default or UNKNOWN}]"
+        asked = f"{of}{question.text} ({question.form_of(letter)}){offer}: "
         alarm.print(asked, end="", markup=False)
         # A terminal may send bytes that are no text.
         line = sys.stdin.buffer.readline().decode("utf-8", errors="replace")
@@ -120,8 +125,10 @@ def _ask(question: Question, letter: str, answers: Answers, base: Machine | None
             raise SettingError(f"the input ended at {of}{question.text}; nothing was written")
         answer = line.strip() or default
         try:
-            if answer in ("", UNKNOWN) and question.name != "structure":
-                return
+            if answer in ("", UNKNOWN):
+                if not required:
+                    return
+                raise SettingError("the structure can't be left out; write a kind of the list, or a code")
             question.table(letter, answer)
             if question.name in CHECKS:
                 CHECKS[question.name](answer)

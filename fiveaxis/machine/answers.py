@@ -84,10 +84,17 @@ def read_structure(answer: str) -> tuple[str, Kind | None]:
     if answer in KINDS:
         return KINDS[answer].code, KINDS[answer]
     try:
-        return parse_code(answer).text, None
+        code = parse_code(answer)
     except CodeError as fault:
         known = ", ".join(KINDS)
         raise SettingError(f"{answer!r} is none of {known}; as a {fault.message}") from None
+    lacking = [letter for letter in "XYZ" if letter not in code.letters]
+    if lacking:
+        raise SettingError(
+            f"{answer!r} as a form-shaping code has no axis {' and no '.join(lacking)}; write a kind, or a "
+            "code with X, Y and Z (1, 2, 3), for example 640123"
+        )
+    return code.text, None
 
 
 def _answer_counts(letter: str, answer: str) -> Table:
@@ -134,7 +141,11 @@ OTHERS = (
         answer=_answer_counts,
     ),
     Question(
-        "control", Stage.CONTROL, "control, as `fiveaxis controls` lists them", "name", answer=_answer_text
+        "control",
+        Stage.CONTROL,
+        "control, as `fiveaxis controls` lists them; a comment for your jobs, which state it",
+        "name",
+        answer=_answer_text,
     ),
 )
 # In the order of the dialogue.

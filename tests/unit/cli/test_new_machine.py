@@ -82,7 +82,7 @@ class Terminal:
     def question(self) -> str | None:
         """Read up to the next question; None when the command has ended."""
         start = len(self.text)
-        while not self.text[start:].endswith("]: "):
+        while not self.text[start:].endswith(("]: ", "CODE): ")):
             assert select.select([self.ours], [], [], PATIENCE)[0], f"nothing after: {self.text}"
             try:
                 chunk = os.read(self.ours, 4096)
@@ -152,6 +152,19 @@ def test_a_wrong_answer_is_explained_and_asked_for_again(tmp_path):
     assert sum(q.startswith("power at") for q in questions) == 3
     assert not any("travel" in q for q in questions)
     assert load_machine(tmp_path / "mill.toml").base_power == 1500.0
+
+
+def test_a_structure_is_asked_for_until_there_is_one(tmp_path):
+    terminal = Terminal(tmp_path, ["-o", "mill.toml", *options({"name": "mill"})])
+    replies = ["", "?", "30", "trunnion-ac"]
+    while "structure" in (terminal.question() or ""):
+        terminal.write(replies.pop(0) + "\n")
+    assert replies == [], terminal.text
+    assert terminal.text.count("the structure can't be left out") == 2
+    assert "'30' as a form-shaping code has no axis X and no Y" in terminal.text
+    terminal.write("\x04")
+    assert terminal.question() is None
+    assert terminal.end() == 2
 
 
 @pytest.mark.parametrize("way", ["ctrl-c", "ctrl-d"])
