@@ -48,7 +48,7 @@ def test_a_file_of_no_kind_lists_the_known_suffixes(tmp_path, name, fault):
 
 @pytest.mark.parametrize("feed", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_feed_that_is_not_positive_is_refused(tmp_path, feed):
-    with pytest.raises(SettingError, match="must be a positive number"):
+    with pytest.raises(SettingError, match="must be above 0"):
         read_toolpath(tmp_path / "a.csv", tool=BALL, feed_mm_min=feed)
 
 
