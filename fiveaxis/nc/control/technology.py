@@ -93,7 +93,7 @@ class TechnologyTrack:
     late_line : that line; 0 for none
     diagonals : lines on which the approach moves Z together with X or Y
     cancelled : modes that are switched off before the first move, with the line
-    is_own : whether the program's header says that this package wrote it
+    control : that the header of a program by this package names; empty in others
     """
 
     language: str
@@ -105,7 +105,7 @@ class TechnologyTrack:
     late_line: int = 0
     diagonals: tuple[int, ...] = ()
     cancelled: Mapping[str, int] = field(default_factory=dict)
-    is_own: bool = False
+    control: str = ""
 
     @property
     def spindle(self) -> Array:
@@ -134,11 +134,11 @@ class TechnologyReader:
     selections : lines and names of selected tools
     changes : lines, names and words of changes; the name is None if the program doesn't give it
     cancelled : modes that are switched off before the first move, with the line
-    is_own : whether the program's header says that this package wrote it
+    control : that the header of a program by this package names; empty in others
     """
 
     language: Language = ISO
-    is_own: bool = False
+    control: str = ""
     now: Technology = field(default_factory=Technology)
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
@@ -156,7 +156,7 @@ class TechnologyReader:
     @classmethod
     def of(cls, source: Source) -> TechnologyReader:
         """Make the reader for a program."""
-        return cls(find_language(source), is_own=bool(stated_control(source)[0]))
+        return cls(find_language(source), control=stated_control(source)[0])
 
     def take(self, block: Block) -> None:
         """Read a block."""
@@ -296,7 +296,7 @@ class TechnologyReader:
             late_line=first,
             diagonals=tuple(self._diagonals),
             cancelled=self.cancelled,
-            is_own=self.is_own,
+            control=self.control,
         )
 
 

@@ -340,7 +340,7 @@ class RequiredTechnology:
 
     Parameters
     ----------
-    language : of the control's programs
+    control, language : of its programs
     technology : spindle and tool as in the settings, offsets and coolant as the control's words for the
         settings put them in force
     retracts, goes_clear : whether Z goes to a machine position before the cuts, and after them
@@ -348,6 +348,7 @@ class RequiredTechnology:
     spindle, tool, coolant : whether the settings give them; what they don't give isn't checked
     """
 
+    control: str
     language: str
     technology: Technology
     spindle: bool
@@ -373,6 +374,7 @@ class RequiredTechnology:
         if settings.tool_number is not None:
             technology = technology._replace(tool=str(settings.tool_number))
         return cls(
+            control=dialect.name,
             language=reader.language.name,
             technology=technology,
             spindle=settings.spindle_rpm is not None,
