@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,8 @@ from fiveaxis.geometry import BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.technology import MachineMove, Technology, TechnologyTrack
 from fiveaxis.nc.traced_program import TracedProgram
-from fiveaxis.nc.writing.start_and_end import RequiredTechnology, usual_words, usually_cancelled
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology, cancelled_by, usual_words, usually_cancelled
+from fiveaxis.nc.writing.tables import DIALECTS
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.report import Result, said, violated
 
@@ -104,7 +105,7 @@ def check_descent(read: TracedProgram, machine: Machine) -> Iterator[Result]:
     low |= lines[0] < motion.source[at[0]]
     yield violated(
         code="approach-order",
-        severity=Severity.ERROR if track.is_own else Severity.WARNING,
+        severity=Severity.ERROR if track.control else Severity.WARNING,
         rows=at[:1] if low else at[:0],
         message=(
             f"X, Y and Z move together to the first location under TCP (line {lines[0]}), past "
@@ -136,13 +137,16 @@ def _check_start(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolo
 
     It is a warning in a program of another source, which may rely on the control's own reset.
     """
-    known = asked is not None and asked.language == track.language
-    wanted = asked.cancelled if asked is not None and known else usually_cancelled(track.language)
+    wanted: Mapping[str, str] = usually_cancelled(track.language)
+    if asked is not None and asked.control == track.control:
+        wanted = asked.cancelled
+    elif track.control in DIALECTS:
+        wanted = cancelled_by(DIALECTS[track.control])[1]
     left = {mode: block for mode, block in wanted.items() if mode not in track.cancelled}
     blocks = ", ".join(dict.fromkeys(left.values()))
     return violated(
         code="start-state",
-        severity=Severity.ERROR if track.is_own else Severity.WARNING,
+        severity=Severity.ERROR if track.control else Severity.WARNING,
         rows=rows[:1] if left else rows[:0],
         message=(
             f"an earlier program may have left on {'; '.join(left)}, and nothing switches that off before "

@@ -119,7 +119,7 @@ class TechnologyTrack:
     late_line : that line; 0 for none
     diagonals : lines on which the approach moves Z together with X or Y
     cancelled : modes that are switched off before the first move, with the line
-    is_own : whether the program's header says that this package wrote it
+    control : that the header of a program by this package names; empty in others
     """
 
     language: str
@@ -133,7 +133,7 @@ class TechnologyTrack:
     late_line: int = 0
     diagonals: tuple[int, ...] = ()
     cancelled: Mapping[str, int] = field(default_factory=dict)
-    is_own: bool = False
+    control: str = ""
 
     @property
     def spindle(self) -> Array:
@@ -162,12 +162,12 @@ class TechnologyReader:
     accepted : M words that the caller takes for harmless
     selections : lines and names of selected tools
     cancelled : modes that are switched off before the first move, with the line
-    is_own : whether the program's header says that this package wrote it
+    control : that the header of a program by this package names; empty in others
     """
 
     language: Language = ISO
     accepted: Collection[str] = ()
-    is_own: bool = False
+    control: str = ""
     now: Technology = field(default_factory=Technology)
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
@@ -188,7 +188,7 @@ class TechnologyReader:
     @classmethod
     def of(cls, source: Source, accepted: Collection[str] = ()) -> TechnologyReader:
         """Make the reader for a program."""
-        return cls(find_language(source), accepted, is_own=bool(stated_control(source)[0]))
+        return cls(find_language(source), accepted, stated_control(source)[0])
 
     def take(self, block: Block) -> None:
         """Read a block."""
@@ -337,7 +337,7 @@ class TechnologyReader:
             late_line=first,
             diagonals=tuple(self._diagonals),
             cancelled=self.cancelled,
-            is_own=self.is_own,
+            control=self.control,
         )
 
 

@@ -341,7 +341,7 @@ class RequiredTechnology:
 
     Parameters
     ----------
-    language : of the control's programs
+    control, language : of its programs
     technology : spindle and tool as in the settings, offsets and coolant as the control's words for the
         settings put them in force
     cancelled : modes that the control's safe start switches off, with the block that does
@@ -351,6 +351,7 @@ class RequiredTechnology:
     harmless : patterns of words that are no fault in a cut, beside those of `Technology.words`
     """
 
+    control: str
     language: str
     technology: Technology
     spindle: bool
@@ -378,6 +379,7 @@ class RequiredTechnology:
         if settings.tool_number is not None:
             technology = technology._replace(tool=str(settings.tool_number))
         return cls(
+            control=dialect.name,
             language=reader.language.name,
             technology=technology,
             spindle=settings.spindle_rpm is not None,

@@ -91,8 +91,8 @@ def test_a_program_goes_from_one_control_to_another(table, tmp_path, trunnion):
     assert document["verified"] is False
     wanted = read_motion(table, trunnion)
     again = read_program(second, trunnion)
-    # C turns by 180° at no more than 30°/s; before it comes the first row's lead-in, after it the lead-out.
-    assert again.time[2:-1].sum() == pytest.approx(wanted.time[1] + 180.0 / 30.0, rel=1e-3)
+    # C turns by 180° at no more than 30°/s; before it Z comes down and leads in, after it comes the lead-out.
+    assert again.time[3:-1].sum() == pytest.approx(wanted.time[1] + 180.0 / 30.0, rel=1e-3)
     np.testing.assert_allclose(again.positions[-2], wanted.positions[-1], atol=2e-4)
 
 
