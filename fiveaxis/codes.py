@@ -184,6 +184,11 @@ READING = {
     "unknown-codes": Code(
         WARNING, "M words that aren't documented for the control are taken to switch nothing"
     ),
+    "zero-by-path": Code(WARNING, "the program's zero isn't stated; the path of the tool shows it"),
+    "zero-doubtful": Code(WARNING, "the program's zero isn't stated, and the path doesn't show it"),
+    "increment-assumed": Code(WARNING, "axis words without decimal points, read as the control's increments"),
+    "angles-doubtful": Code(WARNING, "rotary words look like radians"),
+    "not-kept": Code(WARNING, "what the input states can't be written for the control"),
     "unit-doubtful": Code(WARNING, "sizes don't fit the unit of lengths, and fit the other one"),
     "unit-overridden": Code(WARNING, "the file states another unit of lengths than the one it is read in"),
     "unit-assumed": Code(WARNING, "the unit of lengths isn't stated"),

@@ -154,6 +154,17 @@ def require_suffix(path: str | Path, known: Collection[str], what: str) -> str:
     return suffix
 
 
+def require_new(path: Path, cure: str = "name another file, or move it") -> None:
+    """Raise `SettingError` for a file that exists.
+
+    Parameters
+    ----------
+    cure : what to do then
+    """
+    if os.path.lexists(path):  # not `Path.exists`, which raises for a name that is too long
+        raise SettingError(f"exists already and isn't overwritten; {cure}", file=path)
+
+
 def write_atomically(path: str | Path, content: str | bytes) -> Path:
     r"""Write a file whole or not at all.
 

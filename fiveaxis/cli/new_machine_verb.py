@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -15,7 +14,7 @@ from fiveaxis.cli.options import optional, takes
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import alarm, err, errors_explained, print_written
 from fiveaxis.errors import SettingError
-from fiveaxis.files import require_suffix, write_atomically
+from fiveaxis.files import require_new, require_suffix, write_atomically
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine import Machine, check_text, draft_machine, load_machine
 from fiveaxis.machine.answers import KINDS, QUESTIONS, parse_axis_answers
@@ -186,8 +185,7 @@ def _require_new(output: Path | None) -> None:
     if output is None:
         return
     require_suffix(output, [".toml"], "a machine file")
-    if os.path.lexists(output):  # not `Path.exists`, which raises for a name that is too long
-        raise SettingError("exists already and isn't overwritten; name another file, or move it", file=output)
+    require_new(output)
     if not output.absolute().parent.is_dir():
         raise SettingError("has no folder; make the folder first", file=output)
 

@@ -27,6 +27,7 @@ from fiveaxis.cli.verify_verb import (
 )
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
+from fiveaxis.files import require_new
 from fiveaxis.findings import group_findings
 from fiveaxis.options import Framing, Writing
 from fiveaxis.progress import Progress
@@ -70,6 +71,7 @@ def post(
     unverified: Annotated[
         bool, typer.Option("--unverified", help="exit code 0 without anything to verify the program against")
     ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace an existing program")] = False,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
@@ -83,6 +85,9 @@ def post(
         writing = read_flags(Writing, options)
         if "control" not in writing:
             raise SettingError("--control is missing; give a name (`fiveaxis controls`) or a control table")
+
+        if not overwrite:
+            require_new(output, "name another file, or give --overwrite")
 
         def work(step: Progress) -> tuple[Posted, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)

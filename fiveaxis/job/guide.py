@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import json
-import os
 import re
 from collections import abc
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,8 +15,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from fiveaxis.errors import SettingError
-from fiveaxis.files import require_suffix, write_atomically
+from fiveaxis.files import require_new, require_suffix, write_atomically
 from fiveaxis.job.description import COMBINATIONS, COMBINE, LARGEST_SWEEP, SWEEP, Job
 from fiveaxis.settings import models_in
 
@@ -167,8 +165,7 @@ def write_starter(path: Path) -> Path:
         The file exists, or can't be written.
     """
     require_suffix(path, [".toml"], "a job file")
-    if os.path.lexists(path):  # not `Path.exists`, which raises for a name that is too long
-        raise SettingError("exists already and isn't overwritten; name another file, or move it", file=path)
+    require_new(path)
     return write_atomically(path, starter_text())
 
 

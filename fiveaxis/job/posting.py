@@ -11,13 +11,14 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding
+from fiveaxis.job.kept import stated_settings, with_stated
 from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_program
 from fiveaxis.job.program_options import Header, ProgramOptions
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import require_stated
 from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
-from fiveaxis.nc import Program, ProgramSettings, ReadMotion, require_motion
+from fiveaxis.nc import Program, ProgramSettings, ReadMotion, find_dialect, require_motion
 from fiveaxis.nc.control.program_reader import read_motion_of
 from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.motion_table import read_motion_table
@@ -114,6 +115,18 @@ def post_program(
     else:
         motion = read_motion_of(text, machine, ReadOptions.of(cast("Reading", reading), machine=machine))
     header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
+    settings = settings or ProgramSettings()
+    if isinstance(motion, ReadMotion) and (operation := motion.operation) is not None:
+        if operation.kind == "drilling":
+            raise ToolpathError(
+                f"drilling ({operation}) isn't posted: pecks and dwells of its cycles aren't in the motion; "
+                "post it from the CAM system",
+                file=source,
+                line=operation.first_line,
+            )
+        dialect = find_dialect(writing.get("control", "linuxcnc"))
+        if dialect.language == "blocks":
+            settings = with_stated(settings, stated_settings(operation, dialect)[0])
     options = ProgramOptions.of(settings, header, **writing)
     options = options.named(source.stem) if output is None else options.for_file(output)
     try:

@@ -17,6 +17,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, solve_clear
 from fiveaxis.job.description import Job
+from fiveaxis.job.kept import keep_stated
 from fiveaxis.job.loading import (
     describe_inputs,
     load_factors,
@@ -156,6 +157,8 @@ def run_stages(
     require_writable(job)
     machine = load_job_machine(job)
     toolpath, passes = loaded or load_job_passes(job, progress)
+    job, toolpath = keep_stated(job, toolpath)
+    job.program_options.wording(machine)
     progress("reading part and stock", 0, 1)
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
     factors = load_factors(job)

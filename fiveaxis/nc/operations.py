@@ -38,7 +38,7 @@ class Work:
 
     Parameters
     ----------
-    source, language : the file
+    source, language, control : the file
     lines, kinds : (n,), of the moves, in order
     axis : (n, 3), unit vectors, tool axis at the end of each
     states : what is in force, each state once
@@ -54,6 +54,7 @@ class Work:
     states: Sequence[InForce]
     state: IntArray
     drilled: BoolArray
+    control: str = ""
 
     def operations(self) -> list[tuple[Operation, slice]]:
         """Return all operations, each with its moves: a change of what tells them apart begins the next.
@@ -123,6 +124,7 @@ class Work:
             now.plane,
             now.tcp,
             self.language,
+            self.control,
         )
 
 

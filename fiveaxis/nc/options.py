@@ -26,7 +26,7 @@ class ReadOptions:
     machine : that a program was written for: its rotary words are angles of this machine
     positions : frame of a program's tip positions: it turns with the table (``table``, LinuxCNC and most
         others) or is fixed to the machine (``machine``, some Fanuc controls); None to tell it from the path
-    start, zero, rapid, block_delete, wrap : as for `read_program`
+    start, zero, rapid, block_delete, wrap, increment : as for `read_program`
     columns : of a list of points without header
     operation : number of the one to read, of several; None for the only one
     assume_zero : whether moves in machine coordinates (G53, G28) count from the program's zero where
@@ -47,6 +47,7 @@ class ReadOptions:
     wrap: Wrap | None = None
     columns: tuple[str, ...] | None = None
     operation: int | None = None
+    increment: float | None = None
     assume_zero: bool = True
     harmless: tuple[str, ...] = ()
     path_shape: PathShape | None = None

@@ -37,7 +37,8 @@ class ReadProgram(TypedDict, total=False):
     zero: Annotated[
         Mapping[str, float] | None,
         Option(
-            "its zero (G54) in machine coordinates, by letter; 0 by default; of several G54X, G55X, G54.1P3X",
+            "its zero (G54) in machine coordinates, by letter; by default as the path shows; of several "
+            "G54X, G55X, G54.1P3X",
             unit="mm and deg",
             written="X100,Y50,Z-20",
             example={"X": 0, "Y": 0, "Z": 0},
@@ -58,6 +59,16 @@ class ReadProgram(TypedDict, total=False):
             "number of the operation to read, of an input with several tools, zeros or planes",
             least=1,
             example=2,
+        ),
+    ]
+    increment: Annotated[
+        float | None,
+        Option(
+            "what 1 means in an axis word without a decimal point, in the program's unit and deg; 1 by "
+            "default, or the control's increment (0.001) if no axis word has a point and sizes fit only that",
+            above=0.0,
+            most=1.0,
+            example=0.001,
         ),
     ]
     block_delete: Annotated[

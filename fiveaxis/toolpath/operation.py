@@ -26,6 +26,8 @@ class Operation:
     plane : (9,), rows of the rotation of a tilted plane; None where none is in force
     tcp : whether the control moves the tool's tip
     language : of the file
+    control : whose words the file has, by its name for ``control=``; its language where that isn't written;
+        empty if its words don't tell
     """
 
     number: int
@@ -40,6 +42,7 @@ class Operation:
     plane: tuple[float, ...] | None = None
     tcp: bool = False
     language: str = ""
+    control: str = ""
 
     def __str__(self) -> str:
         spindle = "" if self.spindle is None else f"S{abs(self.spindle):g} M{3 if self.spindle >= 0 else 4}"

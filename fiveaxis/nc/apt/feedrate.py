@@ -69,6 +69,8 @@ class Feeds:
             As `state`.
         """
         units, (number, unit, per_turn) = self.units, self._read(minors, line)
+        if units.overridden is not None and unit == units.overridden[0]:
+            unit = None  # it repeats the file's unit, in place of which the caller gives another
         if unit is None:
             units.use(line)
         elif unit == "inch" and units.inch_feed_line is None:

@@ -27,7 +27,9 @@ from fiveaxis.nc.control.technology import (
     TechnologyTrack,
 )
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.languages.choice import MILLPLUS, find_language, leader_length
+from fiveaxis.nc.control.zero_evidence import judge_zero
+from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_language, leader_length
+from fiveaxis.nc.languages.increments import LEAST_INCREMENT, has_points, with_points
 from fiveaxis.nc.operations import InForce, Work, rows_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES, unit_axes
@@ -35,6 +37,8 @@ from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
 from fiveaxis.toolpath import MoveKind, Operation
 
+# Rotary words of programs in radians: a quarter turn, a whole one, and rounding to 4 decimals.
+QUARTER, TURN, SAME_QUARTER = math.pi / 2.0, 2.0 * math.pi, 6e-5
 # Rows that show the unit of a program.
 MOST_SAMPLED = 20_000
 
@@ -65,14 +69,66 @@ def run_program(
     ToolpathError
         With file and line: anything that can't be read completely.
     """
+    in_steps = find_language(source) == ISO and not has_points(source)
+    if options.increment is not None:
+        source = with_points(source, options.increment)
     interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
-    units = interpreter.modes.units
-    unit, doubts = units.judge(size_of(interpreter), None if stand_in else machine)
+    units, size, known = interpreter.modes.units, size_of(interpreter), None if stand_in else machine
+    why = size.faults(units.now, known)[:1]
+    other = "inch" if units.now == "mm" else "mm"
+    if in_steps and options.increment is None and why and size.faults(other, known):
+        step = LEAST_INCREMENT[units.now]
+        fine = replace(size, extent=size.extent * step)
+        if not fine.faults(units.now, known):
+            given = replace(options, increment=step)
+            interpreter = run_program(source, machine, given, for_motion=for_motion, stand_in=stand_in)
+            interpreter.note(
+                Severity.WARNING,
+                "increment-assumed",
+                f"no axis word has a decimal point, and as {units.now} {why[0]}; words are read as multiples "
+                f"of {step:g} {units.now} and 0.001 deg: {fine.text(units.now)}, for {size.text(units.now)}; "
+                "set increment=1 (--increment 1) if they are whole numbers",
+                interpreter.track.rows.first_line if interpreter.track.rows else None,
+            )
+            return interpreter
+    unit, doubts = units.judge(size, known)
     if unit != units.now:
         options = replace(options, unit=unit)
         interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
+    if options.zero is None and not stand_in and interpreter.track.rows:
+        settled = judge_zero(source, interpreter.track.columns())
+        if settled is not None:
+            zero, told = settled
+            if zero:
+                given = replace(options, zero=zero)
+                interpreter = _run(source, machine, given, for_motion=for_motion, stand_in=stand_in)
+            interpreter.findings.append(told)
     interpreter.findings += doubts
+    _note_radians(interpreter)
     return interpreter
+
+
+def _note_radians(interpreter: Interpreter) -> None:
+    """Warn of rotary words that look like radians, as quarter turns show; every control reads degrees."""
+    track = interpreter.track
+    if not track.rows or not track.rotary:
+        return
+    columns = track.columns()
+    angles = np.abs(np.nan_to_num(columns.values[:, track.rotary]))
+    quarters = np.round(angles / QUARTER)
+    looks_so = (quarters > 0) & (np.abs(angles - quarters * QUARTER) <= SAME_QUARTER)
+    largest = float(angles.max())
+    if not looks_so.any() or largest > TURN + SAME_QUARTER:
+        return
+    row, column = np.argwhere(looks_so)[0].tolist()
+    letter, word = track.machine.letters[track.rotary[column]], angles[row, column]
+    interpreter.note(
+        Severity.WARNING,
+        "angles-doubtful",
+        f"{letter} goes to {word:.5g}, and no angle beyond {largest:.5g}: it looks like radians; a control "
+        f"reads {word:.5g} deg, not {math.degrees(word):.5g} deg; post the program with degrees",
+        int(columns.lines[row]),
+    )
 
 
 def size_of(interpreter: Interpreter) -> Size:
@@ -173,7 +229,8 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     axis = tool_axes(columns.machine, columns.positions()[:, columns.machine.rotary_columns])
     axis[given] = unit_axes(columns.vectors[given], columns.lines[given], source)
     language = technology.language.name
-    work = Work(source, language, columns.lines, columns.kinds, axis, states, state.ravel(), drilled)
+    control = control_of(source, technology.language, interpreter.tip_words)
+    work = Work(source, language, columns.lines, columns.kinds, axis, states, state.ravel(), drilled, control)
     operation, rows = work.take(options.operation)
     # What is said of later lines is about other operations.
     last = operation.last_line if rows.stop < len(columns.lines) else math.inf

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import PurePath
 from pkgutil import resolve_name
 
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.runs import Reader, Run
+from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
 
 
@@ -120,6 +121,32 @@ def find_language(source: Source) -> Language:
     suffix = PurePath(PurePath(source.name).name.lower().removesuffix(".gz")).suffix
     stated = next((language for language in LANGUAGES if suffix in language.suffixes), ISO)
     return ISO if stated == ISO or any(_ISO_SIGN.search(bare_code(text)) for text in head) else stated
+
+
+# Words of G-code that one control has -> its name; the first that is found counts.
+_CONTROL_SIGNS = (
+    ("haas", re.compile(r"(?<![A-Z])G *(?:154|187|234|253|254|255)(?![0-9.])")),
+    ("linuxcnc", re.compile(r"(?<![A-Z])(?:M *42[89]|G *64 *P|G *43\.1|O *<|O *[0-9]+ *(?:SUB|CALL))")),
+    ("fanuc", re.compile(r"(?<![A-Z])G *(?:43\.[45]|0?5\.1|54\.[14]|68\.2|53\.1)(?![0-9])|^[O:] *[0-9]+$")),
+)
+
+
+def control_of(source: Source, language: Language, tip_words: Collection[str] = ()) -> str:
+    """Return the name of the control that a program is written for; empty if its words don't tell.
+
+    Parameters
+    ----------
+    tip_words : that switch TCP on in it
+    """
+    stated = stated_control(source)[0]
+    if stated or language == MILLPLUS:
+        return stated or language.name
+    if language == KLARTEXT:
+        return "heidenhain-m128" if "M128" in tip_words else "heidenhain"
+    if language == SINUMERIK:
+        return "sinumerik"
+    codes = [bare_code(text.upper()) for text in head_lines(source)]
+    return next((name for name, sign in _CONTROL_SIGNS if any(map(sign.search, codes))), "")
 
 
 def has_sign(code: str) -> bool:

@@ -45,7 +45,11 @@ def test_a_motion_is_written_for_every_control(table, tmp_path, trunnion, contro
     text = output.read_text()
     assert "motion.csv sha256" in text.lower().replace("\n", " ")
     assert "NOT VERIFIED" in text
-    assert run(*words, "--unverified").exit_code == 0
+    again = run(*words, "--unverified")
+    assert again.exit_code == 2
+    assert "exists already and isn't overwritten" in again.stderr
+    assert output.read_text() == text
+    assert run(*words, "--unverified", "--overwrite").exit_code == 0
     posted = post_program(
         table, trunnion, control=control, output=tmp_path / "again" / output.name, unverified=True
     )

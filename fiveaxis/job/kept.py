@@ -1,0 +1,101 @@
+"""What an input program or CL file states besides its path, kept in the output unless it is overridden."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+from fiveaxis.errors import JobError
+from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.job.description import Job
+from fiveaxis.job.reading import make_job
+from fiveaxis.nc import DIALECTS, Dialect, ProgramSettings, find_dialect
+from fiveaxis.toolpath import Operation, Toolpath
+
+# Code of the finding on what can't be kept.
+NOT_KEPT = "not-kept"
+# Digits of the longest number of a tool.
+LONGEST_NUMBER = 8
+
+
+def stated_settings(operation: Operation, dialect: Dialect) -> tuple[dict[str, Any], list[str]]:
+    """Return an operation's tool, length offset, spindle, coolant and work offset as settings of a program.
+
+    Returns
+    -------
+    The settings, and what a control can't write of it.
+    """
+    known = {word: name for name, block in dialect.coolant.items() for word in (*block.split(), name.upper())}
+    coolant, zero = known.get(operation.coolant), operation.work_offset
+    speed = operation.spindle or 0.0
+    spindle = dialect.spindle if speed > 0.0 else dialect.spindle_left
+    given: dict[str, tuple[object, Any]] = {
+        "tool_number": (operation.tool, _number(operation.tool) if dialect.tool_change else None),
+        "length_offset": (
+            operation.length_offset if operation.length_offset != operation.tool else "",
+            _number(operation.length_offset) if dialect.uses("offset") else None,
+        ),
+        "spindle_rpm": (speed, abs(speed) if spindle else None),
+        "coolant": (operation.coolant, coolant),
+        "work_offset": (zero, zero if re.fullmatch(dialect.work_offsets, zero) else None),
+    }
+    kept = {name: value for name, (said, value) in given.items() if said and value is not None}
+    if speed < 0.0 and "spindle_rpm" in kept:
+        kept["spindle_direction"] = "left"
+    lost = [f"{name} {said}" for name, (said, value) in given.items() if said and value is None]
+    return kept, lost
+
+
+def with_stated(settings: ProgramSettings, stated: dict[str, Any]) -> ProgramSettings:
+    """Add what an input states to the settings of a program, which override it."""
+    given = {name: getattr(settings, name) for name in _set(settings)}
+    return ProgramSettings(**stated | given)
+
+
+def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
+    """Keep control, coordinates and settings of a job's input where the job gives none.
+
+    Returns
+    -------
+    The job, and its path with the finding on what can't be kept.
+
+    Raises
+    ------
+    JobError
+        The input's control isn't one that is written, and the job names none.
+    """
+    operation = toolpath.operation
+    if operation is None:
+        return job, toolpath
+    given: dict[str, Any] = {}
+    if "control" not in job.model_fields_set and operation.control:
+        if operation.control not in DIALECTS:
+            raise JobError(
+                f"the program is one of {operation.control}, which isn't written; name a control (--control)",
+                file=toolpath.name,
+            )
+        given["control"] = operation.control
+    dialect = find_dialect(given.get("control", job.writing["control"]))
+    coordinates = "tip" if operation.tcp else "axes"
+    is_program = operation.language != "APT"
+    if is_program and "coordinates" not in job.model_fields_set and coordinates in dialect.modes:
+        given["coordinates"] = coordinates
+    stated, lost = stated_settings(operation, dialect) if dialect.language == "blocks" else ({}, [])
+    given["nc"] = {name: value for name, value in stated.items() if name not in _set(job.nc)}
+    if lost and not any(finding.code == NOT_KEPT for finding in toolpath.findings):
+        text = f"control {dialect.name} isn't given the input's {', '.join(lost)}; see that it is in force"
+        place = Place(line=operation.first_line, file=toolpath.name)
+        found = Finding(Severity.WARNING, NOT_KEPT, text, place)
+        toolpath = replace(toolpath, findings=(*toolpath.findings, found))
+    return make_job(job, **given), toolpath
+
+
+def _set(settings: ProgramSettings) -> set[str]:
+    """Return the names of the settings that are given."""
+    model: Any = settings
+    return set(model.model_fields_set)
+
+
+def _number(text: str) -> int | None:
+    return int(text) if text.isdigit() and len(text) <= LONGEST_NUMBER else None

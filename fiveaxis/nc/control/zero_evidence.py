@@ -1,0 +1,76 @@
+"""Where the zero of a program in axis words is, told by the tool's path while the rotary axes turn.
+
+From a wrong zero, a smooth path on the workpiece becomes arcs about the rotary axes. Two zeros are usual: the
+machine model's, and the workpiece's with the rotary axes at 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
+from fiveaxis.kinematics import linear_positions, tool_poses
+from fiveaxis.machine import Machine
+from fiveaxis.nc.control.axis_track import Columns, Counting
+from fiveaxis.nc.own_header import stated_control
+from fiveaxis.nc.source import Source
+from fiveaxis.toolpath import MoveKind
+
+# A zero from which the cuts that turn are shorter by this factor is the one that was meant.
+CLEARLY = 2.0
+# mm: zeros, and lengths of cuts, that don't differ.
+SAME = 1e-3
+# deg: a cut that turns by less shows nothing.
+LEAST_TURN = 1e-3
+
+
+def judge_zero(source: Source, columns: Columns) -> tuple[dict[str, float], Finding] | None:
+    """Return the zero of a program that states none, by letter in mm, and what shows it.
+
+    Returns
+    -------
+    None where nothing depends on it: the tip is programmed, no cut turns, both zeros are one, or the program
+    is by this package, whose words count from the machine model's zero. An empty zero is the machine model's.
+    """
+    machine, turns = columns.machine, np.abs(np.diff(columns.values, axis=0))
+    rotary, linear = machine.rotary_columns, [machine.column(c) for c in "XYZ" if c in machine.letters]
+    cuts = (columns.kinds[1:] == MoveKind.CUT) & ~columns.of_tip[1:] & ~columns.of_tip[:-1]
+    cuts &= (np.nan_to_num(turns[:, rotary]) > LEAST_TURN).any(axis=1)
+    if not cuts.any() or len(linear) < 3 or stated_control(source)[0]:
+        return None
+    adds_length = bool((columns.counting == Counting.COMPENSATED).any()) and machine.length_is_along_z
+    used = machine.with_tool_length(0.0) if adds_length else machine
+    home = linear_positions(used, np.zeros((1, 3)), np.zeros((1, len(rotary))))[0, linear]
+    if not np.isfinite(home).all() or np.abs(home).max() <= SAME:
+        return None
+    positions = columns.positions()
+    shifted = positions.copy()
+    shifted[:, linear] += home
+    of_model, of_part = _steps(used, positions)[cuts], _steps(used, shifted)[cuts]
+    zero = {c: float(v) for c, v in zip("XYZ", _shown(machine, linear, home), strict=True)}
+    written = ",".join(f"{c}{v:.10g}" for c, v in zero.items())
+    figures = (
+        f"over the {int(cuts.sum())} cuts that turn, the tip goes {of_model.sum():.6g} mm (longest step "
+        f"{of_model.max():.6g} mm) from the machine model's zero, and {of_part.sum():.6g} mm "
+        f"({of_part.max():.6g} mm) from the workpiece's, zero {written}"
+    )
+    by_part = CLEARLY * of_part.sum() < of_model.sum()
+    by_model = CLEARLY * of_model.sum() < of_part.sum()
+    taken = "the workpiece's is taken" if by_part else "the machine model's is taken"
+    code = "zero-by-path" if by_part or by_model else "zero-doubtful"
+    text = f"the program's zero isn't stated: {figures}; {taken}, set zero (--zero) to say where it is"
+    severity = Severity.NOTE if by_model else Severity.WARNING
+    line = int(columns.lines[1:][cuts][0])
+    return (zero if by_part else {}), source.finding(severity, code, text, line)
+
+
+def _steps(machine: Machine, positions: Array) -> Array:
+    """Return the tip's steps, (n - 1,) mm."""
+    tip, _ = tool_poses(machine, positions)
+    return np.asarray(np.linalg.norm(np.diff(tip, axis=0), axis=1))
+
+
+def _shown(machine: Machine, columns: list[int], values: Array) -> Array:
+    """Return axis values of linear axes in the control's own sign."""
+    return values * [-1.0 if machine.axes[column].reversed else 1.0 for column in columns]
