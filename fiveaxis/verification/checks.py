@@ -8,7 +8,7 @@ import numpy as np
 
 from fiveaxis.findings import JOB, MACHINE_FILE, Gap, risk
 from fiveaxis.geometry import Array
-from fiveaxis.machine.measuring import pivots_unknown
+from fiveaxis.machine.measuring import dimensions
 from fiveaxis.toolpath import Band, across
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.report import Result, left_out, violated
@@ -47,7 +47,8 @@ def check_limits(context: CheckContext) -> Result:
     endless = {a.letter for a in machine.axes if a.is_rotary and f"{a.letter} limits" in endless}
     lacking = [a.letter for a in machine.axes if a.limits.unlimited and a.letter not in endless]
     # A machine that is built in Python states no sources, and so not what it leaves open.
-    unplaced = pivots_unknown(machine) if machine.provenance else ()
+    lines = {d.key.partition(".line")[0] for d in dimensions(machine)} if machine.provenance else set()
+    unplaced = [letter for letter in machine.rotaries if f"axes.{letter}" in lines]
 
     def message(i: int) -> str:
         axis, value = machine.axes[columns[i]], context.positions[rows[i], columns[i]]
