@@ -289,8 +289,10 @@ def _print_answer(answer: Answer, colour: str = "") -> None:
     out.print(said, soft_wrap=True, highlight=False)
     shown = (*answer.details, *(answer.folded if is_verbose() else ()))
     for about, details in groupby(shown, key=lambda detail: detail.about):
-        texts = [detail.text[0].upper() + detail.text[1:] for detail in details]
-        for text in texts if about in ONE_BY_ONE else [" ".join(texts)]:
+        texts = [detail.text for detail in details]
+        if about not in ONE_BY_ONE:
+            texts = [" ".join(text[0].upper() + text[1:] for text in texts)]
+        for text in texts:
             print_filled(f"{about}: {text}")
 
 

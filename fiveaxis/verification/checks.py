@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.findings import JOB, MACHINE_FILE, Gap, risk
 from fiveaxis.geometry import Array
-from fiveaxis.machine.measuring import pivots_unknown
+from fiveaxis.machine.measuring import dimensions, pivots_unknown
 from fiveaxis.machine.unknown import figure_findings
 from fiveaxis.options import Coordinates
 from fiveaxis.toolpath import Band, across
@@ -66,7 +66,8 @@ def check_limits(context: CheckContext) -> Result:
     endless = {a.letter for a in machine.axes if a.is_rotary and f"{a.letter} limits" in endless}
     lacking = [a.letter for a in machine.axes if a.limits.unlimited and a.letter not in endless]
     # What nobody has stated at all is a finding of `check_figures`.
-    assumed = sorted(set(pivots_unknown(machine)) - set(pivots_unknown(machine, or_assumed=False)))
+    unknown, measured = pivots_unknown(machine, or_assumed=False), {d.key[:6] for d in dimensions(machine)}
+    assumed = [c for c in machine.rotaries if c not in unknown and f"axes.{c}" in measured]
 
     def message(i: int) -> str:
         axis, value = machine.axes[columns[i]], context.positions[rows[i], columns[i]]

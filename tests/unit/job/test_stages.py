@@ -66,7 +66,7 @@ def test_each_has_its_files_and_those_of_an_earlier_run_go(outcome, tmp_path):
         assert (tmp_path / name).read_bytes() == (tmp_path / "front" / "2" / name).read_bytes()
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "Energy against steadiness" in page
-    assert "Number 2 is the result" in page
+    assert "Number 2 is the optimised program" in page
 
 
 def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
