@@ -207,6 +207,7 @@ def read_toolpath(
     return read_path_of(load_source(path), options)
 
 
+@spelled_out(Reading)
 def read_operations(
     path: str | Path, *, machine: Machine | None = None, **reading: Unpack[Reading]
 ) -> tuple[Operation, ...]:
@@ -214,7 +215,7 @@ def read_operations(
 
     Parameters
     ----------
-    machine, reading : as for `read_toolpath`
+    machine : as for `read_toolpath`
 
     Raises
     ------

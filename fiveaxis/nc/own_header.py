@@ -22,6 +22,8 @@ _SHAPE = re.compile(r"[a-z]+(?::[0-9.]+)+")
 _TRIPLE = r"[\[(]([-+.0-9e]+), ([-+.0-9e]+), ([-+.0-9e]+)[\])]"
 _STANDS = re.compile(rf"workpiece at offset {_TRIPLE} mm, rotation {_TRIPLE} deg in the machine frame")
 _SPEED = re.compile(rf"([0-9]+\.?[0-9]*) {_ALONG}")
+# Names of the caller's comments that are read back.
+CALLERS_READ_BACK = (_TOOL, _FEED)
 
 
 def tool_comments(tool: Tool, feed: float | None = None) -> dict[str, str]:

@@ -71,6 +71,8 @@ def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool =
     others = np.cumsum(path.rapid[row])
     inside = (ends - 1.0 >= place[0] - NEXT) & (ends <= place[-1] + NEXT) & (last > first)
     inside &= (others[last] == others[first]) & ~context.toolpath.rapid
+    # A rewind within a cut is a link of the program alone, and the path asks nothing of it.
+    inside &= context.toolpath.cutting | ~path.cutting[row][last]
     by_tip = np.linalg.norm(np.diff(context.tip, axis=0, prepend=context.tip[:1]), axis=1) / feed[last]
     by_centre, by_axes = steps / feed[last], axis_durations(context, context.positions)
     low, high = np.min([low, by_tip, by_centre], axis=0), np.max([high, by_tip, by_centre, by_axes], axis=0)

@@ -2,6 +2,7 @@
 O0001
 (machine: umc-750, form-shaping code 650123)
 (control: haas axes)
+(tool: ball:10)
 (verification: NOT VERIFIED, nobody has checked limits,)
 (  contact, gouges or collisions of this motion)
 (operator: tool change, spindle speed, coolant, safe retract)
@@ -10,7 +11,6 @@ O0001
 (approach: rotary axes, X and Y, then Z)
 (assumed: no tool number was given: H1 is written)
 (assumed: no program number was given: 1 is written)
-(tool: ball:10)
 (source: five-points.apt)
 (energy: 7424 J [feed drives])
 G21 G90 G94 G17 G40 G49 G80

@@ -3,12 +3,12 @@ O0012
 (machine: umc-750, form-shaping code 650123)
 (control: haas tip)
 (positions: table)
+(tool: ball:10)
 (verification: NOT VERIFIED, nobody has checked limits,)
 (  contact, gouges or collisions of this motion)
 (zero: the workpiece origin, every axis at 0)
 (length: to the tip, the control adds that of the loaded tool)
 (approach: rotary axes, to straight above the path, then Z)
-(tool: ball:10)
 (source: five-points.apt)
 (energy: 7424 J [feed drives])
 N10 G21 G90 G94 G17 G40 G49 G80

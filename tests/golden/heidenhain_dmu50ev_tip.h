@@ -2,12 +2,12 @@
 1 ; machine: dmu50ev, form-shaping code 650123
 2 ; control: heidenhain tip
 3 ; positions: table
-4 ; verification: NOT VERIFIED, nobody has checked limits, contact, gouges or
-5 ;   collisions of this motion
-6 ; zero: the workpiece origin, every axis at 0
-7 ; length: to the tip, the control adds that of the loaded tool
-8 ; approach: rotary axes, to straight above the path, then Z
-9 ; tool: ball:10
+4 ; tool: ball:10
+5 ; verification: NOT VERIFIED, nobody has checked limits, contact, gouges or
+6 ;   collisions of this motion
+7 ; zero: the workpiece origin, every axis at 0
+8 ; length: to the tip, the control adds that of the loaded tool
+9 ; approach: rotary axes, to straight above the path, then Z
 10 ; source: five-points.apt
 11 ; energy: 7424 J [feed drives]
 12 FUNCTION RESET TCPM

@@ -1,14 +1,14 @@
 0 BEGIN PGM PART MM
 1 ; machine: dmu50ev, form-shaping code 650123
 2 ; control: heidenhain vector
-3 ; verification: NOT VERIFIED, nobody has checked limits, contact, gouges or
-4 ;   collisions of this motion
-5 ; angles: the control's choice, they may not be the verified ones
-6 ; operator: tool change, spindle speed, coolant, safe retract
-7 ; zero: the workpiece origin, every axis at 0
-8 ; length: to the tip, the control adds that of the loaded tool
-9 ; approach: rotary axes, to straight above the path, then Z
-10 ; tool: ball:10
+3 ; tool: ball:10
+4 ; verification: NOT VERIFIED, nobody has checked limits, contact, gouges or
+5 ;   collisions of this motion
+6 ; angles: the control's choice, they may not be the verified ones
+7 ; operator: tool change, spindle speed, coolant, safe retract
+8 ; zero: the workpiece origin, every axis at 0
+9 ; length: to the tip, the control adds that of the loaded tool
+10 ; approach: rotary axes, to straight above the path, then Z
 11 ; source: five-points.apt
 12 ; energy: 7424 J [feed drives]
 13 FUNCTION RESET TCPM

@@ -16,7 +16,7 @@ OTHER_ROOMS = {"machine", "energy", "report", "viewer", "cli", "codes.py"}
 # Words with hyphens that are no codes.
 OTHER_WORDS = {
     "as-programmed", "exact-path", "exact-stop", "hayashi-640123", "latin-1", "lead-lean",
-    "head-head", "linuxcnc-switchkins", "machining-centre", "utf-8", "utf-8-sig",
+    "head-head", "heidenhain-m128", "linuxcnc-switchkins", "machining-centre", "utf-8", "utf-8-sig",
 }  # fmt: skip
 # Codes that are put together from the kind of axis or body.
 COMPOSED = {

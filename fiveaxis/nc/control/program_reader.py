@@ -143,6 +143,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         require_angles(columns, source)
         columns = _on_workpiece(columns, interpreter, options)
         columns, scale = axes_of_tips(columns, scale, source), 1.0
+    columns = _without_untimed_approach(columns, rapid, interpreter)
     time, feed = motion_times(columns, scale, rapid, source)
     if not np.isfinite(feed).all():  # dwells only
         raise source.error(why_nothing_moves(track))
@@ -162,6 +163,36 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
     )
+
+
+def _without_untimed_approach(columns: Columns, rapid: float | None, interpreter: Interpreter) -> Columns:
+    """Begin where the rapid moves to the first feed move have a known speed, and say what is left out.
+
+    How fast a control is there decides nothing about the cuts; further on, an unknown duration is an error.
+    """
+    axes = columns.machine.axes
+    untimed = np.array([rapid is None and a.max_speed is None for a in axes])
+    steps = np.diff(columns.values, axis=0, prepend=columns.values[:1]) != 0.0
+    fed = np.flatnonzero(columns.kinds != MoveKind.RAPID)
+    leading = slice(0, int(fed[0]) if len(fed) else 0)
+    unknown = np.flatnonzero((steps[leading] & untimed).any(axis=1))
+    if not len(unknown):
+        return columns
+    begin = int(unknown[-1])
+    moved = (steps[unknown] & untimed).any(axis=0)
+    letters = ", ".join(a.letter for a, moves in zip(axes, moved, strict=True) if moves)
+    interpreter.report(
+        Severity.NOTE,
+        "approach-unknown",
+        f"{begin} rapid moves before this line aren't in the motion, as machine "
+        f"{columns.machine.name!r} states no max_speed of {letters}; set rapid (--rapid), or max_speed in "
+        "the machine file",
+        int(columns.lines[begin]),
+        0,
+    )
+    rest = columns.at(slice(begin, None))
+    first = np.arange(len(rest.lines)) == 0
+    return replace(rest, times=np.where(first, 0.0, rest.times))
 
 
 def _on_workpiece(columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Columns:

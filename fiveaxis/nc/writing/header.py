@@ -11,7 +11,13 @@ import numpy as np
 
 from fiveaxis.machine import Machine, Setup
 from fiveaxis.machine.unknown import assumed_figures
-from fiveaxis.nc.own_header import control_comment, modulo_comment, positions_comment, setup_comment
+from fiveaxis.nc.own_header import (
+    CALLERS_READ_BACK,
+    control_comment,
+    modulo_comment,
+    positions_comment,
+    setup_comment,
+)
 from fiveaxis.nc.words import control_value
 from fiveaxis.nc.writing.program_settings import ProgramSettings
 from fiveaxis.nc.writing.table_parts import Comments
@@ -53,7 +59,10 @@ def head_lines(
     """
     machine, form = writer.machine, writer.dialect.comment
     notes = [note.head for note in machine_notes(writer, settings, winding) if note.head]
-    before, after = ([f"{n.replace(',', ' ')}: {v}" for n, v in each] for each in (verdict, pairs))
+    # What the readers of programs look for stays in any case.
+    kept = [(name, value) for name, value in pairs if name in CALLERS_READ_BACK]
+    rest = [(name, value) for name, value in pairs if name not in CALLERS_READ_BACK]
+    before, after = ([f"{n.replace(',', ' ')}: {v}" for n, v in each] for each in ((*kept, *verdict), rest))
     texts = [f"machine: {machine.name}, form-shaping code {machine.code}", *_read_back(writer, winding)]
     lines = [line for text in (*texts, *before, *further, *notes) for line in comment_lines(text, form)]
     for text in after:

@@ -30,6 +30,8 @@ WITHOUT_UNIT |= {
     "nc.line_numbers",
     "setup.search.tries",
     "steady",
+    "program.operation",
+    "program.increment",
 }
 
 

@@ -86,7 +86,7 @@ def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
     assert outcome.ok
     lead_in = outcome.program.motion.lead_in
     assert abs(lead_in[0]) + abs(lead_in[1]) > 4.0
-    text = " ".join(outcome.program.report.checked)
+    text = " ".join(outcome.program.report.passed)
     assert "approach: a lead-in of 5 mm" in text
     assert "retract: a lead-out of" in text
     assert np.linalg.norm(outcome.program.motion.lead_out) >= 1.0 - 1e-9

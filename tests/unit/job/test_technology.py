@@ -106,7 +106,7 @@ def test_a_word_that_the_table_does_not_write_is_an_error_with_a_job_and_a_warni
         found = [f for f in check(middle(lines, word), settings).findings if f.code == "word-in-cut"]
         assert {f.severity for f in found} == {severity}
         assert word.rstrip(".") in found[0].message
-        assert not any("word between the cuts" in line for line in check(middle(lines, "M0")).checked)
+        assert not any("word between the cuts" in line for line in check(middle(lines, "M0")).passed)
 
 
 def test_a_word_in_force_before_the_cuts_counts_until_another_of_its_group(lines, check):
@@ -139,7 +139,7 @@ def test_a_machine_move_between_cuts_is_an_error_unless_the_way_back_is_rapid(
     away = middle(lines, "G53 G0 Z0.")
     (found,) = [f for f in check(away).findings if f.code == "rapid-in-cut"]
     assert f"line {1 + away.index('G53 G0 Z0.')}" in found.message
-    assert not any(line.startswith("no rapid move") for line in check(away).checked)
+    assert not any(line.startswith("no rapid move") for line in check(away).passed)
     # Where the zero is stated the move is one of the program's, and checked as such.
     made = solution.program(control="fanuc", coordinates="axes", settings=SETTINGS)
     lines = list(made.text.lines)
