@@ -367,7 +367,9 @@ def _check_words(
     usual, harmless = usual_words(track.language)
     severity = Severity.WARNING if asked is None else Severity.ERROR
     wanted: frozenset[str] = frozenset()
-    if asked is not None and asked.language == track.language:
+    # A program that names another control has that one's words; a table of one's own may stand for any.
+    other = asked is not None and asked.control in DIALECTS and track.control not in ("", asked.control)
+    if asked is not None and asked.language == track.language and not other:
         usual = wanted = frozenset(asked.technology.words)
         harmless = asked.harmless
     is_harmless = re.compile("|".join(f"(?:{pattern})" for pattern in harmless) or "(?!)").fullmatch
