@@ -11,7 +11,7 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import on_part
-from fiveaxis.energy import Budget, job_budget
+from fiveaxis.energy import Budget, Energy, job_budget
 from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
@@ -34,12 +34,12 @@ from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
-from fiveaxis.motion import Clock
+from fiveaxis.motion import Clock, Filling
 from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.posture import Front, Options, find_front
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.solution import blocks_energy
+from fiveaxis.posture.solution import Baseline, blocks_energy
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
@@ -176,7 +176,12 @@ def run_stages(
         program = solution.make(replace(options, header=program_header(solution, inputs, moved=moved)))
         # What is priced is the text: its words are rounded, and redundant blocks may have stayed in it.
         blocks, rounding = program.blocks, program.rounding
-        solution = replace(solution, energy=blocks_energy(machine, blocks, solution.clock, rounding))
+        filling = Filling.of(constraints, program.motion.interpolation)
+        solution = replace(
+            solution,
+            energy=blocks_energy(machine, blocks, solution.clock, rounding),
+            compared=_rounded_alike(solution, filling, rounding),
+        )
         budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors, rounding)
         return Outcome(job, solution, program, budget, inputs, front, cleared)
 
@@ -194,6 +199,17 @@ def run_stages(
     )
     figures = FrontPrograms(programs, front.dominated, picked + 1)
     return replace(outcomes[picked], of_front=tuple(outcomes), front_programs=figures)
+
+
+def _rounded_alike(solution: Postures, filling: Filling, rounding: float) -> dict[str, Baseline]:
+    """Price the baselines as the text is: moves within the rounding of its words, in mm, stand there, too."""
+    machine, path = solution.machine, solution.toolpath
+
+    def energy(one: Baseline) -> Energy:
+        blocks = filling.blocks(one.toolpath or path, machine, one.motion)
+        return blocks_energy(machine, blocks, solution.clock, rounding)
+
+    return {name: replace(one, energy=energy(one)) for name, one in solution.compared.items()}
 
 
 def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolpath:
