@@ -69,14 +69,14 @@ def run_program(
     ToolpathError
         With file and line: anything that can't be read completely.
     """
-    in_steps = find_language(source) == ISO and not has_points(source)
     if options.increment is not None:
         source = with_points(source, options.increment)
     interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
     units, size, known = interpreter.modes.units, size_of(interpreter), None if stand_in else machine
     why = size.faults(units.now, known)[:1]
     other = "inch" if units.now == "mm" else "mm"
-    if in_steps and options.increment is None and why and size.faults(other, known):
+    doubtful = options.increment is None and why and size.faults(other, known)
+    if doubtful and find_language(source) == ISO and not has_points(source):
         step = LEAST_INCREMENT[units.now]
         fine = replace(size, extent=size.extent * step)
         if not fine.faults(units.now, known):
