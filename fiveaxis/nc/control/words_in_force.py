@@ -18,7 +18,9 @@ from fiveaxis.nc.languages.iso import ALWAYS_OFF, TIP_WORDS
 PLANES = ("G17", "G18", "G19")
 # What switches TCP on one control is unknown, or another word, on the next.
 TCP = frozenset((*TIP_WORDS, *ALWAYS_OFF, "G140", "G174"))
-_SETTING_G = TCP | frozenset(
+# Drilling, boring, tapping: a block that only names one has no row, and no place among cuts.
+_CYCLES = frozenset(("G73", "G74", "G76", *(f"G{number}" for number in range(81, 90))))
+_SETTING_G = (TCP | _CYCLES) | frozenset(
     (*PLANES, "G5.1", "G8", "G9", "G10", "G61", "G61.1", "G64", "G70", "G71", "G187", "G43", "G44", "G49")
 )
 _ENDS = frozenset(("M2", "M17", "M30", "M99"))

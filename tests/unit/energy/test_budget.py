@@ -151,7 +151,7 @@ def write_job(folder: Path, text: str = JOB) -> Path:
 @pytest.mark.usefixtures("undrawn")
 def test_a_jobs_report_holds_the_whole_job(tmp_path):
     job = write_job(tmp_path)
-    result = CliRunner().invoke(app, ["optimise", str(job), "-o", str(tmp_path / "out")])
+    result = CliRunner().invoke(app, ["optimise", str(job), "-v", "-o", str(tmp_path / "out")])
     assert result.exit_code == 0, result.output
     assert "cutting" in result.stdout
     assert "not known: base, spindle idle, auxiliary" in " ".join(result.stdout.split())
