@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import re
 import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -93,7 +92,7 @@ def test_real_forms_are_read_in_any_order(forms: list[str]):
     text = HEAD + "\n".join(forms)
     require_whole(text)
     # What turns out to be several operations is refused as a whole.
-    with suppress(SeveralOperations):
+    with contextlib.suppress(SeveralOperations):
         assert len(read(text, tool=Tool.ball(8))) >= text.count("GOTO")
 
 
