@@ -77,8 +77,8 @@ def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool =
     by_centre, by_axes = steps / feed[last], axis_durations(context, context.positions)
     low, high = np.min([low, by_tip, by_centre], axis=0), np.max([high, by_tip, by_centre, by_axes], axis=0)
     if path.zone.offset:
-        # Where a cut begins at a link no normal tells where it begins.
-        inside &= path.cutting[row][first]
+        # In a link, and where a cut begins at one, no normal tells where it is.
+        inside &= path.cutting[row][first] & path.cutting[row][last] & context.toolpath.cutting
     rows = np.flatnonzero(inside)
     high = high if knows_axes else 2.0 * high
     return _compare(rows, time[rows], low[rows], high[rows], feed[last][rows])
