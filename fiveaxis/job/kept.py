@@ -72,7 +72,7 @@ def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     if "control" not in job.model_fields_set and operation.control:
         if operation.control not in DIALECTS:
             raise JobError(
-                f"the program is one of {operation.control!r}, which isn't written; name a control (--control)",
+                f"the program is one of {operation.control!r}, which isn't written; name one (--control)",
                 file=toolpath.name,
             )
         given["control"] = operation.control

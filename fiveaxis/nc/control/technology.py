@@ -244,8 +244,9 @@ class TechnologyReader:
     def _move_by_machine(self, move: MachineMove) -> None:
         self.machine_moves.append(move)
         if not self.cuts:
-            # Z may come down at feed from a retract.
-            self._at_machine |= dict.fromkeys((c for c in move.axes or "XY" if c != "Z"), move.line)
+            # Z may come down at feed from a retract, but not go back to one once it is down.
+            axes = (c for c in move.axes or "XY" if c != "Z" or self._down)
+            self._at_machine |= dict.fromkeys(axes, move.line)
 
     def _of_words(self, block: Block) -> dict[str, Any]:
         words = self.now.words
@@ -313,11 +314,13 @@ class TechnologyReader:
         if "Z" in block.words and not {"X", "Y"}.isdisjoint(block.words):
             self._diagonals.append(block.line)
         for letter in "XYZABC":
-            if letter == "Z" and letter in block.words:
+            if letter not in block.words:
+                continue
+            self._at_machine.pop(letter, None)
+            if letter == "Z":
                 self._down = block.line
-            elif letter in block.words:
+            else:
                 self._others.setdefault(letter, block.line)
-                self._at_machine.pop(letter, None)
 
     def track(self, lines: IntArray) -> TechnologyTrack:
         """Return what is in force on lines, (n,), of the moves."""
