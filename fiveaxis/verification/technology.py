@@ -39,6 +39,7 @@ def check_technology(
     whole: TechnologyTrack,
     *,
     has_path: bool,
+    placed: bool = True,
 ) -> Iterator[Result]:
     """Check what is in force in the cuts of a program.
 
@@ -51,8 +52,9 @@ def check_technology(
     rapid : (n,), whether each move of the program is rapid
     whole : of all n moves
     has_path : whether a path says which moves are cuts, so that what stands between them is a fault
+    placed : whether moves in machine coordinates are among the rows; not where only the tip is known
     """
-    between = _machine_moves_between(track, whole, rapid, any_way=has_path)
+    between = _machine_moves_between(track, whole, rapid, any_way=has_path, placed=placed)
     if asked is not None and asked.language != track.language:
         # Offsets have other names, and tools another way of having their length, on another control.
         unnamed = asked.technology._replace(length="", work_offset="")
@@ -409,7 +411,7 @@ def _check_words(
 
 
 def _machine_moves_between(
-    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool
+    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool, placed: bool
 ) -> list[MachineMove]:
     """Find the machine moves between the cuts, or right before them, that aren't among the program's rows.
 
@@ -418,7 +420,8 @@ def _machine_moves_between(
     """
     if not len(track.lines):
         return []
-    first, last, rows = int(track.lines[0]), int(track.lines[-1]), set(whole.lines.tolist())
+    first, last = int(track.lines[0]), int(track.lines[-1])
+    rows = set(whole.lines.tolist()) if placed else set()
     found = []
     for move in track.machine_moves:
         if move.line not in rows and (first <= move.line <= last or move.line in track.unapproached):
