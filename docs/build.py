@@ -40,7 +40,9 @@ def _write(path: Path, text: str) -> None:
 def build(folder: Path) -> int:
     """Build the site into a folder; give the exit code of Sphinx."""
     with tempfile.TemporaryDirectory(prefix="fiveaxis-docs-") as gathered:
-        source = Path(gathered, "source")
+        # As deep as in the repository, for the programs that pages include.
+        source = Path(gathered, "docs", "pages")
+        shutil.copytree(HERE.parent / "tests" / "golden", Path(gathered, "tests", "golden"))
         gather(source)
         doctrees = str(Path(gathered, "doctrees"))
         options = ["-b", "html", "-W", "--keep-going", "-q", "-d", doctrees]
