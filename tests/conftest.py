@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +57,18 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
             opened.close()
         finally:
             opened.process.kill()
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[..., Path]:
+    """Write a text to a file of a folder of its own: a program, by default."""
+
+    def written(text: str, name: str = "part.nc") -> Path:
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
 
 
 @pytest.fixture

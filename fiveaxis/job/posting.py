@@ -200,12 +200,15 @@ def make_of_motion(
 
     Raises
     ------
+    MachineError
+        A figure isn't stated on which the words of the program depend.
     FiveAxisError
         As `make_program`; a path that the motion doesn't follow.
     """
     require_motion(motion, machine)
     if isinstance(motion, ReadMotion):
         return _make_of_program(motion, machine, options, against)
+    require_stated(machine, options.wording(machine).coordinates, motion.positions)
     path = against.zoned_path
     path = path if path is None else located(path, motion)
     if path is not None and len(path) == len(motion):
@@ -241,7 +244,7 @@ def _make_of_program(
     by_tip = wording.coordinates != "axes"
     # Positions of axes become others of the same axes; a tip becomes them, or they a tip, by the pivots.
     if bool(motion.tcp.any()) is not by_tip:
-        require_stated(machine, "axes")
+        require_stated(machine, "axes", motion.positions)
     blocks = respaced(motion, machine) if wording.interpolation is Interpolation.TCP else motion
     planned = ProgramMotion.around(
         blocks, machine, wording.interpolation, lead_out=np.zeros(len(motion.letters))

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
 from fiveaxis.machine.measuring import pivots_unknown
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.provenance import Provenance
 from fiveaxis.options import Coordinates
 
+# rad: rotary axes that turn by less stay at 0.
+STANDING = 1e-9
 # Begins the note of a figure that was assumed for one run.
 ASSUMED = "assumed for this run"
 
@@ -59,31 +64,37 @@ def assumed_figures(machine: Machine) -> list[Provenance]:
     return [p for p in machine.provenance if p.assumed and p.note.startswith(ASSUMED)]
 
 
-def require_stated(machine: Machine, coordinates: Coordinates) -> None:
-    """Raise unless every figure is stated on which words of a program depend.
+def require_stated(machine: Machine, coordinates: Coordinates, positions: Array | None = None) -> None:
+    """Raise unless every figure is stated on which words of a program depend, as for `figure_findings`.
 
     Raises
     ------
     MachineError
         One isn't; the message says what to do.
     """
-    for finding in figure_findings(machine, coordinates):
+    for finding in figure_findings(machine, coordinates, positions):
         if finding.severity is Severity.ERROR:
             raise MachineError(finding.message)
 
 
-def figure_findings(machine: Machine, coordinates: Coordinates) -> Iterator[Finding]:
+def figure_findings(
+    machine: Machine, coordinates: Coordinates, positions: Array | None = None
+) -> Iterator[Finding]:
     """Yield what isn't stated of a machine, and what was assumed for this run.
 
     Parameters
     ----------
     coordinates : of the program's words
+    positions : (n, k), mm and rad, of its axes. Where all rotary axes stay at 0, no figure acts: an upright
+        tool's tip goes with the linear axes. None where it isn't known yet
 
     Returns
     -------
     ``figure-unknown``, an error where the figure acts on the tool's motion and a warning where it acts on the
     computed travel, limits and energy only; ``figure-assumed``, a warning
     """
+    if positions is not None and not np.any(np.abs(positions[:, machine.rotary_columns]) > STANDING):
+        return
     of = f"machine {machine.name!r}"
     for figure in unknown_figures(machine):
         if coordinates in figure.acts:

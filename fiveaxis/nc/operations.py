@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,23 +12,10 @@ from fiveaxis.errors import SeveralOperations
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind, Operation
-from fiveaxis.toolpath.operation import OperationKind
+from fiveaxis.toolpath.operation import InForce, OperationKind
 
 # Chord between two tool axes that count as the same: files write 6 to 7 decimals.
 SAME_AXIS = 2e-6
-
-
-class InForce(NamedTuple):
-    """What is in force in a move, as in `Operation`; of it, `parts` tell operations apart."""
-
-    tool: str = ""
-    length_offset: str = ""
-    spindle: float | None = None
-    coolant: str = ""
-    work_offset: str = ""
-    plane: tuple[float, ...] | None = None
-    tcp: bool = False
-    parts: tuple[object, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +27,7 @@ class Work:
     source, language, control : the file
     lines, kinds : (n,), of the moves, in order
     axis : (n, 3), unit vectors, tool axis at the end of each
-    states : what is in force, each state once
+    states : what is in force, each state once, with what of it tells operations apart
     state : (n,), which one it is in a move
     drilled : (n,), whether the move is one of a drilling cycle
     """
@@ -51,7 +37,7 @@ class Work:
     lines: IntArray
     kinds: IntArray
     axis: Array
-    states: Sequence[InForce]
+    states: Sequence[tuple[InForce, object]]
     state: IntArray
     drilled: BoolArray
     control: str = ""
@@ -61,8 +47,8 @@ class Work:
 
         Holes that a tool drills beside 5-axis cuts are operations of their own.
         """
-        parts = {s.parts: i for i, s in reversed(list(enumerate(self.states)))}
-        part = np.array([parts[s.parts] for s in self.states])[self.state]
+        numbers: dict[object, int] = {}
+        part = np.array([numbers.setdefault(own, len(numbers)) for _, own in self.states])[self.state]
         found = [
             rows
             for whole in self._divided(part, slice(0, len(part)))
@@ -110,21 +96,15 @@ class Work:
 
     def _operation(self, number: int, rows: slice) -> Operation:
         cutting = self.kinds[rows] == MoveKind.CUT
-        now = self.states[self.state[rows.start + int(np.argmax(cutting))]]
+        now, _ = self.states[self.state[rows.start + int(np.argmax(cutting))]]
         return Operation(
-            number,
-            "drilling" if self.drilled[rows].any() else kind_of_work(self.axis[rows], cutting),
-            int(self.lines[rows][0]),
-            int(self.lines[rows][-1]),
-            now.tool,
-            now.length_offset,
-            now.spindle,
-            now.coolant,
-            now.work_offset,
-            now.plane,
-            now.tcp,
-            self.language,
-            self.control,
+            **vars(now),
+            number=number,
+            kind="drilling" if self.drilled[rows].any() else kind_of_work(self.axis[rows], cutting),
+            first_line=int(self.lines[rows][0]),
+            last_line=int(self.lines[rows][-1]),
+            language=self.language,
+            control=self.control,
         )
 
 

@@ -8,8 +8,32 @@ from typing import Any, Literal
 OperationKind = Literal["simultaneous", "3+2", "3-axis", "drilling"]
 
 
-@dataclass(frozen=True)
-class Operation:
+@dataclass(frozen=True, kw_only=True)
+class InForce:
+    """What is in force in a move of a program or CL file.
+
+    Parameters
+    ----------
+    tool : number or name, as loaded; empty if none is stated
+    length_offset : its number; empty if none is in force
+    spindle : rev/min, negative for M4; None if no speed is stated
+    coolant : word that switched it on (M8, FLOOD); empty if it is off
+    work_offset : as written; empty if none is selected
+    plane : (9,), rows of the rotation of a tilted plane; None where none is in force
+    tcp : whether the control moves the tool's tip
+    """
+
+    tool: str = ""
+    length_offset: str = ""
+    spindle: float | None = None
+    coolant: str = ""
+    work_offset: str = ""
+    plane: tuple[float, ...] | None = None
+    tcp: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Operation(InForce):
     """An operation of a program or CL file, with what is in force in its first cut.
 
     Parameters
@@ -18,13 +42,6 @@ class Operation:
     kind : ``simultaneous`` where the tool axis turns within a cut, ``3+2`` where it is fixed off Z or has
         several directions, ``3-axis`` where it is Z, ``drilling`` for the holes of cycles
     first_line, last_line : of its first and last move
-    tool : number or name, as loaded; empty if none is stated
-    length_offset : its number; empty if none is in force
-    spindle : rev/min, negative for M4; None if no speed is stated
-    coolant : word that switched it on (M8, FLOOD); empty if it is off
-    work_offset : as written; empty if none is selected
-    plane : (9,), rows of the rotation of a tilted plane; None where none is in force
-    tcp : whether the control moves the tool's tip
     language : of the file
     control : whose words the file has, by its name for ``control=``; its language where that isn't written;
         empty if its words don't tell
@@ -34,13 +51,6 @@ class Operation:
     kind: OperationKind
     first_line: int
     last_line: int
-    tool: str = ""
-    length_offset: str = ""
-    spindle: float | None = None
-    coolant: str = ""
-    work_offset: str = ""
-    plane: tuple[float, ...] | None = None
-    tcp: bool = False
     language: str = ""
     control: str = ""
 

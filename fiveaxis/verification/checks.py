@@ -24,12 +24,7 @@ def check_figures(context: CheckContext, coordinates: Coordinates) -> Iterator[R
     ----------
     coordinates : of the words
     """
-    machine = context.machine
-    turns = np.abs(context.positions[:, machine.rotary_columns]) > context.tolerances.angle
-    if not turns.any():
-        # Upright, the tool's tip goes with the linear axes, wherever the rotary axes are.
-        return
-    for finding in figure_findings(machine, coordinates):
+    for finding in figure_findings(context.machine, coordinates, context.positions):
         yield violated(finding.code, np.zeros(1, dtype=np.int64), finding.message, severity=finding.severity)
 
 

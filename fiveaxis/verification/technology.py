@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +10,18 @@ import numpy as np
 from fiveaxis.findings import JOB, Gap, Severity
 from fiveaxis.geometry import BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.technology import MachineMove, Technology, TechnologyTrack
+from fiveaxis.nc.control.technology import Technology, TechnologyTrack
 from fiveaxis.nc.traced_program import TracedProgram
-from fiveaxis.nc.writing.start_and_end import RequiredTechnology, cancelled_by, usual_words, usually_cancelled
+from fiveaxis.nc.writing.start_and_end import RequiredTechnology, cancelled_by, usually_cancelled
 from fiveaxis.nc.writing.tables import DIALECTS
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.report import Result, said, violated
+from fiveaxis.verification.words_between import (
+    check_machine_moves,
+    check_words,
+    found_in,
+    machine_moves_between,
+)
 
 # mm, by which Z comes down alone at least, or the distance to the end of its travel from where it can't.
 DESCENT = 2.0
@@ -24,11 +29,6 @@ DESCENT = 2.0
 SAME_SPEED = 0.5
 # mm: of a retract's height, for the decimals of words in inch.
 SAME_HEIGHT = 5e-3
-_WRITER = "the control's table"
-_UNCHECKED = (
-    "its effect on path, feed or spindle isn't checked; look it up, and post without it or, if it is meant, "
-    "put it into a control table of your own (start, or harmless)"
-)
 
 
 def check_technology(
@@ -54,7 +54,7 @@ def check_technology(
     has_path : whether a path says which moves are cuts, so that what stands between them is a fault
     placed : whether moves in machine coordinates are among the rows; not where only the tip is known
     """
-    between = _machine_moves_between(track, whole, rapid, any_way=has_path, placed=placed)
+    between = machine_moves_between(track, whole, rapid, any_way=has_path, placed=placed)
     if asked is not None and asked.language != track.language:
         # Offsets have other names, and tools another way of having their length, on another control.
         unnamed = asked.technology._replace(length="", work_offset="")
@@ -68,8 +68,8 @@ def check_technology(
     yield _check_coolant(track, rows, asked)
     yield _check_order(track, rows)
     yield _check_retract(track, rows, asked)
-    yield _check_machine_moves(track, rows, between, Severity.ERROR if has_path else Severity.WARNING)
-    yield from _check_words(track, rows, asked)
+    yield check_machine_moves(track, rows, between, Severity.ERROR if has_path else Severity.WARNING)
+    yield from check_words(track, rows, asked)
 
 
 def check_feed_mode(
@@ -78,7 +78,7 @@ def check_feed_mode(
     """Check what F means in a program whose durations leave room, since the control chooses the angles."""
     wanted = "" if asked is None else asked.technology.feed_mode
     if asked is not None and wanted and asked.language == track.language:
-        yield _found(
+        yield found_in(
             "feed-differs",
             track,
             rows,
@@ -158,27 +158,6 @@ def _check_start(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolo
     )
 
 
-def _found(
-    code: str,
-    track: TechnologyTrack,
-    rows: IntArray,
-    is_wrong: Callable[[Technology], bool],
-    text: Callable[[Technology], str],
-    checked: str,
-    severity: Severity = Severity.ERROR,
-) -> Result:
-    """Build the result of a check of the states in force."""
-    wrong = [is_wrong(state) for state in track.states]
-    bad = np.flatnonzero(track.rows_where(wrong))
-    return violated(
-        code=code,
-        severity=severity,
-        rows=rows[bad],
-        message=lambda i: text(track.states[track.state[bad[i]]]),
-        checked=(checked,),
-    )
-
-
 def _unasked(code: str, sentence: str, add: str) -> Result:
     gap = Gap(sentence, f"{add} (--{add.replace('_', '-')})", JOB)
     return said(code, not_checked=(gap,))
@@ -187,7 +166,7 @@ def _unasked(code: str, sentence: str, add: str) -> Result:
 def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is not None and asked.spindle:
         wanted = asked.technology.spindle
-        return _found(
+        return found_in(
             "spindle-off",
             track,
             rows,
@@ -199,7 +178,7 @@ def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: RequiredTechno
             f"spindle: {_speed(wanted)} in every cut",
         )
     if any(state.spindle != 0.0 for state in _in_force(track)):
-        return _found(
+        return found_in(
             "spindle-off",
             track,
             rows,
@@ -238,7 +217,7 @@ def _check_tool(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolog
         which = f"tool {state.tool}" if state.tool else "no tool that the program names"
         return f"{which} cuts here, but tool {wanted} was asked for; correct the tool call"
 
-    return _found(
+    return found_in(
         "wrong-tool",
         track,
         rows,
@@ -250,7 +229,7 @@ def _check_tool(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolog
 
 def _check_changes(track: TechnologyTrack, rows: IntArray) -> Result:
     first = track.states[track.state[0]].loaded if len(track.state) else 0
-    return _found(
+    return found_in(
         "change-in-cut",
         track,
         rows,
@@ -276,14 +255,16 @@ def _check_length(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnol
             "low by the difference of the lengths; correct H or D, or G43"
         )
 
-    return _found("length-offset", track, rows, is_wrong, text, f"tool length offset: {wanted} in every cut")
+    return found_in(
+        "length-offset", track, rows, is_wrong, text, f"tool length offset: {wanted} in every cut"
+    )
 
 
 def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     wanted = None if asked is None else asked.technology.work_offset
     if not wanted:
         return _unasked("work-offset", "work offset: none was given", "work_offset")
-    return _found(
+    return found_in(
         "work-offset",
         track,
         rows,
@@ -300,7 +281,7 @@ def _check_coolant(track: TechnologyTrack, rows: IntArray, asked: RequiredTechno
     if asked is None or not asked.coolant:
         return _unasked("coolant-off", "coolant: none was asked for", "coolant")
     wanted = asked.technology.coolant
-    return _found(
+    return found_in(
         "coolant-off",
         track,
         rows,
@@ -357,102 +338,3 @@ def _check_retract(track: TechnologyTrack, rows: IntArray, asked: RequiredTechno
         message=lambda i: texts[i],
         checked=("retract: before and after the cuts Z goes where it was asked for, or to the reference",),
     )
-
-
-def _check_words(
-    track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None
-) -> Iterator[Result]:
-    """Check that nothing else is in force in the cuts, or stands between them, than the control's table has.
-
-    Without a job, or in another language than its control's, that is what the tables of the language have.
-    """
-    usual, harmless = usual_words(track.language)
-    severity = Severity.WARNING if asked is None else Severity.ERROR
-    wanted: frozenset[str] = frozenset()
-    # A program that names another control has that one's words; a table of one's own may stand for any.
-    other = asked is not None and asked.control in DIALECTS and track.control not in ("", asked.control)
-    if asked is not None and asked.language == track.language and not other:
-        usual = wanted = frozenset(asked.technology.words)
-        harmless = asked.harmless
-    is_harmless = re.compile("|".join(f"(?:{pattern})" for pattern in harmless) or "(?!)").fullmatch
-
-    def strange(state: Technology) -> list[str]:
-        return [word for word in state.words if word not in usual and not is_harmless(word)]
-
-    def text(state: Technology) -> str:
-        found, lacking = strange(state), sorted(wanted.difference(state.words))
-        facts = [f"in force in this cut, and not written by {_WRITER}: {', '.join(found)}"] * bool(found)
-        facts += [f"not in force in this cut, although {_WRITER} writes it: {', '.join(lacking)}"] * bool(
-            lacking
-        )
-        return f"{'; '.join(facts)}; {_UNCHECKED}"
-
-    yield _found(
-        "word-in-cut",
-        track,
-        rows,
-        lambda state: bool(strange(state) or wanted.difference(state.words)),
-        text,
-        "smoothing, tolerances, overrides, data: in every cut as the control's table writes them",
-        severity,
-    )
-    first, last = (int(track.lines[0]), int(track.lines[-1])) if len(rows) else (0, -1)
-    once = [(line, word) for line, word in track.once if first <= line <= last and not is_harmless(word)]
-    yield violated(
-        "word-in-cut",
-        _cuts_at(track, rows, [line for line, _ in once]),
-        lambda i: (
-            f"line {once[i][0]}: {once[i][1]} stands between the cuts, and {_WRITER} doesn't write it; "
-            f"{_UNCHECKED}"
-        ),
-        severity=severity,
-        checked=("no other word between the cuts than the control's table has",),
-    )
-
-
-def _machine_moves_between(
-    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool, placed: bool
-) -> list[MachineMove]:
-    """Find the machine moves between the cuts, or right before them, that aren't among the program's rows.
-
-    Without a path cuts are those of all operations: then a retract is none of these moves if the tool comes
-    back at rapid.
-    """
-    if not len(track.lines):
-        return []
-    first, last = int(track.lines[0]), int(track.lines[-1])
-    rows = set(whole.lines.tolist()) if placed else set()
-    found = []
-    for move in track.machine_moves:
-        if move.line not in rows and (first <= move.line <= last or move.line in track.unapproached):
-            back = int(np.searchsorted(whole.lines, move.line, side="right"))
-            if any_way or back == len(rapid) or not rapid[back]:
-                found.append(move)
-    return found
-
-
-def _check_machine_moves(
-    track: TechnologyTrack, rows: IntArray, found: Sequence[MachineMove], severity: Severity
-) -> Result:
-    """Check that between the cuts nothing moves to positions that only the machine knows."""
-
-    def text(i: int) -> str:
-        move = found[i]
-        if not move.axes:
-            return (
-                f"line {move.line}: {move.word} between the cuts moves axes to a point of the machine, which "
-                "ones and where only the control knows (LinuxCNC's G28 alone moves all): the way there and "
-                "back isn't checked; write the retract in the program's coordinates"
-            )
-        return (
-            f"line {move.line}: {move.word} moves {', '.join(move.axes)} in machine coordinates between the "
-            "cuts, or right before them, and where the program's zero is in them isn't known: the way there "
-            "and back isn't checked; state it (zero, --zero), or write the move in the program's coordinates"
-        )
-
-    return violated("rapid-in-cut", _cuts_at(track, rows, [m.line for m in found]), text, severity=severity)
-
-
-def _cuts_at(track: TechnologyTrack, rows: IntArray, lines: Sequence[int]) -> IntArray:
-    """Return the rows, (m,), of the first cuts from lines on."""
-    return np.asarray(rows[np.searchsorted(track.lines, np.array(lines, dtype=np.int64))])

@@ -132,15 +132,16 @@ def test_the_verb_verify_takes_and_names_it(program, floor):
     assert "gouge_tolerance is -1 mm" in wrong.stderr
 
 
-def test_the_verb_post_takes_it(program, floor, tmp_path):
+def test_the_verb_post_takes_it_and_its_report_names_it(program, floor, tmp_path):
     words = ("post", program, "-m", "hayashi-640123", "-c", "linuxcnc", "--tool", "ball:10", "--part", floor)
     fine = run(*words, "-o", tmp_path / "fine.ngc", "--gouge-tolerance", FINE)
     assert fine.exit_code == 1
     assert "gouge" in fine.stderr
-    coarse = run(*words, "-o", tmp_path / "coarse.ngc", "--gouge-tolerance", COARSE)
+    coarse = run(*words, "-o", tmp_path / "coarse.ngc", "--gouge-tolerance", COARSE, "--json")
     assert coarse.exit_code == 0, coarse.stderr
     assert not (tmp_path / "fine.ngc").exists()
-    assert (tmp_path / "coarse.ngc").exists()
+    passed = json.loads(coarse.stdout)["verification"]["passed"]
+    assert any("gouge tolerance 0.04 mm" in sentence for sentence in passed)
 
 
 def test_a_job_takes_it_and_its_reports_name_it(points, floor, tmp_path):

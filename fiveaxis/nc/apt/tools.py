@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,11 @@ from fiveaxis.errors import ToolError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.nc.apt.statements import Statement, numbers_and_words
-from fiveaxis.nc.operations import InForce, rows_of
+from fiveaxis.nc.operations import rows_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import Tool, shapes
+from fiveaxis.toolpath.operation import InForce
 
 # mm, rounding of the figures of an APT cutter.
 APT_ROUNDING = 1e-3
@@ -87,13 +88,13 @@ class Tools:
         self._change(row, coolant="" if "OFF" in statement.minors else (words or ["FLOOD"])[0])
 
     def _change(self, row: int, **now: Any) -> None:
-        self.now = self.now._replace(**now)
-        parts = (self.now.tool, str(_key(self.cutter)))
-        self.changes.append((row, (self.cutter, self.now._replace(parts=parts))))
+        self.now = replace(self.now, **now)
+        self.changes.append((row, (self.cutter, self.now)))
 
-    def states(self, count: int) -> tuple[list[InForce], IntArray]:
-        """Return what is in force, each state once, and which one it is in each of `count` rows."""
-        states = [InForce(), *(now for _, (_, now) in self.changes)]
+    def states(self, count: int) -> tuple[list[tuple[InForce, object]], IntArray]:
+        """Return the states of `Work`, and which one is in force in each of `count` rows."""
+        held = ((now, (now.tool, str(_key(cutter)))) for _, (cutter, now) in self.changes)
+        states: list[tuple[InForce, object]] = [(InForce(), None), *held]
         return states, rows_of(self.changes, np.arange(count))
 
     def use(self, row: int) -> None:

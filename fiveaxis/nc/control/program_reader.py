@@ -176,9 +176,7 @@ def _without_untimed_approach(columns: Columns, rapid: float | None, interpreter
     fed = np.flatnonzero(columns.kinds != MoveKind.RAPID)
     leading = slice(0, int(fed[0]) if len(fed) else 0)
     unknown = np.flatnonzero((steps[leading] & untimed).any(axis=1))
-    # A move in machine coordinates may go anywhere, so it isn't left out.
-    machine_moves = [move.line for move in interpreter.modes.technology.machine_moves]
-    if not len(unknown) or np.isin(columns.lines[unknown], machine_moves).any():
+    if not len(unknown):
         return columns
     begin = int(unknown[-1])
     moved = (steps[unknown] & untimed).any(axis=0)

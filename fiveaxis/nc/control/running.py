@@ -30,12 +30,13 @@ from fiveaxis.nc.control.wrapping import find_wrapping
 from fiveaxis.nc.control.zero_evidence import judge_zero
 from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_language, leader_length
 from fiveaxis.nc.languages.increments import LEAST_INCREMENT, has_points, with_points
-from fiveaxis.nc.operations import InForce, Work, rows_of
+from fiveaxis.nc.operations import Work, rows_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
 from fiveaxis.toolpath import MoveKind, Operation
+from fiveaxis.toolpath.operation import InForce
 
 # Rotary words of programs in radians: a quarter turn, a whole one, and rounding to 4 decimals.
 QUARTER, TURN, SAME_QUARTER = math.pi / 2.0, 2.0 * math.pi, 6e-5
@@ -253,20 +254,21 @@ def _in_force(
     tool: object,
     frame: tuple[bool, tuple[float, ...] | None],
     known: Callable[[str], bool],
-) -> InForce:
+) -> tuple[InForce, object]:
+    """Return what is in force, and what of it tells operations apart."""
     tcp, plane = frame
     zero = now.work_offset or DEFAULT_OFFSET
     speed = now.spindle
-    return InForce(
-        now.tool,
-        "" if now.length == OF_TOOL else now.length,
-        speed if speed and math.isfinite(speed) else None,
-        now.coolant,
-        now.work_offset,
-        plane,
-        tcp,
-        (tool, "" if known(zero) else zero, plane),
+    state = InForce(
+        tool=now.tool,
+        length_offset="" if now.length == OF_TOOL else now.length,
+        spindle=speed if speed and math.isfinite(speed) else None,
+        coolant=now.coolant,
+        work_offset=now.work_offset,
+        plane=plane,
+        tcp=tcp,
     )
+    return state, (tool, "" if known(zero) else zero, plane)
 
 
 def why_nothing_moves(track: AxisTrack) -> str:

@@ -393,11 +393,17 @@ class RequiredTechnology:
 
 
 @cache
-def usual_words(language: str) -> tuple[frozenset[str], tuple[str, ...]]:
-    """Return the words that the tables of a language put in force, and their patterns of harmless ones."""
+def usual_words(language: str, control: str = "") -> tuple[frozenset[str], tuple[str, ...]]:
+    """Return the words that tables put in force, and their patterns of harmless ones.
+
+    Parameters
+    ----------
+    language : of the tables
+    control : name of the only one; by default all of the language
+    """
     words: set[str] = set()
     harmless: list[str] = []
-    for dialect in DIALECTS.values():
+    for dialect in [DIALECTS[control]] if control in DIALECTS else DIALECTS.values():
         for mode in dialect.modes.values() if dialect.language == "blocks" else ():
             lines = [*dialect.head, *dialect.safe_start, *dialect.smoothing, *mode.on]
             texts = [

@@ -114,7 +114,7 @@ def test_a_motion_isn_t_written_in_axis_words_whose_pivots_nobody_knows(tmp_path
     rows = np.array([0, 1])
     time, feed = np.array([0.0, 1.0]), np.full(2, 5.0)
     motion = Motion(machine.letters, positions, feed, time, np.full(2, MoveKind.CUT), rows)
-    against = fx.Against(tool=Tool.ball(6.0))
-    with pytest.raises(fx.FiveAxisError, match="figure-unknown"):
-        fx.write_program(motion, tmp_path / "part.nc", machine, control="haas", against=against)
+    for checked in ({"against": fx.Against(tool=Tool.ball(6.0))}, {"unverified": True}):
+        with pytest.raises(MachineError, match="doesn't state"):
+            fx.write_program(motion, tmp_path / "part.nc", machine, control="haas", **checked)
     assert not (tmp_path / "part.nc").exists()

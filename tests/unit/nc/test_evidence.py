@@ -19,16 +19,6 @@ M30
 """
 
 
-@pytest.fixture
-def write(tmp_path):
-    def written(text, name="part.nc"):
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return written
-
-
 @pytest.fixture(scope="module")
 def machine():
     return fx.load_machine("dmu50ev")

@@ -33,16 +33,6 @@ FINI
 
 
 @pytest.fixture
-def write(tmp_path):
-    def written(text, name="part.nc"):
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return written
-
-
-@pytest.fixture
 def shop(write):
     """A program that faces with T1, drills with T2 and finishes in five axes with T3."""
     return write(f"G21 G90 G54\n{FACE}{DRILL}{FINISH}M30\n")

@@ -11,13 +11,8 @@ from fiveaxis.nc import DIALECTS, compose_program, find_dialect
 
 
 @pytest.fixture
-def table(tmp_path):
-    def write(text, name="mine.toml"):
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return write
+def table(write):
+    return lambda text, name="mine.toml": write(text, name)
 
 
 def motion() -> Motion:
