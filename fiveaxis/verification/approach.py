@@ -243,8 +243,8 @@ def choose_leads(
         settled = {RETRACT_AND_HOME, *((TURNS, ACROSS) if rises else ())}
         text = (
             f"moves at the retract, Z {retract:g} mm: at any value of the other axes the tool's side is at "
+            f"least {room:.3g} mm above part, fixtures and table"
         )
-        text += f"least {room:.3g} mm above part, fixtures and table"
         gaps = tuple(pair for pair in report.gaps if pair[0] not in settled)
         report = replace(report, passed=(*report.passed, text), gaps=gaps)
     return Leads(lead_in, lead_out, report)

@@ -386,4 +386,4 @@ def test_a_free_start_and_a_singular_cone_are_refused_together(hayashi):
 def test_the_vase_gets_cheaper_with_a_free_start(hayashi, vase):
     bound = optimise(vase, hayashi, tilt=(15, 75))
     free = optimise(vase, hayashi, tilt=(15, 75), free_start=True)
-    assert free.energy.travel < bound.energy.travel
+    assert free.energy.travel < bound.energy.travel - 5.0
