@@ -38,7 +38,8 @@ def check_finite(context: CheckContext) -> Result:
 
     def message(i: int) -> str:
         value = np.hstack([motion.positions[rows[i]], motion.time[rows[i]]])[columns[i]]
-        return f"{names[columns[i]]} is {value:g}; compute the motion again"
+        why = "no position of the axes puts the tool there; check the machine, or " if np.isnan(value) else ""
+        return f"{names[columns[i]]} is {value:g}; {why}compute the motion again"
 
     return violated(
         code="not-finite",
