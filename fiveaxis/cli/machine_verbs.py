@@ -185,11 +185,13 @@ def _axis_table(sheet: dict[str, Any]) -> Table:
     for joint in sheet["chain"]:
         letter = joint["axis"]
         unit = "deg" if letter in "ABC" else "mm"
-        point = _vector(joint["point"]) if "point" in joint else ""
+        at = joint.get("point", ())
+        point = "unknown" if at is None else _vector(at) if at else ""
         speed = "unknown" if sheet["speeds"][letter] is None else f"{sheet['speeds'][letter]:g} {unit}/s"
         power = sheet["powers"][letter]
         powers = _power(power)
         counted = "reversed" if letter in sheet["reversed"] else ""
+        counted = "unknown" if f"{letter}.counts" in sheet["unknown"] else counted
         direction = _vector(joint["direction"])
         low, high = sheet["limits"][letter]
         open_ended = "endless" if letter in "ABC" else "unknown"

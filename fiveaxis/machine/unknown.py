@@ -27,11 +27,13 @@ class Unknown:
 
     Parameters
     ----------
+    name : as ``--assume`` has it, ``B.points``; the tool's length is the job's
     option : that states it
     text : what it is
     acts : coordinates of a program whose tool goes elsewhere with another figure
     """
 
+    name: str
     option: str
     text: str
     acts: tuple[Coordinates, ...]
@@ -45,17 +47,17 @@ def unknown_figures(machine: Machine) -> tuple[Unknown, ...]:
     """
     chosen = next((c for c in machine.code.table if c in "ABC"), "")
     found = [
-        Unknown(f"--assume {c}.points=X,Y,Z", f"where the line of {c} is", ("axes",))
+        Unknown(f"{c}.points", f"--assume {c}.points=X,Y,Z", f"where the line of {c} is", ("axes",))
         for c in pivots_unknown(machine, or_assumed=False)
         if c != chosen
     ]
-    found += [
-        Unknown(f"--assume {c}.counts=tool (or table)", f"in which sense {c} counts", ("axes", "tip"))
-        for c in machine.letters
-        if machine.axis(c).reversed is None
-    ]
+    for c in machine.letters:
+        if machine.axis(c).reversed is None:
+            option = f"--assume {c}.counts=tool (or table)"
+            found.append(Unknown(f"{c}.counts", option, f"in which sense {c} counts", ("axes", "tip")))
     if machine.rotaries and not (machine.length_is_along_z or machine.has_tool_length):
-        found.append(Unknown("--tool-length", "how long the tool is from the gauge point", ("axes",)))
+        text = "how long the tool is from the gauge point"
+        found.append(Unknown("tool_length", "--tool-length", text, ("axes",)))
     return tuple(found)
 
 

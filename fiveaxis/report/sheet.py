@@ -12,6 +12,7 @@ from fiveaxis.machine import Axis, Joint, Machine
 from fiveaxis.machine.building import drive_table
 from fiveaxis.machine.chain import why_not_orienting, why_not_positioning
 from fiveaxis.machine.measuring import dimensions, draw, zero_of
+from fiveaxis.machine.unknown import unknown_figures
 
 TOUCHING = 1e-6  # rad, range of leans below which the branches coincide and there is no choice
 
@@ -29,8 +30,9 @@ def describe_machine(machine: Machine) -> Document:
     -------
     Plain data: ``chain`` from the workpiece to the tool, ``limits``, ``speeds`` and ``powers`` by axis letter
     (None where unknown or endless), ``orientation`` with branches and singular direction or the reason why
-    there are none, ``to_measure`` with the dimensions that place the rotary axes (None where they are known),
-    ``figures`` with their sources
+    there are none, ``unknown`` with the figures without which no program of axis words is written
+    (`unknown_figures`), ``to_measure`` with the dimensions that place the rotary axes (None where they are
+    known), ``figures`` with their sources
     """
     names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
     structure = {
@@ -40,11 +42,13 @@ def describe_machine(machine: Machine) -> Document:
         "reversed": [a.letter for a in machine.axes if a.reversed],
     }
     home = machine.chain.tool_home
+    unknown = [figure.name for figure in unknown_figures(machine) if figure.name != "tool_length"]
     return (
         names
         | structure
         | {
-            "chain": [_joint(joint, machine) for joint in machine.chain.joints],
+            "chain": [_joint(joint, machine, unknown) for joint in machine.chain.joints],
+            "unknown": unknown,
             "spindle": {"point": _numbers(home[:3, 3]), "direction": _numbers(home[:3, 2])},
             "limits": {a.letter: _limits(a) for a in machine.axes},
             "speeds": {a.letter: _speed(a) for a in machine.axes},
@@ -59,10 +63,11 @@ def describe_machine(machine: Machine) -> Document:
     )
 
 
-def _joint(joint: Joint, machine: Machine) -> Document:
+def _joint(joint: Joint, machine: Machine, unknown: list[str]) -> Document:
     side = "table" if joint.letter in machine.code.table else "head"
     line = {"axis": joint.letter, "side": side, "direction": _numbers(joint.line.direction)}
-    return line | ({"point": _numbers(joint.line.point)} if joint.is_rotary else {})
+    point = None if f"{joint.letter}.points" in unknown else _numbers(joint.line.point)
+    return line | ({"point": point} if joint.is_rotary else {})
 
 
 def _limits(axis: Axis) -> list[float | None]:

@@ -11,6 +11,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine, load_machine, machine_names
 from fiveaxis.machine.unknown import figure_findings, require_stated, unknown_figures
 from fiveaxis.motion import Motion
+from fiveaxis.report.sheet import describe_machine
 from fiveaxis.toolpath import MoveKind, Tool
 
 ASSUMED = {"B.points": "0,0,50", "B.counts": "table", "C.counts": "tool"}
@@ -27,6 +28,15 @@ def test_the_library_states_all_pivots_but_those_of_three_machines():
     assert {name for name, texts in lacking.items() if any("counts" in t for t in texts)} == {
         "micro5", "umc-750",
     }  # fmt: skip
+
+
+def test_the_data_sheet_says_unknown_and_not_zero():
+    sheet = describe_machine(load_machine("umc-750"))
+    assert sheet["unknown"] == ["B.points", "B.counts", "C.counts"]
+    points = {joint["axis"]: joint["point"] for joint in sheet["chain"] if "point" in joint}
+    assert points["B"] is None
+    assert points["C"] == [0.0, 0.0, 0.0]  # the table's first axis, where zero is chosen
+    assert describe_machine(load_machine("umc-750", ASSUMED))["unknown"] == []
 
 
 def test_a_machine_made_from_its_code_has_its_axes_in_zero():
