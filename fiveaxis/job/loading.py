@@ -22,6 +22,10 @@ from fiveaxis.machine.unknown import require_stated
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
+from fiveaxis.nc.formats import kind_of
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.revision import OperationText
+from fiveaxis.nc.source import load_source
 from fiveaxis.options import CREASE
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, describe_input
@@ -64,6 +68,9 @@ def require_writable(job: Job) -> None:
     MachineError
         A figure on which the program's words depend isn't stated.
     """
+    require_input(job.input)
+    if revises(job):  # its words say what they depend on
+        return
     machine = load_job_machine(job)
     require_stated(machine, job.program_options.wording(machine).coordinates)
 
@@ -216,6 +223,8 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
         raise JobError("unit = m is for meshes, and the input is none; give mm or inch", file=job.input)
     toolpath = _read_as(job, tool, {})
     require_leanable(toolpath)
+    if revises(job):
+        toolpath = operation_text(job, toolpath.tool).path_of(toolpath)
     around = job.surrounding
     if around["part"] is None or toolpath.has_normals:
         return toolpath
@@ -228,6 +237,21 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
         given,
         crease=job.meshes["crease"],
     )
+
+
+def revises(job: Job) -> bool:
+    """Check whether a job's postures go into the lines of its input, a program, and no other is asked for."""
+    settings: Any = job.nc
+    asked = {"control", "coordinates"} & job.model_fields_set or settings.model_fields_set
+    if asked or job.program.machine is not None or job.setup.search is not None or is_mesh(job.input):
+        return False
+    return kind_of(load_source(job.input)) == "program"
+
+
+def operation_text(job: Job, tool: Tool) -> OperationText:
+    """Read the operation of a job's program beside its text, as `OperationText.of`."""
+    given: dict[str, Any] = {"tool": tool, "machine": program_machine(job), "feed_mm_min": job.feed}
+    return OperationText.of(load_source(job.input), ReadOptions.of(job.reading, **given))
 
 
 def require_leanable(toolpath: Toolpath) -> None:

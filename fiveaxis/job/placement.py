@@ -14,7 +14,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular, product
 from fiveaxis.job.box_search import search_box
 from fiveaxis.job.description import Job
 from fiveaxis.job.kept import keep_stated
-from fiveaxis.job.loading import load_job_machine, load_job_passes
+from fiveaxis.job.loading import load_job_machine, load_job_passes, revises
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import into_limits
 from fiveaxis.machine import Body, Box, Cylinder, Limits, Machine
@@ -62,7 +62,8 @@ def load_placed(job: Job, progress: Progress = unheard) -> PlacedJob:
     """
     machine = load_job_machine(job)
     toolpath, passes = load_job_passes(job, progress)
-    job, toolpath = keep_stated(job, toolpath)
+    if not revises(job):
+        job, toolpath = keep_stated(job, toolpath)
     progress("placing the part", 0, 1)
     there, findings = place(job, machine, toolpath)
     if findings:

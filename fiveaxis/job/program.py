@@ -149,7 +149,7 @@ class MadeProgram:
         """
         require_program_suffix(path, self.text.suffix)
         self.gate.require_open(unverified=unverified)
-        return write_atomically(path, self.text.text)
+        return write_atomically(path, self.text.text if self.text.data is None else self.text.data)
 
 
 def make_program(

@@ -17,6 +17,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, solve_clear
 from fiveaxis.job.description import Job
+from fiveaxis.job.in_place import RevisedOperation
 from fiveaxis.job.kept import keep_stated
 from fiveaxis.job.loading import (
     describe_inputs,
@@ -27,6 +28,7 @@ from fiveaxis.job.loading import (
     load_surroundings,
     part_unit,
     require_writable,
+    revises,
 )
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_options import Header
@@ -36,6 +38,8 @@ from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import Clock, Filling
 from fiveaxis.nc.own_header import tool_comments
+from fiveaxis.nc.revision import Revision
+from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.posture import Front, Options, find_front
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
@@ -67,6 +71,7 @@ class Outcome:
     of_front : the outcome of each solution of the front, in its order, this one among them
     front_programs : what the report says of a front
     setup_search : what the report says of the search for the setup
+    revision : the lines of the input program that were written anew; None for a program of its own
     """
 
     job: Job
@@ -79,6 +84,7 @@ class Outcome:
     of_front: tuple[Outcome, ...] = ()
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
+    revision: Revision | None = None
 
     @cached_property
     def report(self) -> ReportDocument:
@@ -157,8 +163,10 @@ def run_stages(
     require_writable(job)
     machine = load_job_machine(job)
     toolpath, passes = loaded or load_job_passes(job, progress)
-    job, toolpath = keep_stated(job, toolpath)
-    job.program_options.wording(machine)
+    operation = RevisedOperation.of(job, toolpath, machine) if revises(job) else None
+    if operation is None:
+        job, toolpath = keep_stated(job, toolpath)
+    wording = job.program_options.wording(machine) if operation is None else operation.wording
     progress("reading part and stock", 0, 1)
     process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
     factors = load_factors(job)
@@ -166,14 +174,18 @@ def run_stages(
     constraints = job.constraints
     toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
     require_reached(toolpath, job.writing["override"])
-    cleared, front = solve(job, constraints, toolpath, machine, progress, passes, around, start)
+    cleared, front = solve(job, constraints, toolpath, machine, wording, progress, passes, around, start)
     inputs = describe_inputs(job)
 
     def finish(postures: Postures) -> Outcome:
         gouge = job.surrounding["gouge_tolerance"]
         solution = Solution.of(postures, constraints, around, gouge)
-        options = job.program_options.named(job.input.stem)
-        program = solution.make(replace(options, header=program_header(solution, inputs, moved=moved)))
+        revision = None
+        if operation is None:
+            options = job.program_options.named(job.input.stem)
+            program = solution.make(replace(options, header=program_header(solution, inputs, moved=moved)))
+        else:
+            program, revision = operation.make(solution, job)
         # What is priced is the text: its words are rounded, and redundant blocks may have stayed in it.
         blocks, rounding = program.blocks, program.rounding
         filling = Filling.of(constraints, program.motion.interpolation)
@@ -182,8 +194,10 @@ def run_stages(
             energy=blocks_energy(machine, blocks, solution.clock, rounding),
             compared=_rounded_alike(solution, filling, rounding),
         )
+        if operation is not None:
+            solution = operation.beside_original(solution, rounding)
         budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors, rounding)
-        return Outcome(job, solution, program, budget, inputs, front, cleared)
+        return Outcome(job, solution, program, budget, inputs, front, cleared, revision=revision)
 
     solutions = (cleared.solution,) if front is None else front.solutions
     outcomes = []
@@ -258,6 +272,7 @@ def solve(
     constraints: Constraints,
     toolpath: Toolpath,
     machine: Machine,
+    wording: WordWriter,
     progress: Progress,
     passes: Passes | None = None,
     around: Surroundings | None = None,
@@ -267,7 +282,6 @@ def solve(
 
     `passes` are those of a planned path: with a free start the links between them are planned anew.
     """
-    wording = job.program_options.wording(machine)
     options = Options(
         **job.search,
         passes=passes,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +92,7 @@ class Program:
     language : ``blocks`` of a control, or ``apt`` or ``points`` for a list of cutter locations
     findings : what was assumed, and where the control deviates from the plan
     preparation : what the program needs at the machine
+    data : the file's bytes, of a program that isn't written whole
     """
 
     control: str
@@ -103,6 +104,7 @@ class Program:
     language: str = "blocks"
     findings: tuple[Finding, ...] = ()
     preparation: Preparation = Preparation(())
+    data: bytes | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         return f"<Program for {self.control}: {len(self.lines)} lines, {self.coordinates}>"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -81,12 +82,37 @@ def load_source(path: str | Path) -> Source:
         )
     data = read_input(path, MOST_PATH_BYTES, ToolpathError, unpack=True)
     _require_text(data, path)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
+    text = data.decode(_encoding(data)).removeprefix("\ufeff")
     # `splitlines` would also split at form feeds and Unicode separators, which editors don't count.
     return Source(str(path), text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a").split("\n"))
+
+
+def with_lines(path: str | Path, replaced: Mapping[int, tuple[str, ...]]) -> bytes:
+    """Return a file with other lines in place of some, and all other bytes as they are: ends of lines, text.
+
+    Parameters
+    ----------
+    path : as for `load_source`
+    replaced : line, from 1 -> the lines in its place
+    """
+    data = read_input(path, MOST_PATH_BYTES, ToolpathError, unpack=True)
+    encoding = _encoding(data)
+    found = re.split(rb"(\r\n|\r|\n)", data)
+    texts, ends = found[::2], [*found[1::2], b""]
+    usual, pieces = ends[0], []
+    for line, (text, end) in enumerate(zip(texts, ends, strict=True), start=1):
+        own = [text] if line not in replaced else [new.encode(encoding) for new in replaced[line]]
+        pieces.append(usual.join(own) + end)
+    return b"".join(pieces)
+
+
+def _encoding(data: bytes) -> str:
+    """Return the encoding of a file's text: UTF-8, or else Latin-1, which only comments need."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8"
 
 
 def _require_text(data: bytes, path: str | Path) -> None:

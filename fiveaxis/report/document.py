@@ -22,6 +22,7 @@ from fiveaxis.findings import Cause, Finding, count_codes, group_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import peak_rates
 from fiveaxis.posture import RESULT, Solution
+from fiveaxis.posture.solution import AS_IT_WAS
 from fiveaxis.report.facts import FrontPrograms, InputFile, Overriding, ProgramFigures, SetupSearched
 from fiveaxis.report.questions import Answers, answers
 from fiveaxis.report.words import describe_tool
@@ -48,7 +49,7 @@ UNITS = {
 
 
 class Best(NamedTuple):
-    """The baseline that costs the least, and the measure by which it is compared."""
+    """The baseline that the result is compared with first, and the measure by which it is."""
 
     name: str
     measure: Measure
@@ -148,8 +149,10 @@ class ReportDocument:
 
     @cached_property
     def best(self) -> Best | None:
-        """The cheapest baseline."""
+        """The program as it was; for another input the cheapest baseline."""
         baselines, measure = self.solution.baselines, self.measure
+        if AS_IT_WAS in baselines:
+            return Best(AS_IT_WAS, measure)
         best = min(baselines, key=lambda name: getattr(baselines[name], measure), default=None)
         return None if best is None else Best(best, measure)
 

@@ -208,7 +208,7 @@ class Columns:
     vectors: Array
     normals: Array
 
-    def at(self, rows: slice) -> Columns:
+    def at(self, rows: slice | BoolArray) -> Columns:
         """Return some of the rows."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "machine"}
         return Columns(self.machine, **arrays)

@@ -1,0 +1,201 @@
+"""An operation of a program with other postures, in its own lines: revised, read back, verified, priced."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.errors import JobError, MissingDependency, ToolpathError
+from fiveaxis.findings import Finding, Severity, sort_findings
+from fiveaxis.geometry import Array
+from fiveaxis.job.description import Job
+from fiveaxis.job.loading import operation_text
+from fiveaxis.job.program import MadeProgram
+from fiveaxis.job.program_costs import price_program, word_rounding
+from fiveaxis.job.release import Gate, not_verified
+from fiveaxis.job.solution import Solution
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.machine import Machine
+from fiveaxis.machine.unknown import require_stated
+from fiveaxis.motion import Coordinates, Fill, Filling, ProgramMotion, follow, predicted_time
+from fiveaxis.motion.program_motion import Phase
+from fiveaxis.nc import DIALECTS, Program, require_program
+from fiveaxis.nc.formats import suffix_of
+from fiveaxis.nc.revision import OperationText, Placement, Revision
+from fiveaxis.nc.source import with_lines
+from fiveaxis.nc.traced_program import load_program
+from fiveaxis.nc.writing.start_and_end import NO_ROW
+from fiveaxis.nc.writing.word_writer import WordWriter
+from fiveaxis.posture.solution import AS_IT_WAS, Baseline, blocks_energy
+from fiveaxis.toolpath import Toolpath
+from fiveaxis.verification import Against, ReadBack, Report, check_read
+
+
+@dataclass(frozen=True, eq=False)
+class RevisedOperation:
+    """An operation of a job's program that is revised in its own lines.
+
+    Parameters
+    ----------
+    text : its rows beside the program's text
+    path : its cuts, whose postures are revised
+    wording : the control, and whether its words are the tip's or the axes'
+    reading : how the program is read
+    """
+
+    text: OperationText
+    path: Toolpath
+    wording: WordWriter
+    reading: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, job: Job, toolpath: Toolpath, machine: Machine) -> RevisedOperation:
+        """Find the cuts of a job's operation in its program's text.
+
+        Parameters
+        ----------
+        toolpath : of the operation, as the job reads it
+        machine : the job's, as it is set up
+
+        Raises
+        ------
+        FiveAxisError
+            As `OperationText.of`.
+        """
+        text = operation_text(job, toolpath.tool)
+        path = toolpath if len(toolpath) == text.cuts.stop - text.cuts.start else text.path_of(toolpath)
+        operation = text.operation
+        if operation.control not in DIALECTS:
+            raise JobError(
+                f"the program is one of {operation.control or 'an unknown control'!r}, whose words aren't "
+                f"revised; name the control of a new program (--control): {', '.join(DIALECTS)}",
+                file=job.input,
+            )
+        coordinates: Coordinates = "vector" if text.by_direction else "tip" if operation.tcp else "axes"
+        wording = require_program(machine, operation.control, coordinates)
+        require_stated(machine, coordinates)
+        return cls(text, path, wording, job.reading)
+
+    def make(self, solution: Solution, job: Job) -> tuple[MadeProgram, Revision]:
+        """Write a solution's postures into the operation, and verify and price the text.
+
+        Raises
+        ------
+        FiveAxisError
+            As `OperationText.revise` and `OperationText.require_same_around`.
+        """
+        machine = solution.machine
+        filling = Filling.of(solution.constraints, self.wording.interpolation)
+        fill = filling.fill(solution.toolpath, machine, solution.motion)
+        placement = self._placement(solution, fill)
+        revision = self.text.revise(self.path, placement)
+        self.text.require_same_around(revision)
+        text = self._program(revision)
+        source = revision.revised
+        read = load_program(source, machine, self.path.tool, self.reading)
+        against = Against(
+            toolpath=self.path, surroundings=solution.surroundings, constraints=solution.constraints
+        )
+        gap = job.surrounding["surface_tolerance"]
+        before = load_program(self.text.source, machine, self.path.tool, self.reading)
+        try:
+            report = check_read(read, machine, against, gap, solution.tolerances)
+            report = _known(report, check_read(before, machine, against, gap, solution.tolerances), revision)
+        except MissingDependency as fault:
+            report = not_verified(fault)
+        gate = Gate.of(report, job.writing["override"])
+        planned = ProgramMotion(
+            fill.blocks, np.full(len(fill.blocks), Phase.PATH, dtype=np.int64), self.wording.interpolation, 0
+        )
+        owner = np.full(len(read.motion), NO_ROW, dtype=np.int64)
+        for row, line in enumerate(revision.row_lines.tolist()):
+            owner[read.motion.source == line] = row
+        none = np.zeros(0, dtype=np.int64)
+        back = ReadBack(planned, self.wording, job.nc, read, owner, none, False)
+        texts = [source.lines[line - 1] for line in revision.row_lines.tolist()]
+        options = replace(self.text.options, machine=machine, feed_mm_min=None)
+        try:
+            energy = price_program(source, machine, options).energy if machine.has_powers else None
+        except ToolpathError:  # a rapid move whose speed nobody states
+            energy = None
+        made = MadeProgram(
+            machine,
+            text,
+            planned,
+            gate,
+            predicted_time(read.motion, machine, self.wording.dialect, self.wording.coordinates),
+            back.blocks,
+            word_rounding(back.motion, texts),
+            energy,
+            fill,
+        )
+        return made, revision
+
+    def _placement(self, solution: Solution, fill: Fill) -> Placement:
+        """Return where the axes are to be at each location that gets a line."""
+        motion, kept = fill.blocks, fill.kept
+        rows = np.arange(len(solution.toolpath), dtype=float)
+        own = rows if solution.motion.location is None else solution.motion.location
+        row = np.interp(fill.row[kept], rows, own)
+        near = np.rint(row)
+        row = np.where(np.abs(row - near) <= 1e-9, near, row)
+        machine = solution.machine
+        rotary = motion.positions[:, machine.rotary_columns]
+        axis = fill.path.at(kept)
+        tip = axis.tips(tool_axes(machine, rotary))
+        return Placement(row, tip, self._wound(machine, rotary), motion.time)
+
+    def _wound(self, machine: Machine, rotary: Array) -> Array:
+        """Turn axes without limits by whole turns, so that they begin nearest to where they were."""
+        if self.path.rotary is None or not np.isfinite(self.path.rotary[0]).all():
+            return rotary
+        whole = 2.0 * np.pi * np.round((self.path.rotary[0] - rotary[0]) / (2.0 * np.pi))
+        endless = [machine.axes[c].limits.unlimited for c in machine.rotary_columns]
+        return np.asarray(rotary + np.where(endless, whole, 0.0))
+
+    def _program(self, revision: Revision) -> Program:
+        source = revision.revised
+        rows = np.full(len(source.lines), NO_ROW, dtype=np.int64)
+        rows[revision.row_lines - 1] = np.arange(len(revision.row_lines))
+        return Program(
+            control=self.wording.dialect.name,
+            suffix=suffix_of(source.name) or self.wording.dialect.suffix,
+            lines=tuple(source.lines),
+            rows=tuple(rows.tolist()),
+            dropped=0,
+            coordinates=self.wording.coordinates,
+            data=with_lines(self.text.source.name, revision.replaced),
+        )
+
+    def beside_original(self, solution: Solution, rounding: float) -> Solution:
+        """Compare a solution with the program as it was, first of all.
+
+        Parameters
+        ----------
+        rounding : mm, of the program's words
+        """
+        rotary = self.path.rotary
+        if rotary is None or not np.isfinite(rotary).all():
+            why = "the program states directions of the tool, and no angles"
+            return replace(solution, missing={**solution.missing, AS_IT_WAS: why})
+        motion = follow(self.path, solution.machine, rotary)
+        energy = blocks_energy(solution.machine, motion, solution.clock, rounding)
+        original = Baseline(motion, energy, self.path)
+        return replace(solution, compared={AS_IT_WAS: original, **solution.compared})
+
+
+def _known(report: Report, before: Report, revision: Revision) -> Report:
+    """Turn errors in lines that stay into warnings where the program had them before."""
+    errors = {(f.code, f.place.line) for f in before.findings if f.severity is Severity.ERROR}
+
+    def judged(finding: Finding) -> Finding:
+        line = None if finding.place.line is None else revision.line_before(finding.place.line)
+        if finding.severity is not Severity.ERROR or line is None or (finding.code, line) not in errors:
+            return finding
+        text = f"in a line that stays as it was: {finding.message}"
+        return replace(finding, severity=Severity.WARNING, message=text)
+
+    return replace(report, findings=sort_findings(judged(finding) for finding in report.findings))
