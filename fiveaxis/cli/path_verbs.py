@@ -55,9 +55,10 @@ ONE_BY_ONE = ("Risk", "Correct", "Not asked for")
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
 if TYPE_CHECKING:
+    from fiveaxis.cli.work import Work
     from fiveaxis.contour import PlanReport
     from fiveaxis.energy import Budget
-    from fiveaxis.job import Job, Outcome
+    from fiveaxis.job import Job, Outcome, RevisedProgram
     from fiveaxis.posture import Solution
     from fiveaxis.report import Answer, ReportDocument
     from fiveaxis.report.facts import FrontPrograms, SetupSearched
@@ -120,11 +121,14 @@ def optimise(
     """Optimise the tool posture of every cutter location; write verified NC, motion, report and preview."""
     with errors_explained(as_json) as written:
         with job_work(hidden=as_json) as work:
-            from fiveaxis.job import require_folder, run_job, write_outcome
+            from fiveaxis.job import require_folder, run_job, takes_operations, write_outcome
 
             if output is not None:
                 require_folder(output)
-            outcome = work.run(partial(run_job, job_of(context.params)))
+            job = job_of(context.params)
+            if takes_operations(job):
+                return _revise(job, output, work, written, as_json=as_json)
+            outcome = work.run(partial(run_job, job))
             if output is not None:
                 written += write_outcome(outcome, output, work.step)
         if output is not None:
@@ -138,6 +142,28 @@ def optimise(
         print_release(outcome.gate)
         if outcome.gate.kept:
             raise typer.Exit(1)
+
+
+def _revise(job: Job, output: Path | None, work: Work, written: list[Path], *, as_json: bool) -> None:
+    """Revise a program's operations in place, and say what became of each."""
+    from fiveaxis.job import revise_program, write_revised
+
+    made = work.run(partial(revise_program, job))
+    if output is not None:
+        written += write_revised(made, output, work.step)
+        print_written(output, *(str(path.relative_to(output)) for path in written))
+    if as_json:
+        print_json(made.as_dict())
+    else:
+        _print_operations(made)
+    for number, outcome in made.outcomes.items():
+        out.print(f"operation {number}", style="bold")
+        answers = outcome.report.answers
+        _print_answer(answers.safe, COLOURS[answers.verdict])
+        _print_answer(answers.saved)
+        print_release(outcome.gate)
+    if not made.ok:
+        raise typer.Exit(1)
 
 
 @takes(POSTURE, PLANNING, READING)
@@ -245,6 +271,21 @@ def _print_outcome(outcome: Outcome) -> None:
         _print_front(outcome.front_programs)
     if is_verbose():
         _print_details(outcome)
+
+
+def _print_operations(made: RevisedProgram) -> None:
+    """Print what became of each operation: time and energy of its lines as they were, and now."""
+    table = Table("", "lines", "kind", "tool", "s", "J", "now s", "now J", "", box=None)
+    for part in made.parts:
+        at, before, after = part.operation, part.before, part.after
+        figures = [
+            "?" if energy is None else f"{value:.{digits}f}"
+            for energy in (before, after)
+            for value, digits in (((energy.time, 1), (energy.total, 0)) if energy else ((0.0, 0), (0.0, 0)))
+        ]
+        what = "revised" if part.outcome is not None else f"stays: {part.why}"
+        table.add_row(str(at.number), f"{at.first_line}-{at.last_line}", at.kind, at.tool, *figures, what)
+    out.print(table)
 
 
 def _print_details(outcome: Outcome) -> None:

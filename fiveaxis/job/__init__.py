@@ -27,7 +27,8 @@ from fiveaxis.job.program_costs import ProgramEnergy, program_energy
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.reading import build_job, choose_search, make_job, read_fixtures, read_job
 from fiveaxis.job.release import Gate
-from fiveaxis.job.results import require_folder, write_outcome
+from fiveaxis.job.results import require_folder, write_outcome, write_revised
+from fiveaxis.job.revised_program import RevisedProgram, revise_program, takes_operations
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import LEFT_OUT, Outcome
@@ -45,6 +46,7 @@ __all__ = [
     "Posted",
     "ProgramEnergy",
     "ProgramOptions",
+    "RevisedProgram",
     "SetupTable",
     "Solution",
     "build_job",
@@ -67,8 +69,11 @@ __all__ = [
     "read_fixtures",
     "read_job",
     "require_folder",
+    "revise_program",
     "run_job",
+    "takes_operations",
     "verify_program",
     "write_outcome",
     "write_program",
+    "write_revised",
 ]

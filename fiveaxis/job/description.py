@@ -31,6 +31,7 @@ from fiveaxis.options import (
 )
 from fiveaxis.settings import StrictModel
 from fiveaxis.toolpath import Constraints, parse_tool, require_range
+from fiveaxis.toolpath.tool import tools_by_number
 
 TOOL_FILE = ".toml"
 # Table that makes many jobs of one file (`fiveaxis.batch`), and its key for how several lists are combined.
@@ -138,7 +139,9 @@ class FactorsTable(StrictModel):
 class _Input(StrictModel):
     input: Path = Field(description="mesh, list of points, APT file or NC program")
     tool: str | None = Field(
-        None, description="ball:10, bull:16:4, a tool file…; by default the input's tool"
+        None,
+        description="ball:10, bull:16:4, a tool file…; of a program with several 3=ball:6,5=bull:16:4, by "
+        "their numbers; by default the input's tool",
     )
 
 
@@ -264,9 +267,12 @@ class Job(_Bounded):
                 return require_codes(value)
             if info.field_name == "tilt" and value is not None:
                 require_range(*value)
-            # A file is read when its folder is known.
-            elif isinstance(value, str) and not value.lower().endswith(TOOL_FILE):
-                parse_tool(value) if info.field_name == "tool" else find_dialect(value)
+            elif isinstance(value, str):
+                numbered = info.field_name == "tool" and "=" in value
+                for name in tools_by_number(value).values() if numbered else (value,):
+                    # A file is read when its folder is known.
+                    if not name.lower().endswith(TOOL_FILE):
+                        parse_tool(name) if info.field_name == "tool" else find_dialect(name)
         except FiveAxisError as fault:
             raise ValueError(str(fault)) from None
         return value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from fiveaxis.nc.source import with_lines
 from fiveaxis.nc.traced_program import load_program
 from fiveaxis.nc.writing.start_and_end import NO_ROW
 from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.posture.solution import AS_IT_WAS, Baseline, blocks_energy
+from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification import Against, ReadBack, Report, check_read
 
@@ -167,7 +168,9 @@ class RevisedOperation:
             rows=tuple(rows.tolist()),
             dropped=0,
             coordinates=self.wording.coordinates,
-            data=with_lines(self.text.source.name, revision.replaced),
+            revises=f"operation {self.text.operation.number} of {Path(source.name).name}, lines "
+            f"{revision.first}-{revision.last}",
+            data=with_lines(self.text.source, revision.replaced),
         )
 
     def beside_original(self, solution: Solution, rounding: float) -> Solution:
@@ -180,11 +183,11 @@ class RevisedOperation:
         rotary = self.path.rotary
         if rotary is None or not np.isfinite(rotary).all():
             why = "the program states directions of the tool, and no angles"
-            return replace(solution, missing={**solution.missing, AS_IT_WAS: why})
+            return replace(solution, missing={**solution.missing, AS_PROGRAMMED: why})
         motion = follow(self.path, solution.machine, rotary)
         energy = blocks_energy(solution.machine, motion, solution.clock, rounding)
         original = Baseline(motion, energy, self.path)
-        return replace(solution, compared={AS_IT_WAS: original, **solution.compared})
+        return replace(solution, compared={AS_PROGRAMMED: original, **solution.compared})
 
 
 def _known(report: Report, before: Report, revision: Revision) -> Report:

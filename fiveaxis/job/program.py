@@ -131,6 +131,7 @@ class MadeProgram:
             energy=self.energy,
             path_tolerance_mm=PATH_TOLERANCE,
             axis_tolerance_deg=round(math.degrees(AXIS_TOLERANCE), 9),
+            revises=self.text.revises,
         )
 
     def write(self, path: str | Path, *, unverified: bool = False) -> Path:

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fiveaxis.errors import SettingError
-from fiveaxis.files import remove_leftovers, temporary_folder, unwritable
+from fiveaxis.files import remove_leftovers, temporary_folder, unwritable, write_atomically
+from fiveaxis.job.revised_program import RevisedProgram
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.posture.masks.mask import Mask
@@ -21,6 +22,8 @@ from fiveaxis.viewer import write_preview
 
 # Folder of a front's solutions, each in a folder named by its number; most solutions of a front.
 FRONT, MOST_OF_FRONT = "front", 50
+# Folder of an operation of a revised program.
+OPERATION = "operation-{number}"
 FILES = ("motion.csv", "report.json", "report.html", "preview.html")
 
 
@@ -55,6 +58,37 @@ def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) 
                 told = within(progress, f"solution {number} of {len(outcome.of_front)}")
                 made += _make_files(one, inner, told, alone=True)
             return _move_in(made, temporary, folder)
+    except OSError as fault:
+        raise unwritable(folder, fault) from None
+
+
+def write_revised(made: RevisedProgram, folder: Path, progress: Progress = unheard) -> list[Path]:
+    """Write a revised program into a folder, and what `write_outcome` writes of each of its operations.
+
+    The files of an operation are in a folder named by its number. Without a program (errors that the job
+    doesn't accept by name), one of an earlier run is removed.
+
+    Returns
+    -------
+    The files, in order of writing.
+
+    Raises
+    ------
+    SettingError
+        The folder can't be made or written.
+    """
+    try:
+        with temporary_folder(require_folder(folder)) as temporary:
+            files: list[Path] = []
+            for number, outcome in made.outcomes.items():
+                inner = temporary / OPERATION.format(number=number)
+                inner.mkdir()
+                told = within(progress, f"operation {number}")
+                files += _make_files(outcome, inner, told, alone=True, with_program=False)
+            if made.ok:
+                suffix = next(iter(made.outcomes.values())).program.text.suffix
+                files.append(write_atomically(temporary / f"program{suffix}", made.data))
+            return _move_in(files, temporary, folder)
     except OSError as fault:
         raise unwritable(folder, fault) from None
 
@@ -121,7 +155,9 @@ def undisturbed() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _make_files(outcome: Outcome, folder: Path, progress: Progress, *, alone: bool = False) -> list[Path]:
+def _make_files(
+    outcome: Outcome, folder: Path, progress: Progress, *, alone: bool = False, with_program: bool = True
+) -> list[Path]:
     """Write an outcome's files; with `alone` without the figure of its front."""
     solution = outcome.solution
     progress("writing the report", 0, 1)
@@ -142,7 +178,7 @@ def _make_files(outcome: Outcome, folder: Path, progress: Progress, *, alone: bo
     )
     if outcome.front is not None and not alone:
         made.append(write_front_figure(outcome.front, folder / "front.svg"))
-    if outcome.gate.is_open:
+    if with_program and outcome.gate.is_open:
         made.append(outcome.program.write(folder / f"program{outcome.program.text.suffix}"))
     return made
 

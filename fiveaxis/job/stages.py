@@ -43,7 +43,7 @@ from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.posture import Front, Options, find_front
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.solution import Baseline, blocks_energy
+from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
@@ -112,6 +112,12 @@ class Outcome:
     def document(self) -> dict[str, Any]:
         """The report as plain data, as in ``report.json``."""
         return self.report.as_dict()
+
+    @property
+    def original(self) -> Energy | None:
+        """What a program that was revised in place cost before; None where it isn't known."""
+        as_it_was = None if self.revision is None else self.solution.compared.get(AS_PROGRAMMED)
+        return None if as_it_was is None else as_it_was.energy
 
     @property
     def part_size(self) -> Array | None:

@@ -92,7 +92,8 @@ class Program:
     language : ``blocks`` of a control, or ``apt`` or ``points`` for a list of cutter locations
     findings : what was assumed, and where the control deviates from the plan
     preparation : what the program needs at the machine
-    data : the file's bytes, of a program that isn't written whole
+    revises : what was revised in place: operation and lines of another program; empty for one of its own
+    data : the file's bytes, of a program that was revised
     """
 
     control: str
@@ -104,6 +105,7 @@ class Program:
     language: str = "blocks"
     findings: tuple[Finding, ...] = ()
     preparation: Preparation = Preparation(())
+    revises: str = ""
     data: bytes | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:

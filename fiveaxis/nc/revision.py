@@ -242,14 +242,7 @@ class OperationText:
                 "program are known or unknown; name every axis where the next operation begins",
                 self.operation.last_line,
             )
-        wrong = np.zeros(len(lines), dtype=bool)
-        for name in ("values", "kinds", "times", "feeds", "counting", "vectors"):
-            pair = (
-                np.asarray(getattr(side, name), dtype=float).reshape(len(lines), -1)
-                for side in (before, after)
-            )
-            one, other = pair
-            wrong |= ~((one == other) | (np.isnan(one) & np.isnan(other))).all(axis=1)
+        wrong = ~before.same_moves(after)
         wrong |= [a != b for a, b in zip(self.states_at(own), again.states_at(new), strict=True)]
         if wrong.any():
             line = int(before.lines[int(np.argmax(wrong))])

@@ -87,14 +87,22 @@ def load_source(path: str | Path) -> Source:
     return Source(str(path), text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a").split("\n"))
 
 
-def with_lines(path: str | Path, replaced: Mapping[int, tuple[str, ...]]) -> bytes:
+def with_lines(source: Source, replaced: Mapping[int, tuple[str, ...]]) -> bytes:
     """Return a file with other lines in place of some, and all other bytes as they are: ends of lines, text.
 
     Parameters
     ----------
-    path : as for `load_source`
+    source : of `load_source`
     replaced : line, from 1 -> the lines in its place
+
+    Raises
+    ------
+    ToolpathError
+        The file has changed since it was read.
     """
+    path = source.name
+    if load_source(path) != source:
+        raise source.error("has changed since it was read; run it again")
     data = read_input(path, MOST_PATH_BYTES, ToolpathError, unpack=True)
     encoding = _encoding(data)
     found = re.split(rb"(\r\n|\r|\n)", data)

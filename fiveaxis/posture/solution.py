@@ -24,8 +24,8 @@ from fiveaxis.toolpath.bounds import lead_lean
 
 # Name of the result beside those of its baselines.
 RESULT = "optimised"
-# Name of the baseline that is a program's own postures.
-AS_IT_WAS = "as it was"
+# Name of the baseline with the input's own postures.
+AS_PROGRAMMED = "as-programmed"
 
 
 @dataclass(frozen=True)

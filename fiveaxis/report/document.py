@@ -22,7 +22,7 @@ from fiveaxis.findings import Cause, Finding, count_codes, group_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import peak_rates
 from fiveaxis.posture import RESULT, Solution
-from fiveaxis.posture.solution import AS_IT_WAS
+from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report.facts import FrontPrograms, InputFile, Overriding, ProgramFigures, SetupSearched
 from fiveaxis.report.questions import Answers, answers
 from fiveaxis.report.words import describe_tool
@@ -149,10 +149,10 @@ class ReportDocument:
 
     @cached_property
     def best(self) -> Best | None:
-        """The program as it was; for another input the cheapest baseline."""
+        """The cheapest baseline; where a program was revised in place, that program."""
         baselines, measure = self.solution.baselines, self.measure
-        if AS_IT_WAS in baselines:
-            return Best(AS_IT_WAS, measure)
+        if self.revises and AS_PROGRAMMED in baselines:
+            return Best(AS_PROGRAMMED, measure)
         best = min(baselines, key=lambda name: getattr(baselines[name], measure), default=None)
         return None if best is None else Best(best, measure)
 

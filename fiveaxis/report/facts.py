@@ -54,6 +54,7 @@ class ProgramFigures:
     run_time : how long the control takes
     energy : of the whole text, approach and retract included; None where its words don't say it
     path_tolerance_mm, axis_tolerance_deg : of inserted and removed blocks
+    revises : what of another program was revised in place; empty for a program of its own
     """
 
     control: str
@@ -73,6 +74,7 @@ class ProgramFigures:
     energy: Energy | None
     path_tolerance_mm: float
     axis_tolerance_deg: float
+    revises: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""

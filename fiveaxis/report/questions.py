@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from fiveaxis.findings import Cause, Severity, group_gaps
 from fiveaxis.nc.program import Preparation
+from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report.words import NO_CHANGE, describe_cutter, number, plain, saving, speed_change
 
 if TYPE_CHECKING:
@@ -143,8 +144,10 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
         return Answer(question, text, folded=tuple(_steadiness(document)))
     energy, baseline = document.solution.energy, document.solution.baselines[best.name]
     own, other = (number(getattr(e, best.measure)) for e in (energy, baseline))
+    as_it_was = document.revises and best.name == AS_PROGRAMMED
+    against = "the program as it was" if as_it_was else f"the best baseline, {best.name}"
     text = (
-        f"{_share(document.saved(*best))}: {own} J against {other} J of the best baseline, {best.name} "
+        f"{_share(document.saved(*best))}: {own} J against {other} J of {against} "
         f"({BOUNDARIES[best.measure]})."
     )
     details = []
@@ -203,7 +206,9 @@ def _next(document: ReportDocument, verdict: Verdict) -> Answer:
     if program is None:
         return Answer(question, "Write the program: this report has none.")
     language = program.language
-    if language != "blocks":
+    if program.revises:
+        text = f"Run it in place of the program as it was: {program.revises}, were revised, nothing else."
+    elif language != "blocks":
         text = f"Post-process the {LISTS.get(language, language)}; what reaches the machine isn’t verified."
     else:
         number_of = "" if program.preparation.tool_number is None else f"T{program.preparation.tool_number}, "

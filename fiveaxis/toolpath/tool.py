@@ -316,6 +316,23 @@ def parse_tool(text: str) -> Tool:
     return Tool(make(*(_parse_figure(f, name, text) for f, name in zip(figures, names, strict=True))))
 
 
+def tools_by_number(text: str) -> dict[str, str]:
+    """Part ``3=ball:6,5=bull:10:2`` into the short form of each tool, by its number or name in a program.
+
+    Raises
+    ------
+    ToolError
+        A part that isn't written so, or a number twice.
+    """
+    tools: dict[str, str] = {}
+    for part in text.split(","):
+        number, sign, tool = (word.strip() for word in part.partition("="))
+        if not (number and sign and tool) or number in tools:
+            raise ToolError(f"tool {text!r}: write each number once, as 3=ball:6,5=bull:10:2")
+        tools[number] = tool
+    return tools
+
+
 def _parse_figure(field: str, name: str, text: str) -> float:
     try:
         return float(field)

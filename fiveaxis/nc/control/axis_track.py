@@ -213,6 +213,19 @@ class Columns:
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "machine"}
         return Columns(self.machine, **arrays)
 
+    def same_moves(self, other: Columns) -> BoolArray:
+        """Mark rows, (n,), that are those of another program but for their lines; none of another number."""
+        same = np.full(len(self.lines), len(self.lines) == len(other.lines))
+        if not same.any():
+            return same
+        for field in fields(self):
+            if field.name in ("machine", "lines"):
+                continue
+            pair = (getattr(self, field.name), getattr(other, field.name))
+            own, others = (np.asarray(values, dtype=float).reshape(len(same), -1) for values in pair)
+            same &= ((own == others) | (np.isnan(own) & np.isnan(others))).all(axis=1)
+        return same
+
     @property
     def of_tip(self) -> BoolArray:
         """(n,), whether X, Y and Z are the tip's."""

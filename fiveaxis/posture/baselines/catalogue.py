@@ -21,7 +21,7 @@ from fiveaxis.posture.baselines.branches import NoBaseline, follow_axes
 from fiveaxis.posture.baselines.kernel import walk
 from fiveaxis.posture.baselines.nearest import INSIDE, nearest_held, nearest_to_reference
 from fiveaxis.posture.location_model import LocationModel
-from fiveaxis.posture.solution import Baseline
+from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
 
@@ -57,7 +57,7 @@ def find_baselines(
     missing : by name, the reason
     """
     makers: dict[str, Callable[[Toolpath, Machine, TiltBounds], Array]] = {
-        "as-programmed": as_programmed,
+        AS_PROGRAMMED: as_programmed,
         "normal": along_normal,
         "lead-lean": lead_lean,
         "fixed": single_posture,

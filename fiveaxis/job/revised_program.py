@@ -1,0 +1,216 @@
+"""A program whose simultaneous operations are revised in place, each by a run of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from fiveaxis.energy import Energy
+from fiveaxis.errors import FiveAxisError, JobError
+from fiveaxis.job.description import Job
+from fiveaxis.job.loading import load_job_machine, operation_text, program_machine, revises
+from fiveaxis.job.program_costs import price_program
+from fiveaxis.job.setup_choice import run_job
+from fiveaxis.job.stages import Outcome
+from fiveaxis.machine import Machine
+from fiveaxis.nc.formats import read_operations
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.revision import OperationText, revised
+from fiveaxis.nc.source import Source, load_source, with_lines
+from fiveaxis.nc.stated_tools import stated_tools
+from fiveaxis.progress import Progress, unheard, within
+from fiveaxis.toolpath import Operation, Tool
+from fiveaxis.toolpath.tool import tools_by_number
+
+# Stands for a tool that isn't known yet: its size moves nothing in a program's text.
+STAND_IN = Tool.ball(1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """An operation of a program, and what became of it.
+
+    Parameters
+    ----------
+    operation : as the program states it
+    outcome : of its run; None where its lines stay
+    why : they stay
+    priced : time and energy of lines that stay; None where they don't say it
+    """
+
+    operation: Operation
+    outcome: Outcome | None = None
+    why: str = ""
+    priced: Energy | None = None
+
+    @property
+    def before(self) -> Energy | None:
+        """Time and energy as it was; of a revised one from its first cut to its last."""
+        return self.priced if self.outcome is None else self.outcome.original
+
+    @property
+    def after(self) -> Energy | None:
+        """The same, now."""
+        return self.priced if self.outcome is None else self.outcome.solution.energy
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data for JSON."""
+        made = self.outcome
+        return {
+            **self.operation.as_dict(),
+            "stays": self.why or None,
+            "verified": None if made is None else made.ok,
+            "energy_before": None if self.before is None else self.before.as_dict(),
+            "energy": None if self.after is None else self.after.as_dict(),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class RevisedProgram:
+    """A program of which some operations have new postures.
+
+    Parameters
+    ----------
+    source : the program as it was
+    parts : all its operations, in order
+    """
+
+    source: Source
+    parts: tuple[Part, ...]
+
+    @property
+    def outcomes(self) -> dict[int, Outcome]:
+        """The runs of the revised operations, by number."""
+        return {p.operation.number: p.outcome for p in self.parts if p.outcome is not None}
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing keeps the program back."""
+        return all(outcome.gate.is_open for outcome in self.outcomes.values())
+
+    @cached_property
+    def replaced(self) -> Mapping[int, tuple[str, ...]]:
+        """The new lines in place of those of the program."""
+        lines: dict[int, tuple[str, ...]] = {}
+        for outcome in self.outcomes.values():
+            lines |= {} if outcome.revision is None else outcome.revision.replaced
+        return lines
+
+    @cached_property
+    def data(self) -> bytes:
+        """The bytes of the new program."""
+        return with_lines(self.source, self.replaced)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all operations as plain data for JSON."""
+        return {"program": self.source.name, "operations": [part.as_dict() for part in self.parts]}
+
+
+def revise_program(job: Job, progress: Progress = unheard) -> RevisedProgram:
+    """Revise every simultaneous operation of a job's program whose tool is known, or the one that it names.
+
+    Parameters
+    ----------
+    job : its tool may name cutters by their numbers in the program, ``3=ball:6,5=bull:10:2``; else the
+        program's comments do
+    progress : called with what is being done, steps done and steps in all
+
+    Raises
+    ------
+    JobError
+        No operation can be revised, with the reason of each.
+    FiveAxisError
+        As `run_job`; operations that can't be put into one text.
+    """
+    source = load_source(job.input)
+    operations = _operations(job)
+    tools = _tools(job, source, operations)
+    machine = load_job_machine(job)
+    parts = []
+    for operation in operations:
+        number = operation.number
+        tool = tools.get(operation.tool, tools.get(""))
+        why = _reason(job, operation, tool)
+        if why:
+            parts.append(Part(operation, None, why, _price(source, machine, job, number)))
+            continue
+        told = within(progress, f"operation {number} of {len(operations)}")
+        outcome = run_job(_of(job, number, tool=tool), told)
+        parts.append(Part(operation, outcome))
+    made = RevisedProgram(source, tuple(parts))
+    if not made.outcomes:
+        each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in parts)
+        raise JobError(f"no operation can be revised:{each}", file=job.input)
+    _require_together(job, made)
+    return made
+
+
+def takes_operations(job: Job) -> bool:
+    """Check whether a job's program is revised operation by operation, or has to say which tool cuts."""
+    if not revises(job):
+        return False
+    return job.tool is None or "=" in job.tool or (_chosen(job) is None and len(_operations(job)) > 1)
+
+
+def _operations(job: Job) -> tuple[Operation, ...]:
+    reading: Any = {name: value for name, value in job.reading.items() if name != "operation"}
+    return read_operations(job.input, machine=program_machine(job), **reading)
+
+
+def _chosen(job: Job) -> int | None:
+    """Return the number of the operation that a job names."""
+    table: Any = job.program
+    number: int | None = table.operation
+    return number
+
+
+def _tools(job: Job, source: Source, operations: Sequence[Operation]) -> dict[str, str]:
+    """Return the cutters by their numbers in the program, under an empty one a cutter for every operation."""
+    if job.tool is not None:
+        return tools_by_number(job.tool) if "=" in job.tool else {"": job.tool}
+    number = next((o.number for o in operations if o.kind == "simultaneous"), None)
+    return {} if number is None else stated_tools(source, operation_text(_of(job, number), STAND_IN).unit)
+
+
+def _of(job: Job, number: int, **changes: Any) -> Job:
+    """Return a job on one of its program's operations."""
+    program = job.program.model_copy(update={"operation": number})
+    return job.model_copy(update={"program": program, **changes})
+
+
+def _reason(job: Job, operation: Operation, tool: str | None) -> str:
+    """Say why an operation stays as it is; empty where it is revised."""
+    if _chosen(job) not in (None, operation.number):
+        return "another one was chosen"
+    if operation.kind != "simultaneous":
+        return f"{operation.kind} work is never leaned"
+    if tool is None:
+        name = operation.tool or "N"
+        return f"its tool isn't known; name it (--tool {name}=ball:10)"
+    return ""
+
+
+def _price(source: Source, machine: Machine, job: Job, number: int) -> Energy | None:
+    """Price an operation's lines; None where they don't say what they cost."""
+    options = ReadOptions.of({**job.reading, "operation": number}, machine=machine)
+    try:
+        return price_program(source, machine, options).energy if machine.has_powers else None
+    except FiveAxisError:
+        return None
+
+
+def _require_together(job: Job, made: RevisedProgram) -> None:
+    """Raise unless every revised operation is the same beside the others as alone."""
+    text = revised(made.source, made.replaced)
+    for number, outcome in made.outcomes.items():
+        options = operation_text(_of(job, number), outcome.solution.toolpath.tool).options
+        alone = OperationText.of(Source(text.name, list(outcome.program.text.lines)), options)
+        beside = OperationText.of(text, options)
+        if not beside.columns.same_moves(alone.columns).all():
+            raise JobError(
+                f"operation {number} isn't the same beside other revised operations; revise one at a time "
+                "(--operation)",
+                file=job.input,
+            )

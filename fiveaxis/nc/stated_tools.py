@@ -1,0 +1,75 @@
+"""Cutters that a program's comments state: ``T3 - 6MM BALL MILL``, ``T5 D=10. CR=2. - bullnose end mill``."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+
+from fiveaxis.errors import ToolError
+from fiveaxis.nc.rows import MILLIMETRES
+from fiveaxis.nc.source import Source
+from fiveaxis.toolpath import parse_tool
+
+_COMMENT = re.compile(r"\(([^)]*)\)|;(.*)")
+_TOOL = re.compile(
+    r"(?<![A-Z0-9])(?:T|TOOL\s*(?:NO\.?|NUMBER)?\s*[:=#]?\s*)0*([1-9][0-9]*)(?![0-9.])", re.IGNORECASE
+)
+_BALL = re.compile(r"\bBALL\b|\bBALLNOSE\b|\bKUGEL", re.IGNORECASE)
+_BULL = re.compile(r"\bBULL\b|\bBULLNOSE\b|\bTORUS", re.IGNORECASE)
+_LENGTH = r"\s*[=:.]?\s*([0-9]+\s*/\s*[0-9]+|[0-9]*\.?[0-9]+)\.?\s*(MM|IN|INCH|\")?"
+# A diameter by its sign, or as the size that stands before the cutter's name.
+_DIAMETERS = (
+    re.compile(rf"(?<![A-Z])(?:D|DIA|DIAM|DIAMETER|Ø){_LENGTH}", re.IGNORECASE),
+    re.compile(rf"(?<![A-Z0-9./]){_LENGTH}\s*(?:DIA\.?\s*)?(?:BALL|BULL)", re.IGNORECASE),
+)
+_CORNER = re.compile(rf"(?<![A-Z])(?:CR|CORNER\s*R(?:AD(?:IUS)?)?){_LENGTH}", re.IGNORECASE)
+
+
+def stated_tools(source: Source, unit: str) -> dict[str, str]:
+    """Return the ball and bull nose end mills that comments state, by tool number, as for `parse_tool`.
+
+    Only what is certain counts: a shape by its name, a diameter, and no second comment that says otherwise.
+
+    Parameters
+    ----------
+    unit : of the program's lengths, ``mm`` or ``inch``, where the comment names none
+    """
+    found: dict[str, set[str]] = {}
+    for line in source.lines:
+        for match in _COMMENT.finditer(line):
+            text = match[1] or match[2] or ""
+            number, cutter = _TOOL.search(text), _cutter(text, unit)
+            if number is not None and cutter is not None:
+                found.setdefault(number[1], set()).add(cutter)
+    return {
+        n: next(iter(cutters)) for n, cutters in found.items() if len(cutters) == 1 and _is_cutter(*cutters)
+    }
+
+
+def _cutter(text: str, unit: str) -> str | None:
+    ball, bull = _BALL.search(text) is not None, _BULL.search(text) is not None
+    diameter = next((m for pattern in _DIAMETERS if (m := pattern.search(text))), None)
+    if ball == bull or diameter is None:
+        return None
+    size = _length(diameter, unit)
+    if ball:
+        return f"ball:{size:.6g}"
+    corner = _CORNER.search(text)
+    return None if corner is None else f"bull:{size:.6g}:{_length(corner, unit):.6g}"
+
+
+def _length(match: re.Match[str], unit: str) -> float:
+    """Return a length in mm; a fraction is one of inches."""
+    own = (match[2] or "").upper()
+    inches = bool(own) or "/" in match[1] or unit == "inch"
+    scale = 1.0 if own == "MM" or not inches else MILLIMETRES["inch"]
+    return float(Fraction(match[1].replace(" ", ""))) * scale
+
+
+def _is_cutter(text: str) -> bool:
+    """Check whether a cutter can have such a diameter and corner."""
+    try:
+        parse_tool(text)
+    except ToolError:
+        return False
+    return True
