@@ -143,6 +143,11 @@ class ReportDocument:
         return self.solution.savings_ranges(with_base=self.measure == "with_base")
 
     @property
+    def revises(self) -> str:
+        """What of another program was revised in place; empty for a program of its own."""
+        return "" if self.program is None else self.program.revises
+
+    @property
     def measure(self) -> Measure:
         """By which programs are compared: with base power where that is known."""
         return "total" if self.solution.energy.with_base is None else "with_base"
