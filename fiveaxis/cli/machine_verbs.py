@@ -66,15 +66,25 @@ def import_machine(
 
 def info(
     machine: Annotated[
-        str | None, typer.Argument(help="name or file: .toml, .ini, .urdf, .mch", show_default=False)
+        str | None,
+        typer.Argument(
+            help="machine, by name or file (.toml, .ini, .urdf, .mch); or a program or CL file",
+            metavar="MACHINE|PROGRAM",
+            show_default=False,
+        ),
     ] = None,
     code: Annotated[
         str | None, typer.Option("--code", help="form-shaping code, in place of a machine")
     ] = None,
+    written_for: Annotated[
+        str | None, typer.Option("--machine", "-m", help="machine of a program, for its rotary words")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a machine: chain, branches, limits, powers, and every figure with its source."""
+    """Show a machine (chain, branches, limits, powers, every figure's source), or a program's operations."""
     with errors_explained(as_json):
+        if machine is not None and code is None and _is_program(Path(machine)):
+            return _print_operations(Path(machine), written_for, as_json=as_json)
         if (machine is None) == (code is None):
             raise SettingError("give either a machine (`fiveaxis machines` lists the names) or --code")
         with shown_work(err, hidden=as_json):
@@ -84,6 +94,36 @@ def info(
             found = Machine.from_code(code) if code is not None else load_machine(str(machine))
             sheet = describe_machine(found)
         print_json(sheet) if as_json else _print_sheet(sheet, found.code)
+
+
+def _is_program(path: Path) -> bool:
+    """Check whether a file is a program or CL file: no machine has its suffix or content."""
+    from fiveaxis.nc.formats import holds_path
+
+    return path.suffix.lower() not in (".toml", ".ini", ".urdf", ".mch", ".xml") and holds_path(path)
+
+
+def _print_operations(path: Path, machine: str | None, *, as_json: bool) -> None:
+    """Print the operations of a program or CL file as a table."""
+    from fiveaxis.machine import load_machine
+    from fiveaxis.nc import measure_operations
+
+    with shown_work(err, hidden=as_json):
+        used = None if machine is None else load_machine(machine)
+        found = measure_operations(path, machine=used)
+    if as_json:
+        return print_json({"program": str(path), "operations": [each.as_dict() for each in found]})
+    heads = ("", "lines", "kind", "tool", "S", "coolant", "zero", "rows", "cut mm", "cut s")
+    table = Table(*heads, box=None)
+    for each in found:
+        at = each.operation
+        kind = at.kind + (", TCP" if at.tcp else "") + (", plane" if at.plane is not None else "")
+        tool = " ".join(word for word in (at.tool, each.cutter) if word)
+        spindle = "" if at.spindle is None else f"{at.spindle:.0f}"
+        lines, figures = f"{at.first_line}-{at.last_line}", f"{each.cut_length:.0f}"
+        counts = (str(each.locations), figures, f"{each.cut_time:.1f}")
+        table.add_row(str(at.number), lines, kind, tool, spindle, at.coolant, at.work_offset, *counts)
+    out.print(table if found else "a list of points: it has no operations")
 
 
 def check(machine: MachineFileName, as_json: AsJson = False) -> None:

@@ -3,6 +3,7 @@
 from fiveaxis.nc.control.program_reader import ReadMotion, read_program
 from fiveaxis.nc.formats import read_operations, read_toolpath
 from fiveaxis.nc.motion_table import read_motion, write_motion
+from fiveaxis.nc.operation_facts import measure_operations
 from fiveaxis.nc.program import (
     NOT_VERIFIED,
     Program,
@@ -24,6 +25,7 @@ __all__ = [
     "ReadMotion",
     "compose_program",
     "find_dialect",
+    "measure_operations",
     "read_motion",
     "read_operations",
     "read_program",
