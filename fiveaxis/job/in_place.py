@@ -34,6 +34,9 @@ from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification import Against, ReadBack, Report, check_read
 
+# Rounding of a location's number.
+SAME_ROW = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class RevisedOperation:
@@ -91,6 +94,9 @@ class RevisedOperation:
         machine = solution.machine
         filling = Filling.of(solution.constraints, self.wording.interpolation)
         fill = filling.fill(solution.toolpath, machine, solution.motion)
+        at = _rows(solution, fill.row)
+        # A location of the program keeps its line.
+        fill = filling.thin(fill, at == np.floor(at))
         placement = self._placement(solution, fill)
         revision = self.text.revise(self.path, placement)
         self.text.require_same_around(revision)
@@ -138,11 +144,7 @@ class RevisedOperation:
     def _placement(self, solution: Solution, fill: Fill) -> Placement:
         """Return where the axes are to be at each location that gets a line."""
         motion, kept = fill.blocks, fill.kept
-        rows = np.arange(len(solution.toolpath), dtype=float)
-        own = rows if solution.motion.location is None else solution.motion.location
-        row = np.interp(fill.row[kept], rows, own)
-        near = np.rint(row)
-        row = np.where(np.abs(row - near) <= 1e-9, near, row)
+        row = _rows(solution, fill.row[kept])
         machine = solution.machine
         rotary = motion.positions[:, machine.rotary_columns]
         axis = fill.path.at(kept)
@@ -188,6 +190,14 @@ class RevisedOperation:
         energy = blocks_energy(solution.machine, motion, solution.clock, rounding)
         original = Baseline(motion, energy, self.path)
         return replace(solution, compared={AS_PROGRAMMED: original, **solution.compared})
+
+
+def _rows(solution: Solution, row: Array) -> Array:
+    """Return rows of a solution's path as rows of the given one, whose locations are whole numbers."""
+    own = solution.motion.location
+    found = row if own is None else np.interp(row, np.arange(len(own)), own)
+    near = np.rint(found)
+    return np.where(np.abs(found - near) <= SAME_ROW, near, found)
 
 
 def _known(report: Report, before: Report, revision: Revision) -> Report:

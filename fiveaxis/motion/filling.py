@@ -72,11 +72,17 @@ class Filling:
         inside = inside_rapids(path, row).any()
         return self._thinned(whole, np.ones(len(path), dtype=bool)) if inside else whole
 
-    def thin(self, fill: Fill) -> Fill:
+    def thin(self, fill: Fill, needed: BoolArray | None = None) -> Fill:
         """Remove redundant blocks, except those with findings.
 
         A finding about speed concerns a move and doesn't need its location in a block.
+
+        Parameters
+        ----------
+        needed : (n,), locations whose blocks stay in place of those with findings
         """
+        if needed is not None:
+            return self._thinned(fill, needed)
         places = [f.place for f in fill.given.findings if f.code != "rotary-slows"]
         found = [p.location for p in places if p is not None and p.location is not None]
         return self._thinned(fill, np.isin(fill.path.numbered, found) & (fill.row == np.floor(fill.row)))

@@ -58,12 +58,14 @@ class Style:
     decimals : of the number
     bare : whether zeros at its end are left out
     plus : whether a positive number has its sign
+    short : whether a zero before the point is left out
     """
 
     gap: str = ""
     decimals: int = 3
     bare: bool = False
     plus: bool = False
+    short: bool = False
 
     def text(self, value: float) -> str:
         """Write a number, never as ``-0.``."""
@@ -72,6 +74,8 @@ class Style:
             number = number.lstrip("-")
         if self.bare:
             number = number.rstrip("0")
+        if self.short and number.rstrip("0.-"):
+            number = number.replace("0.", ".", 1) if number.lstrip("-").startswith("0.") else number
         return f"+{number}" if self.plus and not number.startswith("-") else number
 
 
@@ -394,11 +398,12 @@ class _Reviser:
                 any(n.endswith(".") for n in numbers) or len({len(n.partition(".")[2]) for n in numbers}) > 1
             )
             plus = any(n.startswith("+") for n in numbers)
+            short = any(n.lstrip("+-").startswith(".") for n in numbers)
             gap = own[0]["gap"] if own else ""
             if name == "F":
-                yield name, Style(gap, max(decimals, 4), bare, plus)
+                yield name, Style(gap, max(decimals, 4), bare, plus, short)
             else:
-                yield name, Style(gap, max(decimals, FEWEST[fewest]), bare, plus)
+                yield name, Style(gap, max(decimals, FEWEST[fewest]), bare, plus, short)
 
     def _shifts(self) -> Array:
         """Find what lies between words and positions, (k,), from the words of all rows.
@@ -595,7 +600,11 @@ class _Reviser:
         if all(now[c] == words[c] for c in self._turning):
             return [], now
         if self.by_tip:
-            return [self._rapid(self._turning, words)], now | {c: words[c] for c in self._turning}
+            # A ball that leans about its centre has its tip elsewhere: the way down stays straight.
+            named = self._found(0)
+            aside = [c for c in "XY" if c in now and c not in named and now[c] != words[c]]
+            names = (*aside, *self._turning)
+            return [self._rapid(names, words)], now | {c: words[c] for c in names}
         return self._turn_of_axes(now, words)
 
     def _turn_of_axes(
