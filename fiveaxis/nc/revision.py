@@ -30,7 +30,7 @@ from fiveaxis.toolpath import MoveKind, Operation, Toolpath
 # A word and its number, outside comments and texts.
 _WORD = re.compile(
     r"\([^)]*\)|;.*|\"[^\"]*\""
-    r"|(?<![A-Z#$_<])(?P<name>[NT][XYZ]|[A-Z][0-9](?=\s*=)|[A-Z])(?P<gap>\s*=?\s*)(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))"
+    r"|(?<![A-Z#$_<])(?P<name>[NT][XYZ]|CR|[A-Z][0-9](?=\s*=)|[A-Z])(?P<gap>\s*=?\s*)(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))"
     r"(?![0-9.]*\s*\()",
     re.IGNORECASE,
 )
@@ -321,6 +321,9 @@ class _Reviser:
             own = lines.setdefault(line, [])
             given = at == int(at)
             template = self.source.lines[line - 1]
+            arc = bool(self.arcs[int(np.ceil(at))])
+            template = self._without_arc(template) if arc else template
+            given = given and (not arc or bool(self.first[int(at)]))
             text, now = self._line(template, words[number], now, feeds[number], given=given)
             if number == 0 and turn_in and not self.klartext and not _MOTION.search(self._code(template)):
                 own.append("G1")
@@ -343,8 +346,13 @@ class _Reviser:
 
     def _require_one_frame(self) -> None:
         lines = self.rows.lines
-        if (several := np.flatnonzero(np.diff(lines) <= 0)).size:
-            raise self._error("a block is several moves (an arc, a cycle, a loop)", int(several[0]) + 1)
+        if (again := np.flatnonzero(np.diff(lines) < 0)).size:
+            raise self._error("its lines run several times (a loop, a subprogram)", int(again[0]) + 1)
+        self.last = np.append(np.diff(lines) != 0, True)
+        self.first = np.append(True, np.diff(lines) != 0)
+        self.arcs = self._arcs()
+        if (several := np.flatnonzero(~self.last & ~self.arcs)).size:
+            raise self._error("a block is several moves (a cycle)", int(several[0]))
         if (other := np.flatnonzero(self.rows.counting != self.rows.counting[0])).size:
             raise self._error(
                 "TCP or the tool's length is switched within the operation's cuts", int(other[0])
@@ -353,6 +361,20 @@ class _Reviser:
             off = self.rows.values[:, self._xyz] - self.path.tips(self.path.axis)
             if (moved := np.flatnonzero(np.abs(off - off[0]).max(axis=1) > SAME)).size:
                 raise self._error("its tips don't turn with the table, or its zero changes", int(moved[0]))
+
+    def _arcs(self) -> BoolArray:
+        """Mark the rows of arcs, (n,), which become chords; those of Klartext aren't known."""
+        found, modal = np.zeros(len(self.rows.lines), dtype=bool), False
+        if self.klartext:
+            return found
+        for row in np.flatnonzero(self.first).tolist():
+            motion = _MOTION.search(self._code(self._text(row)))
+            modal = modal if motion is None else motion[0][-1] in "23"
+            found[row] = modal
+        return np.asarray(found[np.maximum.accumulate(np.where(self.first, np.arange(len(found)), 0))])
+
+    def _text(self, row: int) -> str:
+        return self.source.lines[int(self.rows.lines[row]) - 1]
 
     @property
     def _xyz(self) -> list[int]:
@@ -372,7 +394,7 @@ class _Reviser:
     def _found(self, row: int) -> dict[str, re.Match[str]]:
         """Return the words of a row's line by name."""
         words: dict[str, re.Match[str]] = {}
-        for match in _WORD.finditer(self.source.lines[int(self.rows.lines[row]) - 1]):
+        for match in _WORD.finditer(self._text(row)):
             if match["name"] is None:
                 continue
             name = match["name"].upper()
@@ -384,7 +406,7 @@ class _Reviser:
     def _styles(self) -> Iterator[tuple[str, Style]]:
         """Find how the words of each name are written in the operation."""
         seen: dict[str, list[re.Match[str]]] = {}
-        for row in range(len(self.rows.lines)):
+        for row in np.flatnonzero(self.last).tolist():
             for name, match in self._found(row).items():
                 seen.setdefault(name, []).append(match)
         plain = seen.get("X", seen.get("Y", []))
@@ -415,7 +437,7 @@ class _Reviser:
         """
         shifts = np.full(len(self.letters), np.nan)
         last: Array | None = None
-        for row in range(len(self.rows.lines)):
+        for row in np.flatnonzero(self.last).tolist():
             words = self._found(row)
             values = self.rows.values[row]
             for column, letter in enumerate(self.letters):
@@ -539,7 +561,7 @@ class _Reviser:
         for name, match in sorted(found.items(), key=lambda item: item[1].start()):
             if name not in wanted:
                 continue
-            pieces += [template[at : match.start("number")], wanted[name]]
+            pieces += [template[at : match.start("number")], self._number(match, wanted[name])]
             at = match.end("number")
             if name in words:
                 end = sum(map(len, pieces))
@@ -549,6 +571,24 @@ class _Reviser:
             added = "".join(f" {self._word(n, wanted[n])}" for n in missing)
             line = line[:end].rstrip() + (added if end else added.lstrip() + " ") + line[end:]
         return line, after
+
+    def _without_arc(self, template: str) -> str:
+        """Return an arc's line without the arc: a straight move that names no axis."""
+
+        def kept(match: re.Match[str]) -> str:
+            name = (match["name"] or "").upper()
+            return "" if name in ("I", "J", "K", "R", "CR") or name in self.letters else match[0]
+
+        straight = _MOTION.sub("G1", template, count=1)
+        straight = straight if straight != template or _MOTION.search(template) else f"G1 {template.lstrip()}"
+        return re.sub(r"(?<=\S) {2,}(?=\S)", " ", _WORD.sub(kept, straight)).rstrip()
+
+    def _number(self, match: re.Match[str], number: str) -> str:
+        """Return the number to write in place of a word's: its own text where it says the same."""
+        own = match["number"]
+        if abs(float(own) - float(number)) <= 0.5001 * 10.0 ** -len(number.partition(".")[2].ljust(1)):
+            return own
+        return number.rjust(len(own)) if match["gap"].isspace() else number
 
     def _head_of(self, template: str) -> str:
         """Return what stands before the first word of an axis in a line without one: all of its code."""
