@@ -35,6 +35,7 @@ _WORD = re.compile(
     re.IGNORECASE,
 )
 _MOTION = re.compile(r"(?<![A-Z0-9])G0?[0-3](?![0-9.])", re.IGNORECASE)
+_FEED_MODE = re.compile(r"(?<![A-Z0-9])G9[3-5](?![0-9.])", re.IGNORECASE)
 _NUMBER = re.compile(r"\s*(?:N?[0-9]+(?![0-9.])\s*)?")
 # Words of a tool direction, one triple for each control.
 _DIRECTIONS = (("A3", "B3", "C3"), ("TX", "TY", "TZ"), ("I", "J", "K"))
@@ -514,35 +515,30 @@ class _Reviser:
 
         Under TCP F is the feed of the tip. Inverse time, and F along axes, follow the durations.
         """
-        place, nearest = self.placement, np.ceil(self.placement.row).astype(np.int64)
-        inverse = np.isfinite(self.rows.times[nearest])
-        cutting = self.rows.kinds[nearest] == MoveKind.CUT
-        style = self.styles["F"]
+        row, time = self.placement.row, self.placement.time
+        owner = np.ceil(row).astype(np.int64)
+        # A line that changes the mode does so for itself, not for lines that are added before it.
+        switches = np.array([_FEED_MODE.search(self._code(self._text(at))) is not None for at in owner.tolist()])
+        mode = np.where(switches & (row < owner), owner - 1, owner)
+        # The chords of an arc have durations in any mode.
+        told = np.maximum.accumulate(np.where(self.arcs, 0, np.arange(len(self.arcs))))
+        inverse = np.isfinite(self.rows.times[told])[mode]
+        stays = (self.rows.kinds[owner] != MoveKind.CUT) | (~inverse & self.by_tip)
         with np.errstate(divide="ignore", invalid="ignore"):
-            if self.by_tip and not inverse.any():
-                return [None] * len(words)
-            if inverse.any():
-                feeds = MINUTE / place.time
-            else:
-                values = (
-                    np.array([[float(w[c]) for c in self.letters] for w in words]) * self.scale + self.shifts
-                )
-                count = len(values)
-                moved = Columns(
-                    self.machine,
-                    values,
-                    np.zeros(count, dtype=np.int64),
-                    np.zeros(count, dtype=np.int64),
-                    place.time,
-                    np.full(count, np.nan),
-                    np.zeros(count, dtype=np.int64),
-                    np.full((count, 3), np.nan),
-                    np.full((count, 3), np.nan),
-                )
-                feeds = MINUTE * travel_of(moved, 1.0).length / place.time
-                feeds = feeds / MILLIMETRES[self.text.unit]
-        written = cutting & np.isfinite(feeds) & (feeds > 0.0)
+            feeds = MINUTE * np.where(inverse, 1.0, self._travel(words)) / time
+        written = ~stays & np.isfinite(feeds) & (feeds > 0.0)
+        style = self.styles["F"]
         return [style.text(f) if w else None for f, w in zip(feeds.tolist(), written.tolist(), strict=True)]
+
+    def _travel(self, words: Sequence[Mapping[str, str]]) -> Array:
+        """Return the lengths that F counts, (m,), in the program's unit or deg."""
+        if self.directions:
+            return np.ones(len(words))
+        numbers = np.array([[float(row[c]) for c in self.letters] for row in words])
+        count, nowhere = len(numbers), np.full((len(numbers), 3), np.nan)
+        none, zeros = np.full(count, np.nan), np.zeros(count, dtype=np.int64)
+        moved = Columns(self.machine, numbers, zeros, zeros, none, none, zeros, nowhere, nowhere)
+        return travel_of(moved, 1.0).length
 
     def _line(
         self, template: str, words: Mapping[str, str], now: dict[str, str], feed: str | None, *, given: bool
