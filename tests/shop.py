@@ -1,4 +1,4 @@
-"""Shop programs of five operations, as five controls write them: facing, drilling, 3+2, and two in five axes."""
+"""Shop programs of five operations for five controls: facing, drilling, 3+2, and two in five axes."""
 
 from __future__ import annotations
 
@@ -94,8 +94,25 @@ def _iso_tool(number: int) -> list[str]:
     return [f"T{number} M6", f"S{2000 + 1000 * number} M3", "M8"]
 
 
-ISO_FACE = ("T1 M6", "S2000 M3", "G0 X-40. Y0. B0. C0.", "G43 H1 Z50.", "G1 Z0. F500.", "X40.", "G0 Z50.", "M9")
-ISO_DRILL = ("T2 M6", "S3000 M3", "G0 X20. Y20.", "G43 H2 Z50.", "G98 G81 X20. Y20. Z-15. R3. F200.", "X-20.", "G80")
+ISO_FACE = (
+    "T1 M6",
+    "S2000 M3",
+    "G0 X-40. Y0. B0. C0.",
+    "G43 H1 Z50.",
+    "G1 Z0. F500.",
+    "X40.",
+    "G0 Z50.",
+    "M9",
+)
+ISO_DRILL = (
+    "T2 M6",
+    "S3000 M3",
+    "G0 X20. Y20.",
+    "G43 H2 Z50.",
+    "G98 G81 X20. Y20. Z-15. R3. F200.",
+    "X-20.",
+    "G80",
+)
 
 FANUC = Shop(
     ".nc",
@@ -132,7 +149,17 @@ SINUMERIK = Shop(
     ("; BRACKET", "G40 G17 G710 G94 G90", "G54", "TRAFOOF"),
     ("G0 B=0 C=0", "M30"),
     ('T="MILL" M6', "S2000 M3", "G0 X-40 Y0 B=0 C=0 D1", "G0 Z50 M8", "G1 Z0 F500", "X40", "G0 Z50", "M9"),
-    ('T="DRILL" M6', "S3000 M3", "G0 X20 Y20 D1", "G0 Z50", "F200", "MCALL CYCLE81(50,0,3,-15)", "X20 Y20", "X-20", "MCALL"),
+    (
+        'T="DRILL" M6',
+        "S3000 M3",
+        "G0 X20 Y20 D1",
+        "G0 Z50",
+        "F200",
+        "MCALL CYCLE81(50,0,3,-15)",
+        "X20 Y20",
+        "X-20",
+        "MCALL",
+    ),
     lambda number: [f"T={number} M6", f"S{2000 + 1000 * number} M3", "M8"],
     lambda number, rotary: [f"G0 {rotary} D1", "TRAORI"],
     ("TRAFOOF", "G0 Z100 ; clear"),
@@ -142,14 +169,23 @@ HEIDENHAIN = Shop(
     ".h",
     ("BEGIN PGM BRACKET MM", "; five operations", "L M129", "PLANE RESET STAY"),
     ("L B+0 C+0 R0 FMAX", "L M30", "END PGM BRACKET MM"),
-    ("TOOL CALL 1 Z S2000", "L X-40 Y+0 B+0 C+0 R0 FMAX M3", "L Z+50 R0 FMAX M8", "L Z+0 R0 F500", "L X+40", "L Z+50 FMAX"),
+    (
+        "TOOL CALL 1 Z S2000",
+        "L X-40 Y+0 B+0 C+0 R0 FMAX M3",
+        "L Z+50 R0 FMAX M8",
+        "L Z+0 R0 F500",
+        "L X+40",
+        "L Z+50 FMAX",
+    ),
     (
         "TOOL CALL 2 Z S3000",
         "L X+20 Y+20 R0 FMAX M3",
         "L Z+50 R0 FMAX",
-        "CYCL DEF 200 DRILLING Q200=3 Q201=-15 Q206=200 Q202=15 Q210=0 Q203=0 Q204=50 Q211=0",
-        "L X+20 Y+20 R0 FMAX M99",
-        "L X-20 R0 FMAX M99",
+        "L Z-15 R0 F200",
+        "L Z+50 R0 FMAX",
+        "L X-20 R0 FMAX",
+        "L Z-15 R0 F200",
+        "L Z+50 R0 FMAX",
     ),
     lambda number: [f"TOOL CALL {number} Z S{2000 + 1000 * number}", "L M3", "L M8"],
     lambda number, rotary: [f"L {rotary} R0 FMAX", "L M128"],

@@ -157,10 +157,11 @@ def _revise(job: Job, output: Path | None, work: Work, written: list[Path], *, a
     else:
         _print_operations(made)
     for number, outcome in made.outcomes.items():
-        out.print(f"operation {number}", style="bold")
         answers = outcome.report.answers
-        _print_answer(answers.safe, COLOURS[answers.verdict])
-        _print_answer(answers.saved)
+        if not as_json:
+            out.print(f"operation {number}", style="bold")
+            _print_answer(answers.safe, COLOURS[answers.verdict])
+            _print_answer(answers.saved)
         print_release(outcome.gate)
     if not made.ok:
         raise typer.Exit(1)

@@ -62,6 +62,7 @@ class Part:
             **self.operation.as_dict(),
             "stays": self.why or None,
             "verified": None if made is None else made.ok,
+            "answers": None if made is None else made.report.answers.as_dict(),
             "energy_before": None if self.before is None else self.before.as_dict(),
             "energy": None if self.after is None else self.after.as_dict(),
         }
@@ -127,6 +128,14 @@ def revise_program(job: Job, progress: Progress = unheard) -> RevisedProgram:
     source = load_source(job.input)
     operations = _operations(job)
     tools = _tools(job, source, operations)
+    simultaneous = {operation.tool for operation in operations if operation.kind == "simultaneous"}
+    for name in tools if job.tool is not None else ():
+        if name and name not in simultaneous:
+            raise JobError(
+                f"tool {name}={tools[name]}: no simultaneous operation has tool {name}; there are "
+                f"{', '.join(sorted(simultaneous)) or 'none'}",
+                file=job.input,
+            )
     machine = load_job_machine(job)
     parts = []
     for operation in operations:

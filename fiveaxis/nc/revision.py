@@ -30,19 +30,18 @@ from fiveaxis.toolpath import MoveKind, Operation, Toolpath
 # A word and its number, outside comments and texts.
 _WORD = re.compile(
     r"\([^)]*\)|;.*|\"[^\"]*\""
-    r"|(?<![A-Z#$_<])(?P<name>[NT][XYZ]|CR|[A-Z][0-9](?=\s*=)|[A-Z])(?P<gap>\s*=?\s*)(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))"
-    r"(?![0-9.]*\s*\()",
+    r"|(?<![A-Z#$_<])(?P<name>[NT][XYZ]|CR(?=\s*=)|[A-Z][0-9](?=\s*=)|[A-Z])"
+    r"(?P<gap>\s*=?\s*)(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))",
     re.IGNORECASE,
 )
 _MOTION = re.compile(r"(?<![A-Z0-9])G0?[0-3](?![0-9.])", re.IGNORECASE)
 _FEED_MODE = re.compile(r"(?<![A-Z0-9])G9[3-5](?![0-9.])", re.IGNORECASE)
-_NUMBER = re.compile(r"\s*(?:N?[0-9]+(?![0-9.])\s*)?")
 # Words of a tool direction, one triple for each control.
 _DIRECTIONS = (("A3", "B3", "C3"), ("TX", "TY", "TZ"), ("I", "J", "K"))
 # mm or deg: rounding of the sums that lead from words to positions.
 SAME = 1e-6
-# Fewest decimals of a word that is written anew: mm, inches, angles, components of a direction.
-FEWEST = {"mm": 3, "inch": 4, "angle": 3, "direction": 6}
+# Fewest decimals of a word that is written anew: mm, inches, angles, components of a direction, feeds.
+LEAST_DECIMALS = {"mm": 3, "inch": 4, "angle": 3, "direction": 6, "feed": 4}
 # deg: a turn in the air by axis words is divided, so that the tool's tip stays about where it is.
 TURN_STEP = 2.0
 # s in a minute, as inverse time counts.
@@ -60,6 +59,7 @@ class Style:
     bare : whether zeros at its end are left out
     plus : whether a positive number has its sign
     short : whether a zero before the point is left out
+    whole : whether a whole number has no point
     """
 
     gap: str = ""
@@ -67,6 +67,7 @@ class Style:
     bare: bool = False
     plus: bool = False
     short: bool = False
+    whole: bool = False
 
     def text(self, value: float) -> str:
         """Write a number, never as ``-0.``."""
@@ -75,6 +76,8 @@ class Style:
             number = number.lstrip("-")
         if self.bare:
             number = number.rstrip("0")
+        if self.whole:
+            number = number.removesuffix(".")
         if self.short and number.rstrip("0.-"):
             number = number.replace("0.", ".", 1) if number.lstrip("-").startswith("0.") else number
         return f"+{number}" if self.plus and not number.startswith("-") else number
@@ -296,7 +299,7 @@ class _Reviser:
         self.machine, self.source = self.text.machine, self.text.source
         self.rows = self.text.columns.at(self.text.cuts)
         self.klartext = find_language(self.source) == KLARTEXT
-        self.letters = self.machine.letters
+        self.letters = tuple(self.machine.letters)
         self.is_linear = np.array([not a.is_rotary for a in self.machine.axes])
         self.scale = np.where(self.is_linear, MILLIMETRES[self.text.unit], 1.0)
         self.by_tip = bool(self.rows.of_tip[0])
@@ -414,7 +417,7 @@ class _Reviser:
         for name in (*self.names, "F"):
             own = seen.get(name, plain)
             linear = name in "XYZ"
-            fewest = "direction" if name in self.directions else self.text.unit if linear else "angle"
+            kind = "direction" if name in self.directions else self.text.unit if linear else "angle"
             numbers = [match["number"] for match in own]
             decimals = max((len(n.partition(".")[2]) for n in numbers), default=0)
             bare = (
@@ -423,10 +426,9 @@ class _Reviser:
             plus = any(n.startswith("+") for n in numbers)
             short = any(n.lstrip("+-").startswith(".") for n in numbers)
             gap = own[0]["gap"] if own else ""
-            if name == "F":
-                yield name, Style(gap, max(decimals, 4), bare, plus, short)
-            else:
-                yield name, Style(gap, max(decimals, FEWEST[fewest]), bare, plus, short)
+            whole = name == "F" and not decimals
+            least = LEAST_DECIMALS["feed" if name == "F" else kind]
+            yield name, Style(gap, max(decimals, least), bare or whole, plus, short, whole)
 
     def _shifts(self) -> Array:
         """Find what lies between words and positions, (k,), from the words of all rows.
@@ -459,12 +461,8 @@ class _Reviser:
                         f"{letter} isn't a plain position (an increment, an expression, another zero)", row
                     )
             last = values
-        before = self._state_before_row()
-        unknown = np.isnan(shifts)
-        # An axis that no cut names keeps its position; a shift of 0 serves where only its place matters.
-        shifts[unknown] = 0.0
-        self.unnamed = unknown & np.isfinite(before)
-        return shifts
+        # An axis that no cut names has no words yet; those that it gets count from the same zero.
+        return np.nan_to_num(shifts)
 
     def _state_before_row(self) -> Array:
         """Return the positions before the first cut, (k,), NaN where unknown."""
@@ -518,7 +516,9 @@ class _Reviser:
         row, time = self.placement.row, self.placement.time
         owner = np.ceil(row).astype(np.int64)
         # A line that changes the mode does so for itself, not for lines that are added before it.
-        switches = np.array([_FEED_MODE.search(self._code(self._text(at))) is not None for at in owner.tolist()])
+        switches = np.array(
+            [_FEED_MODE.search(self._code(self._text(at))) is not None for at in owner.tolist()]
+        )
         mode = np.where(switches & (row < owner), owner - 1, owner)
         # The chords of an arc have durations in any mode.
         told = np.maximum.accumulate(np.where(self.arcs, 0, np.arange(len(self.arcs))))
@@ -527,6 +527,8 @@ class _Reviser:
         with np.errstate(divide="ignore", invalid="ignore"):
             feeds = MINUTE * np.where(inverse, 1.0, self._travel(words)) / time
         written = ~stays & np.isfinite(feeds) & (feeds > 0.0)
+        # The way down to the first location is as long as it was.
+        written[0] = False
         style = self.styles["F"]
         return [style.text(f) if w else None for f, w in zip(feeds.tolist(), written.tolist(), strict=True)]
 
@@ -563,7 +565,8 @@ class _Reviser:
                 end = sum(map(len, pieces))
         line = "".join(pieces) + template[at:]
         if missing:
-            end = end or len(self._head_of(template))
+            motion = _MOTION.search(line)
+            end = end or (len(self._head_of(template)) if motion is None else motion.end())
             added = "".join(f" {self._word(n, wanted[n])}" for n in missing)
             line = line[:end].rstrip() + (added if end else added.lstrip() + " ") + line[end:]
         return line, after

@@ -1,0 +1,104 @@
+"""Programs of several operations: the simultaneous ones are revised in place, the others stay."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from shop import SHOPS, Shop, wall
+from typer.testing import CliRunner
+
+import fiveaxis as fx
+from fiveaxis.cli import app
+from fiveaxis.errors import JobError
+from fiveaxis.job import make_job, revise_program, takes_operations
+
+QUICK = {"machine": "dmu50ev", "cone": 20.0, "effort": "quick"}
+
+
+def shop_file(folder, control, **changes):
+    shop = SHOPS[control]
+    file = folder / f"bracket{shop.suffix}"
+    file.write_text("\n".join(short(shop, **changes)) + "\n", encoding="utf-8")
+    return file
+
+
+def short(shop: Shop, notes=()):
+    """The program with fewer locations, and comments on its tools."""
+    cuts = [*shop.cuts(3, wall(30.0, 9), 1500.0), *shop.cuts(4, wall(24.0, 9)[:1] * 2, 800.0)]
+    lines = [*shop.begin, *notes, *shop.face, *shop.drill, *cuts, *shop.cuts(5, wall(24.0, 9), 1200.0)]
+    lines += shop.end
+    return [f"{n} {line}" for n, line in enumerate(lines)] if shop.numbered else lines
+
+
+@pytest.mark.parametrize("control", SHOPS)
+def test_one_operation_is_revised_and_verified_and_every_other_line_stays(control, tmp_path):
+    file = shop_file(tmp_path, control)
+    before = file.read_text(encoding="utf-8").split("\n")
+    made = revise_program(make_job(input=file, tool="3=ball:6", **QUICK))
+    assert [bool(part.outcome) for part in made.parts] == [False, False, True, False, False]
+    assert "isn't known; name it (--tool 5=ball:10)" in made.parts[4].why
+    assert made.ok
+    outcome = made.outcomes[3]
+    revision = outcome.revision
+    after = made.data.decode("utf-8").split("\n")
+    assert after[: revision.first - 1] == before[: revision.first - 1]
+    rest = len(before) - revision.last
+    assert after[-rest:] == before[-rest:]
+    assert outcome.original.total > outcome.solution.energy.total
+    file.write_bytes(made.data)
+    again = fx.read_operations(file, machine=fx.load_machine("dmu50ev"))
+    assert [each.kind for each in again] == [part.operation.kind for part in made.parts]
+    assert [each.tool for each in again] == [part.operation.tool for part in made.parts]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_command_revises_all_whose_tool_the_comments_state(tmp_path):
+    notes = ("(T3 D=6. CR=3. - BALL END MILL)", "( T5 - 8MM BALL MILL )", "(T1 D=50 FACE MILL)")
+    file = shop_file(tmp_path, "fanuc", notes=notes)
+    words = ("optimise", file, "-m", "dmu50ev", "--cone", "20", "--effort", "quick", "-o", tmp_path / "out")
+    result = CliRunner().invoke(app, [*map(str, words), "--json"])
+    assert result.exit_code == 0, result.output
+    document = json.loads(result.stdout)
+    told = [(o["number"], o["kind"], o["stays"] is None) for o in document["operations"]]
+    assert told == [
+        (1, "3-axis", False),
+        (2, "drilling", False),
+        (3, "simultaneous", True),
+        (4, "3+2", False),
+        (5, "simultaneous", True),
+    ]
+    assert (tmp_path / "out" / "program.nc").is_file()
+    assert (tmp_path / "out" / "operation-5" / "report.html").is_file()
+    report = json.loads((tmp_path / "out" / "operation-3" / "report.json").read_text(encoding="utf-8"))
+    assert "of the program as it was" in report["answers"]["saved"]["text"]
+
+
+def test_where_nothing_can_be_revised_the_error_says_why_of_each(tmp_path):
+    file = shop_file(tmp_path, "fanuc")
+    job = make_job(input=file, **QUICK)
+    assert takes_operations(job)
+    with pytest.raises(JobError) as caught:
+        revise_program(job)
+    told = str(caught.value)
+    assert "2: lines 15-18, drilling" in told
+    assert "drilling work is never leaned" in told
+    assert "name it (--tool 3=ball:10)" in told
+
+
+def test_a_tool_that_no_operation_has_is_refused(tmp_path):
+    file = shop_file(tmp_path, "fanuc")
+    with pytest.raises(JobError, match="tool 7=ball:6: no simultaneous operation has tool 7"):
+        revise_program(make_job(input=file, tool="7=ball:6", **QUICK))
+
+
+def test_info_lists_the_operations_of_a_program(tmp_path):
+    file = shop_file(tmp_path, "sinumerik")
+    result = CliRunner().invoke(app, ["info", str(file), "-m", "dmu50ev", "--json"])
+    assert result.exit_code == 0, result.output
+    operations = json.loads(result.stdout)["operations"]
+    assert [o["kind"] for o in operations] == ["3-axis", "drilling", "simultaneous", "3+2", "simultaneous"]
+    assert [o["tool"] for o in operations] == ["MILL", "DRILL", "3", "4", "5"]
+    assert operations[2]["cut_length"] > 50.0
+    shown = CliRunner().invoke(app, ["info", str(file), "-m", "dmu50ev"])
+    assert "simultaneous, TCP" in shown.output
