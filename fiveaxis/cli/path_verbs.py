@@ -287,6 +287,8 @@ def _print_operations(made: RevisedProgram) -> None:
         what = "revised" if part.outcome is not None else f"stays: {part.why}"
         table.add_row(str(at.number), f"{at.first_line}-{at.last_line}", at.kind, at.tool, *figures, what)
     out.print(table)
+    if any(part.before is None for part in made.parts):
+        out.print("?: the lines don't say it, as of rapid moves of unknown speed (--rapid) or place (--zero)")
 
 
 def _print_details(outcome: Outcome) -> None:

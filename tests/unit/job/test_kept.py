@@ -34,9 +34,9 @@ def placed(tmp_path):
     return load
 
 
-def test_control_tool_spindle_coolant_zero_and_tcp_are_kept(placed):
-    job = placed(FANUC).job
-    assert (job.control, job.coordinates) == ("fanuc", "tip")
+def test_tool_spindle_coolant_zero_and_tcp_are_kept(placed):
+    job = placed(FANUC, control="fanuc").job
+    assert job.coordinates == "tip"
     assert (job.nc.tool_number, job.nc.length_offset, job.nc.work_offset) == (3, 13, "G55")
     assert (job.nc.spindle_rpm, job.nc.spindle_direction, job.nc.coolant) == (12000, "left", "flood")
 
@@ -48,8 +48,7 @@ def test_what_is_given_overrides_what_is_stated(placed):
 
 def test_what_the_control_cannot_be_given_is_a_finding(placed):
     sinumerik = 'G90 G71 G54\nT="BALL_D6"\nM6\nTRAORI\nG0 X30 Y0 Z50 B0 C0\nG1 Z2 F500\nX28 B12 C5\nM30\n'
-    found = placed(sinumerik, "part.mpf")
-    assert found.job.control == "sinumerik"
+    found = placed(sinumerik, "part.mpf", control="sinumerik")
     [lost] = [f for f in found.toolpath.findings if f.code == "not-kept"]
     assert "tool_number BALL_D6" in lost.message
 
