@@ -17,7 +17,7 @@ from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
 from fiveaxis.nc.control.axis_track import RAPID
-from fiveaxis.nc.control.program_reader import ReadMotion, read_motion_of
+from fiveaxis.nc.control.program_reader import NAMES_NO_AXES, ReadMotion, read_motion_of
 from fiveaxis.nc.control.technology import read_technology
 from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of
 from fiveaxis.nc.motion_table import read_motion_table
@@ -248,11 +248,12 @@ def _load_path(
             "has contacts and normals, and no tool axes; choose them first (optimise, `fiveaxis optimise`)"
         )
     positions = _follow_branches(path, machine, begin)
+    what = NAMES_NO_AXES if lists else f"isn't a motion of the axes ({fault.message})"
     assumed = Finding(
         Severity.WARNING,
         "angles-assumed",
-        f"it isn't a motion of the axes ({fault.message}), so the tool's path is checked with the rotary "
-        "angles nearest to those before; the control may choose others",
+        f"it {what}, so the tool's path is read with the rotary angles nearest to those before; the control "
+        "may choose others",
         Place(line=fault.line, file=path.name),
     )
     # Normals that a program gives belong to contacts; here the tool is traced by its tip.

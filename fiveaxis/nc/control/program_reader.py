@@ -38,10 +38,8 @@ from fiveaxis.nc.words import control_values
 from fiveaxis.options import Reading, spelled_out
 from fiveaxis.toolpath import MoveKind, Operation, divided_rows, interpolate
 
-_LIST = (
-    "is a list of cutter locations, which names no axes; read it as a toolpath (read_toolpath, `fiveaxis "
-    "optimise`)"
-)
+NAMES_NO_AXES = "is a list of cutter locations, which names no axes"
+_LIST = f"{NAMES_NO_AXES}; read it as a toolpath (read_toolpath)"
 # Kind of a file that is no program -> what to do with it.
 NO_PROGRAMS: dict[str, str] = {
     "apt": _LIST,
