@@ -123,9 +123,8 @@ class RevisedOperation:
         none = np.zeros(0, dtype=np.int64)
         back = ReadBack(planned, self.wording, job.nc, read, owner, none, False)
         texts = [source.lines[line - 1] for line in revision.row_lines.tolist()]
-        options = replace(self.text.options, machine=machine, feed_mm_min=None)
         try:
-            energy = price_program(source, machine, options).energy if machine.has_powers else None
+            energy = price_program(source, machine, self.reading).energy if machine.has_powers else None
         except ToolpathError:  # a rapid move whose speed nobody states
             energy = None
         made = MadeProgram(

@@ -16,7 +16,6 @@ from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.stages import Outcome
 from fiveaxis.machine import Machine
 from fiveaxis.nc.formats import read_operations
-from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.revision import OperationText, revised
 from fiveaxis.nc.source import Source, load_source, with_lines
 from fiveaxis.nc.stated_tools import stated_tools
@@ -193,6 +192,8 @@ def _reason(job: Job, operation: Operation, tool: str | None) -> str:
     """Say why an operation stays as it is; empty where it is revised."""
     if _chosen(job) not in (None, operation.number):
         return "another one was chosen"
+    if operation.kind == "unread":
+        return f"it can't be read: {operation.why}"
     if operation.kind != "simultaneous":
         return f"{operation.kind} work is never leaned"
     if tool is None:
@@ -203,9 +204,9 @@ def _reason(job: Job, operation: Operation, tool: str | None) -> str:
 
 def _price(source: Source, machine: Machine, job: Job, number: int) -> Energy | None:
     """Price an operation's lines; None where they don't say what they cost."""
-    options = ReadOptions.of({**job.reading, "operation": number}, machine=machine)
+    reading = {**job.reading, "operation": number}
     try:
-        return price_program(source, machine, options).energy if machine.has_powers else None
+        return price_program(source, machine, reading).energy if machine.has_powers else None
     except FiveAxisError:
         return None
 

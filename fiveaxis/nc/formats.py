@@ -213,6 +213,8 @@ def read_operations(
 ) -> tuple[Operation, ...]:
     """List the operations of an NC program or CL file; none for a list of points.
 
+    What can't be read, from one tool change to the next, is an operation of kind ``unread``.
+
     Parameters
     ----------
     machine : as for `read_toolpath`
@@ -222,8 +224,9 @@ def read_operations(
     FiveAxisError
         As `read_toolpath`.
     """
+    options = ReadOptions.of(reading, tool=Tool.ball(STAND_IN), machine=machine, around=True)
     try:
-        found = read_toolpath(path, tool=Tool.ball(STAND_IN), machine=machine, **reading)
+        found = read_path_of(load_source(path), options)
     except SeveralOperations as several:
         return several.operations
     return () if found.operation is None else (found.operation,)

@@ -54,6 +54,9 @@ def measure_operations(
     given: dict[str, Any] = {name: value for name, value in reading.items() if name != "operation"}
     source, found = load_source(path), []
     for operation in read_operations(path, machine=machine, **given):
+        if operation.kind == "unread":
+            found.append(OperationFacts(operation, None, 0, 0.0, 0.0))
+            continue
         numbered: Any = {**given, "operation": operation.number}
         options = ReadOptions.of(numbered, tool=Tool.ball(STAND_IN), machine=machine)
         one = read_path_of(source, options)

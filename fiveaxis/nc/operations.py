@@ -11,6 +11,7 @@ import numpy as np
 from fiveaxis.errors import SeveralOperations
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.unread import Unread
 from fiveaxis.toolpath import MoveKind, Operation
 from fiveaxis.toolpath.operation import InForce, OperationKind
 
@@ -30,6 +31,8 @@ class Work:
     states : what is in force, each state once, with what of it tells operations apart
     state : (n,), which one it is in a move
     drilled : (n,), whether the move is one of a drilling cycle
+    control : whose words they are
+    left_out : parts of the file that can't be read, each an operation of its own
     """
 
     source: Source
@@ -41,8 +44,9 @@ class Work:
     state: IntArray
     drilled: BoolArray
     control: str = ""
+    left_out: Sequence[Unread] = ()
 
-    def operations(self) -> list[tuple[Operation, slice]]:
+    def operations(self) -> list[tuple[Operation, slice | Unread]]:
         """Return all operations, each with its moves: a change of what tells them apart begins the next.
 
         Holes that a tool drills beside 5-axis cuts are operations of their own.
@@ -54,7 +58,24 @@ class Work:
             for whole in self._divided(part, slice(0, len(part)))
             for rows in (self._divided(self.drilled, whole) if self._leans(whole) else [whole])
         ]
-        return [(self._operation(number, rows), rows) for number, rows in enumerate(found, start=1)]
+        parts: list[slice | Unread] = sorted([*found, *self.left_out], key=self._begin)
+        return [(self._of(number, part), part) for number, part in enumerate(parts, start=1)]
+
+    def _begin(self, part: slice | Unread) -> int:
+        return part.first if isinstance(part, Unread) else int(self.lines[part][0])
+
+    def _of(self, number: int, part: slice | Unread) -> Operation:
+        if isinstance(part, slice):
+            return self._operation(number, part)
+        return Operation(
+            number=number,
+            kind="unread",
+            first_line=part.first,
+            last_line=part.last,
+            language=self.language,
+            control=self.control,
+            why=f"line {part.fault.line}: {part.fault.message}",
+        )
 
     def _divided(self, part: IntArray | BoolArray, rows: slice) -> list[slice]:
         """Divide rows where two cuts in succession belong to different parts, at the first row of another."""
@@ -92,7 +113,10 @@ class Work:
             raise self.source.error(
                 f"has no operation {number}; it holds {len(found)}, the last on {found[-1][0]}"
             )
-        return found[(number or 1) - 1]
+        operation, rows = found[(number or 1) - 1]
+        if isinstance(rows, Unread):
+            raise rows.fault
+        return operation, rows
 
     def _operation(self, number: int, rows: slice) -> Operation:
         cutting = self.kinds[rows] == MoveKind.CUT

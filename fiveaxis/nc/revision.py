@@ -178,7 +178,7 @@ class OperationText:
             As `read_toolpath`.
         """
         assert options.machine is not None
-        interpreter = run_program(source, options.machine, options, for_motion=False)
+        interpreter = run_program(source, options.machine, options)
         operation, columns = take_operation(interpreter, options)
         return cls(
             source,
@@ -537,9 +537,8 @@ class _Reviser:
         if self.directions:
             return np.ones(len(words))
         numbers = np.array([[float(row[c]) for c in self.letters] for row in words])
-        count, nowhere = len(numbers), np.full((len(numbers), 3), np.nan)
-        none, zeros = np.full(count, np.nan), np.zeros(count, dtype=np.int64)
-        moved = Columns(self.machine, numbers, zeros, zeros, none, none, zeros, nowhere, nowhere)
+        some = self.rows.at(np.minimum(np.arange(len(numbers)), len(self.rows.lines) - 1))
+        moved = replace(some, values=numbers, times=np.full(len(numbers), np.nan))
         return travel_of(moved, 1.0).length
 
     def _line(

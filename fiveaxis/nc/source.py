@@ -33,10 +33,12 @@ class Source:
     ----------
     name : the path as given by the user
     lines : without line ends; ``lines[0]`` is line 1
+    unread : last lines of parts that are left out, empty lines in their place
     """
 
     name: str
     lines: list[str]
+    unread: tuple[int, ...] = ()
 
     def error(self, message: str, line: int | None = None) -> ToolpathError:
         """Create the error for a fault on a line, counted from 1."""

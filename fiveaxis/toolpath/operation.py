@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-OperationKind = Literal["simultaneous", "3+2", "3-axis", "drilling"]
+OperationKind = Literal["simultaneous", "3+2", "3-axis", "drilling", "unread"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,11 +40,13 @@ class Operation(InForce):
     ----------
     number : in the file, from 1
     kind : ``simultaneous`` where the tool axis turns within a cut, ``3+2`` where it is fixed off Z or has
-        several directions, ``3-axis`` where it is Z, ``drilling`` for the holes of cycles
+        several directions, ``3-axis`` where it is Z, ``drilling`` for the holes of cycles, ``unread`` for
+        lines that can't be read, from a tool change to the next
     first_line, last_line : of its first and last move
     language : of the file
     control : whose words the file has, by its name for ``control=``; its language where that isn't written;
         empty if its words don't tell
+    why : what can't be read; empty of others
     """
 
     number: int
@@ -53,6 +55,7 @@ class Operation(InForce):
     last_line: int
     language: str = ""
     control: str = ""
+    why: str = ""
 
     def __str__(self) -> str:
         spindle = "" if self.spindle is None else f"S{abs(self.spindle):g} M{3 if self.spindle >= 0 else 4}"
@@ -64,6 +67,7 @@ class Operation(InForce):
             self.work_offset: self.work_offset,
             "tilted plane": self.plane,
             "TCP": self.tcp,
+            self.why: self.why,
         }
         facts = (text for text, value in said.items() if value)
         return ", ".join((f"lines {self.first_line}-{self.last_line}", self.kind, *facts))

@@ -220,7 +220,7 @@ class Columns:
     normals: Array
     from_unknown: BoolArray
 
-    def at(self, rows: slice | BoolArray) -> Columns:
+    def at(self, rows: slice | BoolArray | IntArray) -> Columns:
         """Return some of the rows."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "machine"}
         return Columns(self.machine, **arrays)

@@ -84,6 +84,8 @@ class Interpreter(RunMoves):
 
     def take(self, block: Block) -> bool:
         """Run a block; return whether it ends the program."""
+        if self.unread and block.line > self.unread[0]:
+            self._forget(block.line)
         if block.skipped:
             self.ignored["/"] += 1
             return False
@@ -114,6 +116,12 @@ class Interpreter(RunMoves):
         elif "G53" in block.g:
             self.ignored["G53"] += 1
         return any(word in END for word in block.m)
+
+    def _forget(self, line: int) -> None:
+        """Forget where the axes are, behind a part of the program that isn't read."""
+        self.unread = tuple(last for last in self.unread if last >= line)
+        self.track.now, self.track.vector = [None] * len(self.track.now), None
+        self.turned_local, self.cycle, self.switch = [None, None, None], None, None
 
     def _change_coordinates(self, block: Block) -> None:
         """Apply a block's changes of work offset, plane and TCP.

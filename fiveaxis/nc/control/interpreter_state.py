@@ -18,6 +18,7 @@ from fiveaxis.nc.control.wrapping import Wrapping
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.unread import Unread
 from fiveaxis.toolpath import MoveKind
 
 CUT, RAPID = int(MoveKind.CUT), int(MoveKind.RAPID)
@@ -53,6 +54,8 @@ class InterpreterState:
     frames : lines that change TCP or a tilted plane, with both from there on
     drilled : lines that drill a hole
     zero_word : work offset in force
+    unread : last lines of parts that aren't read, still to come
+    left_out : these parts, and `original`, the program with their lines
     """
 
     source: Source
@@ -75,6 +78,9 @@ class InterpreterState:
     frames: list[tuple[int, tuple[bool, tuple[float, ...] | None]]] = field(default_factory=list)
     drilled: set[int] = field(default_factory=set)
     zero_word: str = DEFAULT_OFFSET
+    unread: tuple[int, ...] = ()
+    left_out: tuple[Unread, ...] = ()
+    original: Source | None = None
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -35,6 +36,7 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import MILLIMETRES, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
+from fiveaxis.nc.unread import read_around, uncertain_after
 from fiveaxis.toolpath import MoveKind, Operation
 from fiveaxis.toolpath.operation import InForce
 
@@ -71,6 +73,12 @@ def run_program(
     ToolpathError
         With file and line: anything that can't be read completely.
     """
+    if options.around:
+        whole = replace(options, around=False)
+        read = partial(run_program, machine=machine, options=whole, stand_in=stand_in)
+        found, unread = read_around(source, read)
+        found.left_out, found.original = unread, source
+        return found
     if options.increment is not None:
         source = with_points(source, options.increment)
     interpreter = _run(source, machine, options, stand_in=stand_in)
@@ -178,6 +186,7 @@ def _run(
         wrapping=wrapping,
         functions=MachineFunctions(language, options.harmless),
     )
+    interpreter.unread = source.unread
     end = interpreter.run(language.split(source, block_delete=options.block_delete))
     if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
         ignored["lines before the program"] += before
@@ -230,8 +239,12 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     language = technology.language.name
     control = control_of(source, technology.language, interpreter.tip_words)
     kinds = np.where(columns.moved, columns.kinds, MoveKind.RAPID)  # a dwell cuts nothing
-    work = Work(source, language, columns.lines, kinds, axis, states, state.ravel(), drilled, control)
+    left_out = interpreter.left_out
+    work = Work(
+        source, language, columns.lines, kinds, axis, states, state.ravel(), drilled, control, left_out
+    )
     operation, rows = work.take(options.operation)
+    _require_certain(interpreter, int(columns.lines[rows][np.argmax(kinds[rows] == MoveKind.CUT)]))
     # What is said of later lines is about other operations.
     last = operation.last_line if rows.stop < len(columns.lines) else math.inf
     interpreter.findings = [f for f in interpreter.findings if (f.place.line or 0) <= last]
@@ -239,6 +252,21 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     # A rapid move to the first row is an approach.
     found.from_unknown[0] &= found.kinds[0] == MoveKind.CUT
     return operation, found
+
+
+def _require_certain(interpreter: Interpreter, line: int) -> None:
+    """Raise if a part that isn't read may have changed what is in force in a line."""
+    source = interpreter.original
+    for part in interpreter.left_out:
+        if source is None or part.last >= line:
+            continue
+        if unknown := uncertain_after(source, part, line):
+            raise source.error(
+                f"{', '.join(unknown)} may be another one here: lines {part.first}-{part.last} can't be read "
+                f"({part.fault.message}, line {part.fault.line}), and no line after them states it; state it "
+                "where this operation begins",
+                line,
+            )
 
 
 def _tools(track: TechnologyTrack) -> list[object]:

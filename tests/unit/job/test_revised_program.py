@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import fiveaxis as fx
 from fiveaxis.cli import app
-from fiveaxis.errors import JobError
+from fiveaxis.errors import JobError, ToolpathError
 from fiveaxis.job import make_job, revise_program, takes_operations
 
 QUICK = {"machine": "dmu50ev", "cone": 20.0, "effort": "quick"}
@@ -102,3 +102,36 @@ def test_info_lists_the_operations_of_a_program(tmp_path):
     assert operations[2]["cut_length"] > 50.0
     shown = CliRunner().invoke(app, ["info", str(file), "-m", "dmu50ev"])
     assert "simultaneous, TCP" in shown.output
+
+
+MACRO = ("T9 M6", "S500 M3", "G65 P9001 X10. Y10.", "IF [#1 EQ 0] GOTO 10", "M5")
+
+
+def with_macro(folder, restated=()):
+    """The Fanuc program, with an operation that nobody can read before the third, and what follows it."""
+    file = shop_file(folder, "fanuc")
+    lines = file.read_text(encoding="utf-8").split("\n")
+    at = lines.index("T3 M6")
+    file.write_text(
+        "\n".join([*lines[:at], *MACRO, lines[at], *restated, *lines[at + 1 :]]), encoding="utf-8"
+    )
+    return file
+
+
+def test_what_cannot_be_read_is_carried_where_the_next_operation_states_everything(tmp_path):
+    file = with_macro(tmp_path, ["G21 G90 G94 G17 G40 G49 G69 G54"])
+    operations = fx.read_operations(file, machine=fx.load_machine("dmu50ev"))
+    assert [o.kind for o in operations][2:4] == ["unread", "simultaneous"]
+    assert (operations[2].first_line, operations[2].last_line) == (20, 24)
+    made = revise_program(make_job(input=file, tool="3=ball:6", **QUICK))
+    assert made.parts[2].why.startswith("it can't be read: line 22")
+    assert made.ok
+    assert "\n".join(MACRO).encode() in made.data
+
+
+def test_what_an_unread_operation_may_have_changed_has_to_be_stated_again(tmp_path):
+    job = make_job(input=with_macro(tmp_path), tool="3=ball:6", **QUICK)
+    with pytest.raises(ToolpathError, match=r"absolute or incremental.*may be another one here") as caught:
+        revise_program(job)
+    assert "lines 20-24 can't be read" in str(caught.value)
+    assert caught.value.line is not None
