@@ -30,7 +30,8 @@ class ReadOptions:
     start, zero, rapid, block_delete, wrap, increment : as for `read_program`
     columns : of a list of points without header
     operation : number of the one to read, of several; None for the only one
-    around : whether what can't be read, from one tool change to the next, is left out
+    around : whether what can't be read, from one tool change to the next, is left out, as it is round an
+        operation
     harmless : M words of the machine's builder that move and switch nothing
     path_shape : what lies between locations, ``smooth`` curves or chords; None as the file states it
     """
@@ -75,9 +76,7 @@ class ReadOptions:
             An unknown word; a speed that isn't positive; a word that isn't an M word.
         """
         given = completed(Reading, reading)
-        # One operation can be read where another one can't.
-        made = {"around": given["operation"] is not None, **given, **others}
-        return cls(**made | {"start": given["start"] or {}, "harmless": tuple(given["harmless"])})
+        return cls(**given | {"start": given["start"] or {}, "harmless": tuple(given["harmless"])}, **others)
 
     def tool_or(self, stated: Tool | None, source: Source) -> Tool:
         """Return the caller's tool, or else the one that a file states.

@@ -73,12 +73,16 @@ def run_program(
     ToolpathError
         With file and line: anything that can't be read completely.
     """
-    if options.around:
-        whole = replace(options, around=False)
-        read = partial(run_program, machine=machine, options=whole, stand_in=stand_in)
-        found, unread = read_around(source, read)
-        found.left_out, found.original = unread, source
-        return found
+    read = partial(_run_judged, machine=machine, options=options, stand_in=stand_in)
+    if options.operation is None and not options.around:
+        return read(source)
+    found, unread = read_around(source, read)
+    found.left_out, found.original = unread, source
+    return found
+
+
+def _run_judged(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool) -> Interpreter:
+    """Run a program in the unit, increment and zero that its sizes show."""
     if options.increment is not None:
         source = with_points(source, options.increment)
     interpreter = _run(source, machine, options, stand_in=stand_in)
@@ -91,7 +95,7 @@ def run_program(
         fine = replace(size, extent=size.extent * step)
         if not fine.faults(units.now, known):
             given = replace(options, increment=step)
-            interpreter = run_program(source, machine, given, stand_in=stand_in)
+            interpreter = _run_judged(source, machine, given, stand_in=stand_in)
             interpreter.note(
                 Severity.WARNING,
                 "increment-assumed",
