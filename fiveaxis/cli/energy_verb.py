@@ -22,7 +22,7 @@ from fiveaxis.cli.terminal import (
     print_written,
     require_machine,
 )
-from fiveaxis.cli.verify_verb import PROGRAM, reading_of, set_up
+from fiveaxis.cli.verify_verb import PROGRAM, operations_apart, reading_of, set_up
 from fiveaxis.cli.work import shown_work
 from fiveaxis.options import OnMachine
 from fiveaxis.progress import Progress
@@ -80,13 +80,15 @@ def energy(
             for path in output or ():
                 require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
             used = _machine(context.params)
-            reading = reading_of(context.params) | {"corners": _corners(corners), "control": control}
-            reading["tool"] = None if tool is None else parse_tool(tool)
+            given = reading_of(context.params)
+            how: Any = {"corners": _corners(corners), "control": control}
+            how["tool"] = None if tool is None else parse_tool(tool)
 
             def compute(step: Progress) -> Iterator[ProgramEnergy]:
                 for number, path in enumerate(programs):
-                    step("computing the energy of programs", number, len(programs))
-                    yield program_energy(path, used, **reading)
+                    for _, read in operations_apart(path, used, given):
+                        step("computing the energy of programs", number, len(programs))
+                        yield program_energy(path, used, **read, **how)
 
             found = work.run(lambda step: list(compute(step)))
             for path in output or ():
@@ -95,7 +97,7 @@ def energy(
         for path in written:
             print_written(path)
         for program in found:
-            print_causes(program.summary, err, f"{program.motion.name}: ")
+            print_causes(program.summary, err, f"{_name(program, found)}: ")
         if as_json:
             return print_json(found[0].as_dict() if len(found) == 1 else [p.as_dict() for p in found])
         if len(found) == 1:
@@ -109,7 +111,7 @@ def _write(path: Path, found: Sequence[ProgramEnergy]) -> Path:
     from fiveaxis.report.plots import write_program_figure
 
     if path.suffix.lower() == ".csv":
-        rows = [{"program": p.motion.name} | row for p in found for row in p.rows]
+        rows = [{"program": _name(p, found)} | row for p in found for row in p.rows]
         return write_atomically(path, csv_text([rows[0], *(row.values() for row in rows)]))
     return write_program_figure(
         path,
@@ -149,6 +151,13 @@ def _print_blocks(program: ProgramEnergy) -> None:
         out.print(f"the first {MOST_SHOWN} blocks are shown; -o FILE.csv and --json have all")
 
 
+def _name(program: ProgramEnergy, found: Sequence[ProgramEnergy]) -> str:
+    """Return the program's name, with the operation where several of one program are compared."""
+    name, operation = program.motion.name, program.motion.operation
+    several = sum(other.motion.name == name for other in found) > 1
+    return f"{name}, operation {operation.number}" if several and operation is not None else name
+
+
 def _print_totals(found: Sequence[ProgramEnergy]) -> None:
     """Print one line per program, with its difference to the first."""
     letters = found[0].machine.letters
@@ -162,7 +171,7 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
         base, total = (("unknown" if v is None else f"{v:.2f}") for v in (spent.base, spent.with_base))
         share = f"{100.0 * (spent.total / first - 1.0):+.1f} %" if program is not found[0] else ""
         shown.add_row(
-            escape(program.motion.name),
+            escape(_name(program, found)),
             f"{spent.time:.2f}",
             *joules,
             f"{spent.total:.2f}",
@@ -171,10 +180,13 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
             *(str(sum(n.values())) for n in (spent.steadiness.starts, spent.steadiness.reversals)),
             share,
         )
+    if len(found) > 1 and len({program.motion.name for program in found}) == 1:
+        time, spent_in_all = sum(p.energy.time for p in found), sum(p.energy.total for p in found)
+        shown.add_row("all of these", f"{time:.2f}", *("" for _ in letters), f"{spent_in_all:.2f}")
     out.print(shown)
     for program in found:
         error = program.energy.travel_error
         off = "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"
-        out.print(f"{escape(program.motion.name)}: power integral of the feed drives, no base power{off}")
+        out.print(f"{escape(_name(program, found))}: power integral of the feed drives, no base power{off}")
         if program.energy.band is not None:
             out.print(program.energy.band, soft_wrap=True)

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from fiveaxis.findings import Finding
     from fiveaxis.job import Job
     from fiveaxis.machine import Machine
+    from fiveaxis.toolpath import Operation
     from fiveaxis.verification import Against, Report
 
 # How the program itself is read.
@@ -89,25 +90,62 @@ def verify(
             raise SettingError("name a program to verify, or give --codes")
         options = context.params
 
-        def work(step: Progress) -> tuple[Machine, Report, tuple[Finding, ...]]:
+        reports: dict[Operation | None, Report] = {}
+
+        def work(step: Progress) -> tuple[Machine, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)
             machine, against, told = load_checked(path, options)
             touching = options["surface_tolerance"]
             given = {} if touching is None else {"surface_tolerance": touching}
-            step("verifying the program", 0, 1)
-            return machine, check_program(program, machine, against, reading_of(options), **given), told
+            each = operations_apart(program, machine, reading_of(options), whole=path is not None)
+            for number, (operation, reading) in enumerate(each):
+                step("verifying the program", number, len(each))
+                reports[operation] = check_program(program, machine, against, reading, **given)
+            return machine, told
 
         with shown_work(err, hidden=as_json) as shown:
             from fiveaxis.verification import check_program
 
-            machine, report, told = shown.run(work)
+            machine, told = shown.run(work)
         print_causes(group_findings(told), err)
+        head = {"program": program.name, "machine": machine.name}
+        apart = [
+            {"operation": operation.as_dict()} | report.as_dict()
+            for operation, report in reports.items()
+            if operation is not None
+        ]
         if as_json:
-            print_json({"program": program.name, "machine": machine.name} | report.as_dict())
-        else:
+            print_json(head | ({"operations": apart} if apart else reports[None].as_dict()))
+        for operation, report in reports.items() if not as_json else ():
+            if operation is not None:
+                out.print(f"operation {operation.number}: {operation}", style="bold", highlight=False)
             _print_report(report)
-        if not report.ok:
+        if not all(report.ok for report in reports.values()):
             raise typer.Exit(1)
+
+
+def operations_apart(
+    program: Path, machine: Machine, reading: Mapping[str, Any], *, whole: bool = False
+) -> list[tuple[Operation | None, dict[str, Any]]]:
+    """List the operations of a program that holds several and none was chosen, with how to read each.
+
+    What can't be read is told and left out.
+
+    Parameters
+    ----------
+    whole : whether the program is to be one: a path that it follows is that of one operation
+    """
+    from fiveaxis.nc import read_operations
+
+    if whole or reading.get("operation") is not None or program.suffix.lower() == ".csv":
+        return [(None, dict(reading))]
+    found = read_operations(program, machine=machine, **reading)
+    if len(found) < 2:
+        return [(None, dict(reading))]
+    for operation in found:
+        if operation.kind == "unread":
+            err.print(f"operation {operation.number} is left out: {operation}", markup=False, soft_wrap=True)
+    return [(o, {**reading, "operation": o.number}) for o in found if o.kind != "unread"]
 
 
 def load_checked(

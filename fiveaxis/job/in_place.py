@@ -18,7 +18,7 @@ from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_costs import price_program, word_rounding
 from fiveaxis.job.release import Gate, not_verified
 from fiveaxis.job.solution import Solution
-from fiveaxis.kinematics import tool_axes
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import require_stated
 from fiveaxis.motion import Coordinates, Fill, Filling, ProgramMotion, follow, predicted_time
@@ -146,8 +146,7 @@ class RevisedOperation:
         row = _rows(solution, fill.row[kept])
         machine = solution.machine
         rotary = motion.positions[:, machine.rotary_columns]
-        axis = fill.path.at(kept)
-        tip = axis.tips(tool_axes(machine, rotary))
+        tip, _ = tool_poses(machine, motion.positions)
         return Placement(row, tip, self._wound(machine, rotary), motion.time)
 
     def _wound(self, machine: Machine, rotary: Array) -> Array:

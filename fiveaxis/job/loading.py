@@ -245,6 +245,7 @@ def revises(job: Job) -> bool:
     asked = {"control", "coordinates"} & job.model_fields_set or settings.model_fields_set
     if asked or job.program.machine is not None or job.setup.search is not None or is_mesh(job.input):
         return False
+    require_input(job.input)
     return kind_of(load_source(job.input)) == "program"
 
 

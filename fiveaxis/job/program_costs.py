@@ -107,6 +107,7 @@ class ProgramEnergy:
         """Return totals and blocks as plain data for JSON."""
         return {
             "program": self.motion.name,
+            "operation": None if self.motion.operation is None else self.motion.operation.as_dict(),
             "machine": self.machine.name,
             "timing": self.energy.timing,
             "feed_of": "the tool's tip" if self.tool is None else f"the centre of {self.tool}",

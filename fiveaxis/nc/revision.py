@@ -204,10 +204,7 @@ class OperationText:
 
     def path_of(self, toolpath: Toolpath) -> Toolpath:
         """Return the cuts of an operation's path, from where the tool is down, and the moves between them."""
-        path = toolpath.at(np.arange(len(toolpath))[self.cuts])
-        kind = path.kind.copy()
-        kind[0] = MoveKind.RAPID
-        return replace(path, kind=kind)
+        return toolpath.at(np.arange(len(toolpath))[self.cuts])
 
     def revise(self, path: Toolpath, placement: Placement) -> Revision:
         """Write other positions into the operation's lines.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -249,13 +249,17 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     )
     operation, rows = work.take(options.operation)
     _require_certain(interpreter, int(columns.lines[rows][np.argmax(kinds[rows] == MoveKind.CUT)]))
-    # What is said of later lines is about other operations.
-    last = operation.last_line if rows.stop < len(columns.lines) else math.inf
-    interpreter.findings = [f for f in interpreter.findings if (f.place.line or 0) <= last]
+    # What is said of others' lines is about them.
+    others = [o for o, _ in work.operations() if o.number != operation.number]
+    interpreter.findings = [f for f in interpreter.findings if not _is_in(f.place.line, others)]
     found = columns.at(rows)
     # A rapid move to the first row is an approach.
     found.from_unknown[0] &= found.kinds[0] == MoveKind.CUT
     return operation, found
+
+
+def _is_in(line: int | None, operations: Sequence[Operation]) -> bool:
+    return line is not None and any(o.first_line <= line <= o.last_line for o in operations)
 
 
 def _require_certain(interpreter: Interpreter, line: int) -> None:
