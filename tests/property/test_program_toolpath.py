@@ -76,9 +76,7 @@ BEGINNINGS = {"nc": "{}", "mpf": "N10 {}", "h": "7 L {}"}
 @example([("", f"F{9 + i}") for i in range(30)], {}, "nc", "G94", [0])
 @example([("", f"X{i} C{i} F5") for i in range(40)], {9: "12 ; b", 20: "X8 ; ~"}, "h", "G94", [1])
 @example([("G1 ", f"C{50 * i % 360} F5") for i in range(40)], {}, "nc", "wrap", [0, 1])
-@example(
-    [*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")], {0: "G21 G90 G94"}, "nc", "headless", [0], False
-)
+@example([*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")], {0: "G21 G90 G94"}, "nc", "headless", [0])
 def test_a_run_of_plain_blocks_is_the_same_block_by_block(
     lines: list[tuple[str, str]],
     others: dict[int, str],

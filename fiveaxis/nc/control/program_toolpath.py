@@ -81,7 +81,8 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     tip, axis = _poses(columns, interpreter, options, source)
     note_assumptions(interpreter, columns)
     _note_long_turns(columns, interpreter)
-    if len(columns.lines) < 2 and len(interpreter.track.rows) < 2:
+    ends_there = columns.kinds[0] == MoveKind.RAPID
+    if len(interpreter.track.rows) < 2 and interpreter.track.approach > ends_there:
         raise source.error(why_nothing_moves(interpreter.track))
     path = Toolpath.from_tips(
         tip,
