@@ -25,7 +25,8 @@ from fiveaxis.motion import Coordinates, Fill, Filling, ProgramMotion, follow, p
 from fiveaxis.motion.program_motion import Phase
 from fiveaxis.nc import DIALECTS, Program, require_program
 from fiveaxis.nc.formats import suffix_of
-from fiveaxis.nc.revision import OperationText, Placement, Revision
+from fiveaxis.nc.operation_text import OperationText
+from fiveaxis.nc.revision import Placement, Revision
 from fiveaxis.nc.source import with_lines
 from fiveaxis.nc.traced_program import load_program
 from fiveaxis.nc.writing.start_and_end import NO_ROW

@@ -23,8 +23,8 @@ from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
 from fiveaxis.nc.formats import kind_of
+from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.revision import OperationText
 from fiveaxis.nc.source import load_source
 from fiveaxis.options import CREASE
 from fiveaxis.progress import Progress, unheard

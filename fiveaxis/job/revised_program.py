@@ -16,7 +16,8 @@ from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.stages import Outcome
 from fiveaxis.machine import Machine
 from fiveaxis.nc.formats import read_operations
-from fiveaxis.nc.revision import OperationText, revised
+from fiveaxis.nc.operation_text import OperationText
+from fiveaxis.nc.revision import revised
 from fiveaxis.nc.source import Source, load_source, with_lines
 from fiveaxis.nc.stated_tools import stated_tools
 from fiveaxis.progress import Progress, unheard, within

@@ -12,8 +12,9 @@ from shop import SHOPS
 import fiveaxis as fx
 from fiveaxis.errors import ToolpathError
 from fiveaxis.kinematics import tool_axes
+from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.revision import OperationText, Placement
+from fiveaxis.nc.revision import Placement
 from fiveaxis.nc.source import load_source, with_lines
 
 BALL = fx.Tool.ball(6)

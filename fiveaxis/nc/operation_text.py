@@ -1,0 +1,151 @@
+"""An operation of a program beside its text, which can be given other postures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fiveaxis.geometry import BoolArray
+from fiveaxis.machine import Machine
+from fiveaxis.nc.control.axis_track import Columns
+from fiveaxis.nc.control.interpreter import Interpreter
+from fiveaxis.nc.control.running import run_program, take_operation
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.revised_words import Reviser
+from fiveaxis.nc.revision import Placement, Revision
+from fiveaxis.nc.source import Source
+from fiveaxis.toolpath import MoveKind, Operation, Toolpath
+
+
+@dataclass(frozen=True, eq=False)
+class OperationText:
+    """An operation of a program beside its text.
+
+    Parameters
+    ----------
+    source : the program
+    machine : that it was written for
+    operation : the one that is revised
+    columns : its rows, as the words say them
+    whole : the rows of all operations
+    states : what is in force in them
+    unit : of its lengths
+    """
+
+    source: Source
+    machine: Machine
+    operation: Operation
+    columns: Columns
+    whole: Columns
+    states: tuple[object, ...]
+    unit: str
+    options: ReadOptions
+
+    @classmethod
+    def of(cls, source: Source, options: ReadOptions) -> OperationText:
+        """Read an operation's rows, and those of the program around it.
+
+        Raises
+        ------
+        FiveAxisError
+            As `read_toolpath`.
+        """
+        if options.machine is None:
+            raise source.error("can't be revised without the machine that it was written for; name it")
+        interpreter = run_program(source, options.machine, options)
+        operation, columns = take_operation(interpreter, options)
+        return cls(
+            source,
+            options.machine,
+            operation,
+            columns,
+            interpreter.track.columns(),
+            _states(interpreter),
+            interpreter.modes.units.now,
+            options,
+        )
+
+    @cached_property
+    def cuts(self) -> slice:
+        """The rows from the end of the operation's first cutting move to that of its last."""
+        cut = np.flatnonzero(self.columns.kinds == MoveKind.CUT)
+        return slice(int(cut[0]), int(cut[-1]) + 1)
+
+    @property
+    def by_direction(self) -> bool:
+        """Whether its cuts state the tool's direction in place of rotary angles."""
+        return bool(np.isfinite(self.columns.vectors[self.cuts, 0]).any())
+
+    def path_of(self, toolpath: Toolpath) -> Toolpath:
+        """Return the cuts of an operation's path, from where the tool is down, and the moves between them."""
+        return toolpath.at(np.arange(len(toolpath))[self.cuts])
+
+    def revise(self, path: Toolpath, placement: Placement) -> Revision:
+        """Write other positions into the operation's lines.
+
+        Parameters
+        ----------
+        path : of `path_of`
+        placement : where its axes are to be
+
+        Raises
+        ------
+        ToolpathError
+            With file and line: positions that words alone don't say (arcs, loops, increments, expressions),
+            several frames in one operation, tips that don't turn with the table, a start that isn't known.
+        """
+        return Reviser(self, path, placement).revision()
+
+    def require_same_around(self, revision: Revision) -> None:
+        """Raise unless everything outside of revised lines does what it did.
+
+        Compared are positions, kinds, feeds and durations of all rows, and what is in force in them, as the
+        reader finds them.
+
+        Raises
+        ------
+        ToolpathError
+            With file and line: the first row that differs.
+        """
+        again = type(self).of(revision.revised, self.options)
+        begins = revision.begins
+        own = (self.whole.lines < revision.first) | (self.whole.lines > revision.last)
+        low, high = begins[revision.first - 1], begins[revision.last]
+        new = (again.whole.lines < low) | (again.whole.lines >= high)
+        before, after = self.whole.at(own), again.whole.at(new)
+        lines = begins[before.lines - 1]
+        same = len(before.lines) == len(after.lines) and bool((lines == after.lines).all())
+        if not same:
+            raise self.source.error(
+                f"operation {self.operation.number} can't be revised in place: with it other moves of the "
+                "program are known or unknown; name every axis where the next operation begins",
+                self.operation.last_line,
+            )
+        wrong = ~before.same_moves(after)
+        wrong |= [a != b for a, b in zip(self.states_at(own), again.states_at(new), strict=True)]
+        if wrong.any():
+            line = int(before.lines[int(np.argmax(wrong))])
+            raise self.source.error(
+                f"operation {self.operation.number} can't be revised in place: this line takes over a "
+                "position, feed or mode from before it; name every axis and the feed here, or post the "
+                "operation alone (--control)",
+                line,
+            )
+
+    def states_at(self, rows: BoolArray) -> list[object]:
+        """Return what is in force in some rows of the whole program."""
+        return [self.states[row] for row in np.flatnonzero(rows)]
+
+
+def _states(interpreter: Interpreter) -> tuple[object, ...]:
+    """Return what is in force in each row: technology, TCP and plane."""
+    lines = interpreter.track.columns().lines
+    track = interpreter.modes.technology.track(lines)
+    frames = [begin for begin, _ in interpreter.frames]
+    frame = np.searchsorted(frames, lines, side="right").tolist()
+    return tuple(
+        (track.states[state], interpreter.frames[at - 1][1] if at else None)
+        for state, at in zip(track.state.tolist(), frame, strict=True)
+    )
