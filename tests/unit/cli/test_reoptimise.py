@@ -87,7 +87,7 @@ def test_a_cone_about_the_programmed_axis_saves_energy_with_no_surface_known(tmp
 @pytest.mark.parametrize("text", ["ball:6", "bull:6:1"])
 def test_with_the_part_any_cutter_is_turned_about_its_contact(tmp_path, part, text):
     program = write_program(tmp_path / "wall.ngc", parse_tool(text))
-    # At the program's own zero the part would lie in the table; higher up the turn before the cuts is too high.
+    # At the program's own zero the part would lie in the table; above this the first turn is too high.
     raised = ("--work-offset", "0,0,30")
     document = optimised(program, "--tool", text, "--tilt", "15:75", "--part", part, *raised)
     assert document["verification"]["ok"]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from dataclasses import replace
 
 import pytest
 from shop import SHOPS, Shop, wall
@@ -12,6 +14,7 @@ import fiveaxis as fx
 from fiveaxis.cli import app
 from fiveaxis.errors import JobError, ToolpathError
 from fiveaxis.job import make_job, revise_program, takes_operations
+from fiveaxis.nc.operation_text import OperationText
 
 QUICK = {"machine": "dmu50ev", "cone": 20.0, "effort": "quick"}
 
@@ -135,3 +138,20 @@ def test_what_an_unread_operation_may_have_changed_has_to_be_stated_again(tmp_pa
         revise_program(job)
     assert "lines 20-24 can't be read" in str(caught.value)
     assert caught.value.line is not None
+
+
+@pytest.mark.parametrize(("before", "after"), [(r" X(-?[0-9.]+)", r" X9\1"), (r" B([0-9.]+)", r" B1\1")])
+def test_a_wrong_word_in_a_revised_line_keeps_the_program_back(before, after, tmp_path, monkeypatch):
+    revise = OperationText.revise
+
+    def wrong(self, *given):
+        revision = revise(self, *given)
+        line = sorted(revision.replaced)[5]
+        texts = tuple(re.sub(before, after, f" {text}").strip() for text in revision.replaced[line])
+        assert texts != revision.replaced[line]
+        return replace(revision, replaced={**revision.replaced, line: texts})
+
+    monkeypatch.setattr(OperationText, "revise", wrong)
+    made = revise_program(make_job(input=shop_file(tmp_path, "fanuc"), tool="3=ball:6", **QUICK))
+    assert not made.ok
+    assert "off-path" in made.outcomes[3].gate.kept
