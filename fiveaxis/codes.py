@@ -95,6 +95,7 @@ CHECKS = {
     "length-offset": Code(ERROR, "a cut has another tool length offset than was asked for, or none"),
     "work-offset": Code(ERROR, "a cut has another work offset than was asked for"),
     "coolant-off": Code(WARNING, "a cut has other coolant than was asked for"),
+    "start-unknown": Code(WARNING, "moves start where the program doesn't say, so their ways aren't known"),
     "start-state": Code(
         ERROR,
         "nothing switches off what an earlier program may have left on; a warning in other sources' text",
@@ -189,7 +190,7 @@ READING = {
     "increment-assumed": Code(WARNING, "axis words without decimal points, read as the control's increments"),
     "angles-doubtful": Code(WARNING, "rotary words look like radians"),
     "not-kept": Code(WARNING, "what the input states can't be written for the control"),
-    "unit-doubtful": Code(WARNING, "sizes don't fit the unit of lengths, and fit the other one"),
+    "unit-doubtful": Code(WARNING, "sizes don't fit the unit of lengths; they fit the other one, or neither"),
     "unit-overridden": Code(WARNING, "the file states another unit of lengths than the one it is read in"),
     "unit-assumed": Code(WARNING, "the unit of lengths isn't stated"),
     "zero-assumed": Code(WARNING, "the position of the program's zero isn't stated"),

@@ -39,7 +39,7 @@ MOST_SHOWN = 1000
 def energy(
     context: typer.Context,
     programs: Annotated[
-        list[Path], typer.Argument(help="NC programs of machine-axis words", metavar="PROGRAM…")
+        list[Path], typer.Argument(help="NC programs, CL files or motion.csv", metavar="PROGRAM…")
     ],
     tool: Annotated[
         str | None,
@@ -66,7 +66,10 @@ def energy(
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Compute the energy of NC programs in the feed drives, by block and by axis; several are compared."""
+    """Compute the energy of programs in the feed drives, by block and by axis; several are compared.
+
+    Time and energy of moves whose start or end isn't known are left out, with a finding.
+    """
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
             from fiveaxis.files import require_suffix

@@ -65,7 +65,7 @@ def controls(as_json: AsJson = False) -> None:
 @takes(CHECKING, WRITING)
 def post(
     context: typer.Context,
-    source: Annotated[Path, typer.Argument(help="motion.csv, or an NC program in any supported language")],
+    source: Annotated[Path, typer.Argument(help="motion.csv, a CL file, or an NC program in any language")],
     output: Annotated[Path, typer.Option("--output", "-o", help="file for the new program")],
     path: PathToFollow = None,
     unverified: Annotated[
@@ -77,8 +77,8 @@ def post(
 ) -> None:
     """Write a motion, or a program of another control, for a control, and verify the new program.
 
-    It is verified against --path, --tool and --part. Without any of them its header says NOT VERIFIED, and
-    the exit code is 1 unless --unverified is given.
+    It is verified against --path, --tool and --part, a CL file also against its own path. Without any of them
+    its header says NOT VERIFIED, and the exit code is 1 unless --unverified is given.
     """
     with errors_explained(as_json) as written:
         options = context.params

@@ -70,7 +70,7 @@ PathToFollow = Annotated[
 def verify(
     context: typer.Context,
     program: Annotated[
-        Path | None, typer.Argument(help="NC program in any supported language, or motion.csv")
+        Path | None, typer.Argument(help="NC program in any supported language, CL file or motion.csv")
     ] = None,
     path: PathToFollow = None,
     control: Annotated[

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Unpack, cast
+from typing import Unpack
 
 import numpy as np
 
@@ -19,13 +19,9 @@ from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import require_stated
 from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
 from fiveaxis.nc import Program, ProgramSettings, ReadMotion, find_dialect, require_motion
-from fiveaxis.nc.control.program_reader import read_motion_of
-from fiveaxis.nc.formats import kind_of
-from fiveaxis.nc.motion_table import read_motion_table
-from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.own_header import set_up_as_stated
 from fiveaxis.nc.source import load_source
-from fiveaxis.nc.traced_program import load_text, trace_tool, with_feeds_of
+from fiveaxis.nc.traced_program import load_program, load_text, trace_tool, with_feeds_of
 from fiveaxis.options import Reading, Writing, parted, spelled_out
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Constraints
@@ -53,7 +49,7 @@ class Posted:
     stands : the note on a setup that the program's header states
     """
 
-    motion: Motion
+    motion: ReadMotion
     made: MadeProgram
     path: Path | None
     stands: tuple[Finding, ...] = ()
@@ -66,8 +62,7 @@ class Posted:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What was assumed or left out while reading and writing."""
-        read = self.motion.findings if isinstance(self.motion, ReadMotion) else ()
-        return (*read, *self.stands, *self.made.findings)
+        return (*self.motion.findings, *self.stands, *self.made.findings)
 
 
 class Posting(Reading, Writing, total=False):
@@ -87,9 +82,13 @@ def post_program(
 ) -> Posted:
     """Read a motion and write it for a control, as a solution becomes a program.
 
+    A list of cutter locations, or a program with tool directions, keeps its postures; the tip moves straight
+    between them, and the new program is verified against that path where `against` has no other.
+
     Parameters
     ----------
-    source : a program in any language that `read_program` knows, or a table as `write_motion` writes it
+    source : a program in any language that `read_program` knows, a list of cutter locations, or a table as
+        `write_motion` writes it
     machine : on which it runs
     output : the new program's file; by default none is written
     against : path, tool, part and constraints that the new program's text is verified against. Where a
@@ -103,20 +102,19 @@ def post_program(
     Unverified
         The text has an error that isn't accepted; or nothing to verify it against was given.
     FiveAxisError
-        As `read_motion`, `read_program` and `compose_program`; a file that can't be written.
+        As `read_motion`, `read_program` and `compose_program`; a move between cuts whose way isn't known; a
+        file that can't be written.
     """
     source = Path(source)
     described = describe_input(source)
     text = load_source(source)
     machine, stands = set_up_as_stated(machine, text)
     reading, writing = parted(given, Reading, Writing)
-    if kind_of(text) == "motion":
-        motion: Motion = read_motion_table(text, machine, source_is_table=True)
-    else:
-        motion = read_motion_of(text, machine, ReadOptions.of(cast("Reading", reading), machine=machine))
+    read = load_program(text, machine, against.cutter, reading)
+    motion = _of_known_ways(read.motion)
     header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
     settings = settings or ProgramSettings()
-    if isinstance(motion, ReadMotion) and (operation := motion.operation) is not None:
+    if (operation := motion.operation) is not None:
         if operation.kind == "drilling":
             raise ToolpathError(
                 f"drilling ({operation}) isn't posted: pecks and dwells of its cycles aren't in the motion; "
@@ -129,14 +127,44 @@ def post_program(
             settings = with_stated(settings, stated_settings(operation, dialect)[0])
     options = ProgramOptions.of(settings, header, **writing)
     options = options.named(source.stem) if output is None else options.for_file(output)
+    if read.by_control and against.toolpath is None:
+        against = replace(against, toolpath=read.path)
+    rows: Motion = motion
+    if read.straight:
+        rows = motion.at(np.arange(len(motion)))
     try:
-        made = make_of_motion(motion, machine, options, against)
+        made = make_of_motion(rows, machine, options, against)
     except ToolpathError as fault:  # its line is one of the source
         if fault.file is not None:
             raise
         raise ToolpathError(fault.message, file=source, line=fault.line) from None
     path = None if output is None else made.write(output, unverified=unverified)
     return Posted(motion, made, path, stands)
+
+
+def _of_known_ways(motion: ReadMotion) -> ReadMotion:
+    """Leave out the rows from which the approach, and to which the retract, goes where nobody knows.
+
+    Raises
+    ------
+    ToolpathError
+        Between the cuts is a move whose way isn't known.
+    """
+    lost, cuts = np.flatnonzero(motion.from_unknown), np.flatnonzero(motion.cutting)
+    if not len(lost) or not len(cuts):
+        return motion
+    begin = int(max(lost[lost < cuts[0]], default=0))
+    end = int(min(lost[lost > cuts[-1]], default=len(motion)))
+    within = lost[((lost > begin) & (lost < end)) | ((lost == 0) & motion.cutting[0])]
+    if len(within):
+        raise ToolpathError(
+            f"{len(within)} moves between cuts, the first here, start at positions that the program doesn't "
+            "give, so where the tool would pass isn't known, and no program is written; set zero (--zero) or "
+            "start (--start)",
+            file=motion.name,
+            line=int(motion.source[within[0]]),
+        )
+    return motion.part(slice(begin, end))
 
 
 @spelled_out(Writing)

@@ -32,7 +32,6 @@ from fiveaxis.motion import (
 )
 from fiveaxis.nc import NOT_VERIFIED, Program, compose_program, require_motion
 from fiveaxis.nc.formats import require_program_suffix
-from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.report.facts import ProgramFigures
@@ -291,7 +290,7 @@ def compose_verified(
         found, *more = verdict(back, draft)
     except MissingDependency as fault:
         found, more = not_verified(fault), []
-    gate = Gate.of(found.merge(*more, unsaid(back.read.findings)), options.writing["override"])
+    gate = Gate.of(found.merge(*more, unsaid(back.read.motion.findings)), options.writing["override"])
     text = compose((*priced, *gate.notes))
     # The header is comments only; make sure that the rest reads the same.
     again = ReadBack.of(text, motion, wording, options.settings).motion
@@ -310,7 +309,7 @@ def _text_energy(back: ReadBack, text: Program) -> Energy | None:
     if back.is_list or back.read.by_control or not machine.has_powers:
         return None
     try:
-        return price_program(Source(f"program{text.suffix}", list(text.lines)), machine, ReadOptions()).energy
+        return price_program(Source(f"program{text.suffix}", list(text.lines)), machine, {}).energy
     except ToolpathError:  # a rapid move whose speed nobody states
         return None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -20,10 +20,11 @@ from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
 from fiveaxis.motion import Motion, PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
 from fiveaxis.nc import ReadMotion, stated_clock
-from fiveaxis.nc.control.program_reader import read_motion_of
-from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.control.program_reader import require_timed
 from fiveaxis.nc.own_header import set_up_as_stated, stated_feed, stated_tool
+from fiveaxis.nc.rows import require
 from fiveaxis.nc.source import Source, load_source
+from fiveaxis.nc.traced_program import load_program
 from fiveaxis.options import Coordinates, Reading, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool
 
@@ -129,9 +130,11 @@ def program_energy(
 ) -> ProgramEnergy:
     """Compute the energy that an NC program costs the feed drives, block by block and by axis.
 
+    Time and energy of moves whose start or end isn't known are left out, with a finding.
+
     Parameters
     ----------
-    path : a program of machine-axis words
+    path : a program, a list of cutter locations or the table of a motion, read as for `verify_program`
     machine : with a drive on every axis and the load on its table. Unless it was set up
         (`Machine.with_setup`), the workpiece stands where the header of a program of fiveaxis says
     tool : the programmed feed, which the travel metric uses, is the speed of its centre (`path_feed`); by
@@ -151,14 +154,13 @@ def program_energy(
     ----------
     Edem & Balogun (2018), Eq. (1), for weight drives; Hayashi et al. (2018) for tables of power.
     """
-    given = ReadOptions.of(reading, machine=machine)
-    return price_program(load_source(path), machine, given, tool=tool, corners=corners, control=control)
+    return price_program(load_source(path), machine, reading, tool=tool, corners=corners, control=control)
 
 
 def price_program(
     source: Source,
     machine: Machine,
-    reading: ReadOptions,
+    reading: Mapping[str, Any],
     *,
     tool: Tool | None = None,
     corners: Corners = "control",
@@ -166,7 +168,13 @@ def price_program(
 ) -> ProgramEnergy:
     """Compute the energy of a program's text as `program_energy` does that of a file."""
     machine, stands = set_up_as_stated(machine, source)
-    read = read_motion_of(source, machine, replace(reading, machine=machine))
+    read = require_timed(load_program(source, machine, tool, reading).motion, machine, reading.get("rapid"))
+    require(
+        np.all(np.isfinite(read.positions), axis=1),
+        read.source,
+        source,
+        lambda _: f"no position of the axes of machine {machine.name!r} reaches this location",
+    )
     lines, taken = source.lines, None
     if corners == "control":
         clock = stated_clock(source, control)
@@ -179,10 +187,12 @@ def price_program(
     feed, taken_over = _feeds(machine, read, tool, stated_feed(source), rounding)
     motion = replace(read, feed=feed)
     law, integral = None, None
-    feed_time = float(read.time.sum())
+    lost = read.from_unknown
+    feed_time = float(read.time[~lost].sum())
     if taken is not None:
         motion = replace(motion, time=taken.times)
     if corners in ("programmed", "control"):
+        motion = replace(motion, time=np.where(lost, 0.0, motion.time))
         by_block = move_powers(machine, motion, rounding) * motion.time[:, None]
     elif isinstance(corners, str) and corners != "exact-stop":
         what = "control, programmed, exact-stop, or a tolerance in mm"
@@ -190,7 +200,8 @@ def price_program(
     else:
         # The durations of blocks that only turn follow from their own feed words.
         law = time_motion(read, machine, corners=corners)
-        motion, by_block = replace(motion, time=law.motion.time), law_energies(machine, law)
+        motion = replace(motion, time=np.where(lost, 0.0, law.motion.time))
+        by_block = np.where(lost[:, None], 0.0, law_energies(machine, law))
         integral = by_block
     timed = law is not None if taken is None else taken.basis == "accelerations"
     timing: Timing = "accelerations" if timed else "programmed"
@@ -232,12 +243,13 @@ def _whole_blocks(
     same = np.zeros(len(motion), dtype=bool)
     same[2:] = np.abs(np.diff(steps[1:], axis=0)).max(axis=1, initial=0.0) <= SAME_STEP
     same[1:] &= (np.diff(motion.source) == 0) & (np.diff(motion.kind) == 0)
-    same[1:] &= np.abs(np.diff(motion.time)) <= SAME_TIME
+    same[1:] &= (np.abs(np.diff(motion.time)) <= SAME_TIME) & ~motion.from_unknown[1:]
     last = np.append(~same[1:], True)
     last[0] = True
     if last.all():
         return motion, taken
-    columns = {name: getattr(motion, name)[last] for name in ("positions", "feed", "kind", "source")}
+    names = ("positions", "feed", "kind", "source", "from_unknown")
+    columns = {name: getattr(motion, name)[last] for name in names}
     joined = replace(motion, time=_joined(motion.time, last), **columns)
     return joined, None if taken is None else replace(taken, times=_joined(taken.times, last))
 

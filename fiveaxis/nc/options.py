@@ -21,6 +21,7 @@ class ReadOptions:
     Parameters
     ----------
     tool : the cutter; None for the file's
+    stand_in : cutter where neither the caller nor the file states one; None if that is an error
     feed_mm_min : one feed for all locations, in place of the file's
     unit : ``mm`` or ``inch``, of lengths, in place of the file's
     machine : that a program was written for: its rotary words are angles of this machine
@@ -29,13 +30,12 @@ class ReadOptions:
     start, zero, rapid, block_delete, wrap, increment : as for `read_program`
     columns : of a list of points without header
     operation : number of the one to read, of several; None for the only one
-    assume_zero : whether moves in machine coordinates (G53, G28) count from the program's zero where
-        `zero` isn't given; else where they end is unknown
     harmless : M words of the machine's builder that move and switch nothing
     path_shape : what lies between locations, ``smooth`` curves or chords; None as the file states it
     """
 
     tool: Tool | None = None
+    stand_in: Tool | None = None
     feed_mm_min: float | None = None
     unit: str | None = None
     machine: Machine | None = None
@@ -48,7 +48,6 @@ class ReadOptions:
     columns: tuple[str, ...] | None = None
     operation: int | None = None
     increment: float | None = None
-    assume_zero: bool = True
     harmless: tuple[str, ...] = ()
     path_shape: PathShape | None = None
 
@@ -84,7 +83,7 @@ class ReadOptions:
         ToolError
             Neither is known.
         """
-        tool = self.tool or stated
+        tool = self.tool or stated or self.stand_in
         if tool is None:
             raise ToolError("the file states no tool; say which with tool (--tool ball:10)", file=source.name)
         return tool

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +16,9 @@ from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
-from fiveaxis.nc.control.program_reader import read_motion_of
-from fiveaxis.nc.control.technology import TechnologyTrack, read_technology
+from fiveaxis.nc.control.axis_track import RAPID
+from fiveaxis.nc.control.program_reader import NAMES_NO_AXES, ReadMotion, read_motion_of
+from fiveaxis.nc.control.technology import read_technology
 from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
@@ -27,8 +28,6 @@ from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # mm: diameter of the ball that stands for the tip of an unknown tool.
 POINT = 1e-6
-# mm/min: of rapid moves of axes without a known speed; only their duration depends on it.
-RAPID = 10_000.0
 # Rewinds: least distance that the tool goes back along its axis, mm; rounding of the words within which it
 # returns, mm and rad; most rows.
 LEAST_RETRACT = 1.0
@@ -42,23 +41,16 @@ class TracedProgram:
 
     Parameters
     ----------
-    motion : of the axes, one row per block
+    motion : of the axes, one row per block; a list or a table has no technology
     path : of the tool's tip along it, with file and line of each row
-    findings : what was assumed or left out while reading
-    tcp : (n,), whether the move runs under TCP
-    technology : spindle, tool, offsets and coolant in force in the move; None for a list or a table, which
-        has none
     straight : whether the tool's centre moves in a straight line between rows; else all axes run linearly
     by_control : whether it does because the control moves the tip (TCP); the program then doesn't state its
         rotary angles
     by_direction : whether the program gives directions of the tool instead
     """
 
-    motion: Motion
+    motion: ReadMotion
     path: Toolpath
-    findings: tuple[Finding, ...]
-    tcp: BoolArray
-    technology: TechnologyTrack | None
     straight: bool = False
     by_control: bool = False
     by_direction: bool = False
@@ -66,7 +58,7 @@ class TracedProgram:
     @property
     def is_table(self) -> bool:
         """Whether it is the table of a motion."""
-        return self.technology is None and not self.by_control
+        return self.motion.technology is None and not self.by_control
 
     @property
     def tcp_height(self) -> float | None:
@@ -84,12 +76,13 @@ def load_program(
 ) -> TracedProgram:
     """Read a program or the table of a motion, and trace its tool.
 
-    A program that doesn't state the axis values (tool directions, positions in a frame that only the machine
-    knows) is read as a path of the tool, and the axes take the angles nearest to those before.
+    This is how programs are read to be verified, priced and posted; `read_path_of` has the same rows, without
+    what the machine decides. What doesn't state the axis values (a list of cutter locations, a program with
+    tool directions) is read as a path of the tool, and the axes take the angles nearest to those before.
 
     Parameters
     ----------
-    source : a program, or a table as `write_motion` writes it
+    source : a program, a list of cutter locations, or a table as `write_motion` writes it
     machine : on which it runs
     tool : None for its tip alone
     reading : as for `read_program`
@@ -134,7 +127,10 @@ def load_text(
 def trace_table(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> TracedProgram:
     """Trace the tool of a motion's table, whose centre moves in a straight line between rows."""
     path = trace_tool(motion, machine, tool, name)
-    return TracedProgram(motion, path, (), np.zeros(len(motion), dtype=bool), None, straight=True)
+    columns = {field.name: getattr(motion, field.name) for field in fields(Motion)}
+    never = np.zeros(len(motion), dtype=bool)
+    read = ReadMotion(**columns, name=name, tcp=never, from_unknown=never)
+    return TracedProgram(read, path, straight=True)
 
 
 def trace_tool(motion: Motion, machine: Machine, tool: Tool | None, name: str) -> Toolpath:
@@ -206,8 +202,7 @@ def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArra
 
 def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> ReadOptions:
     given = {name: value for name, value in reading.items() if value is not None}
-    # What isn't stated isn't judged: a retract to an unknown height would look like a plunge.
-    return ReadOptions(tool=tool, machine=machine, assume_zero=False, **({"rapid": RAPID} | given))
+    return ReadOptions(tool=tool, machine=machine, **given)
 
 
 def _load(
@@ -218,7 +213,7 @@ def _load(
     except ToolpathError as fault:
         return _load_path(source, machine, options, fault, begin)
     path = trace_tool(motion, machine, options.tool, motion.name)
-    return TracedProgram(motion, path, motion.findings, motion.tcp, motion.technology)
+    return TracedProgram(motion, path)
 
 
 def _load_table(
@@ -241,28 +236,24 @@ def _load_path(
     begin: Array | None = None,
 ) -> TracedProgram:
     """Read a program as a path of the tool, or raise `fault`: why it can't be read as axis values."""
+    lists = lists_locations(source)
     try:
-        path = read_path_of(source, replace(options, tool=options.tool or Tool.ball(POINT)))
+        path = read_path_of(source, replace(options, stand_in=Tool.ball(POINT)))
     except ToolpathError:
-        if lists_locations(source):
+        if lists:
             raise
         raise fault from None
     if not path.has_axes:
-        raise fault
+        raise source.error(
+            "has contacts and normals, and no tool axes; choose them first (optimise, `fiveaxis optimise`)"
+        )
     positions = _follow_branches(path, machine, begin)
-    motion = Motion(
-        letters=machine.letters,
-        positions=positions,
-        feed=path.feed,
-        time=block_times(path, machine, positions),
-        kind=path.kind,
-        source=path.source,
-    )
+    what = NAMES_NO_AXES if lists else f"isn't a motion of the axes ({fault.message})"
     assumed = Finding(
         Severity.WARNING,
         "angles-assumed",
-        f"it isn't a motion of the axes ({fault.message}), so the tool's path is checked with the rotary "
-        "angles nearest to those before; the control may choose others",
+        f"it {what}, so the tool's path is read with the rotary angles nearest to those before; the control "
+        "may choose others",
         Place(line=fault.line, file=path.name),
     )
     # Normals that a program gives belong to contacts; here the tool is traced by its tip.
@@ -275,21 +266,31 @@ def _load_path(
         source=path.source,
         name=path.name,
     )
-    lists = lists_locations(source)
+    time = block_times(path if options.rapid else path.with_rapid(RAPID), machine, positions)
     if not lists:
         # A block that is too fast for an axis is a finding, not a slower block.
         # F is the tip's.
         by_tip = replace(path, pivot=path.tips(path.axis))
-        time = np.where(path.rapid, motion.time, feed_times(by_tip, turns_of(motion, machine)))
-        motion = replace(motion, time=time)
-    technology = None if lists else read_technology(source, options.harmless).track(path.source)
-    tcp = np.ones(len(path), dtype=bool)
+        turns = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[:, machine.rotary_columns]
+        time = np.where(path.rapid, time, feed_times(by_tip, turns.max(axis=1, initial=0.0)))
+    motion = ReadMotion(
+        letters=machine.letters,
+        positions=positions,
+        feed=path.feed,
+        time=time,
+        kind=path.kind,
+        source=path.source,
+        name=source.name,
+        tcp=np.ones(len(path), dtype=bool),
+        from_unknown=np.zeros(len(path), dtype=bool),
+        technology=None if lists else read_technology(source, options.harmless).track(path.source),
+        operation=path.operation,
+        ignored=path.ignored,
+        findings=(assumed, *path.findings),
+    )
     return TracedProgram(
         motion,
         bare,
-        (assumed, *path.findings),
-        tcp,
-        technology,
         straight=True,
         by_control=True,
         by_direction=path.rotary is None or bool(np.isnan(path.rotary).any()),

@@ -106,7 +106,13 @@ class Units:
         figures = f"{size.text(self.now)} as {self.now}, {size.text(other)} as {other}"
         code, text, line = "", "", self.stated_line or self.used_line
         unit = self.now
-        if why and not size.faults(other, machine):
+        if why and (neither := " and ".join(size.faults(other, machine))):
+            code = "unit-doubtful"
+            text = (
+                f"lengths fit neither unit: in {self.now}, as they are read, {why}; in {other}, {neither}: "
+                f"{figures}; check unit, decimal points and feeds in the CAM system"
+            )
+        elif why:
             if self.stated is None and self.given is None:
                 code, unit, whose = "unit-assumed", other, "as no unit is stated"
                 cure = f"{other} is assumed instead, set unit={self.now} (--unit {self.now}) if it isn't"

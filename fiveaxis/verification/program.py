@@ -108,7 +108,7 @@ def check_program(
     source = load_source(program)
     machine, stands = set_up_as_stated(machine, source)
     read = load_program(source, machine, against.cutter, reading)
-    read = replace(read, findings=(*read.findings, *stands))
+    read = replace(read, motion=replace(read.motion, findings=(*read.motion.findings, *stands)))
     return check_read(read, machine, against, surface_tolerance, tolerances)
 
 
@@ -130,8 +130,8 @@ def check_read(
     left = (*NOT_CHECKED, *(sentence for given, sentence in lacking if given is None))
     between = CheckedInterpolation.of_height(read.tcp_height)
     report = examine(Examination(context, around, between, rows=rows), left)
-    told = Report.of_findings((*read.findings, *_part_size(around, against)))
-    return report.merge(told, *(() if against.program is None else (unsaid(read.findings),)))
+    told = Report.of_findings((*read.motion.findings, *_part_size(around, against)))
+    return report.merge(told, *(() if against.program is None else (unsaid(read.motion.findings),)))
 
 
 def check_table(motion: Motion, machine: Machine, against: Against) -> Report:

@@ -113,14 +113,14 @@ class ProgramRows:
         """Meaning of the words: positions of axes where any cut isn't under TCP."""
         if self.read.by_control:
             return "vector"
-        under = self.read.tcp[self.read.motion.cutting]
+        under = self.read.motion.tcp[self.read.motion.cutting]
         return "tip" if under.size and under.all() else "axes"
 
     def asked(self, machine: Machine) -> RequiredTechnology | None:
         """Return what has to be in force in the cuts; None if nobody said."""
         if self.against.program is None:
             return None
-        tip: Coordinates = "tip" if self.read.tcp.any() else "axes"
+        tip: Coordinates = "tip" if self.read.motion.tcp.any() else "axes"
         return self.against.program.asked(machine, "vector" if self.read.by_direction else tip)
 
 
@@ -132,7 +132,7 @@ def check_program_feeds(context: CheckContext, rows: ProgramRows) -> Iterator[Re
     read, match = rows.read, rows.match
     if match is not None:
         yield check_feeds_along(context, match, knows_axes=not read.by_control)
-        if not match.path.feed_is_assumed and read.technology is None:
+        if not match.path.feed_is_assumed and read.motion.technology is None:
             yield check_stated_feeds(context, match)
     elif read.is_table and rows.against.cutter is not None and not context.toolpath.zone.offset:
         yield check_feeds(context)

@@ -378,7 +378,8 @@ def _check_rapids(back: ReadBack, rows: IntArray) -> Result:
 def _check_modes(back: ReadBack, rows: IntArray) -> Result:
     written = back.written[back.written > back.planned.first]
     wanted = back.planned.interpolation is Interpolation.TCP
-    bad = written[back.read.tcp[back.end[written]] != wanted] if not back.read.by_control else written[:0]
+    under = back.read.motion.tcp[back.end[written]]
+    bad = written[under != wanted] if not back.read.by_control else written[:0]
     state = "on" if wanted else "off"
     return violated(
         "tcp-state",

@@ -95,8 +95,8 @@ def check_descent(read: TracedProgram, machine: Machine) -> Iterator[Result]:
 
     It is a warning in a program of another source, whose start may be high enough.
     """
-    track, motion = read.technology, read.motion
-    at = np.flatnonzero(read.tcp)[:1]
+    track, motion = read.motion.technology, read.motion
+    at = np.flatnonzero(read.motion.tcp)[:1]
     lines = () if track is None else track.diagonals
     if track is None or "Z" not in machine.letters or not np.isin(motion.source[at], lines).any():
         return

@@ -231,11 +231,11 @@ def _text(e: Examination) -> Iterable[Result]:
 def _technology(e: Examination) -> Iterable[Result]:
     if e.text is not None:
         back, cuts = e.text.back, e.text.back.cuts
-        if (technology := back.read.technology) is not None:
+        if (technology := back.read.motion.technology) is not None:
             rapid, track = back.motion.kind == MoveKind.RAPID, technology.at(back.end[cuts])
             rows = e.text.rows[cuts]
             yield from check_technology(track, rows, back.asked, rapid, technology, has_path=True)
-    elif e.rows is not None and (technology := e.rows.read.technology) is not None:
+    elif e.rows is not None and (technology := e.rows.read.motion.technology) is not None:
         read, asked = e.rows.read, e.rows.asked(e.context.machine)
         cuts = cutting_rows(e.context, e.rows.match)
         track = technology.at(cuts)
@@ -245,7 +245,7 @@ def _technology(e: Examination) -> Iterable[Result]:
         )
         if read.by_control:
             yield from check_feed_mode(track, cuts, asked)
-        yield check_switched(read.tcp, cuts)
+        yield check_switched(read.motion.tcp, cuts)
         yield from check_descent(read, e.context.machine)
 
 

@@ -225,7 +225,7 @@ class Trial:
                 surroundings=Surroundings(),
                 tolerances=DEFAULT_TOLERANCES,
             )
-            return report.merge(unsaid(back.read.findings))
+            return report.merge(unsaid(back.read.motion.findings))
 
         return verdict_of(check)
 

@@ -70,23 +70,19 @@ BEGINNINGS = {"nc": "{}", "mpf": "N10 {}", "h": "7 L {}"}
     suffix=st.sampled_from(sorted(BEGINNINGS)),
     mode=st.sampled_from(["G94", "G93", "fixed", "wrap", "headless", "G91"]),
     remarks=st.lists(st.integers(0, 4), min_size=1, max_size=5),
-    for_motion=st.booleans(),
 )
-@example([("G1 ", "X1 Y2 Z3 A4 C5 F6")] * 40, {}, "nc", "G94", [0], True)
-@example([("G1 ", "X1.1 Y2.3 A4.7 F6")] * 40, {}, "nc", "G91", [1], True)
-@example([("", f"F{9 + i}") for i in range(30)], {}, "nc", "G94", [0], False)
-@example([("", f"X{i} C{i} F5") for i in range(40)], {9: "12 ; b", 20: "X8 ; ~"}, "h", "G94", [1], True)
-@example([("G1 ", f"C{50 * i % 360} F5") for i in range(40)], {}, "nc", "wrap", [0, 1], True)
-@example(
-    [*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")], {0: "G21 G90 G94"}, "nc", "headless", [0], False
-)
+@example([("G1 ", "X1 Y2 Z3 A4 C5 F6")] * 40, {}, "nc", "G94", [0])
+@example([("G1 ", "X1.1 Y2.3 A4.7 F6")] * 40, {}, "nc", "G91", [1])
+@example([("", f"F{9 + i}") for i in range(30)], {}, "nc", "G94", [0])
+@example([("", f"X{i} C{i} F5") for i in range(40)], {9: "12 ; b", 20: "X8 ; ~"}, "h", "G94", [1])
+@example([("G1 ", f"C{50 * i % 360} F5") for i in range(40)], {}, "nc", "wrap", [0, 1])
+@example([*[("G0 ", "C1")] * 30, ("G1 ", "X1 Y1 Z1 A1 C1 F9")], {0: "G21 G90 G94"}, "nc", "headless", [0])
 def test_a_run_of_plain_blocks_is_the_same_block_by_block(
     lines: list[tuple[str, str]],
     others: dict[int, str],
     suffix: str,
     mode: str,
     remarks: list[int],
-    for_motion: bool,
 ):
     program = [
         BEGINNINGS[suffix].format(words if suffix == "h" else motion + words) for motion, words in lines
@@ -104,17 +100,17 @@ def test_a_run_of_plain_blocks_is_the_same_block_by_block(
     program = [*begin, *([mode] if mode[0] == "G" and suffix != "h" else []), *program]
     wrap: Wrap | None = "shorter" if mode == "wrap" and suffix != "mpf" else None
     feed = 500.0 if mode == "fixed" else None
-    require_same_block_by_block(f"part.{suffix}", program, for_motion, wrap=wrap, feed_mm_min=feed)
+    require_same_block_by_block(f"part.{suffix}", program, wrap=wrap, feed_mm_min=feed)
 
 
-def require_same_block_by_block(name: str, program: list[str], for_motion: bool, **options: Any) -> None:
+def require_same_block_by_block(name: str, program: list[str], **options: Any) -> None:
     """Compare with a program in which a form feed makes each line one that is read by itself."""
     machine = load_machine("linuxcnc-xyzac-trt")
 
     def run(end: str) -> object:
         try:
             source = Source(name, [line + end for line in program])
-            ran = run_program(source, machine, ReadOptions(machine=machine, **options), for_motion=for_motion)
+            ran = run_program(source, machine, ReadOptions(machine=machine, **options))
         except ToolpathError as fault:
             return str(fault)
         ignored = {word: n for word, n in ran.ignored.items() if n}
@@ -150,14 +146,13 @@ ISO_WORDS = {"A3=": "I", "B3=": "J", "C3=": "K", " [ABC]5=[0-9.]+": "", "TRAFOOF
         max_size=2,
     ),
     suffix=st.sampled_from(["nc", "mpf", "h"]),
-    for_motion=st.booleans(),
 )
-@example(["X1"] * 40, ["C3=1"], {20: "X3"}, "mpf", False)
-@example(["X1", "Y2"] * 30, ["C3=1", "A3=0.6 C3=0.8"], {20: "A3=0.8 B3=0.6"}, "nc", False)
-@example(["X1", "Y2"] * 30, ["A3=2"], {20: "TRAFOOF"}, "nc", False)
-@example(["X1", "X2"] * 30, ["C3=1", "A3=1"], {}, "h", False)
+@example(["X1"] * 40, ["C3=1"], {20: "X3"}, "mpf")
+@example(["X1", "Y2"] * 30, ["C3=1", "A3=0.6 C3=0.8"], {20: "A3=0.8 B3=0.6"}, "nc")
+@example(["X1", "Y2"] * 30, ["A3=2"], {20: "TRAFOOF"}, "nc")
+@example(["X1", "X2"] * 30, ["C3=1", "A3=1"], {}, "h")
 def test_a_run_of_tool_directions_is_the_same_block_by_block(
-    lines: list[str], directions: list[str], others: dict[int, str], suffix: str, for_motion: bool
+    lines: list[str], directions: list[str], others: dict[int, str], suffix: str
 ):
     program = [f"{words} {directions[i % len(directions)]}" for i, words in enumerate(lines)]
     # Without words of a direction, the one in force holds.
@@ -176,7 +171,7 @@ def test_a_run_of_tool_directions_is_the_same_block_by_block(
         "mpf": ["G710 G90 G94", "TRAORI", "G0 X0 Y0 Z0 A3=0 B3=0 C3=1", "G1 F100"],
         "h": ["M128", "LN X0 Y0 Z0 TZ1 FMAX", "L F100"],
     }
-    require_same_block_by_block(f"part.{suffix}", [*head[suffix], *program], for_motion)
+    require_same_block_by_block(f"part.{suffix}", [*head[suffix], *program])
 
 
 REAL = Path(__file__).parents[3] / "shared" / "data" / "toolpaths"

@@ -128,11 +128,10 @@ class Tools:
         try:
             stated = self._stated(scale)
         except ToolError as fault:
-            if options.tool is None:
+            used = options.tool or options.stand_in
+            if used is None:
                 raise
-            findings.append(
-                self._warning("tool-unread", f"{fault.message}; {options.tool} is used", fault.line)
-            )
+            findings.append(self._warning("tool-unread", f"{fault.message}; {used} is used", fault.line))
         tool = options.tool_or(stated, self.source)
         if stated is not None and str(tool) != str(stated):
             line = self.used.statement.line if isinstance(self.used, Figures) else None

@@ -17,11 +17,12 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL
 from fiveaxis.nc.languages.block import Triple
-from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind
 
 # Key of the counts: blocks to the position that the axes already have.
 NO_MOVE = "no move"
+# The same: rapid moves within the path after which the position of an axis isn't known.
+UNKNOWN_END = "rapid moves to an unknown position"
 
 Values = list[float | None]
 
@@ -34,9 +35,14 @@ class Counting(IntEnum):
     TIP = 2  # tip on the workpiece (TCP, a tilted plane)
 
 
-# Values, line, kind, duration in s, feed per s as in `Modes.pace`, `Counting`, tool vector, surface normal.
-Row = tuple[tuple[float | None, ...], int, int, float | None, float | None, int, Triple | None, Triple | None]
+# Values, line, kind, duration in s, feed per s as in `Modes.pace`, `Counting`, tool vector, surface normal,
+# whether the start of the move isn't known.
+Row = tuple[
+    tuple[float | None, ...], int, int, float | None, float | None, int, Triple | None, Triple | None, bool
+]
 
+# mm/min, deg/min: of rapid moves of axes without a known speed; only their duration depends on it.
+RAPID = 10_000.0
 # Rows that are packed into arrays at a time.
 PART = 10_000
 
@@ -50,7 +56,7 @@ class AxisTrack:
     machine : the machine of the axes
     now : (k,), in the order of `machine.axes`; None where unknown
     ignored : counts of moves that aren't in the rows
-    approach : count of rapid moves before all axes are known
+    approach : count of rapid moves to the first row or before it, whose starts aren't known
     vector : tool direction on the workpiece in force, instead of angles
     control_turned : line on which the control began to turn the rotary axes to angles that aren't in the
         program; 0 before
@@ -100,7 +106,9 @@ class AxisTrack:
         normal: Triple | None = None,
     ) -> None:
         """Add a row, and move the axes there."""
-        self.rows.append((tuple(values), line, kind, time, feed, self.counting, self.vector, normal))
+        # Angles that the control chose for a direction aren't known.
+        lost = None in ([self.now[i] for i in self.linear] if self.control_turned else self.now)
+        self.rows.append((tuple(values), line, kind, time, feed, self.counting, self.vector, normal, lost))
         self.now = values
 
     def columns(self) -> Columns:
@@ -166,7 +174,7 @@ class Rows:
     def _pack(self) -> None:
         if not self._last:
             return
-        values, lines, kinds, times, feeds, counting, vectors, normals = zip(*self._last, strict=True)
+        values, lines, kinds, times, feeds, counting, vectors, normals, lost = zip(*self._last, strict=True)
         self._count += len(self._last)
         self._last = []
         part = Columns(
@@ -179,6 +187,7 @@ class Rows:
             np.array(counting, dtype=np.int64),
             _directions(vectors),
             _directions(normals),
+            np.array(lost, dtype=bool),
         )
         self._parts.append(part)
 
@@ -196,6 +205,8 @@ class Columns:
     feeds : (n,), per second as in `Modes.pace`, if the program gives a feed
     counting : (n,), `Counting` values
     vectors, normals : (n, 3), as written
+    from_unknown : (n,), whether the move that ends at the row starts where the program doesn't say: moves
+        before it aren't in the rows
     """
 
     machine: Machine
@@ -207,11 +218,18 @@ class Columns:
     counting: IntArray
     vectors: Array
     normals: Array
+    from_unknown: BoolArray
 
-    def at(self, rows: slice) -> Columns:
+    def at(self, rows: slice | BoolArray) -> Columns:
         """Return some of the rows."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "machine"}
         return Columns(self.machine, **arrays)
+
+    @property
+    def moved(self) -> BoolArray:
+        """(n,), whether something moves: all rows but dwells; the first one counts as a move."""
+        words = np.nan_to_num(np.column_stack([self.values, self.vectors, self.counting]))
+        return np.append(True, (np.diff(words, axis=0) != 0.0).any(axis=1))
 
     @property
     def of_tip(self) -> BoolArray:
@@ -304,51 +322,33 @@ def travel_of(columns: Columns, scale: float) -> Travel:
     return Travel(steps, along, length, time, feed)
 
 
-def motion_times(columns: Columns, scale: float, rapid: float | None, source: Source) -> tuple[Array, Array]:
+def motion_times(columns: Columns, scale: float, rapid: float | None) -> tuple[Array, Array]:
     """Compute duration and feed of each move of a motion, including rapid moves.
 
     Parameters
     ----------
     columns, scale : as for `travel_of`
-    rapid : mm/s or deg/s, in rapid moves of axes without `max_speed`
-    source : the program, for errors
+    rapid : mm/s or deg/s, in rapid moves of axes without `max_speed`; by default that of `RAPID`
 
     Returns
     -------
     time : (n,), s
     feed : (n,), mm/s or deg/s; in rapid moves `rapid` if given, else distance over time; in rows without a
         move the feed of the row before
-
-    Raises
-    ------
-    ToolpathError
-        A rapid move of an axis without a speed.
     """
     travel = travel_of(columns, scale)
     quick = (columns.kinds == MoveKind.RAPID) & np.isnan(columns.times)
-    time = np.where(quick, _rapid_times(columns, travel.steps, quick, rapid, source), travel.time)
+    time = np.where(quick, _rapid_times(columns, travel.steps, rapid), travel.time)
     with np.errstate(divide="ignore", invalid="ignore"):
         feed = np.where(quick, travel.length / time if rapid is None else rapid, travel.feed)
     return time, filled(np.where(travel.length > 0.0, feed, np.nan))
 
 
-def _rapid_times(
-    columns: Columns, steps: Array, quick: BoolArray, rapid: float | None, source: Source
-) -> Array:
+def _rapid_times(columns: Columns, steps: Array, rapid: float | None) -> Array:
     """Return the time of each row's slowest axis, (n,) s."""
-    axes = columns.machine.axes
-    speeds = np.array(
-        [(np.nan if rapid is None else rapid) if a.max_speed is None else a.shown(a.max_speed) for a in axes]
-    )
-    unknown = quick[:, None] & (steps != 0.0) & np.isnan(speeds)
-    if unknown.any():
-        row, column = np.argwhere(unknown)[0]
-        raise source.error(
-            f"a rapid move of {axes[column].letter}, which has no max_speed in machine "
-            f"{columns.machine.name!r}; set rapid (--rapid), or max_speed in the machine file",
-            int(columns.lines[row]),
-        )
-    return np.max(np.where(steps == 0.0, 0.0, np.abs(steps) / speeds), axis=1)
+    axes, stated = columns.machine.axes, RAPID / 60.0 if rapid is None else rapid
+    speeds = np.array([stated if a.max_speed is None else a.shown(a.max_speed) for a in axes])
+    return np.max(np.abs(steps) / speeds, axis=1)
 
 
 def filled(feed: Array) -> Array:

@@ -96,7 +96,6 @@ class Interpreter(RunMoves):
             self.cycle = None
         if block.shorter is not None:
             self._switch_wrapping(block)
-        block = self._suspend_tcp(block)
         self._change_coordinates(block)
         axes = [letter for letter in block.words if self._is_axis(letter, block)]
         self._count(block)
@@ -115,27 +114,6 @@ class Interpreter(RunMoves):
         elif "G53" in block.g:
             self.ignored["G53"] += 1
         return any(word in END for word in block.m)
-
-    def _suspend_tcp(self, block: Block) -> Block:
-        """Switch TCP off for a retract by G53.
-
-        The program doesn't give the tip after it, so it must switch TCP off or on before the next move.
-        """
-        if block.tip_control is not None:
-            self.suspended = None
-        elif self.modes.for_motion and self.coordinates.tip_control and "G53" in block.g:
-            self.suspended = block.line
-            return block._replace(tip_control=False)
-        elif (
-            self.suspended is not None
-            and "G53" not in block.g
-            and not self.columns.keys().isdisjoint(block.words)
-        ):
-            raise BlockError(
-                f"a move after G53 under TCP (line {self.suspended}): the program doesn't give the tip "
-                "after G53; switch TCP off before"
-            )
-        return block
 
     def _change_coordinates(self, block: Block) -> None:
         """Apply a block's changes of work offset, plane and TCP.
@@ -300,10 +278,8 @@ class Interpreter(RunMoves):
                 "long-dwell",
                 f"G4 P{time:g} is taken as seconds; if it is in ms, write seconds",
             )
-        if not self.modes.for_motion:
-            self.ignored["G4"] += 1
-        elif None in self.track.now:
-            self.ignored["G4 before the motion begins"] += 1
+        if None in self.track.now:
+            self.ignored["G4 at an unknown position"] += 1
         else:
             self._begin()
             kind = self.track.rows.last_kind

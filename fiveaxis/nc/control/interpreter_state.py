@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import product
-from fiveaxis.nc.control.axis_track import NO_MOVE, AxisTrack, Values
+from fiveaxis.nc.control.axis_track import NO_MOVE, UNKNOWN_END, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import DrillingCycle, Modes
@@ -50,8 +50,6 @@ class InterpreterState:
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
     functions : M words
     tip_words : words that have switched TCP on
-    lost : word and line of a move within a motion that ended where only the machine knows
-    suspended : line of a retract by G53 under TCP, until TCP is switched again
     frames : lines that change TCP or a tilted plane, with both from there on
     drilled : lines that drill a hole
     zero_word : work offset in force
@@ -70,8 +68,6 @@ class InterpreterState:
     cycle: DrillingCycle | None = None
     line: int = 0
     machine_move_line: int = 0
-    suspended: int | None = None
-    lost: str = ""
     tip_words: set[str] = field(default_factory=set)
     turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
@@ -190,16 +186,12 @@ class InterpreterState:
     def _pace(self, block: Block) -> tuple[float | None, float | None]:
         return (None, 1.0) if self.fixed_feed else self.modes.pace(block)
 
-    def _prepare_feed(self, target: Values) -> None:
-        """Raise if a feed move is undetermined: in a motion its start must be known, in a path its end."""
+    def _prepare_feed(self, target: Values, *, turns: bool = False) -> None:
+        """Raise if the end of a feed move isn't known."""
         track, switch = self.track, self.switch
         self.switch = None
-        if self.modes.for_motion and not track.rows:
-            self._begin()
-            return
-        self._require_found()
-        if not self.modes.for_motion:
-            self._assume_rotary(target)
+        self._assume_rotary(target)
+        self._begin(turns=turns)
         missing = track.unknown(target)
         if missing:
             raise self._undetermined(missing, target, switch)
@@ -226,9 +218,6 @@ class InterpreterState:
                 f"a feed move without {missing}: {_describe(switch)} on line {switch.line}, and {missing} "
                 "isn't in the program since; write X, Y and Z, or begin with a rapid move"
             )
-        return self._unknown_position(missing)
-
-    def _unknown_position(self, missing: str) -> BlockError:
         return BlockError(
             f"a feed move, and the position of {missing} isn't in the program yet; set start, or write a "
             "rapid move before"
@@ -241,7 +230,7 @@ class InterpreterState:
             return
         silent = [i for i in track.rotary if target[i] is None and i not in self.named]
         for column in silent:
-            target[column] = self.coordinates.offsets[column]
+            target[column] = track.now[column] = self.coordinates.offsets[column]
         if silent:
             letters = ", ".join(track.machine.letters[i] for i in silent)
             self.note(
@@ -250,40 +239,27 @@ class InterpreterState:
                 f"the program cuts before it gives {letters}; 0 deg is assumed, set start if it isn't",
             )
 
-    def _begin(self) -> None:
-        """Add the first row of a motion, the start of its first move."""
+    def _begin(self, *, turns: bool = False) -> None:
+        """Add the start of the first move as the first row, if it is known.
+
+        Parameters
+        ----------
+        turns : whether the move has turned the tool to a direction, so that the one before is unknown
+        """
         track = self.track
-        missing = track.unknown(track.now)
-        if missing:
-            raise self._unknown_position(missing)
-        if not track.rows:
+        if not track.rows and not turns and not track.unknown(track.now):
             track.add(track.now, self.line, RAPID, 0.0)
 
-    def _require_found(self) -> None:
-        """Raise if a motion would go on from a place that isn't in the program."""
-        if self.lost:
-            raise BlockError(
-                f"a move after {self.lost}, which ends where only the machine knows: the way from there "
-                f"isn't "
-                "in the program; write G0 with that position, or one program for each part"
-            )
-
     def go_rapid(self, target: Values, *, turns: bool = False) -> None:
-        """Add a rapid move; until all axes are known it only updates their positions."""
+        """Add a rapid move; where an axis isn't known it only updates their positions."""
         track = self.track
-        if self.modes.for_motion and not track.rows:
-            if track.unknown(track.now):
-                track.now = target
-                track.approach += 1
-                if not track.unknown(target):
-                    self._begin()
-                return
-            self._begin()
+        self._begin(turns=turns)
+        begins = not track.rows
+        track.approach += begins
         if track.unknown(target):
+            self.ignored[UNKNOWN_END] += not begins
             track.now = target
-            track.approach += 1
             return
-        self._require_found()
         self.switch = None
         if target == track.now and not turns and track.rows:
             self.ignored[NO_MOVE] += 1

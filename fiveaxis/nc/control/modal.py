@@ -134,14 +134,10 @@ class Modes:
     to_initial : G98, cycles return to the initial level instead of R
     compensated : G43, the control adds the tool length
     vectors : G43.5, I, J and K of a straight move are the tool direction
-    for_motion : whether a motion is read, with a time for each row
-    assume_zero : as in `ReadOptions`
     knows_motion : whether G0, G1 or another word of motion has been read
     """
 
     units: Units
-    for_motion: bool
-    assume_zero: bool = True
     motion: str | None = None
     plane: str = "G17"
     incremental: bool = False

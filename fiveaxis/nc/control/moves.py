@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,7 +38,7 @@ class Moves(InterpreterState):
         if "G53" in block.g and self.modes.incremental:
             # Fanuc doesn't move, Haas goes to the machine position, LinuxCNC stops: nothing is known after
             # it.
-            self._lose("G53 under G91", axes)
+            self._leave_at(dict.fromkeys(axes))
             return
         if motion is None and axes:
             self._require_begin()
@@ -70,10 +70,7 @@ class Moves(InterpreterState):
         """Check whether a move in machine coordinates (G53) is in the result."""
         if self.modes.motion not in STRAIGHT:
             raise BlockError("G53 needs G0 or G1; write one in its block")
-        if self._omit_move("G53", {c: block.words[c] for c in axes}):
-            return False
-        self._note_machine_zero("G53")
-        return True
+        return not self._omit_move("G53", {c: block.words[c] for c in axes})
 
     def _require_begin(self) -> None:
         """Accept a first position without G0 or G1, whose way isn't in the program; else raise."""
@@ -87,28 +84,17 @@ class Moves(InterpreterState):
             "program, only its end is used",
         )
 
-    def _lose(self, word: str, axes: Iterable[str]) -> None:
-        """Leave axes where only the machine knows: their positions are unknown until words give them."""
-        self._require_axes(word)
-        self._leave_at({self.columns[letter]: None for letter in axes})
-        if self.modes.for_motion and self.track.rows:
-            self.lost = self.lost or f"{word} on line {self.line}"
-
-    def _require_axes(self, word: str) -> None:
-        """Raise if a word moves axes in a motion whose positions are the tip's."""
-        if self.modes.for_motion and self.coordinates.of_tip:
-            raise BlockError(
-                f"{word} under TCP: the tip after it isn't in the program; switch TCP off before"
-            )
-
-    def _leave_at(self, targets: Mapping[int, float | None]) -> None:
-        """Leave axes, by column, at machine positions, None where unknown; the move isn't in the path."""
-        track = self.track
-        self.named |= targets.keys()
-        if not targets.keys().isdisjoint(track.rotary):
+    def _leave_at(self, targets: Mapping[str, float | None]) -> None:
+        """Leave axes, by letter, at machine positions, None where unknown; the move isn't in the rows."""
+        track, left = self.track, {self.columns[letter]: position for letter, position in targets.items()}
+        self.named |= left.keys()
+        if not left.keys().isdisjoint(track.rotary):
             # Rotary axes at machine positions end the tool direction in force.
             track.vector = None
-        track.now = [targets.get(i, v) for i, v in enumerate(track.now)]
+        if self.coordinates.of_tip and not left.keys().isdisjoint(track.linear):
+            # Where one linear axis goes decides all three words of the tip.
+            left |= dict.fromkeys(track.linear)
+        track.now = [left.get(i, v) for i, v in enumerate(track.now)]
         self.turned_local = self.coordinates.to_local(track.now)
         self.ignored[MACHINE_MOVES] += 1
         self.machine_move_line = self.machine_move_line or self.line
@@ -150,7 +136,7 @@ class Moves(InterpreterState):
         return self._on_workpiece(given)
 
     def _add_cut(self, target: Values, block: Block, *, turns: bool) -> None:
-        self._prepare_feed(target)
+        self._prepare_feed(target, turns=turns)
         if target == self.track.now and not turns and self.track.rows:
             self.ignored[NO_MOVE] += 1
             return
@@ -197,11 +183,10 @@ class Moves(InterpreterState):
         self.cycle.take(block, scale, incremental=self.modes.incremental)
         rest = {c: v for c, v in block.words.items() if c != "Z"}
         over, point = self._target(block._replace(words=rest))
-        if not self.modes.for_motion:
-            self._assume_rotary(over)
+        self._assume_rotary(over)
         self.note(
-            # What isn't in a motion takes time, too.
-            Severity.WARNING if self.modes.for_motion else Severity.NOTE,
+            # What isn't in the rows takes time, too.
+            Severity.WARNING,
             "cycle-simplified",
             f"{word} is read as one move down and one back; pecks, shifts and dwells are left out",
         )
@@ -262,11 +247,10 @@ class Moves(InterpreterState):
             self.turned_local = local
         if word == "G30":
             # The position of the second reference isn't in the program.
-            self._lose(word, axes)
+            self._leave_at(dict.fromkeys(axes))
             return
         if self._omit_move(word, dict.fromkeys(axes, 0.0)):
             return
-        self._note_machine_zero(word)
         home = self.track.now.copy()
         for column in columns:
             home[column] = 0.0
@@ -274,30 +258,22 @@ class Moves(InterpreterState):
         self.turned_local = self.coordinates.to_local(self.track.now)
 
     def _omit_move(self, word: str, targets: Mapping[str, float]) -> bool:
-        """Omit a move in machine coordinates from a path that can't contain it; return whether it is omitted.
+        """Omit a move in machine coordinates unless its end is known; return whether it is omitted.
 
-        A motion contains it, unless its zero is neither known nor to be assumed; so does a path of axis
-        positions with a known zero.
+        It is known of axis positions, from a given zero. Rotary axes are taken to have the machine's zero.
         """
-        self._require_axes(word)
-        known = self.coordinates.zero is not None and not self.coordinates.of_tip
-        if known or (self.modes.for_motion and self.modes.assume_zero):
+        if self.coordinates.zero is not None and not self.coordinates.of_tip:
             return False
-        columns = {self.columns[letter]: target for letter, target in targets.items()}
-        rotary = self.track.rotary
-        if not columns.keys().isdisjoint(rotary):
-            self._note_machine_zero(word)
-        self._leave_at({column: target if column in rotary else None for column, target in columns.items()})
-        return True
-
-    def _note_machine_zero(self, word: str) -> None:
-        if self.coordinates.zero is None:
+        rotary = {c: target for c, target in targets.items() if self.columns[c] in self.track.rotary}
+        if rotary:
             self.note(
                 Severity.WARNING,
                 "zero-assumed",
-                f"{word} is in machine coordinates, whose zero is assumed to be the program's; set "
-                "zero (--zero) if it isn't",
+                f"{word} turns {', '.join(rotary)} in machine coordinates, whose zero is assumed to be the "
+                "program's; set zero (--zero) if it isn't",
             )
+        self._leave_at(dict.fromkeys(targets) | rotary)
+        return True
 
 
 def round_points(

@@ -13,12 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.errors import ToolpathError
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
@@ -36,10 +38,8 @@ from fiveaxis.nc.words import control_values
 from fiveaxis.options import Reading, spelled_out
 from fiveaxis.toolpath import MoveKind, Operation, divided_rows, interpolate
 
-_LIST = (
-    "is a list of cutter locations, which names no axes; read it as a toolpath (read_toolpath, `fiveaxis "
-    "optimise`)"
-)
+NAMES_NO_AXES = "is a list of cutter locations, which names no axes"
+_LIST = f"{NAMES_NO_AXES}; read it as a toolpath (read_toolpath)"
 # Kind of a file that is no program -> what to do with it.
 NO_PROGRAMS: dict[str, str] = {
     "apt": _LIST,
@@ -62,6 +62,8 @@ class ReadMotion(Motion):
     ----------
     name : the file
     tcp : (n,), whether the move that ends at the row is under TCP
+    from_unknown : (n,), whether that move starts where the program doesn't say, so that its way and duration
+        aren't known; it has no `moves`, and the time of a straight one. Of the first row, a feed move to it
     technology : spindle, tool, offsets and coolant in force in that move; None for another source
     operation : that was read
     ignored : counts of unused words, and of blocks and lines that aren't in the motion
@@ -70,10 +72,26 @@ class ReadMotion(Motion):
 
     name: str = "program"
     tcp: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    from_unknown: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
     technology: TechnologyTrack | None = None
     operation: Operation | None = None
     ignored: Mapping[str, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
+
+    @cached_property
+    def moves(self) -> Array:
+        """(n, k), as in `Motion`; 0 where the start of the move isn't known."""
+        moves = np.diff(self.positions, axis=0, prepend=self.positions[:1])
+        moves[np.flatnonzero(self.from_unknown)] = 0.0
+        return moves
+
+    def part(self, rows: slice) -> ReadMotion:
+        """Return the motion of successive rows, the first of which is its start."""
+        names = ("positions", "feed", "time", "kind", "source", "tcp", "from_unknown")
+        arrays: dict[str, Any] = {name: getattr(self, name)[rows].copy() for name in names}
+        arrays["time"][0], arrays["from_unknown"][0] = 0.0, False
+        track = None if self.technology is None else self.technology.at(np.arange(len(self))[rows])
+        return replace(self, technology=track, **arrays)
 
 
 @spelled_out(Reading)
@@ -107,11 +125,11 @@ def read_program(path: str | Path, machine: Machine, **reading: Unpack[Reading])
         before all axes are known, a rapid move of unknown speed, a tool direction instead of angles.
     """
     options = ReadOptions.of(reading, machine=machine)
-    return read_motion_of(load_source(path), machine, options)
+    return require_timed(read_motion_of(load_source(path), machine, options), machine, options.rapid)
 
 
 def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> ReadMotion:
-    """Read the motion of a loaded program, as `read_program`.
+    """Read the motion of a loaded program; rapid moves of unknown speed last as long as at `RAPID`.
 
     Raises
     ------
@@ -121,7 +139,7 @@ def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> Re
     kind = kind_of(source)
     if kind in NO_PROGRAMS:
         raise source.error(NO_PROGRAMS[kind])
-    interpreter = run_program(source, machine, options, for_motion=True)
+    interpreter = run_program(source, machine, options)
     return _finish(interpreter, machine, options)
 
 
@@ -132,8 +150,8 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
     if len(columns.lines) < 2:
         raise source.error(why_nothing_moves(track))
     # The first row is a start, to which no move of the operation leads.
-    first = np.arange(len(columns.lines)) == 0
-    columns = written = replace(
+    written, first = columns, np.arange(len(columns.lines)) == 0
+    columns = replace(
         columns,
         kinds=np.where(first, MoveKind.RAPID, columns.kinds),
         times=np.where(first, 0.0, columns.times),
@@ -143,11 +161,10 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         require_angles(columns, source)
         columns = _on_workpiece(columns, interpreter, options)
         columns, scale = axes_of_tips(columns, scale, source), 1.0
-    columns = _without_untimed_approach(columns, rapid, interpreter)
-    time, feed = motion_times(columns, scale, rapid, source)
+    time, feed = motion_times(columns, scale, rapid)
     if not np.isfinite(feed).all():  # dwells only
         raise source.error(why_nothing_moves(track))
-    note_assumptions(interpreter)
+    note_assumptions(interpreter, written)
     _note_turns(interpreter, written, columns.lines)
     return ReadMotion(
         letters=machine.letters,
@@ -158,6 +175,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         source=columns.lines,
         name=source.name,
         tcp=written.of_tip[np.searchsorted(written.lines, columns.lines)],
+        from_unknown=columns.from_unknown,
         technology=interpreter.modes.technology.track(columns.lines),
         operation=operation,
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
@@ -165,34 +183,47 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
     )
 
 
-def _without_untimed_approach(columns: Columns, rapid: float | None, interpreter: Interpreter) -> Columns:
+def require_timed(motion: ReadMotion, machine: Machine, rapid: float | None) -> ReadMotion:
     """Begin where the rapid moves to the first feed move have a known speed, and say what is left out.
 
     How fast a control is there decides nothing about the cuts; further on, an unknown duration is an error.
+
+    Parameters
+    ----------
+    rapid : as for `read_program`
+
+    Raises
+    ------
+    ToolpathError
+        A later rapid move of an axis without a speed.
     """
-    axes = columns.machine.axes
-    untimed = np.array([rapid is None and a.max_speed is None for a in axes])
-    steps = np.diff(columns.values, axis=0, prepend=columns.values[:1]) != 0.0
-    fed = np.flatnonzero(columns.kinds != MoveKind.RAPID)
-    leading = slice(0, int(fed[0]) if len(fed) else 0)
-    unknown = np.flatnonzero((steps[leading] & untimed).any(axis=1))
+    untimed = np.array([rapid is None and a.max_speed is None for a in machine.axes])
+    moves = motion.rapid[:, None] & (motion.moves != 0.0) & untimed
+    unknown = np.flatnonzero(moves.any(axis=1))
     if not len(unknown):
-        return columns
-    begin = int(unknown[-1])
-    moved = (steps[unknown] & untimed).any(axis=0)
-    letters = ", ".join(a.letter for a, moves in zip(axes, moved, strict=True) if moves)
-    interpreter.report(
+        return motion
+    fed = np.flatnonzero(~motion.rapid)
+    leading = unknown[unknown < (fed[0] if len(fed) else 0)]
+    if len(leading) < len(unknown):
+        row = int(unknown[len(leading)])
+        letter = motion.letters[int(np.argmax(moves[row]))]
+        raise ToolpathError(
+            f"a rapid move of {letter}, which has no max_speed in machine {machine.name!r}; set rapid "
+            "(--rapid), or max_speed in the machine file",
+            file=motion.name,
+            line=int(motion.source[row]),
+        )
+    begin = int(leading[-1])
+    letters = ", ".join(np.array(list(motion.letters))[moves[leading].any(axis=0)])
+    note = Finding(
         Severity.NOTE,
         "approach-unknown",
-        f"{begin} rapid moves before this line aren't in the motion, as machine "
-        f"{columns.machine.name!r} states no max_speed of {letters}; set rapid (--rapid), or max_speed in "
-        "the machine file",
-        int(columns.lines[begin]),
-        0,
+        f"{begin} rapid moves before this line aren't in the motion, as machine {machine.name!r} states no "
+        f"max_speed of {letters}; set rapid (--rapid), or max_speed in the machine file",
+        Place(location=0, line=int(motion.source[begin]), file=motion.name),
     )
-    rest = columns.at(slice(begin, None))
-    first = np.arange(len(rest.lines)) == 0
-    return replace(rest, times=np.where(first, 0.0, rest.times))
+    rest = motion.part(slice(begin, None))
+    return replace(rest, findings=(*rest.findings, note))
 
 
 def _on_workpiece(columns: Columns, interpreter: Interpreter, options: ReadOptions) -> Columns:
@@ -272,7 +303,7 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
         values=control_values(machine, rows.positions),
         counting=np.full(len(of_tip), Counting.AXES),
     )
-    moves = of_tip & np.concatenate([[False], of_tip[:-1]])
+    moves = of_tip & np.concatenate([[False], of_tip[:-1]]) & ~columns.from_unknown
     of_tip_moves, of_axes = travel_of(columns, scale), travel_of(by_axes, scale)
     time = np.where(moves, of_tip_moves.time, of_axes.time)
     feed = np.where(moves, of_tip_moves.feed, of_axes.feed)
@@ -292,6 +323,7 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
         np.full(len(row), Counting.AXES),
         columns.vectors[row],
         columns.normals[row],
+        columns.from_unknown[row],
     )
 
 

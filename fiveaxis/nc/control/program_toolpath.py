@@ -75,12 +75,14 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     """
     stand_in = options.machine is None
     machine = options.machine or Machine.from_code("0123")
-    interpreter = run_program(source, machine, options, for_motion=False, stand_in=stand_in)
+    interpreter = run_program(source, machine, options, stand_in=stand_in)
     operation, columns = take_operation(interpreter, options)
+    columns = _without_dwells(columns, interpreter)
     tip, axis = _poses(columns, interpreter, options, source)
-    note_assumptions(interpreter)
+    note_assumptions(interpreter, columns)
     _note_long_turns(columns, interpreter)
-    if len(columns.lines) < 2 and interpreter.track.approach:
+    ends_there = columns.kinds[0] == MoveKind.RAPID
+    if len(interpreter.track.rows) < 2 and interpreter.track.approach > ends_there:
         raise source.error(why_nothing_moves(interpreter.track))
     path = Toolpath.from_tips(
         tip,
@@ -99,6 +101,13 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     if smoothed.any():
         path = replace(path, shape="smooth", straight=~smoothed[path.source - 1])
     return path
+
+
+def _without_dwells(columns: Columns, interpreter: Interpreter) -> Columns:
+    """Leave out dwells, and count them."""
+    moved = columns.moved
+    interpreter.ignored["G4"] += int((~moved).sum())
+    return columns.at(moved)
 
 
 def _poses(

@@ -58,7 +58,6 @@ class RunMoves(Moves):
             and modes.technology.cuts
             and self.switch is None
             and self.cycle is None
-            and self.suspended is None
             and modes.feed_mode != "G95"
             and not self.coordinates.turned
             and not (self._direction(run) and (track.vector is None or not self.coordinates.of_tip))
@@ -145,6 +144,7 @@ class RunMoves(Moves):
                 np.full(len(rows), track.counting),
                 state.vectors[rows] if track.vector is not None else nowhere(len(rows)),
                 np.where(cuts[:, None], state.normals[rows], np.nan),
+                np.zeros(len(rows), dtype=bool),
             )
         )
 

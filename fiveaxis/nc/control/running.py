@@ -49,17 +49,18 @@ def run_program(
     machine: Machine,
     options: ReadOptions,
     *,
-    for_motion: bool,
     stand_in: bool = False,
 ) -> Interpreter:
     """Run a program to its end.
+
+    Rows are the same for whoever reads it. The first is where the program's first move starts, or else ends.
+    A move that ends where only the machine knows is no row; `Columns.from_unknown` marks the next one.
 
     Parameters
     ----------
     source : the file
     machine : the machine of its axis words
     options : what the program doesn't state
-    for_motion : whether every row needs a start and a time
     stand_in : whether the machine is a placeholder because none was given
 
     Raises
@@ -72,7 +73,7 @@ def run_program(
     """
     if options.increment is not None:
         source = with_points(source, options.increment)
-    interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
+    interpreter = _run(source, machine, options, stand_in=stand_in)
     units, size, known = interpreter.modes.units, size_of(interpreter), None if stand_in else machine
     why = size.faults(units.now, known)[:1]
     other = "inch" if units.now == "mm" else "mm"
@@ -82,7 +83,7 @@ def run_program(
         fine = replace(size, extent=size.extent * step)
         if not fine.faults(units.now, known):
             given = replace(options, increment=step)
-            interpreter = run_program(source, machine, given, for_motion=for_motion, stand_in=stand_in)
+            interpreter = run_program(source, machine, given, stand_in=stand_in)
             interpreter.note(
                 Severity.WARNING,
                 "increment-assumed",
@@ -95,14 +96,14 @@ def run_program(
     unit, doubts = units.judge(size, known)
     if unit != units.now:
         options = replace(options, unit=unit)
-        interpreter = _run(source, machine, options, for_motion=for_motion, stand_in=stand_in)
+        interpreter = _run(source, machine, options, stand_in=stand_in)
     if options.zero is None and not stand_in and interpreter.track.rows:
         settled = judge_zero(source, interpreter.track.columns())
         if settled is not None:
             zero, told = settled
             if zero:
                 given = replace(options, zero=zero)
-                interpreter = _run(source, machine, given, for_motion=for_motion, stand_in=stand_in)
+                interpreter = _run(source, machine, given, stand_in=stand_in)
             interpreter.findings.append(told)
     interpreter.findings += doubts
     _note_radians(interpreter)
@@ -153,7 +154,6 @@ def _run(
     machine: Machine,
     options: ReadOptions,
     *,
-    for_motion: bool,
     stand_in: bool,
 ) -> Interpreter:
     """Run a program as `run_program`, in the unit that it states."""
@@ -162,8 +162,6 @@ def _run(
     offsets = WorkOffsets(options.zero, machine)
     modes = Modes(
         Units(source, options.unit),
-        for_motion,
-        assume_zero=options.assume_zero,
         technology=TechnologyReader.of(source, options.harmless),
     )
     coordinates = Coordinates(machine, offsets)
@@ -231,12 +229,16 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     axis[given] = unit_axes(columns.vectors[given], columns.lines[given], source)
     language = technology.language.name
     control = control_of(source, technology.language, interpreter.tip_words)
-    work = Work(source, language, columns.lines, columns.kinds, axis, states, state.ravel(), drilled, control)
+    kinds = np.where(columns.moved, columns.kinds, MoveKind.RAPID)  # a dwell cuts nothing
+    work = Work(source, language, columns.lines, kinds, axis, states, state.ravel(), drilled, control)
     operation, rows = work.take(options.operation)
     # What is said of later lines is about other operations.
     last = operation.last_line if rows.stop < len(columns.lines) else math.inf
     interpreter.findings = [f for f in interpreter.findings if (f.place.line or 0) <= last]
-    return operation, columns.at(rows)
+    found = columns.at(rows)
+    # A rapid move to the first row is an approach.
+    found.from_unknown[0] &= found.kinds[0] == MoveKind.CUT
+    return operation, found
 
 
 def _tools(track: TechnologyTrack) -> list[object]:
@@ -281,8 +283,13 @@ def why_nothing_moves(track: AxisTrack) -> str:
     return "no block moves an axis; check that it is an NC program"
 
 
-def note_assumptions(interpreter: Interpreter) -> None:
-    """Add findings for what the program doesn't state: unit, start of the first moves, machine zero."""
+def note_assumptions(interpreter: Interpreter, columns: Columns) -> None:
+    """Add findings for what the program doesn't state: unit, starts of moves, machine zero.
+
+    Parameters
+    ----------
+    columns : the rows that are read, of one operation
+    """
     units, track = interpreter.modes.units, interpreter.track
     line = track.rows.first_line
     if units.stated is None and units.given is None:
@@ -291,10 +298,8 @@ def note_assumptions(interpreter: Interpreter) -> None:
         interpreter.report(
             Severity.NOTE,
             "approach-unknown",
-            f"{track.approach} rapid moves before this line start at positions that the program doesn't "
-            "give; they aren't in the motion; set start"
-            if interpreter.modes.for_motion
-            else f"{track.approach} rapid moves end before all axes are given; they aren't in the path",
+            f"{track.approach} rapid moves up to this line start at positions that the program doesn't give; "
+            "their ways aren't in the path; set start (--start)",
             line,
             0,
         )
@@ -303,7 +308,18 @@ def note_assumptions(interpreter: Interpreter) -> None:
         interpreter.note(
             Severity.NOTE,
             "machine-zero-moves",
-            f"{count} moves in machine coordinates (G53, G28, the first here) aren't in the path: their "
-            "position on the workpiece isn't in the program; set zero",
+            f"{count} moves in machine coordinates (G53, G28, the first here) aren't in the path, nor are "
+            "their time and energy: their position on the workpiece isn't in the program; set zero (--zero)",
             interpreter.machine_move_line,
+        )
+    lost, cuts = np.flatnonzero(columns.from_unknown), columns.kinds == MoveKind.CUT
+    if len(lost):
+        interpreter.note(
+            Severity.WARNING,
+            "start-unknown",
+            f"{len(lost)} moves ({int(cuts[lost].sum())} at feed), the first here, start at positions that "
+            "the program doesn't give, as where it begins, or after a move in machine coordinates or a "
+            "switch of TCP or the zero: their ways, time and energy aren't known; set zero (--zero) or start "
+            "(--start)",
+            int(columns.lines[lost[0]]),
         )

@@ -246,11 +246,13 @@ def test_a_fault_of_a_motion_names_file_and_line_of_its_table(tmp_path):
     assert "q.csv:4: location 1: F0 1/min of a block of 600000 s" in done.stderr.replace("\n", "")
 
 
-def test_a_list_of_cutter_locations_is_no_program_and_says_so(tmp_path):
-    (tmp_path / "p.apt").write_text("$$ form-shaping code\nMULTAX/ON\nFEDRAT/600,MMPM\nGOTO/0,0,0,0,0,1\n")
-    done = run("post", tmp_path / "p.apt", "-m", "hayashi-640123", "-c", "fanuc", "-o", tmp_path / "p.nc")
-    assert done.exit_code == 2
-    assert "p.apt: is a list of cutter locations, which names no axes" in done.stderr.replace("\n", "")
+def test_a_list_of_cutter_locations_is_posted_with_its_postures(tmp_path):
+    (tmp_path / "p.apt").write_text("MULTAX/ON\nFEDRAT/600,MMPM\nGOTO/0,0,0,0,0,1\nGOTO/1,2,0,0,.6,.8\n")
+    words = ("-m", "hayashi-640123", "-c", "linuxcnc", "--coordinates", "tip")
+    done = run("post", tmp_path / "p.apt", *words, "-o", tmp_path / "p.ngc")
+    assert (done.exit_code, "angles-assumed" in done.stderr) == (0, True)
+    cuts = [line for line in (tmp_path / "p.ngc").read_text().splitlines() if "X1.0000" in line]
+    assert "Y2.0000" in cuts[0]
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -196,4 +196,4 @@ def test_the_text_is_read_back_row_by_row(solution):
     wording = ProgramOptions.of(control="fanuc", coordinates="tip").wording(solution.machine)
     back = ReadBack.of(made.text, made.motion, wording, ProgramSettings())
     np.testing.assert_array_equal(back.written, np.arange(len(made.motion)))
-    assert back.read.tcp[back.end[1:]].all()
+    assert back.read.motion.tcp[back.end[1:]].all()

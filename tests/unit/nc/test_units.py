@@ -61,6 +61,18 @@ def test_a_file_without_unit_is_in_inches_where_mm_cannot_be(read):
     )
 
 
+def test_sizes_that_fit_neither_unit_are_told_with_both_figures(read):
+    """Cuts over 9 m are too large in mm; in inches they are too large, too, and F1 isn't too slow."""
+    path = read("part.nc", "G90\nG0 X0 Y0 Z1\nG1 Z0 F1\nX9000\nM30\n")
+    assert path.tips(path.axis)[-1].tolist() == [9000, 0, 0]
+    doubt = finding(path, "unit-doubtful")
+    assert (
+        "in mm, as they are read, the cuts' extent of 9000 mm is above 4000 and the feed of 1 mm/min" in doubt
+    )
+    assert "; in inch, the cuts' extent of 228600 mm is above 4000: cuts over 9000 mm at up to F1" in doubt
+    assert "cuts over 228600 mm at up to F25.4 mm/min as inch" in doubt
+
+
 def test_the_travel_of_a_machine_is_evidence(tmp_path):
     """The longest travel is 500 mm, so that no part is over 1 m; 60 in are 1524 mm."""
     machine = load_machine("dmu50ev")

@@ -120,7 +120,7 @@ def test_an_operation_of_the_haas_program_is_read(data, haas_trunnion):
     motion = read_program(path, machine, unit="inch", rapid=15_000, operation=3)
     assert motion.source[0] == motion.operation.first_line == 498
     assert motion.ignored["M6"] == 14
-    assert sorted(codes(motion)) == ["approach-unknown", "long-turn", "zero-assumed"]
+    assert sorted(codes(motion)) == ["approach-unknown", "long-turn", "machine-zero-moves"]
     # Line 545: X-.6366 Y1.2554 Z1.5688 A-.531 B287.786.
     [row] = np.flatnonzero(motion.source == 545)
     x, a, b = np.array([-0.6366, 1.2554, 1.5688]), np.radians(0.531), np.radians(287.786)
@@ -230,25 +230,32 @@ def test_machine_coordinates_are_relative_to_the_zero(read):
     motion = read(text, zero={"Z": -300})
     assert rows(motion)[:, 2].tolist() == [-300, -290, 0, -280, -270, 0]
     assert codes(motion) == []
-    assumed = read(text)
-    assert rows(assumed)[:, 2].tolist() == [0, 10, 0, 20, 30, 0]
-    assert codes(assumed) == ["zero-assumed"]
-    assert assumed.findings[0].place.line == 2
 
 
-def test_a_machine_coordinate_retract_suspends_tcp_until_it_is_switched(read):
-    """Posts write `G53 G0 Z0` before the G49 that cancels the length; the tip is unknown in between."""
+def test_a_move_in_machine_coordinates_whose_zero_is_unknown_is_no_row(read):
+    motion = read("G0 Z10\nG53 Z0\nZ20\nG28 Z30\n")
+    assert rows(motion)[:, 2].tolist() == [0, 10, 20, 30]
+    assert {f.code: f.place.line for f in motion.findings} == {"machine-zero-moves": 2, "start-unknown": 3}
+    # The way to Z20 isn't known: the motion has no move there.
+    assert motion.from_unknown.tolist() == [False, False, True, False]
+    assert motion.moves[:, 2].tolist() == [0, 10, 0, 10]
+
+
+def test_a_retract_in_machine_coordinates_under_tcp_is_no_row_whatever_the_zero(read):
+    """Posts write `G53 G0 Z0` before the G49 that cancels the length; controls differ in where the tip is."""
     machine = load_machine("variaxis-630")
     text = "G94\nG0 A0 C0\nG43.4 H1 X0 Y0 Z50\nG1 X10 F600\nG53 G0 Z0\n"
-    for after in ("", "G49\nG53 G0 X0 Y0\n", "G43.4 H1\nG0 X0 Y0 Z50\n"):
-        motion = read(text + after, machine, zero={"Z": 0.0})
-        assert (motion.positions[:, machine.column("Z")] == 0.0).any()
-    with pytest.raises(ToolpathError, match=r"after G53 under TCP \(line 5\)"):
+    plain = read(text, machine, zero={"Z": 0.0})
+    assert plain.source[-1] == 4
+    after = read(text + "G43.4 H1\nG0 X0 Y0 Z60\n", machine, zero={"Z": 0.0})
+    assert after.source[-1] == 7
+    assert after.from_unknown.tolist() == [*[False] * len(plain), True]
+    with pytest.raises(ToolpathError, match="a feed move, and the position of Y, Z isn't in the program"):
         read(text + "G1 X20\n", machine)
 
 
 def test_a_reference_move_passes_through_its_intermediate_position(read, hayashi):
-    motion = read("G0 X5 Y6 A7\nG28 X9 A1\nG91 G28 Y0\n", hayashi)
+    motion = read("G0 X5 Y6 A7\nG28 X9 A1\nG91 G28 Y0\n", hayashi, zero={})
     np.testing.assert_allclose(
         hayashi.shown(motion.positions)[2:], [[9, 6, 0, 1, 0], [0, 6, 0, 0, 0], [0, 0, 0, 0, 0]], atol=1e-12
     )
@@ -262,13 +269,18 @@ def test_the_motion_starts_at_the_end_of_the_first_rapid_moves(read, hayashi):
     assert motion.time.tolist() == [0, 5]
     assert motion.feed.tolist() == [1, 1]
     assert codes(motion) == ["approach-unknown"]
-    assert motion.findings[0].message.startswith("3 rapid moves before")
+    assert motion.findings[0].message.startswith("3 rapid moves up to this line")
 
 
-def test_an_incremental_reference_move_makes_an_axis_known(read):
-    # How programs for Fanuc controls begin; without it Z would stay unknown.
-    motion = read("G91 G28 Z0\nG90 G0 X1 Y2\nG1 Z-1 F60\n", start=None)
-    np.testing.assert_allclose(rows(motion), [[1, 2, 0], [1, 2, -1]])
+def test_an_incremental_reference_move_makes_an_axis_known_where_the_zero_is(read):
+    # How programs for Fanuc controls begin.
+    text = "G91 G28 Z0\nG90 G0 X1 Y2\nG1 Z-1 F60\nX5\n"
+    motion = read(text, start=None, zero={"Z": -300})
+    np.testing.assert_allclose(rows(motion), [[1, 2, 0], [1, 2, -301], [5, 2, -301]])
+    # Else the way of the first feed move isn't known.
+    unknown = read(text, start=None)
+    np.testing.assert_allclose(rows(unknown), [[1, 2, -1], [5, 2, -1]])
+    assert {f.code: f.place.line for f in unknown.findings}["start-unknown"] == 3
 
 
 def test_start_gives_the_axes_that_a_program_never_writes(read, trunnion):
@@ -454,7 +466,7 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
         ("G92 X0\n", 1, "G92 is supported for rotary axes only"),
         ("M98 P100\n", 1, "M98 calls or ends a subprogram"),
         ("G65 P1\n", 1, "G65 calls"),
-        ("G1 X1 F1\nG91 G30 Z0\nG90 G0 Z5\n", 3, "a move after G30 on line 2, which ends where only"),
+        ("G1 X1 F1\nG91 G30 Z0\nG90 G1 X5\n", 3, "a feed move, and the position of Z isn't"),
         ("G10 L2 P1 X5\n", 1, "set zero (--zero G54X5, in mm and deg)"),
         ("G91 G10 L2 P1 X5\n", 1, "G10 L2 P1 changes the control's data"),
         ("G10 L50\n", 1, "G10 L50 changes the control's data"),
@@ -463,7 +475,7 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
         ("G4 X1\n", 1, "G4 X1 without a decimal point is in s or ms"),
         ("G4 X1. Y2\n", 1, "G4 takes P in seconds"),
         ("G4 P-1\n", 1, "can't be negative"),
-        ("G1 X1 F1\nG91 G53 Z0\nG90 G1 Z5\n", 3, "a move after G53 under G91 on line 2"),
+        ("G1 X1 F1\nG91 G53 Z0\nG90 G1 X5\n", 3, "a feed move, and the position of Z isn't"),
         ("M451\n", 1, "M451 switches tool centre point control (TCP) on"),
         ("M128\nM21\n", 2, "M21 mirrors axes"),
         ("G2 X1 F1\n", 1, "an arc in G17 needs I or J, or R alone, and has none"),
@@ -495,8 +507,8 @@ def test_units_may_not_change_in_a_program(fault):
 @pytest.mark.parametrize(
     ("text", "fact"),
     [
-        ("G1 X1 F60\n", "the position of X, Y, Z isn't in the program yet; set start"),
-        ("G0 X0 Y0\nG1 Z1 F60\n", "the position of Z isn't"),
+        ("G1 X1 F60\n", "the position of Y, Z isn't in the program yet; set start"),
+        ("G0 X0 Y0\nG1 Z1 F60\n", "only moves to its start"),
         ("G91 G0 X1\n", "X by an increment (G91)"),
         ("G0 X1\n", "never gives the position of Y, Z"),
         ("G0 X1 Y1 Z1\n", "only moves to its start"),

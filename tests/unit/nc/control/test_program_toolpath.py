@@ -11,6 +11,7 @@ from whole import each_path
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolError, ToolpathError
+from fiveaxis.findings import Severity
 from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Axis, Chain, Line, Machine, load_machine, parse_code
@@ -83,7 +84,7 @@ def test_the_impeller_has_its_4492_poses_and_one_rewind(data, trunnion):
     along = [np.sin(c) * np.sin(a), -np.cos(c) * np.sin(a), np.cos(a)]
     np.testing.assert_allclose(path.axis[row], along, atol=1e-9)
     assert path.lengths[row] / path.feed[row] == pytest.approx(60 / 318)
-    assert sorted(set(codes(path))) == ["long-turn", "unit-assumed"]
+    assert sorted(set(codes(path))) == ["approach-unknown", "long-turn", "unit-assumed"]
 
 
 def test_the_boat_is_read_to_its_last_move(data, trunnion):
@@ -98,7 +99,7 @@ def test_the_boat_is_read_to_its_last_move(data, trunnion):
     assert path.source[-1] == lines[-1]
     np.testing.assert_allclose(tips(path)[-1], [0, 0, 10], atol=1e-12)
     approach = next(f for f in path.findings if f.code == "approach-unknown")
-    assert approach.message.startswith("1 rapid moves")
+    assert approach.message.startswith("2 rapid moves up to this line")
 
 
 def test_the_haas_program_is_read_to_its_last_block(data, haas_trunnion):
@@ -210,7 +211,8 @@ def test_a_millplus_program_is_read_to_its_last_block(data):
     assert sources < moving
     # The rest are moves with angles only, and repeated positions.
     approach = next(f for f in path.findings if f.code == "approach-unknown")
-    assert len(silent) <= int(approach.message.split()[0]) + path.ignored["no move"]
+    rapids = int(approach.message.split()[0]) + path.ignored["rapid moves to an unknown position"]
+    assert len(silent) <= rapids + path.ignored["no move"]
     assert path.source[-1] == 2687
 
 
@@ -288,7 +290,7 @@ def test_a_program_of_three_axes_needs_no_machine(read):
     assert path.kind.tolist() == [RAPID, CUT, CUT]
     np.testing.assert_allclose(path.feed, 10)
     assert path.source.tolist() == [1, 2, 3]
-    assert codes(path) == ["no-simultaneous-path"]
+    assert codes(path) == ["approach-unknown", "no-simultaneous-path"]
 
 
 def test_a_rotary_word_without_a_machine_is_an_error_that_names_the_option(fault):
@@ -348,7 +350,7 @@ def test_a_direction_and_an_angle_in_one_block_are_refused(fault, trunnion):
 
 def test_axes_that_a_program_never_writes_are_assumed_at_0(read, trunnion):
     path = read("G0 X0 Y0 Z5\nG1 Z0 F60\nX1\n", trunnion)
-    np.testing.assert_allclose(tips(path), [[0, 0, 0], [1, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(tips(path), [[0, 0, 5], [0, 0, 0], [1, 0, 0]], atol=1e-12)
     [assumed] = [f for f in path.findings if f.code == "rotary-assumed"]
     assert assumed.message == (
         "the program cuts before it gives A, C; 0 deg is assumed, set start if it isn't"
@@ -481,6 +483,10 @@ def test_retracts_in_machine_coordinates_are_omitted_with_a_note(read, word):
     [note] = [f for f in path.findings if f.code == "machine-zero-moves"]
     assert note.place.line == 3
     assert note.message.startswith("1 moves in machine coordinates")
+    # The tool comes back from where only the machine knows.
+    [unknown] = [f for f in path.findings if f.code == "start-unknown"]
+    assert (unknown.place.line, unknown.severity) == (text.split("\n").index("Z5") + 1, Severity.WARNING)
+    assert path.ignored["rapid moves to an unknown position"] == 1
 
 
 def test_with_a_known_zero_a_retract_is_in_the_path(read):
