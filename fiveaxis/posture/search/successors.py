@@ -44,7 +44,6 @@ from fiveaxis.posture.search.successor_kernel import (
     Corridor,
     Locations,
     Prices,
-    Tapes,
     Task,
     Trail,
     advance,
@@ -215,7 +214,8 @@ def _search(
     states = max(min(grain.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
     task = Task(
-        Tapes(*tapes.slopes.parts, *tapes.bows.parts),
+        tapes.slopes.parts,
+        tapes.bows.parts,
         locations,
         _prices(problem, costs, grain.start),
         corridor,
