@@ -120,8 +120,7 @@ class _Tried:
     @property
     def admitted(self) -> BoolArray:
         """(m,), postures that violate nothing."""
-        admitted: BoolArray = np.logical_not(self.outside.any(axis=0)) & self.reached
-        return admitted
+        return ~self.outside.any(axis=0) & self.reached
 
     @property
     def reached(self) -> BoolArray:
@@ -254,13 +253,8 @@ def _omitted(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
             yield f"leaving out {bound.text}"
 
 
-@dataclass(frozen=True, eq=False)
-class _Layer:
-    """Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,)."""
-
-    rotary: Array
-    cost: Array
-    came: IntArray
+# Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,).
+_Layer = tuple[Array, Array, IntArray]
 
 
 def long_turns(problem: Problem, toolpath: Toolpath) -> list[Finding]:
@@ -316,14 +310,14 @@ def _layers(problem: Problem, step: float) -> list[_Layer] | None:
         if not len(rotary):
             return None
         if not row:
-            layers.append(_Layer(rotary, np.zeros(len(rotary)), np.zeros(len(rotary), dtype=np.int64)))
+            layers.append((rotary, np.zeros(len(rotary)), np.zeros(len(rotary), dtype=np.int64)))
             continue
-        last = layers[-1]
-        past = (_turns(problem, last.rotary[None], rotary[:, None]) - problem.max_turn[row - 1]).max(axis=-1)
-        total = last.cost + (np.maximum(past, 0.0) ** 2 if problem.strict[row - 1] else 0.0 * past)
+        before, cost, _ = layers[-1]
+        past = (_turns(problem, before[None], rotary[:, None]) - problem.max_turn[row - 1]).max(axis=-1)
+        total = cost + (np.maximum(past, 0.0) ** 2 if problem.strict[row - 1] else 0.0 * past)
         # Of equals the one with the smallest turn.
         came = np.argmin(total + 1e-9 * np.maximum(past + np.pi, 0.0), axis=1)
-        layers.append(_Layer(rotary, total[np.arange(len(rotary)), came], came))
+        layers.append((rotary, total[np.arange(len(rotary)), came], came))
     return layers
 
 
@@ -339,10 +333,10 @@ def _turns(problem: Problem, here: Array, there: Array) -> Array:
 def _traced(layers: list[_Layer]) -> Array:
     """Trace the cheapest path back, (n, 2) rad."""
     path = np.empty((len(layers), 2))
-    state = int(np.argmin(layers[-1].cost))
+    state = int(np.argmin(layers[-1][1]))
     for row in range(len(layers) - 1, -1, -1):
-        path[row] = layers[row].rotary[state]
-        state = int(layers[row].came[state])
+        rotary, _, came = layers[row]
+        path[row], state = rotary[state], int(came[state])
     return path
 
 
@@ -396,10 +390,9 @@ def refusal(
         # Samples may miss a narrow tilt range; the path has a posture in it.
         states = np.vstack([rotary[row], sampled(problem, int(row))])
         states = states[np.unique(np.linspace(0, len(states) - 1, SAMPLES).astype(np.int64))]
+        text = f"{mask.wording.none} ({len(states)})"
         if mask.admits(np.full(len(states), row), states).any():
             text = f"{mask.wording.some}, but none was found within reach of its neighbours"
-        else:
-            text = f"{mask.wording.none} ({len(states)})"
         remedy = f"widen the tilt range, allow larger turns (--max-turn) or {mask.wording.remedy}"
         place = toolpath.place(int(row))
         findings.append(Finding(Severity.ERROR, "no-posture", f"{text}; {remedy}", place))
