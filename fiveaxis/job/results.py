@@ -12,7 +12,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.files import remove_leftovers, temporary_folder, unwritable
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.mask import Mask
 from fiveaxis.progress import Progress, unheard, within
 from fiveaxis.report import write_json, write_report
 from fiveaxis.report.landscape import Admits
