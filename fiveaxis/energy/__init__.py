@@ -1,6 +1,6 @@
 """What motion costs: drives, totals, the power surface."""
 
-from fiveaxis.energy.block_costs import BlockCosts, LeastCosts, block_costs, least_travel_costs
+from fiveaxis.energy.block_costs import BlockCosts, block_costs, least_travel_costs
 from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energy, job_budget
 from fiveaxis.energy.calibration import calibrate_drive
 from fiveaxis.energy.calibration_record import Calibration, RunEnergy
@@ -70,7 +70,6 @@ __all__ = [
     "Energy",
     "Factors",
     "KindEnergy",
-    "LeastCosts",
     "PowerSurface",
     "Process",
     "RunEnergy",

@@ -127,28 +127,18 @@ def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *
     return BlockCosts(slope, moving * time[:, None], measured, speed * time[:, None])
 
 
-@dataclass(frozen=True, eq=False)
-class LeastCosts:
-    """Least energy of travel, however fast.
-
-    Parameters
-    ----------
-    plus, minus : (k,), J/mm and J/rad, while an axis value grows and falls; their sum isn't below 0, one of
-        them is where a braking drive returns power
-    standing : W, drawn at all times
-    """
-
-    plus: Array
-    minus: Array
-    standing: float
-
-
-def least_travel_costs(machine: Machine) -> LeastCosts:
+def least_travel_costs(machine: Machine) -> tuple[Array, Array, float]:
     """Compute the least energy of travel by axis at any speed up to the axis's highest.
 
     A power that doesn't depend on speed costs the least at the highest speed, and nothing where that isn't
     known. Of a friction drive counts what it does against friction and gravity: between two standstills the
     work of acceleration is zero at best, and heat of the motor and viscous friction only add to it.
+
+    Returns
+    -------
+    plus, minus : (k,), J/mm and J/rad, while an axis value grows and falls; their sum isn't below 0, one of
+        them is where a braking drive returns power
+    standing : W, drawn at all times
 
     Raises
     ------
@@ -176,7 +166,7 @@ def least_travel_costs(machine: Machine) -> LeastCosts:
                 )
         else:
             costs[:, column] = [_tabled(drive, side, slowness, float(weights[column])) for side in (0, 1)]
-    return LeastCosts(costs[0], costs[1], standing)
+    return costs[0], costs[1], standing
 
 
 def _tabled(drive: Drive, side: int, slowness: float, weight: float) -> float:

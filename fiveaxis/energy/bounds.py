@@ -36,12 +36,10 @@ def require_not_negative(
     return figures
 
 
-def require_at_most(
-    name: str, value: float, bound: float, unit: str, remedy: str, *, error: type[InputError] = SettingError
-) -> None:
+def require_at_most(name: str, value: float, bound: float, unit: str, remedy: str) -> None:
     """Raise if a figure is above a bound that other figures set; `remedy` says what to change."""
     if value > bound:
-        raise error(f"{name} is {value:g} {unit}, above {bound:g} {unit}; {remedy}")
+        raise SettingError(f"{name} is {value:g} {unit}, above {bound:g} {unit}; {remedy}")
 
 
 def _refuse(

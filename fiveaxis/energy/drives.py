@@ -169,9 +169,7 @@ def axis_powers(
     MachineError
         The power of an axis isn't known.
     """
-    drives = [require_drive(machine, axis) for axis in machine.axes]
-    forces = _gravity(machine, drives, positions)
-    weights = moved_weights(machine)
+    drives, forces, weights = _loads(machine, positions)
     speeds = np.where(np.abs(speeds) >= standing_speeds(machine), speeds, 0.0)
     powers = np.empty_like(speeds)
     for i, (drive, axis) in enumerate(zip(drives, machine.axes, strict=True)):
@@ -211,9 +209,7 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
     MachineError
         The power of an axis isn't known.
     """
-    drives = [require_drive(machine, axis) for axis in machine.axes]
-    home = np.zeros((1, len(machine.axes)))
-    forces, weights = _gravity(machine, drives, home)[0], moved_weights(machine)
+    drives, (forces,), weights = _loads(machine, np.zeros((1, len(machine.axes))))
     costs = np.empty((2, len(feed), len(drives)))
     rapid = np.zeros(len(feed), dtype=bool) if rapid is None else rapid
     fastest = rapid_speeds(machine, feed)
@@ -259,9 +255,8 @@ def moving_powers(machine: Machine) -> Array:
     MachineError
         The power of an axis isn't known.
     """
-    drives = [require_drive(machine, axis) for axis in machine.axes]
-    forces = _gravity(machine, drives, np.zeros((1, len(drives))))[0]
-    sides, loads = np.array([1.0, -1.0]), zip(drives, forces, moved_weights(machine), strict=True)
+    drives, (forces,), weights = _loads(machine, np.zeros((1, len(machine.axes))))
+    sides, loads = np.array([1.0, -1.0]), zip(drives, forces, weights, strict=True)
     columns = [moving_power(d, sides, gravity=float(g), weight=float(w)) for d, g, w in loads]
     return np.stack(columns, axis=1)
 
@@ -299,11 +294,13 @@ def _travel_cost(drive: Drive, speed: Array, sign: float, gravity: float, weight
     return np.divide(power, speed, out=np.zeros_like(speed), where=power != 0.0)
 
 
-def _gravity(machine: Machine, drives: list[Drive], positions: Array) -> Array:
-    """Compute gravity's forces if a drive depends on them; the tables of power don't."""
-    if any(isinstance(drive, FrictionDrive) for drive in drives):
-        return gravity_forces(machine, positions)
-    return np.zeros_like(positions)
+def _loads(machine: Machine, positions: Array) -> tuple[list[Drive], Array, Array]:
+    """Collect the drives with gravity's forces, (n, k), if one depends on them, and moved weights, (k,) N."""
+    drives = [require_drive(machine, axis) for axis in machine.axes]
+    # Tables of power don't depend on gravity.
+    loaded = any(isinstance(drive, FrictionDrive) for drive in drives)
+    forces = gravity_forces(machine, positions) if loaded else np.zeros_like(positions)
+    return drives, forces, moved_weights(machine)
 
 
 def _inertia(axis: Axis, weight: float) -> float:

@@ -97,11 +97,8 @@ class Pieces:
         steps = np.diff(time)
         bound = GAP * float(np.median(steps)) if longest is None else longest
         broken = steps > bound
-        count = int(broken.sum())
-        lost = float(steps[broken].sum())
-        return cls(
-            time, broken, {f"steps longer than {bound:.3g} s, {lost:.4g} s in all": count} if count else {}
-        )
+        reason = f"steps longer than {bound:.3g} s, {float(steps[broken].sum()):.4g} s in all"
+        return cls(time, np.zeros(len(steps), dtype=bool), {}).split(broken, reason)
 
     def split(self, broken: BoolArray, reason: str) -> Pieces:
         """Split at more steps, (n − 1,)."""

@@ -25,11 +25,10 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
 from fiveaxis.options import Bounds, Search, Surrounding, completed, parted, spelled_out
-from fiveaxis.posture import Options
+from fiveaxis.posture import Options, with_bound
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.masks.mask import Mask, MaskFunction, Spots, Wording
-from fiveaxis.posture.strategy.bounding import with_bound
+from fiveaxis.posture.mask import Mask, MaskFunction, Spots, Wording
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, PathShape, Tool, Toolpath
 from fiveaxis.toolpath.passes import Passes
@@ -121,7 +120,7 @@ def optimise(
     clearances : mm, by kind of body
     mask : a function that takes locations (m,) and rotary angles (m, 2), rad, chain order, and returns which
         postures are admissible, (m,) bool, in addition to the clearances; or a `Mask`, which can have a
-        quicker function for searches, too (`fiveaxis.posture.masks.mask`). It is called only for postures
+        quicker function for searches, too (`fiveaxis.posture.mask`). It is called only for postures
         that a search is about to use. Where a rotary axis rewinds, the mask holds at the locations of the
         path, not on the link off the part and back
     passes : `Plan.passes` of a planned path (`fiveaxis.contour.plan_passes`), from which new links are laid

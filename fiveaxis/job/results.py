@@ -13,7 +13,7 @@ from fiveaxis.files import remove_leftovers, temporary_folder, unwritable, write
 from fiveaxis.job.revised_program import RevisedProgram
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.mask import Mask
 from fiveaxis.progress import Progress, unheard, within
 from fiveaxis.report import write_json, write_report
 from fiveaxis.report.landscape import Admits

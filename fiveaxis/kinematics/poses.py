@@ -12,7 +12,6 @@ from fiveaxis.kinematics.equations import (
     Cosines,
     Vector,
     cosines_of,
-    leaning_tip,
     linear_axes,
     linear_determinant,
     tool_axis,
@@ -20,7 +19,6 @@ from fiveaxis.kinematics.equations import (
 )
 from fiveaxis.machine import Chain, Joint, Machine
 from fiveaxis.machine.chain import FLAT, why_not_positioning
-from fiveaxis.toolpath import Zone
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
@@ -100,34 +98,6 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
     shape = np.broadcast_shapes(tip.shape[:-1], rotary.shape[:-1])
     return _stack([values[a.letter] for a in machine.axes], shape)
-
-
-def positions_about(
-    machine: Machine, pivot: Array, rotary: Array, zone: Zone, normal: Array | None = None
-) -> tuple[Array, Array]:
-    """Solve the linear axes for a tool that leans about its contact.
-
-    Parameters
-    ----------
-    pivot : (..., 3), mm, workpiece frame; fixed while the tool leans, e.g. a ball's centre
-    rotary : (..., 2), rad, chain order; broadcast against `pivot`
-    zone : the arc of the cutter's profile whose centre is the pivot
-    normal : (..., 3), unit vectors out of the material; zero where unknown, and not needed for a ball
-
-    Returns
-    -------
-    positions : (..., k), mm and rad, columns in the order of `machine.axes`; NaN as in `linear_positions`
-    axis : (..., 3), unit vectors, workpiece frame
-    """
-    cosines = _cosines(machine, rotary)
-    shape = np.broadcast_shapes(pivot.shape[:-1], rotary.shape[:-1])
-    axis = tool_axis(machine.chain, cosines)
-    given = np.zeros(3) if normal is None else normal
-    with np.errstate(divide="ignore", invalid="ignore"):
-        tip = leaning_tip(_vector(pivot), axis, zone.height, zone.offset, _vector(given))
-        values = _linear_values(machine.chain, cosines, tip)
-    values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
-    return _stack([values[a.letter] for a in machine.axes], shape), _stack(axis, shape)
 
 
 def require_positioning(machine: Machine) -> None:

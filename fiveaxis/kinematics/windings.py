@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from fiveaxis.machine import Limits, Machine
 TURN = 2.0 * np.pi
 # mm, rad: an axis value this far past a limit counts as on it, from rounding of the inverse.
 ON_LIMIT = 1e-9
+# Recommended limits are rounded outwards to this many decimals.
+DECIMALS = 1
 
 
 def reachable_positions(
@@ -109,3 +112,10 @@ def fit_turns(angles: Array, low: float, high: float) -> Array | None:
     least = np.ceil((low - ON_LIMIT - angles.min()) / TURN)
     most = np.floor((high + ON_LIMIT - angles.max()) / TURN)
     return None if least > most else angles + TURN * np.clip(0.0, least, most)
+
+
+def outwards(value: float, side: float) -> str:
+    """Write a limit, mm or deg, rounded up or, with −1, down."""
+    scale = 10.0**DECIMALS
+    # Adding 0 makes −0 a 0.
+    return f"{side * math.ceil(side * value * scale - ON_LIMIT) / scale + 0.0:g}"

@@ -1,6 +1,6 @@
 """Axis motion along a path, and its timing."""
 
-from fiveaxis.motion.deviation import PATH_TOLERANCE, axis_deviation, joint_deviation, tcp_deviation
+from fiveaxis.motion.deviation import PATH_TOLERANCE, axis_deviation, path_deviation
 from fiveaxis.motion.filling import Fill, Filling, fill_in, inside_rapids, respaced
 from fiveaxis.motion.motion import Motion, follow, located, motion_digest
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
@@ -57,18 +57,17 @@ __all__ = [
     "fill_in",
     "follow",
     "inside_rapids",
-    "joint_deviation",
     "least_times",
     "located",
     "measure_steadiness",
     "motion_digest",
+    "path_deviation",
     "peak_rates",
     "predicted_time",
     "rapid_findings",
     "rapid_speeds",
     "respaced",
     "standing_speeds",
-    "tcp_deviation",
     "thinned",
     "time_motion",
     "times_rapids",

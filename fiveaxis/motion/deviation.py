@@ -24,11 +24,15 @@ FAR = np.radians(2.0)
 WHOLE_TURN = 1e-9
 
 
-def joint_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
-    """Measure how far the tool's centre leaves its path under joint interpolation.
+def path_deviation(
+    toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray, *, tcp: bool = False
+) -> Array:
+    """Measure how far the tool's centre leaves its path under joint or TCP interpolation.
 
-    Its path between locations is a `Band`, of a chord alone where the path has no curve. A turn on the spot,
-    by which an axis rewinds whole turns, has no path and no deviation.
+    Its path between locations is a `Band`, of a chord alone where the path has no curve. Under TCP
+    interpolation the tip goes straight, and a ball's centre, ``h`` above it along the tool axis, is
+    off by ``h`` times the deviation of the axis from its linear blend. A turn on the spot, by which an axis
+    rewinds whole turns, has no path and no deviation.
 
     Parameters
     ----------
@@ -39,39 +43,23 @@ def joint_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks:
     -------
     (3, m), mm, at `SHARES`; 0 where only the middle is measured
     """
-    zone = toolpath.zone
     axes = tool_axes(machine, rotary)
-    positions = linear_positions(machine, toolpath.tips(axes), rotary)
+    tips = toolpath.tips(axes)
+    positions = rotary if tcp else linear_positions(machine, tips, rotary)
+    moves = positions[blocks + 1] - positions[blocks]
     off = np.zeros((len(SHARES), len(blocks)))
     for i, share in enumerate(SHARES):
-        some = _measured(rotary, blocks, share)
-        if some.any():
-            tip, axis = tool_poses(machine, between(positions, blocks[some], share))
-            band = Band.of(toolpath, axes, np.asarray(blocks[some] + share), axis)
-            off[i, some] = band.distances(tip + zone.height * axis)
-    spot = turns_on_the_spot(machine, positions[blocks + 1] - positions[blocks])
-    return np.where(spot, 0.0, off)
-
-
-def tcp_deviation(toolpath: Toolpath, machine: Machine, rotary: Array, blocks: IntArray) -> Array:
-    """Measure how far the tool's centre leaves its path under TCP interpolation.
-
-    The tip goes straight. A ball's centre lies ``h`` above it along the tool axis, so it is off by ``h``
-    times the deviation of the axis from its linear blend.
-
-    Returns
-    -------
-    (3, m), mm, at `SHARES`
-    """
-    axes = tool_axes(machine, rotary)
-    tip = toolpath.tips(axes)
-    off = np.zeros((len(SHARES), len(blocks)))
-    for i, share in enumerate(SHARES):
-        some = _measured(rotary, blocks, share)
-        axis = tool_axes(machine, between(rotary, blocks[some], share))
-        centre = between(tip, blocks[some], share) + toolpath.zone.height * axis
-        off[i, some] = Band.of(toolpath, axes, np.asarray(blocks[some] + share), axis).distances(centre)
-    return np.where(_whole_turns(rotary[blocks + 1] - rotary[blocks]), 0.0, off)
+        measured = _measured(rotary, blocks, share)
+        if not measured.any():
+            continue
+        some = blocks[measured]
+        if tcp:
+            tip, axis = between(tips, some, share), tool_axes(machine, between(rotary, some, share))
+        else:
+            tip, axis = tool_poses(machine, between(positions, some, share))
+        band = Band.of(toolpath, axes, np.asarray(some + share), axis)
+        off[i, measured] = band.distances(tip + toolpath.zone.height * axis)
+    return np.where(_whole_turns(moves) if tcp else turns_on_the_spot(machine, moves), 0.0, off)
 
 
 def axis_deviation(

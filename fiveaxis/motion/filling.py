@@ -15,8 +15,7 @@ from fiveaxis.motion.deviation import (
     WRITTEN_TOLERANCE,
     axis_deviation,
     between,
-    joint_deviation,
-    tcp_deviation,
+    path_deviation,
     turns_on_the_spot,
 )
 from fiveaxis.motion.motion import Motion, follow
@@ -177,7 +176,7 @@ class Fill:
         step = np.abs(np.diff(self.motion.positions[:, machine.linear_columns], axis=0)).max(axis=1)
         jumps = (np.diff(self.row) < LEAST_SHARE) & (step > WRITTEN_TOLERANCE)
         if not machine.chain.linears_adjoin:
-            off = joint_deviation(self.path, machine, rotary, np.arange(len(step)))
+            off = path_deviation(self.path, machine, rotary, np.arange(len(step)))
             jumps |= ~np.isfinite(off).all(axis=0)
         return np.unique(np.floor(self.row[:-1][jumps]).astype(np.int64))
 
@@ -236,9 +235,9 @@ def fill_in(
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
     blocks = np.flatnonzero(np.ones(len(toolpath) - 1, dtype=bool) if tcp else ~toolpath.rapid[1:])
     for _ in range(MOST_ROUNDS):
-        off = joint_deviation(path, machine, angles, blocks) / tolerance
+        off = path_deviation(path, machine, angles, blocks) / tolerance
         if tcp:
-            off = np.maximum(off, tcp_deviation(path, machine, angles, blocks) / tolerance)
+            off = np.maximum(off, path_deviation(path, machine, angles, blocks, tcp=True) / tolerance)
         off = np.maximum(off, axis_deviation(planes, row, angles, blocks, planes.kept) / AXIS_TOLERANCE)
         parts = np.ones(len(row) - 1, dtype=np.int64)
         parts[blocks] = _parts(off)

@@ -9,8 +9,8 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.motion.bounds import AxisBounds
 from fiveaxis.motion.rounding import RoundedPath
+from fiveaxis.motion.timing import AxisBounds
 
 # mm: nodes closer together are one.
 ONE_NODE = 1e-9

@@ -116,8 +116,13 @@ class Clock:
         return self.dialect is not None and self.coordinates != "axes" and self.dialect.limited == "words"
 
     def is_programmed(self, machine: Machine) -> bool:
-        """Whether times are the programmed ones, since the machine states too few accelerations."""
-        return _is_programmed(machine, self.dialect)
+        """Whether times are the programmed ones, since the machine states too few accelerations.
+
+        That is none, or not all that a planner in cycles works with.
+        """
+        known = [axis.max_acceleration is not None for axis in machine.axes]
+        in_cycles = self.dialect is not None and isinstance(self.dialect.corners, str)
+        return not (all(known) if in_cycles else any(known))
 
     def timed(self, blocks: Motion, machine: Machine) -> Motion:
         """Return blocks, one a row, with the times that the control takes for them."""
@@ -167,11 +172,12 @@ def predicted_time(
     """
     unknown = [a.letter for a in machine.axes if a.max_acceleration is None]
     lacking = f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}"
-    if _is_programmed(machine, dialect):
+    clock = Clock(dialect, coordinates)
+    if clock.is_programmed(machine):
         return PredictedTime(motion.time, "programmed", lacking)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
     blocks = _whole_blocks(motion, last)
-    if Clock(dialect, coordinates).limits_words:
+    if clock.limits_words:
         blocks = _in_words(blocks, machine)
     assumptions = [f"{lacking}: their speed changes at once"] if unknown else []
     if dialect is None or dialect.corners is None:
@@ -189,13 +195,6 @@ def predicted_time(
     )
 
 
-def _is_programmed(machine: Machine, dialect: ControlTiming | None) -> bool:
-    """Whether too few accelerations are known: none, or not all that a planner in cycles works with."""
-    known = [axis.max_acceleration is not None for axis in machine.axes]
-    in_cycles = dialect is not None and isinstance(dialect.corners, str)
-    return not (all(known) if in_cycles else any(known))
-
-
 def _block_ends(motion: Motion) -> BoolArray:
     """Mark the last row of every block, (n,): rows of one block share its source line."""
     ends = np.append((np.diff(motion.source) != 0) | (np.diff(motion.kind) != 0), True)
@@ -206,8 +205,7 @@ def _block_ends(motion: Motion) -> BoolArray:
 def _whole_blocks(motion: Motion, last: BoolArray) -> Motion:
     """Return a motion with one row for each block."""
     time = np.diff(np.cumsum(motion.time)[last], prepend=0.0)
-    columns = {name: getattr(motion, name)[last] for name in ("positions", "feed", "kind", "source")}
-    return Motion(letters=motion.letters, time=time, **columns)
+    return replace(motion.at(np.flatnonzero(last)), time=time, location=None)
 
 
 def _in_words(blocks: Motion, machine: Machine) -> Motion:

@@ -13,7 +13,6 @@ import numpy as np
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion.bounds import axis_bounds
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.servo_queue import (
     EXACT,
@@ -29,6 +28,7 @@ from fiveaxis.motion.servo_queue import (
     top_speed,
     usable_acceleration,
 )
+from fiveaxis.motion.timing import axis_bounds
 
 # mm or rad: an axis that moves by less stands (CART_FUZZ of LinuxCNC's posemath.h).
 STANDS = 1e-8

@@ -14,7 +14,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
-from fiveaxis.motion.timing import standing_speeds, top_speeds
+from fiveaxis.motion.timing import axis_bounds, standing_speeds
 from fiveaxis.toolpath import Band, Toolpath
 
 # Largest relative difference of the path speeds of the blocks in one span.
@@ -22,6 +22,8 @@ SPEED_TOLERANCE = 0.01
 # The path is compared at the ends and the middle of every given block. A parabola through three points within
 # r of the path stays within 1.25 r of it between them.
 BETWEEN = 1.25
+# mm: largest deviation of the tool's centre at these points.
+FARTHEST = WRITTEN_TOLERANCE / BETWEEN
 # Largest distance between the ends of the tool axes' unit vectors at these points.
 LARGEST_CHORD = 2.0 * math.sin(AXIS_TOLERANCE / BETWEEN / 2.0)
 # s: a shorter block has no duration.
@@ -59,7 +61,6 @@ def thinned(
     machine: Machine,
     motion: Motion,
     *,
-    tolerance: float = WRITTEN_TOLERANCE,
     max_turn: float = math.inf,
     tcp: bool = False,
     needed: BoolArray | None = None,
@@ -70,9 +71,9 @@ def thinned(
 
     From one kept row to the next the control moves all axes linearly in time or, with TCP interpolation, the
     tip straight and the rotary axes in proportion. The tool's centre, and the contact where one is known,
-    stay within the tolerance of where they may be at the same time: on the path's curve or chord, or between.
-    The tool axis stays within `AXIS_TOLERANCE` of the given one and of its plane. As the given motion is
-    always the reference, deviations don't add up. A span that becomes one block keeps its duration; it
+    stay within `WRITTEN_TOLERANCE` of where they may be at the same time: on the path's curve or chord, or
+    between. The tool axis stays within `AXIS_TOLERANCE` of the given one and of its plane. The given motion
+    is always the reference, so deviations don't add up. A span that becomes one block keeps its duration; it
     contains no change of kind, feed or speed and no turn on the spot. An axis that stands in one block of a
     span stands in the whole span, since many drives draw their full power however slowly they move.
 
@@ -82,7 +83,6 @@ def thinned(
     ----------
     toolpath, motion : n locations and the axes there, as from `fill_in`
     machine : two rotary and three linear axes
-    tolerance : mm
     max_turn : rad, of a rotary axis in a block that replaces several
     tcp : whether the control interpolates the tip
     needed : (n,), rows that stay in any case
@@ -93,7 +93,7 @@ def thinned(
     if inside is not None and inside.any():
         # A span must not end at one of them.
         needed = motion.rapid if needed is None else motion.rapid | needed
-    course = _Course(toolpath, machine, motion, tolerance / BETWEEN, max_turn, tcp, needed, planes, inside)
+    course = _Course(toolpath, machine, motion, max_turn, tcp, needed, planes, inside)
     kept = _joined(course, _longest_spans(course))
     kept = kept if inside is None else kept[~inside[kept]]
     # The last span of `reduceat` runs to the end, and the last row is always kept.
@@ -108,7 +108,6 @@ class _Course:
     path: Toolpath
     machine: Machine
     motion: Motion
-    tolerance: float
     max_turn: float
     tcp: bool
     needed: BoolArray | None
@@ -214,14 +213,14 @@ class _Course:
         tip, axis = self._poses(ends, first[span], last[span])
         height = self.path.zone.height
         off = Band(self.path.centres(axis, row), self.chords[row]).distances(tip + height * axis)
-        bad = (off > self.tolerance) | self._tilts_off(axis, self.poses[1][row], row)
+        bad = (off > FARTHEST) | self._tilts_off(axis, self.poses[1][row], row)
         level &= ~np.logical_or.reduceat(bad, begins)
         # Most spans that are too long have failed by now, so the middles are compared in the others only.
         left = np.flatnonzero(level[span])
         at, of = row[left], span[left]
         tip, axis = self._poses(middle[left], first[of], last[of])
         middle_band = Band(self.middles.curve[at], self.middles.chord[at])
-        bad[left] |= middle_band.distances(tip + height * axis) > self.tolerance
+        bad[left] |= middle_band.distances(tip + height * axis) > FARTHEST
         bad[left] |= self._tilts_off(axis, self.middle_axes[at], at)
         level &= ~np.logical_or.reduceat(bad, begins)
         return level & self._drives_no_more(row, begins, first[span], last[span]) if self.tcp else level
@@ -267,7 +266,7 @@ class _Course:
         row, first, last : (r,), rows at the ends of all blocks, and their spans' ends
         begins : (s,), index among them of the first block of each span
         """
-        time, most = self.motion.time[row][:, None], top_speeds(self.machine)
+        time, most = self.motion.time[row][:, None], axis_bounds(self.machine).speed
         now = self._positions(row, first, last)
         moves = np.abs(now - self._positions(row - 1, first, last))
         bad = (moves > most * time * (1.0 + ROUNDING)) | np.isnan(now)

@@ -10,13 +10,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fiveaxis.errors import SettingError
+from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion.bounds import AxisBounds, axis_bounds, require_motion
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.phases import Phases, run_phases
 from fiveaxis.motion.rounding import RoundedPath, round_corners
+from fiveaxis.motion.timing import STANDSTILL, AxisBounds, axis_bounds
 from fiveaxis.toolpath import part_places
 
 # mm: a corner whose widest rounding passes it within this is a point of a sampled curve.
@@ -192,7 +192,7 @@ def time_motion(
     Raises
     ------
     ToolpathError, MachineError
-        The motion can't be timed (`require_motion`), or a limit isn't above 0.
+        The motion has other axes, no rows, or values or times that aren't numbers; a limit isn't above 0.
     SettingError
         A tolerance below 0 or an unknown word for corners; stops for another number of rows.
 
@@ -200,7 +200,7 @@ def time_motion(
     ----------
     Pham & Pham (2018) for the analysis.
     """
-    require_motion(motion, machine)
+    _require_timed(motion, machine)
     stops, tolerance = _corner_rule(corners, len(motion))
     _require_length("smooth", smooth, or_zero=True)
     if stops is not None:
@@ -220,6 +220,39 @@ def time_motion(
     times = np.zeros(len(motion))
     np.add.at(times, phases.block, phases.duration)
     return TimeLaw(replace(motion, time=times), path, phases, path_speed, bounds)
+
+
+def _require_timed(motion: Motion, machine: Machine) -> None:
+    """Raise unless a motion belongs to this machine and can be timed.
+
+    Raises
+    ------
+    ToolpathError
+        No rows; positions that aren't finite; times that aren't finite or are negative; a move without a
+        time.
+    MachineError
+        The motion has other axes than the machine.
+    """
+    if motion.letters != machine.letters:
+        raise MachineError(
+            f"the motion has axes {motion.letters}; machine {machine.name!r} has {machine.letters}"
+        )
+    if len(motion) == 0:
+        raise ToolpathError("no cutter locations to time")
+    timed = np.isfinite(motion.time) & (motion.time >= 0.0)
+    moved = (np.abs(motion.moves) > STANDSTILL).any(axis=1)
+    faults = (
+        (~np.isfinite(motion.positions).all(axis=1), "an axis value that isn't a finite number"),
+        (~timed, "a time that isn't 0 s or more"),
+        (timed & (motion.time == 0.0) & moved, "a move that takes 0 s at its feed"),
+    )
+    for bad, what in faults:
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise ToolpathError(
+                f"location {row} (source line {motion.source[row]}) has {what}"
+                f" ({int(bad.sum())} such locations)"
+            )
 
 
 def _feed_speeds(station: Array, times: Array) -> Array:

@@ -1,9 +1,12 @@
-"""Durations of moves."""
+"""Durations of moves, and the axes' highest speeds and accelerations."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
@@ -15,6 +18,46 @@ STANDSTILL = 1e-6
 # limit must exceed rounding in the program (1e-5 mm in a block of 20 ms is half of it), residuals of an
 # optimiser and effects of dividing moves. No drive was measured at such a low speed.
 STANDING, STANDING_TURN = 1e-3, 2e-5
+
+
+@dataclass(frozen=True, eq=False)
+class AxisBounds:
+    """Highest speed and acceleration of every axis; infinite if the machine states none.
+
+    Parameters
+    ----------
+    speed : (k,), mm/s and rad/s
+    acceleration : (k,), mm/s² and rad/s²
+    """
+
+    speed: Array
+    acceleration: Array
+
+    @property
+    def accelerates_at_once(self) -> bool:
+        """Whether no axis has a highest acceleration."""
+        return bool(np.isinf(self.acceleration).all())
+
+
+def axis_bounds(machine: Machine) -> AxisBounds:
+    """Collect the axes' bounds.
+
+    Raises
+    ------
+    MachineError
+        A bound that isn't a positive number.
+    """
+    bounds = {}
+    for name, unit in (("max_speed", "s"), ("max_acceleration", "s²")):
+        values = [getattr(axis, name) for axis in machine.axes]
+        for axis, value in zip(machine.axes, values, strict=True):
+            if value is not None and not value > 0.0:
+                raise MachineError(
+                    f"machine {machine.name!r}: {name} of {axis.letter} is {axis.shown(value):g} "
+                    f"{axis.unit}/{unit}; it must be above 0"
+                )
+        bounds[name] = np.array([np.inf if value is None else value for value in values])
+    return AxisBounds(bounds["max_speed"], bounds["max_acceleration"])
 
 
 def block_times(toolpath: Toolpath, machine: Machine, positions: Array) -> Array:
@@ -65,11 +108,6 @@ def standing_speeds(machine: Machine) -> Array:
     return np.where(machine.is_rotary, STANDING_TURN, STANDING)
 
 
-def top_speeds(machine: Machine) -> Array:
-    """Return the highest speeds of the axes, (k,) mm/s and rad/s; infinite where none is known."""
-    return np.array([np.inf if axis.max_speed is None else axis.max_speed for axis in machine.axes])
-
-
 def rapid_speeds(machine: Machine, feed: Array) -> Array:
     """Return the speed of every axis in rapid moves: its highest or, if unknown, the rows' feed.
 
@@ -82,7 +120,7 @@ def rapid_speeds(machine: Machine, feed: Array) -> Array:
     (n, k), mm/s and rad/s
     """
     stated = np.where(machine.is_rotary, np.radians(feed)[:, None], feed[:, None])
-    known = top_speeds(machine)
+    known = axis_bounds(machine).speed
     return np.where(np.isfinite(known), known, stated)
 
 
@@ -126,4 +164,4 @@ def least_times(toolpath: Toolpath, machine: Machine) -> Array:
 
 def times_rapids(machine: Machine) -> bool:
     """Check whether the highest speed of every linear axis is known, so that rapid moves can be timed."""
-    return bool(np.isfinite(top_speeds(machine)[~machine.is_rotary]).all())
+    return bool(np.isfinite(axis_bounds(machine).speed[~machine.is_rotary]).all())

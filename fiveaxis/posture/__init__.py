@@ -1,14 +1,14 @@
 """Choice of the rotary angles of every cutter location."""
 
 from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
-from fiveaxis.posture.optimiser import Options, optimise
+from fiveaxis.posture.optimiser import optimise, with_bound
+from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import RESULT, Baseline, Solution, Stage
-from fiveaxis.posture.strategy.effort import EFFORTS, Effort
+from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.front import Front, FrontPoint, find_front
 
 __all__ = [
-    "EFFORTS",
     "RESULT",
     "Baseline",
     "Effort",
@@ -23,4 +23,5 @@ __all__ = [
     "bound_travel",
     "find_front",
     "optimise",
+    "with_bound",
 ]

@@ -50,31 +50,21 @@ class LocationModel:
     Parameters
     ----------
     tapes : of the machine and the cutter's zone
-    given, references, within : as in `Locations`
+    locations : what compiled loops need
     """
 
     tapes: LocationTapes
-    given: Array
-    references: Array
-    within: Array
+    locations: Locations
 
     @classmethod
     def of(
         cls, machine: Machine, zone: Zone, pivot: Array, normal: Array, bounds: tuple[TiltBounds, ...]
     ) -> LocationModel:
         """Describe locations: pivot and normal, (n, 3) mm and unit vectors, and bounds on the lean."""
-        return cls(
-            location_tapes(machine, zone),
-            np.hstack([pivot, normal]),
-            np.stack([bound.reference for bound in bounds], axis=1),
-            np.array([bound.cosines for bound in bounds]),
-        )
-
-    @property
-    def locations(self) -> Locations:
-        """The same for compiled loops."""
-        tape = self.tapes.values
-        return Locations(tape.steps, tape.constants, tape.registers, self.given, self.references, self.within)
+        tapes = location_tapes(machine, zone)
+        references = np.stack([bound.reference for bound in bounds], axis=1)
+        within = np.array([bound.cosines for bound in bounds])
+        return cls(tapes, Locations(*tapes.values.parts, np.hstack([pivot, normal]), references, within))
 
     def placed(self, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
         """Solve axis values, (m, ..., k), and how far tool axes are out of bounds, as `Problem.placed`."""
@@ -88,7 +78,7 @@ class LocationModel:
 
     def quantities(self, rotary: Array) -> Array:
         """Compute axis values and tool axis of every location, (n, k + 3), for angles, (n, 2) rad."""
-        return self.tapes.values(np.hstack([rotary, self.given]))
+        return self.tapes.values(np.hstack([rotary, self.locations.given]))
 
     def derivatives(self, rotary: Array, weights: Array) -> tuple[Array, Array, Array]:
         """Compute the quantities of every location and their derivatives by its angles, (n, 2) rad.
@@ -101,7 +91,7 @@ class LocationModel:
         -------
         The quantities; their slopes, (n, k + 3, 2); and 11, 12, 22 of the weighted sum, (n, 3)
         """
-        found = self.tapes.derivatives(np.hstack([rotary, self.given, weights]))
+        found = self.tapes.derivatives(np.hstack([rotary, self.locations.given, weights]))
         end = weights.shape[1]
         slopes = found[:, end : 3 * end].reshape(len(found), end, ANGLES)
         return found[:, :end], slopes, found[:, 3 * end :]

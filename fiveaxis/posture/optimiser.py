@@ -5,27 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import cast
+from typing import TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.errors import Infeasible, SettingError, ToolpathError
+from fiveaxis.errors import Infeasible, MachineError, ToolpathError
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine, power_findings, with_powers
-from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Interpolation
-from fiveaxis.options import Objective, Search, completed, defaults
-from fiveaxis.posture.masks.mask import Mask, MaskFunction
+from fiveaxis.motion import Filling
+from fiveaxis.options import Objective
+from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
+from fiveaxis.posture.mask import Mask
+from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
-from fiveaxis.posture.strategy.bounding import with_bound
 from fiveaxis.posture.strategy.delivery import Delivery, delivered
-from fiveaxis.posture.strategy.effort import ROUGH, Effort, effort_of
-from fiveaxis.posture.strategy.given_path import GivenProblem, refusal, solve_given, without_path
+from fiveaxis.posture.strategy.effort import ROUGH
+from fiveaxis.posture.strategy.given_path import refined, solve_given
+from fiveaxis.posture.strategy.infeasibility import refusal, without_path
 from fiveaxis.posture.strategy.least_time import time_findings
-from fiveaxis.posture.strategy.near import Near, refined
+from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
@@ -33,89 +36,12 @@ from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
-from fiveaxis.toolpath.passes import Passes
 
 # Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
 # from the ends of travel; attempts.
 SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
-SEARCH = cast("Search", defaults(Search))
 
-
-@dataclass(frozen=True, eq=False)
-class Options:
-    """What is minimised and how: the options of `fiveaxis.options.Search`, and what only code can give.
-
-    Parameters
-    ----------
-    mask : which postures are admissible; a function that `Mask.of` takes, too
-    passes : closed passes from which new links are laid, where these may begin elsewhere; by default the
-        path's rings
-    interpolation, clock : of the program
-    start : (n, 2), rad, chain order, postures to begin from beside those that are searched
-    progress : called with what is being done, steps done and steps in all
-    """
-
-    objective: Objective = SEARCH["objective"]
-    up_penalty: float = SEARCH["up_penalty"]
-    smoothing: float = SEARCH["smoothing"]
-    steady: float = SEARCH["steady"]
-    time_price: float | None = SEARCH["time_price"]
-    effort: str | Effort = SEARCH["effort"]
-    solver: str = SEARCH["solver"]
-    bound: bool | None = SEARCH["bound"]
-    free_start: bool = SEARCH["free_start"]
-    free_direction: bool = SEARCH["free_direction"]
-    mask: Mask | MaskFunction | None = None
-    passes: Passes | None = None
-    interpolation: Interpolation = Interpolation.JOINT
-    clock: Clock = USUAL_CLOCK
-    start: Array | None = None
-    progress: Progress = unheard
-
-    @property
-    def is_bounded(self) -> bool:
-        """Whether a lower bound is computed: by default only with the effort ``thorough``."""
-        return self.effort == "thorough" if self.bound is None else self.bound
-
-    @property
-    def is_timed(self) -> bool:
-        """Whether time is the objective."""
-        return self.objective == "time"
-
-    def counts(self) -> Effort:
-        """Look up the effort by its name; `solver` replaces the effort's own.
-
-        Raises
-        ------
-        SettingError
-            An unknown effort or solver.
-        """
-        return effort_of(self.effort).having(solver=self.solver)
-
-    def without_free_start(self) -> Options:
-        """Return the options with which passes stay as they are."""
-        return replace(self, free_start=False, free_direction=False)
-
-    def require_consistent(self, constraints: Constraints) -> None:
-        """Raise an error if options contradict each other or the constraints.
-
-        Raises
-        ------
-        SettingError
-            A value out of its range, an unknown word; `free_start` with a mask or a singular cone,
-            `free_direction` without `free_start`, `time_price` with the objective ``time``.
-        """
-        own = {name: getattr(self, name) for name in SEARCH}
-        completed(Search, own | ({"effort": SEARCH["effort"]} if isinstance(self.effort, Effort) else {}))
-        if self.free_start and (self.mask is not None or constraints.singular_cone is not None):
-            raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
-        if self.free_direction and not self.free_start:
-            raise SettingError("free_direction goes with free_start only; give that, too")
-        if self.is_timed and self.time_price is not None:
-            raise SettingError("time_price can't be combined with the objective time; leave one out")
-
-
-DEFAULTS = Options()
+Found = TypeVar("Found", bound=Solution)
 
 
 def optimise(
@@ -159,7 +85,6 @@ def optimise(
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     options.require_consistent(constraints)
     effort = options.counts()
-    progress, smoothing, up_penalty = options.progress, options.smoothing, options.up_penalty
     cone = Cone.of(constraints)
     machine = holding.hold(with_powers(machine), constraints.hold)
     toolpath = constraints.zoned(toolpath)
@@ -173,10 +98,10 @@ def optimise(
             path,
             narrow.machine,
             bounds,
-            up_penalty=up_penalty,
+            up_penalty=options.up_penalty,
             max_turn=turn_bounds(path, narrow.constraints, location),
             time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
-            bend_price=smoothing,
+            bend_price=options.smoothing,
         )
         return built, bounds
 
@@ -201,8 +126,7 @@ def optimise(
         """Solve on the machine of the bounds."""
         problem, bounds = build(narrow, toolpath)
         starting = effort.nested[0].having(last_barrier=ROUGH)
-        given = GivenProblem(problem, bounds, toolpath, options.start, starting, progress)
-        found = solve_given(given, mask)
+        found = solve_given(problem, toolpath, bounds, starting, mask, options)
 
         def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
             return build(narrow, path, location)
@@ -210,22 +134,11 @@ def optimise(
         if options.free_start:
             again, both = partial(refined, effort=starting), options.free_direction
             found = free_starts(found, rebuild, again, passes=options.passes, both_directions=both)
-        delivery = Delivery(
-            found.toolpath,
-            rebuild,
-            Near(effort, cone, mask),
-            filling,
-            effort,
-            up_penalty,
-            smoothing,
-            options.objective,
-            options.steady,
-            options.clock,
-            constraints.turn_rate is not None,
-            progress=progress,
-        )
+        by_length = constraints.turn_rate is not None
+        near = Near(effort, cone, mask)
+        delivery = Delivery(found.toolpath, rebuild, near, filling, options, by_length)
         others = {} if options.start is None or options.free_start else {"the start given": options.start}
-        found, rank, breach = delivered(found, delivery, others, everywhere=True)
+        found, rank, breach = delivered(found, delivery, others)
         rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
         rotary = rotary if location is None else rotary[location == np.floor(location)]
         fault = None
@@ -248,7 +161,11 @@ def optimise(
             keeps = path_check(found.toolpath, found.machine, rotary, cone, mask)
             found = rewind_solution(found, machine, partial(refined, effort=effort), keeps)
         found = with_findings(found, cone)
-        return with_bound(found, constraints, options.objective, progress) if options.is_bounded else found
+        return (
+            with_bound(found, constraints, options.objective, options.progress)
+            if options.is_bounded
+            else found
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,3 +232,37 @@ def _best_attempt(solved: Callable[[Narrow], _Attempt], given: Narrow) -> _Attem
         raise best.fault
     stages = [stage for attempt in attempts for stage in attempt.found.stages]
     return replace(best, found=replace(best.found, stages=tuple(stages)))
+
+
+def with_bound(
+    found: Found, constraints: Constraints, objective: Objective, progress: Progress = unheard
+) -> Found:
+    """Add a certified lower bound of a solution's energy, or of its travel metric if that is minimised.
+
+    The bound holds for every posture that keeps the lean, the axis limits and the largest turns. Collisions,
+    a mask and a singular cone, which only raise the cost, aren't looked at. A machine whose drives allow no
+    bound gets a finding.
+
+    Parameters
+    ----------
+    found : the solution
+    constraints : that it was found within
+    objective : what was minimised
+    progress : called with what is being done
+    """
+    bound = bound_travel if objective == "travel" else bound_energy
+    path = found.toolpath
+    turns = _largest_turns(found, constraints)
+    try:
+        return replace(found, bound=bound(path, found.machine, found.tilt, turns, progress=progress))
+    except MachineError as error:
+        finding = Finding(Severity.NOTE, "no-bound", f"has no lower bound: {error}", path.place(0))
+        return replace(found, toolpath=replace(path, findings=(*path.findings, finding)))
+
+
+def _largest_turns(found: Solution, constraints: Constraints) -> Array | None:
+    """Largest turn in each move of a solution, rad; on links, and where an axis rewinds, there is none."""
+    if found.unwrapped is not None:
+        return None
+    turns = turn_bounds(found.toolpath, constraints, found.motion.location)
+    return np.where(found.toolpath.cutting[1:], turns, np.inf)

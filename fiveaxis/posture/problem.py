@@ -13,7 +13,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, product
 from fiveaxis.kinematics import require_orienting, require_positioning
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
-from fiveaxis.motion.bounds import axis_bounds
+from fiveaxis.motion.timing import axis_bounds
 from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.terms import OTHERS, Term, terms_of
 from fiveaxis.toolpath import TiltBounds, Toolpath, Zone

@@ -17,7 +17,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Motion, PredictedTime
 from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.posture.bound.lower_bound import LowerBound
-from fiveaxis.posture.local.optimality import Optimality, optimality
+from fiveaxis.posture.local.optima import Optimality, optimality
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 from fiveaxis.toolpath.bounds import lead_lean
@@ -105,14 +105,12 @@ class Unwrapped:
     problem : on the machine with axes of unlimited travel; or, where the path was squeezed into fewer turns,
         within those
     rotary : (n, 2), rad, chain order
-    clearance : mm, between tool and part while an axis rewinds
     """
 
     toolpath: Toolpath
     tilt: TiltBounds
     problem: Problem
     rotary: Array
-    clearance: float
 
 
 @dataclass(frozen=True, eq=False)

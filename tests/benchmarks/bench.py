@@ -15,7 +15,7 @@ from paths import PATHS
 
 from fiveaxis.energy import Energy
 from fiveaxis.posture import Options, optimise
-from fiveaxis.posture.strategy.bounding import with_bound
+from fiveaxis.posture.optimiser import with_bound
 from fiveaxis.posture.strategy.effort import EFFORTS
 from fiveaxis.toolpath import Constraints
 

@@ -25,7 +25,7 @@ from fiveaxis.energy import motion_energy
 from fiveaxis.motion import Filling, follow
 from fiveaxis.posture import Options, Problem
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.local.refinement import refine
+from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.toolpath import Constraints
 

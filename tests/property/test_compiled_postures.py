@@ -9,15 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.energy import travel_costs
-from fiveaxis.kinematics import positions_about
+from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.kinematics.windings import ON_LIMIT, nearest_turn
 from fiveaxis.machine import Chain, Line, Machine, load_machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import catalogue
-from fiveaxis.posture.baselines.branches import Postures
-from fiveaxis.posture.baselines.kernel import cheapest_branches
-from fiveaxis.posture.local.quantities import ChainModel
-from fiveaxis.posture.local.rows import build_rows
+from fiveaxis.posture.baselines.branches import Postures, cheapest_branches
+from fiveaxis.posture.local.rows import ChainModel, build_rows
 from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.toolpath import Tool, Toolpath
@@ -51,6 +49,13 @@ def wavy(rng: np.random.Generator, n: int) -> Toolpath:
     return Toolpath.from_contacts(contact, normal, Tool.ball(6))
 
 
+def placed_about(machine: Machine, pivot: np.ndarray, rotary: np.ndarray, zone, normal=None):
+    """Axis values and tool axes of a tool that leans about its pivots, by the kinematics."""
+    axis = tool_axes(machine, rotary)
+    tip = zone.tip(pivot, np.zeros(3) if normal is None else normal, axis)
+    return linear_positions(machine, tip, rotary), axis
+
+
 def model_of(machine: Machine, path: Toolpath, zone, bounds) -> LocationModel:
     return LocationModel.of(machine, zone, path.pivot, path.normal, bounds.all)
 
@@ -67,7 +72,7 @@ def test_the_model_has_the_axis_values_and_leans_of_the_kinematics(code, zone, s
     bounds.reference[rows[0]] = np.nan
     found, excess = model_of(machine, path, zone, bounds).placed(rows, rotary)
     pivot, normal = path.pivot[rows][:, None], path.normal[rows][:, None]
-    positions, axis = positions_about(machine, pivot, rotary, zone, normal)
+    positions, axis = placed_about(machine, pivot, rotary, zone, normal)
     np.testing.assert_allclose(found, positions, rtol=1e-8, atol=1e-8)
     cosine = np.sum(axis * bounds.reference[rows][:, None], axis=-1)
     low, high = bounds.cosines
@@ -82,7 +87,7 @@ def test_a_posture_that_turns_linear_axes_into_one_plane_has_no_axis_values():
     rotary = np.array([[0.3, 0.5], [0.3, np.pi / 2.0], [np.pi / 2.0, 0.5], [np.pi / 2.0, np.pi / 2.0]])
     model = model_of(machine, path, BALL, tilt_bounds(path, (15, 75)))
     found, _ = model.placed(np.arange(5), np.tile(rotary, (5, 1, 1)))
-    expected, _ = positions_about(machine, path.pivot[:, None], rotary, BALL)
+    expected, _ = placed_about(machine, path.pivot[:, None], rotary, BALL)
     assert np.isnan(expected).any(axis=-1).sum() == 10
     np.testing.assert_array_equal(np.isnan(found).any(axis=-1), np.isnan(expected).any(axis=-1))
 
@@ -119,7 +124,7 @@ def walked(path: Toolpath, machine: Machine, bounds, anchor: np.ndarray) -> np.n
         for offsets in (coarse, fine):
             around = here[machine.rotary_columns] if offsets is coarse else rotary[i]
             tried = np.concatenate([around + offsets, anchor[i : i + 1]])
-            positions, axis = positions_about(machine, path.pivot[i], tried, path.zone, path.normal[i])
+            positions, axis = placed_about(machine, path.pivot[i], tried, path.zone, path.normal[i])
             move = positions - here
             cost = np.maximum(move, 0.0) @ plus[i] - np.minimum(move, 0.0) @ minus[i]
             cosine = axis @ bounds.reference[i]

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from fiveaxis.contour import Plan, plan_passes
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.mesh import Surface, TriangleTree
-from fiveaxis.posture.starts.reopening import Layout, Reopened, reopen
-from fiveaxis.posture.starts.rings import known_rings
+from fiveaxis.posture.starts.rings import Layout, Reopened, known_rings, reopen
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 BALL = Tool.ball(5)

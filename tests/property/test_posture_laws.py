@@ -17,7 +17,7 @@ from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.local.refinement import refine
+from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.problem import ROTARY_EXCESS_PRICE, Problem
 from fiveaxis.toolpath import Tool, Toolpath
 

@@ -1,9 +1,16 @@
 """The motions that a result is compared with, also where a mask refuses some of their postures."""
 
-from fiveaxis.posture.baselines.branches import NoBaseline, follow_axes, postures, require_blocks
+from fiveaxis.posture.baselines.branches import (
+    INSIDE,
+    NoBaseline,
+    follow_axes,
+    nearest_held,
+    nearest_to_reference,
+    postures,
+    require_blocks,
+)
 from fiveaxis.posture.baselines.catalogue import as_programmed, find_baselines, leaned
 from fiveaxis.posture.baselines.clear import moved_clear
-from fiveaxis.posture.baselines.nearest import INSIDE, nearest_held, nearest_to_reference, uphill
 
 __all__ = [
     "INSIDE",
@@ -17,5 +24,4 @@ __all__ = [
     "nearest_to_reference",
     "postures",
     "require_blocks",
-    "uphill",
 ]

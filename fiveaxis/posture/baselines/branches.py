@@ -1,4 +1,8 @@
-"""From tool axes to rotary angles: choice of branches and turns."""
+"""From tool axes to rotary angles: choice of branches and turns, and the postures nearest to a reference.
+
+In compiled loops rows are copied element by element: for ``a[:] = b`` numba would spend seconds on compiling
+the broadcasting error.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.energy import travel_costs
 from fiveaxis.errors import FiveAxisError
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
+from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular, product
+from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, fit_turns, into_limits
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill
-from fiveaxis.posture.baselines.kernel import cheapest_branches
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.motion import Fill, follow
+from fiveaxis.posture.strategy.holding import free_angles
+from fiveaxis.toolpath import TiltBounds, Toolpath
+
+# Steps of the tilt range.
+TILT_STEPS = 61
+# Distance of tool axes from the ends of the tilt range (rad), so that rounding doesn't push them out of it.
+INSIDE = 1e-9
+# The same with several bounds (rad), which may not meet at their ends.
+DRAWN_IN = np.radians(0.02)
+# Locations per batch.
+CHUNK = 64
 
 
 class NoBaseline(FiveAxisError):
@@ -142,3 +156,147 @@ def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:
             f"{unreached[0]}"
         )
     return spread_over_links(toolpath, rows, rotary)
+
+
+@compiled
+def cheapest_branches(
+    positions: Array,
+    allowed: BoolArray,
+    columns: IntArray,
+    low: Array,
+    high: Array,
+    slack: float,
+    plus: Array,
+    minus: Array,
+) -> Array:
+    """Choose branches and turns by dynamic programming.
+
+    Parameters
+    ----------
+    positions, allowed : (2, n, k) and (2, n), as `Postures`
+    columns : (2,), of the rotary axes
+    low, high : (2,), rad; the shorter turn is taken within these limits
+    slack : rad, by which limits may be exceeded
+    plus, minus : (n, k), J/mm and J/rad, of the move into each location
+
+    Returns
+    -------
+    (n, 2), rad, chain order
+    """
+    n, k = positions.shape[1], positions.shape[2]
+    turn = 2.0 * np.pi
+    came = np.zeros((n, 2), dtype=np.int8)
+    trail = np.empty((n, 2, 2))
+    cost, reached = np.empty(2), np.empty(2)
+    here, there, moved = np.empty((2, k)), np.empty(k), np.empty((2, k))
+    for b in range(2):
+        cost[b] = 0.0 if allowed[b, 0] else np.inf
+        for a in range(k):
+            here[b, a] = positions[b, 0, a]
+        for r in range(2):
+            trail[0, b, r] = positions[b, 0, columns[r]]
+    for i in range(1, n):
+        for b in range(2):
+            reached[b] = np.inf
+            for d in range(2):
+                if not allowed[b, i] or cost[d] == np.inf:
+                    continue
+                for a in range(k):
+                    there[a] = positions[b, i, a]
+                for r in range(2):
+                    angle, before = there[columns[r]], here[d, columns[r]]
+                    least = np.ceil((low[r] - slack - angle) / turn)
+                    most = np.floor((high[r] + slack - angle) / turn)
+                    if least <= most:
+                        there[columns[r]] = angle + turn * min(
+                            max(np.rint((before - angle) / turn), least), most
+                        )
+                total = cost[d]
+                for a in range(k):
+                    step = there[a] - here[d, a]
+                    total += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
+                if total < reached[b]:
+                    reached[b], came[i, b] = total, d
+                    for a in range(k):
+                        moved[b, a] = there[a]
+                    for r in range(2):
+                        trail[i, b, r] = there[columns[r]]
+        for b in range(2):
+            cost[b] = reached[b]
+            for a in range(k):
+                here[b, a] = moved[b, a]
+    rotary = np.empty((n, 2))
+    branch = 0 if cost[0] <= cost[1] else 1
+    for i in range(n - 1, -1, -1):
+        rotary[i, 0], rotary[i, 1] = trail[i, branch, 0], trail[i, branch, 1]
+        branch = int(came[i, branch])
+    return rotary
+
+
+def nearest_to_reference(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
+    """Find for each location the smallest upward lean that the machine reaches.
+
+    Returns
+    -------
+    axis : (n, 3), unit vectors; NaN where the location is unbounded
+    open_rows : (n,), locations where no lean of the range is reached
+    """
+    upwards = uphill(tilt.reference, machine.chain.tool_home[:3, 2])
+    axis = np.full_like(tilt.reference, np.nan)
+    open_rows: BoolArray = np.array(np.isfinite(tilt.reference).all(axis=1))
+    for angle in np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, TILT_STEPS):
+        leaning = np.cos(angle) * tilt.reference + np.sin(angle) * upwards
+        if tilt.beside:
+            leaning = tilt.draw_in(leaning, DRAWN_IN)
+        wanted = np.where(open_rows[:, None], leaning, np.nan)
+        reached = open_rows & postures(machine, toolpath, wanted).allowed.any(axis=0)
+        if tilt.beside:
+            reached &= tilt.admits(leaning)
+        axis[reached] = leaning[reached]
+        open_rows &= ~reached
+        if not open_rows.any():
+            break
+    return axis, open_rows
+
+
+def uphill(reference: Array, up: Array) -> Array:
+    """Compute unit vectors at right angles to the reference that rise most steeply, (n, 3)."""
+    across = up - reference * product(reference, up)[:, None]
+    flat = np.linalg.norm(across, axis=1) < 1e-9
+    across[flat] = perpendicular(reference[flat])
+    return normalise(across)
+
+
+def nearest_held(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> tuple[Array, BoolArray]:
+    """Find for each location the posture nearest to the reference on a machine with held axes.
+
+    Returns
+    -------
+    rotary : (n, 2), rad; on links interpolated between their neighbours
+    open_rows : (n,), locations without an admissible posture
+    """
+    angles = free_angles(machine)
+    axis = tool_axes(machine, angles)
+    rows = np.flatnonzero(np.isfinite(tilt.reference).all(axis=1)).astype(np.int64)
+    rotary, open_rows = np.zeros((len(toolpath), 2)), np.zeros(len(toolpath), dtype=bool)
+    open_rows[rows] = True
+    for begin in range(0, len(rows), CHUNK):
+        part = rows[begin : begin + CHUNK]
+        # Nearest first: only the first admissible ones have to be placed on the machine.
+        order = np.argsort(-product(tilt.reference[part], axis.T), axis=1, kind="stable")
+        admitted = np.take_along_axis(tilt.admits(np.tile(axis, (len(part), 1, 1)), part), order, axis=1)
+        for row, ranked, inside in zip(part, order, admitted, strict=True):
+            tried = angles[ranked[inside]]
+            reached = np.flatnonzero(_reached(toolpath, machine, int(row), tried))
+            if len(reached):
+                rotary[row], open_rows[row] = tried[reached[0]], False
+    found = rows[~open_rows[rows]]
+    return spread_over_links(toolpath, found, rotary[found]) if len(found) else rotary, open_rows
+
+
+def _reached(toolpath: Toolpath, machine: Machine, row: int, rotary: Array) -> BoolArray:
+    """Check which rotary angles, (m, 2) rad, keep all limits at a location."""
+    if not len(rotary):
+        return np.zeros(0, dtype=bool)
+    part = toolpath.at(np.full(len(rotary), row))
+    return within_limits(machine, follow(part, machine, rotary).positions)

@@ -11,16 +11,21 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from fiveaxis.compiled import compiled
 from fiveaxis.energy import motion_energy, move_energies, travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin, arctan2, product
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.baselines.branches import NoBaseline, follow_axes
-from fiveaxis.posture.baselines.kernel import walk
-from fiveaxis.posture.baselines.nearest import INSIDE, nearest_held, nearest_to_reference
-from fiveaxis.posture.location_model import LocationModel
+from fiveaxis.posture.baselines.branches import (
+    INSIDE,
+    NoBaseline,
+    follow_axes,
+    nearest_held,
+    nearest_to_reference,
+)
+from fiveaxis.posture.location_model import LocationModel, Locations, place
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
@@ -255,3 +260,106 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array
         _offsets(COARSE),
         _offsets(FINE),
     )
+
+
+@compiled
+def best_move(
+    locations: Locations,
+    i: int,
+    limits: Array,
+    plus: Array,
+    minus: Array,
+    here: Array,
+    around: Array,
+    offsets: Array,
+    found: Array,
+    there: Array,
+) -> bool:
+    """Find the cheapest admissible move from one posture to another near an angle pair.
+
+    Parameters
+    ----------
+    i : location
+    limits : (2, k), mm and rad
+    plus, minus : (k,), J/mm and J/rad
+    here : (k,), mm and rad, start of the move
+    around : (2,), rad, chain order
+    offsets : (m, 2), rad
+    found, there : (2,) and (k,), output: the posture
+
+    Returns
+    -------
+    Whether any of the offsets is admissible.
+    """
+    count, least, best = len(offsets), np.inf, -1
+    rows, tried = np.empty(count, dtype=np.int64), np.empty((count, 2))
+    positions, excess = np.empty((count, len(here))), np.empty(count)
+    for m in range(count):
+        rows[m] = i
+        for r in range(2):
+            tried[m, r] = around[r] + offsets[m, r]
+    place(locations, rows, tried, positions, excess)
+    for m in range(count):
+        cost = 0.0 if excess[m] == 0.0 else np.inf
+        for a in range(len(here)):
+            if not limits[0, a] <= positions[m, a] <= limits[1, a]:
+                cost = np.inf
+                break
+            step = positions[m, a] - here[a]
+            cost += plus[a] * step if step > 0.0 else -minus[a] * step
+        if cost < least:
+            least, best = cost, m
+    if best < 0:
+        return False
+    found[0], found[1] = tried[best, 0], tried[best, 1]
+    for a in range(len(here)):
+        there[a] = positions[best, a]
+    return True
+
+
+@compiled
+def walk(
+    locations: Locations,
+    limits: Array,
+    columns: IntArray,
+    plus: Array,
+    minus: Array,
+    anchor: Array,
+    anchored: Array,
+    coarse: Array,
+    fine: Array,
+) -> Array:
+    """Take the cheapest move at every location, first coarse then fine, or the one to the anchor.
+
+    Parameters
+    ----------
+    limits : as for `best_move`
+    columns : (2,), of the rotary axes, chain order
+    plus, minus : (n, k), of the move into each location
+    anchor, anchored : (n, 2) rad and (n, k), a path that is admissible everywhere
+    coarse, fine : (m, 2), rad, offsets
+
+    Returns
+    -------
+    (n, 2), rad
+    """
+    rotary, here, there = anchor.copy(), anchored[0].copy(), anchored[0].copy()
+    around = np.empty(2)
+    for i in range(1, len(anchor)):
+        around[0], around[1] = here[columns[0]], here[columns[1]]
+        for offsets in (coarse, fine):
+            near = best_move(locations, i, limits, plus[i], minus[i], here, around, offsets, rotary[i], there)
+            to_anchor, least = 0.0, 0.0
+            for a in range(len(here)):
+                step = anchored[i, a] - here[a]
+                to_anchor += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
+                step = there[a] - here[a]
+                least += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
+            if not near or to_anchor < least:
+                rotary[i, 0], rotary[i, 1] = anchor[i, 0], anchor[i, 1]
+                for a in range(len(here)):
+                    there[a] = anchored[i, a]
+            around[0], around[1] = rotary[i, 0], rotary[i, 1]
+        for a in range(len(here)):
+            here[a] = there[a]
+    return rotary

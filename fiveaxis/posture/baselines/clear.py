@@ -17,7 +17,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.branches import NoBaseline
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline
 from fiveaxis.toolpath import TiltBounds, Toolpath
@@ -35,20 +35,6 @@ MORE_RINGS = 1
 HALVINGS = 6
 # Weight of turning beyond the bound of a move, relative to distance from the baseline.
 TOO_FAR = 1e3
-
-
-@dataclass(frozen=True, eq=False)
-class _Choice:
-    """Clear postures in every direction from refused ones.
-
-    Parameters
-    ----------
-    rows : (r,), refused locations
-    far : (r, d), rad, distance of the nearest clear posture in a direction; infinite if there is none
-    """
-
-    rows: IntArray
-    far: Array
 
 
 def moved_clear(
@@ -116,15 +102,15 @@ class _Clear:
         rows = np.flatnonzero(~self.mask.admits(np.arange(len(rotary)), rotary))
         if not len(rows):
             return rotary
-        choice = self._choices(rows, rotary[rows])
-        none = rows[~np.isfinite(choice.far).any(axis=1)]
+        every = self._distances(rows, rotary[rows])
+        none = rows[~np.isfinite(every).any(axis=1)]
         if len(none):
             raise NoBaseline(
                 f"it isn't clear at {len(rows)} locations, and {len(none)} of them have no clear posture "
                 f"within {np.degrees(RINGS[-1]):.0f} deg, first location {none[0]}"
             )
-        taken = self._directions(choice, rotary)
-        far, angle = choice.far[np.arange(len(rows)), taken], ANGLES[taken]
+        taken = self._directions(rows, every, rotary)
+        far, angle = every[np.arange(len(rows)), taken], ANGLES[taken]
         paths = []
         # Postures that were moved nearer one by one may need larger turns in between than before.
         for away in (self._nearest(rows, rotary[rows], angle, far), far[:, None] * _direction(angle)):
@@ -155,8 +141,13 @@ class _Clear:
         admitted[at] = self.mask.admits(rows[at], rotary[at])
         return admitted
 
-    def _choices(self, rows: IntArray, rotary: Array) -> _Choice:
-        """Query rings around refused postures, (r, 2) rad, from the innermost outwards."""
+    def _distances(self, rows: IntArray, rotary: Array) -> Array:
+        """Query rings around refused postures, (r, 2) rad, from the innermost outwards.
+
+        Returns
+        -------
+        (r, d), rad, distance of the nearest clear posture in a direction; infinite if there is none
+        """
         inner, outer = np.zeros((len(rows), len(ANGLES))), np.full((len(rows), len(ANGLES)), np.inf)
         left = np.full(len(rows), len(RINGS))
         for last, ring in pairwise([0.0, *RINGS]):
@@ -171,26 +162,26 @@ class _Clear:
         at, direction = np.nonzero(np.isfinite(outer))
         spread = outer[at, direction], inner[at, direction]
         outer[at, direction] = self._nearer(rows[at], rotary[at], ANGLES[direction], spread[1], spread[0])
-        return _Choice(rows, outer)
+        return outer
 
-    def _directions(self, choice: _Choice, rotary: Array) -> IntArray:
+    def _directions(self, rows: IntArray, every: Array, rotary: Array) -> IntArray:
         """Choose a direction for each refused location, (r,), by dynamic programming along runs of them.
 
         The objective is the distance from the baseline plus its change from one location to the next; turning
         beyond the bound of a move is a last resort.
         """
-        taken = np.empty(len(choice.rows), dtype=np.int64)
-        runs = np.split(np.arange(len(choice.rows)), np.flatnonzero(np.diff(choice.rows) > 1) + 1)
+        taken = np.empty(len(rows), dtype=np.int64)
+        runs = np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1)
         for run in runs:
             cost, came = np.zeros(1), []
             offsets = [np.zeros((1, 2))]
             for k in run:
-                far = np.where(np.isfinite(choice.far[k]), choice.far[k], 0.0)
+                far = np.where(np.isfinite(every[k]), every[k], 0.0)
                 offsets.append(far[:, None] * _direction(ANGLES))
-                step = cost[:, None] + self._change(choice.rows[k] - 1, rotary, *offsets[-2:])
+                step = cost[:, None] + self._change(rows[k] - 1, rotary, *offsets[-2:])
                 came.append(step.argmin(axis=0))
-                cost = step.min(axis=0) + choice.far[k]
-            cost = cost + self._change(choice.rows[run[-1]], rotary, offsets[-1], np.zeros((1, 2)))[:, 0]
+                cost = step.min(axis=0) + every[k]
+            cost = cost + self._change(rows[run[-1]], rotary, offsets[-1], np.zeros((1, 2)))[:, 0]
             state = int(cost.argmin())
             for k, back in zip(run[::-1], came[::-1], strict=True):
                 taken[k], state = state, int(back[state])

@@ -14,8 +14,7 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.bound.cells import Side
-from fiveaxis.posture.bound.enclosures import Enclosed
+from fiveaxis.posture.bound.cells import Enclosed, Side
 
 # Stands for "not reached" among costs, in quanta, and for no corner; a 32-bit number, as costs are.
 FAR = np.int64(1) << 30

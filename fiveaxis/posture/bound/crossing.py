@@ -1,4 +1,4 @@
-"""The least cost of touching a box of the lattice at every visit, in order."""
+"""The visits of a path, and the least cost of touching a box of the lattice at every one, in order."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import IntArray
-from fiveaxis.posture.bound.cells import Cells
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.machine import Machine
+from fiveaxis.posture.bound.cells import Cells, enclose
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
-from fiveaxis.posture.bound.enclosures import enclose
 from fiveaxis.posture.bound.sweep import (
     Neighbours,
     Prices,
@@ -24,8 +24,8 @@ from fiveaxis.posture.bound.sweep import (
     quantum_of,
     reach,
 )
-from fiveaxis.posture.bound.visits import Visits
 from fiveaxis.progress import Progress
+from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Parts into which the groups of a visit are divided for threads; locations that are enclosed at once, so that
 # their cells stay in the processor's cache, and how many such chunks ahead.
@@ -33,6 +33,68 @@ SLICES, CHUNK, AHEAD = 8, 4, 3
 # Work is counted in times of a source that is looked at, 6 ns where they were measured. As many times take: a
 # cell of the rotary angles in all, at each visit, and where postures are enclosed in it; a corner; a visit.
 CUT, CELL, ENCLOSED, CORNER, VISIT = 900, 1, 13, 8, 130_000
+
+
+@dataclass(frozen=True, eq=False)
+class Visits:
+    """Locations that a path has to visit, in order; both rotary axes come before the linear ones.
+
+    Parameters
+    ----------
+    machine : two rotary and three linear axes
+    toolpath, tilt : of m locations
+    plus, minus : (m − 1, 5), J/rad and J/mm, least price of travel between a visit and the next
+    turn : (m − 1,), rad, most that each rotary axis turns between them; infinite where unbounded
+    row : (m,), index of each visit in the given path
+    """
+
+    machine: Machine
+    toolpath: Toolpath
+    tilt: TiltBounds
+    plus: Array
+    minus: Array
+    turn: Array
+    row: IntArray
+
+    @classmethod
+    def of(
+        cls,
+        toolpath: Toolpath,
+        machine: Machine,
+        tilt: TiltBounds,
+        prices: tuple[Array, Array],
+        turns: Array | None,
+    ) -> Visits:
+        """Take the locations of a path at which a direction binds the tool axis, without inserted ones.
+
+        Parameters
+        ----------
+        toolpath, machine, tilt : n locations
+        prices : (n − 1, k) each, J/mm and J/rad, while axis values grow and fall
+        turns : (n − 1,), rad, most of each rotary axis in a move; None if nothing bounds them
+        """
+        columns = [*machine.rotary_columns, *machine.linear_columns]
+        plus, minus = (price[:, columns] for price in prices)
+        binds = np.any([np.isfinite(bound.reference[:, 0]) for bound in tilt.all], axis=0)
+        turn = np.full(len(plus), np.inf) if turns is None else turns
+        whole = cls(machine, toolpath, tilt, plus, minus, turn, np.arange(len(toolpath)))
+        return whole.at(np.flatnonzero(binds & ~toolpath.inserted))
+
+    def at(self, rows: IntArray) -> Visits:
+        """Return some of the visits, given by their indices in ascending order."""
+        between = slice(rows[0], rows[-1]) if len(rows) else slice(0)
+        plus, minus, turn = self.plus[between], self.minus[between], self.turn[between]
+        if len(rows) > 1:
+            begin = rows[:-1] - rows[0]
+            plus, minus = np.minimum.reduceat(plus, begin), np.minimum.reduceat(minus, begin)
+            turn = np.add.reduceat(turn, begin)
+        some = self.toolpath.at(rows), self.tilt.at(rows)
+        return Visits(self.machine, *some, plus, minus, turn, self.row[rows])
+
+    def every(self, stride: int) -> Visits:
+        """Return each `stride`-th visit, and the last."""
+        count = len(self.turn) + 1
+        return self.at(np.unique(np.append(np.arange(0, count, stride), count - 1)))
 
 
 @dataclass(frozen=True)
@@ -60,14 +122,11 @@ class Reached(NamedTuple):
     ----------
     corners : with the least cost of reaching each, where the cheapest corner of the visit before costs 0
     least : the least of these costs; `FAR` where no corner is reached
-    sources, prices : corners of the visit before from which they are reached, and the step; None at the first
     looked : sources, and groups of them, that were looked at
     """
 
     corners: Corners
     least: int
-    sources: Sources | None
-    prices: Prices | None
     looked: int
 
 
@@ -97,8 +156,6 @@ def reach_visits(
 ) -> Iterator[Reached]:
     """Find the least costs of the corners of one visit after the other, in quanta, until none is reached."""
     before: Corners | None = None
-    sources: Sources | None = None
-    prices: Prices | None = None
     looked = 0
     for i, corners in enumerate(_touched(visits, cells, lattice, pool)):
         if before is None:
@@ -110,7 +167,7 @@ def reach_visits(
             jobs = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
             looked = sum(job.result() for job in jobs)
         least = int(corners.cost.min(initial=FAR))
-        yield Reached(corners, least, sources, prices, looked)
+        yield Reached(corners, least, looked)
         if least >= FAR:
             return
         before = corners

@@ -19,12 +19,10 @@ from fiveaxis.energy import least_travel_costs, travel_costs
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import feed_times
-from fiveaxis.posture.bound.cells import HUGE, Cells, cut_cells
+from fiveaxis.posture.bound.cells import HUGE, Cells, cut_cells, enclose
 from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Level
 from fiveaxis.posture.bound.corners import Lattice
-from fiveaxis.posture.bound.crossing import CHUNK, Crossed, cross
-from fiveaxis.posture.bound.enclosures import enclose
-from fiveaxis.posture.bound.visits import Visits
+from fiveaxis.posture.bound.crossing import CHUNK, Crossed, Visits, cross
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -129,11 +127,10 @@ def bound_energy(
     MachineError
         The power of an axis isn't known, or nothing can be said about it (`least_travel_costs`).
     """
-    costs = least_travel_costs(machine)
-    each = (len(toolpath) - 1, 1)
-    prices = np.tile(costs.plus, each), np.tile(costs.minus, each)
-    total, used = _least_cost(toolpath, machine, tilt, turns, prices, work, progress)
-    total += costs.standing * float(feed_times(toolpath)[1:].sum())
+    *costs, standing = least_travel_costs(machine)
+    plus, minus = (np.tile(price, (len(toolpath) - 1, 1)) for price in costs)
+    total, used = _least_cost(toolpath, machine, tilt, turns, (plus, minus), work, progress)
+    total += standing * float(feed_times(toolpath)[1:].sum())
     return LowerBound(max(total, 0.0), "energy", used)
 
 

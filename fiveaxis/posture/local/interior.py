@@ -14,8 +14,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local import kernel
-from fiveaxis.posture.local.quantities import ChainModel, Model
-from fiveaxis.posture.local.rows import Rows
+from fiveaxis.posture.local.rows import ChainModel, Model, Rows
 from fiveaxis.posture.location_model import ANGLES
 
 # Constants of Wächter and Biegler: last barrier parameter (J), barrier update, fraction to the boundary.

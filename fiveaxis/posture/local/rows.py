@@ -1,4 +1,4 @@
-"""A problem's terms as flat arrays for both solvers.
+"""A problem's terms as flat arrays for both solvers, and the quantities that they read.
 
 A row ``r = C q`` of a term is ``Σ σ v`` of its *parts* v, each with its own bounds and price:
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -193,3 +193,56 @@ def _term_rows(term: Term, count: int, still: BoolArray, margin: float, elastic:
 def _pad(columns: NDArray[T], width: int, filling: int) -> NDArray[T]:
     """Widen an array, (r, z), to a number of columns."""
     return np.pad(columns, ((0, 0), (0, width - columns.shape[1])), constant_values=filling)
+
+
+class Model(Protocol):
+    """Quantities, (n, m), as a function of unknowns, (n, d)."""
+
+    def values(self, x: Array) -> Array:
+        """Compute the quantities."""
+        ...
+
+    def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
+        """Compute the quantities and their derivatives; those by unknowns that don't move are 0.
+
+        Parameters
+        ----------
+        weights : (n, m)
+
+        Returns
+        -------
+        The quantities; their slopes, (n, m, d); and the second derivatives of their weighted sum by the
+        unknowns of each location, (n, d, d)
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ChainModel:
+    """The quantities by the machine's chain: those of the locations' model, and each step's wait."""
+
+    rows: Rows
+
+    def values(self, x: Array) -> Array:
+        """Compute the quantities."""
+        return self._with_wait(self.rows.model.quantities(x[:, :ANGLES]), x)
+
+    def derivatives(self, x: Array, weights: Array) -> tuple[Array, Array, Array]:
+        """Compute the quantities and their derivatives, as `Model` says."""
+        rows, (n, d), m = self.rows, x.shape, weights.shape[1]
+        quantities, slopes, bent = rows.model.derivatives(x[:, :ANGLES], weights[:, : m - 1])
+        slope, curvature = np.zeros((n, m, d)), np.zeros((n, d, d))
+        slope[:, : m - 1, :ANGLES] = slopes
+        slope[:, m - 1, ANGLES:] = 1.0
+        curvature[:, 0, 0], curvature[:, 1, 0], curvature[:, 1, 1] = bent.T
+        if not rows.free.all():
+            slope *= rows.free[:, None, :]
+            curvature *= rows.free[:, :, None] & rows.free[:, None, :]
+        return self._with_wait(quantities, x), slope, curvature
+
+    def _with_wait(self, quantities: Array, x: Array) -> Array:
+        both = np.zeros((len(x), quantities.shape[1] + 1))
+        both[:, :-1] = quantities
+        if x.shape[1] > ANGLES:
+            both[:, -1] = x[:, ANGLES]
+        return both

@@ -45,17 +45,6 @@ PART, MOST_PARTS, MOST_COURSES = np.radians(20.0), 9, 64
 ALL_MOVE = (1 << 62) - 1
 
 
-class Tapes(NamedTuple):
-    """`LocationTapes.slopes` and `LocationTapes.bows`: steps, constants and registers."""
-
-    steps: IntArray
-    constants: Array
-    registers: int
-    bow_steps: IntArray
-    bow_constants: Array
-    bow_registers: int
-
-
 class Locations(NamedTuple):
     """What holds at n locations, for k axes and b bounds.
 
@@ -164,9 +153,10 @@ class Ahead(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What is searched: `moves` is (m, 2, 4), see `ROW`."""
+    """What is searched: `moves` is (m, 2, 4), see `ROW`; `slopes` and `bows` are those of `LocationTapes`."""
 
-    tapes: Tapes
+    slopes: tuple[IntArray, Array, int]
+    bows: tuple[IntArray, Array, int]
     locations: Locations
     prices: Prices
     corridor: Corridor
@@ -271,7 +261,7 @@ def travelled_along(
         given[p, 0], given[p, 1] = layer.rotary[j, 0] + share * turn1, layer.rotary[j, 1] + share * turn2
         for d in range(6):
             given[p, 2 + d] = (1.0 - share) * locations.given[i, d] + share * locations.given[i + 1, d]
-    play(task.tapes.steps, task.tapes.constants, task.tapes.registers, given[:parts], values[:parts])
+    play(*task.slopes, given[:parts], values[:parts])
     travelled(layer.positions, j, values[0, :axes], up, down)
     for p in range(1, parts):
         for a in range(axes):
@@ -699,7 +689,7 @@ def solved(
 
     Newton's method on the chain itself; the last step is linear, and of at most `CLOSE`.
     """
-    tapes, locations, prices, cells, moves = task.tapes, task.locations, task.prices, task.cells, task.moves
+    locations, prices, cells, moves = task.locations, task.prices, task.cells, task.moves
     corridor, count = task.corridor, len(keep)
     axes, bounds = len(locations.low), locations.references.shape[1]
     rows, size = axes + 3, 0
@@ -714,7 +704,7 @@ def solved(
     course, along_it = np.empty((MOST_PARTS, 8)), np.empty((MOST_PARTS, 3 * rows))
     left, aims = count, asked(locations, moves, i)
     for _ in range(MOST):
-        play(tapes.steps, tapes.constants, tapes.registers, given[:left], values[:left])
+        play(*task.slopes, given[:left], values[:left])
         again = 0
         for n in range(left):
             at = keep[unsolved[n]]
@@ -895,7 +885,7 @@ def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: f
     -------
     The last location that has states, and the margin there
     """
-    tapes, locations, found = task.tapes, task.locations, trail.found
+    locations, found = task.locations, trail.found
     for i in range(begin, end):
         here, then = trail.layers[i % 2], trail.layers[(i + 1) % 2]
         size = trail.begin[i + 1] - trail.begin[i]
@@ -903,7 +893,7 @@ def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: f
             trail.given[j, 0], trail.given[j, 1] = here.rotary[j, 0], here.rotary[j, 1]
             for d in range(6):
                 trail.given[j, 2 + d] = locations.given[i + 1, d]
-        play(tapes.bow_steps, tapes.bow_constants, tapes.bow_registers, trail.given[:size], trail.bows[:size])
+        play(*task.bows, trail.given[:size], trail.bows[:size])
         look_ahead(task.cells, task.ahead, i + 1, trail.table)
         count = candidates(task, here, size, trail.bows, i, margin, trail.table, found)
         chosen = kept(task.cells, found, count, most, trail.wide, trail.used, trail.keep)

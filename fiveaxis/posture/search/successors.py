@@ -44,7 +44,6 @@ from fiveaxis.posture.search.successor_kernel import (
     Corridor,
     Locations,
     Prices,
-    Tapes,
     Task,
     Trail,
     advance,
@@ -215,7 +214,8 @@ def _search(
     states = max(min(grain.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
     task = Task(
-        Tapes(*tapes.slopes.parts, *tapes.bows.parts),
+        tapes.slopes.parts,
+        tapes.bows.parts,
         locations,
         _prices(problem, costs, grain.start),
         corridor,
@@ -374,19 +374,15 @@ def _phase(problem: Problem, spin: int) -> float:
     return 0.0
 
 
-def spin_angles(problem: Problem, spin: int, step: float) -> tuple[Array, float]:
-    """Sample the range of a rotary axis, (a,) rad; of one with many turns, the turn next to 0.
-
-    The period, rad, is 0 for an axis that is sampled over its whole range.
-    """
+def spin_angles(problem: Problem, spin: int, step: float) -> Array:
+    """Sample the range of a rotary axis, (a,) rad; of one with many turns, the turn next to 0."""
     column = problem.machine.rotary_columns[spin]
     limits = problem.machine.axes[column].limits
     if limits.span <= MOST_TURNS * TURN:
-        count = int(np.ceil((limits.span) / step)) + 1
-        return np.linspace(limits.low, limits.high, count), 0.0
+        return np.linspace(limits.low, limits.high, int(np.ceil(limits.span / step)) + 1)
     low, count = one_turn_from(limits), int(np.ceil(TURN / step))
     phase = 0.0 if np.isfinite(limits.span) else _phase(problem, spin) - low
-    return low + np.sort((phase + TURN / count * np.arange(count)) % TURN), TURN
+    return low + np.sort((phase + TURN / count * np.arange(count)) % TURN)
 
 
 def turning_rows(problem: Problem, least: int = 0) -> Array:
@@ -529,7 +525,7 @@ def sampled(problem: Problem, row: int, step: float = SAMPLED) -> Array:
     ----------
     step : rad, between neighbours
     """
-    grid = every_pair(*(spin_angles(problem, r, step)[0] for r in range(2)))
+    grid = every_pair(*(spin_angles(problem, r, step) for r in range(2)))
     found = _sound(problem, row, grid.reshape(-1, 2))
     around, about = np.arange(0.0, TURN, step)[:, None], singular_direction(problem.machine)
     postures = [found]

@@ -9,7 +9,7 @@ and clearance hold there, and the objective is that of the program's blocks.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial, reduce
 from operator import attrgetter
 
@@ -18,10 +18,10 @@ from scipy.ndimage import binary_dilation
 
 from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, feed_times, follow
-from fiveaxis.options import Objective
+from fiveaxis.motion import Filling, feed_times, follow
 from fiveaxis.posture.baselines import NoBaseline, require_blocks
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.mask import Mask
+from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Grain, turning_rows
 from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy, timed_energy
@@ -29,8 +29,9 @@ from fiveaxis.posture.strategy.effort import Effort, grain
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
-from fiveaxis.posture.strategy.recording import Recorded, side_by_side
 from fiveaxis.posture.strategy.turn_bounds import shared
+from fiveaxis.progress import unheard
+from fiveaxis.threads import at_once
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
@@ -65,7 +66,7 @@ Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
 
 
 @dataclass(eq=False)
-class Delivery(Recorded):
+class Delivery:
     """Solves a path on the locations of its program.
 
     Parameters
@@ -74,26 +75,18 @@ class Delivery(Recorded):
     build : makes the problem of a path with inserted locations
     near : what is done near a path, within mask and cone
     filling : what inserted blocks keep
-    effort : how much is done
-    up_penalty : J/mm, extra price of lifting what a linear axis carries (`lifting_costs`)
-    smoothing : J/rad², price of bends
-    objective : what the program costs
-    steady : share of the least energy that may be spent on fewer starts and reversals
-    clock : how long the control takes for blocks
+    options : what the program costs, and its control
     by_length : whether turns are bounded over the length of a move's parts
+    stages : what was done so far
     """
 
     given: Toolpath
     build: Build
     near: Near
     filling: Filling
-    effort: Effort
-    up_penalty: float = 0.0
-    smoothing: float = 0.0
-    objective: Objective = "energy"
-    steady: float = 0.0
-    clock: Clock = USUAL_CLOCK
+    options: Options
     by_length: bool = False
+    stages: list[Stage] = field(default_factory=list)
 
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
@@ -107,14 +100,16 @@ class Delivery(Recorded):
         """
         here = self.priced(rotary)
         if len(rotary) == 1:
-            found = self.near.found_anywhere(here.posed, self._costs(here.posed), self.effort.everywhere)
+            found = self.near.found_anywhere(here.posed, self._costs(here.posed), self.near.effort.everywhere)
             return self._final(self.priced(found[0]) if found and here.broken else here)
-        if self.objective != "time":
+        if self.options.objective != "time":
             best = self._by_search(self._divided(here), everywhere)
             return min((self._final(one) for one in (here, self._bare(best), best)), key=rank)
         starts = [here]
         if everywhere:
-            cheapest = replace(self, objective="energy").run(rotary, everywhere=True)
+            cheapest = replace(self, options=replace(self.options, objective="energy")).run(
+                rotary, everywhere=True
+            )
             starts.append(self.priced(cheapest.rotary, self._posed(cheapest.posed.location)))
         return self._final(min(map(self._rounds, starts), key=rank))
 
@@ -136,8 +131,8 @@ class Delivery(Recorded):
         """Make the problem of a path with inserted locations, by their fractional indices."""
         path = refined(self.given, location) if path is None else path
         problem, bounds = self.build(path, location)
-        if self.objective == "time":
-            problem = by_time(problem, self.up_penalty, self.smoothing)
+        if self.options.objective == "time":
+            problem = by_time(problem, self.options.up_penalty, self.options.smoothing)
         return Posed(path, location, problem, bounds)
 
     @cached_property
@@ -162,16 +157,16 @@ class Delivery(Recorded):
         -------
         The steadiest program that costs little more than the cheapest, and no more than a smaller effort's.
         """
-        efforts = self.effort.nested
+        efforts = self.near.effort.nested
         tasks: list[Callable[[Delivery], Delivered | None]] = [
             partial(Delivery._searched_near, start=start, after=efforts[0].after)
         ]
         owners = [efforts[0]]
         for effort in efforts if everywhere else ():
             # The smallest effort's start was found by travel.
-            known = effort is efforts[0] and self.objective == "energy"
+            known = effort is efforts[0] and self.options.objective == "energy"
             ways = [] if known else [Delivery._searched_by_travel]
-            ways += [Delivery._searched_everywhere] if self.objective == "energy" else []
+            ways += [Delivery._searched_everywhere] if self.options.objective == "energy" else []
             tasks += [partial(way, effort=effort) for way in ways]
             owners += [effort] * len(ways)
         found = self._at_once(tasks)
@@ -184,8 +179,19 @@ class Delivery(Recorded):
         return steadiest or best
 
     def _at_once(self, tasks: Sequence[Callable[[Delivery], Delivered | None]]) -> list[Delivered | None]:
-        """Run independent tasks in threads; a mask need not be safe for them."""
-        return [task(self) for task in tasks] if self.near.mask else side_by_side(self, tasks)
+        """Run independent tasks in threads; a mask need not be safe for them.
+
+        Each has its own stages, recorded in the order of the tasks: the result doesn't depend on which one
+        ends first, or how many run at once.
+        """
+        if self.near.mask:
+            return [task(self) for task in tasks]
+        # Only the first reports progress.
+        silent = replace(self.options, progress=unheard)
+        parts = [replace(self, stages=[], options=silent if n else self.options) for n in range(len(tasks))]
+        answers = at_once([partial(task, part) for task, part in zip(tasks, parts, strict=True)])
+        self.stages += [stage for part in parts for stage in part.stages]
+        return answers
 
     def _searched_near(self, start: Delivered, after: tuple[Grain, ...]) -> Delivered:
         """Refine a path for the program's blocks, and search corridors about it."""
@@ -193,14 +199,14 @@ class Delivery(Recorded):
 
     def _searched_by_travel(self, effort: Effort) -> Delivered | None:
         """Search the whole range of postures by travel, and near what was found; None for no path."""
-        self.progress(SEARCHING, 0, 1)
+        self.options.progress(SEARCHING, 0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
         found = replace(self.near, effort=effort).by_travel(posed)
         return None if found is None else self._searched_near(self.priced(found, posed), effort.after)
 
     def _searched_everywhere(self, effort: Effort) -> Delivered | None:
         """Search the whole range of postures, then corridors about what was found; None for no path."""
-        self.progress(SEARCHING, 0, 1)
+        self.options.progress(SEARCHING, 0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
         found = [
             self._searched_about(posed, path, effort)
@@ -262,7 +268,7 @@ class Delivery(Recorded):
 
     def _corridor(self, program: Delivered, grain: Grain, free: BoolArray | None = None) -> Delivered:
         """Search a corridor about a program's postures once, everywhere or where it is free."""
-        self.progress(SEARCHING, 0, 1)
+        self.options.progress(SEARCHING, 0, 1)
         posed, before = program.denser, program.cost
         path = self.near.searched(posed, self._costs(posed, program), grain, program.filled, free)
         here = self.priced(path, posed)
@@ -283,7 +289,7 @@ class Delivery(Recorded):
         """Refine a program by prices of blocks that are sharper from refinement to refinement."""
         near = len(sharpness) == 1
         for share in sharpness if self._pays_standing else sharpness[-1:]:
-            self.progress(f"solving for the program's blocks, to {share:.0%}", 0, 1)
+            self.options.progress(f"solving for the program's blocks, to {share:.0%}", 0, 1)
             posed, before = here.denser, here.cost
             problem = self._local(here, share, near=near)
             path = self.near.refined(posed, problem, here.filled)
@@ -301,9 +307,9 @@ class Delivery(Recorded):
         """
         found = [best] if before is None else [best, before]
         least = min(found, key=rank)
-        if self.steady == 0.0 or self.objective != "energy" or grain is None or least.broken:
+        if self.options.steady == 0.0 or self.options.objective != "energy" or grain is None or least.broken:
             return least
-        most = (1.0 + self.steady) * least.cost
+        most = (1.0 + self.options.steady) * least.cost
         if before is not None and not before.broken:
             most = min(most, before.cost)
         found.append(self._final(self._refined(self._near(best, grain), POLISHES[-1])))
@@ -313,7 +319,7 @@ class Delivery(Recorded):
         """Refine round by round for least time, on the locations that the program needs."""
         here = best
         for number in range(MOST_ROUNDS):
-            self.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
+            self.options.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
             if number >= len(SHARPNESS) and not here.broken:
                 break
             posed, start, before = here.denser, here.filled, here.cost
@@ -339,7 +345,7 @@ class Delivery(Recorded):
         Least time doesn't price the stops of a control with TCP that stops between blocks: concentrating
         turns in few blocks would need more blocks there, and so more stops.
         """
-        return self.clock.stops_at_turns and not self.clock.limits_words
+        return self.options.clock.stops_at_turns and not self.options.clock.limits_words
 
     def admits(self, rotary: Array) -> bool:
         """Check whether a path, (n, 2) rad, keeps the bounds at all given locations."""
@@ -365,10 +371,10 @@ class Delivery(Recorded):
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
         jumps = np.floor(posed.location[fill.jumps]).astype(np.int64)
         past = np.inf if len(jumps) else past
-        if self.objective == "time" or not self.clock.is_programmed(machine):
+        if self.options.objective == "time" or not self.options.clock.is_programmed(machine):
             # Redundant blocks would cost the control time, as stops.
             fill = self.filling.thin(fill)
-        taken = self.clock(fill.blocks, machine)
+        taken = self.options.clock(fill.blocks, machine)
         energy = timed_energy(machine, fill.blocks, taken)
         cost = self.cost(energy) + self._beside(rotary[np.isin(posed.location, self._every)])
         times = fill.times(taken.times)
@@ -390,9 +396,9 @@ class Delivery(Recorded):
         """Price a program without redundant blocks, as it is delivered."""
         machine, path = program.posed.problem.machine, program.posed.path
         motion = follow(path, machine, program.rotary)
-        energy = program_energy(machine, path, motion, self.filling, self.clock)
+        energy = program_energy(machine, path, motion, self.filling, self.options.clock)
         solved = program.solved
-        if self.objective != "time" and solved is program.posed.problem:
+        if self.options.objective != "time" and solved is program.posed.problem:
             # It was searched: of these prices it is an optimum, as far as it is one.
             solved = self._repriced(program.posed, program.rotary, self._costs(program.posed))
         beside = self._beside(program.rotary[np.isin(program.posed.location, self._every)])
@@ -401,27 +407,29 @@ class Delivery(Recorded):
     def _beside(self, rotary: Array) -> float:
         """Sum the prices of bends and delay of a path, (n, 2) rad, at the given locations, J."""
         terms = [term for term in self._given.problem.terms if term.name in BESIDE and term.has_price]
-        if self.objective == "time" or not terms:
+        if self.options.objective == "time" or not terms:
             return 0.0
         quantities = self._given.problem.quantities(self._given.problem.positions(slice(None), rotary))
         return sum(term.cost(term.values(quantities)) for term in terms)
 
     def cost(self, energy: Energy) -> float:
         """Compute what a program costs by the objective, J, without the prices of bends and delay."""
-        if self.objective == "time":
+        if self.options.objective == "time":
             # Rounded, so that of paths that no axis slows down the first one stays.
             return TIME_PRICE * round(energy.time, 6)
-        return energy.total if self.objective == "energy" else energy.travel
+        return energy.total if self.options.objective == "energy" else energy.travel
 
     def _costs(self, posed: Posed, program: Delivered | None = None) -> BlockCosts:
         """Compute what blocks cost, at the feed or as long as the control takes for those of a program."""
         machine = posed.problem.machine
-        if self.objective == "travel":
+        if self.options.objective == "travel":
             return BlockCosts.of_travel(posed.problem.plus, posed.problem.minus)
-        slowed = program is not None and not self.clock.is_programmed(machine)
+        slowed = program is not None and not self.options.clock.is_programmed(machine)
         times = program.times if program is not None and slowed else feed_times(posed.path)
-        costs = _block_costs(posed.problem, posed.path, times)
-        up, down = lifting_costs(machine, self.up_penalty)
+        # The duration of rapid moves depends on the posture.
+        lasting = np.where(posed.path.rapid, 0.0, times)[1:]
+        costs = block_costs(machine, posed.path.feed[1:], posed.path.rapid[1:], time=lasting)
+        up, down = lifting_costs(machine, self.options.up_penalty)
         return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
     def _local(self, program: Delivered, sharpness: float, *, near: bool) -> Problem:
@@ -445,29 +453,22 @@ class Delivery(Recorded):
 
     def _at_times(self, problem: Problem, rotary: Array, sharpness: float, program: Delivered) -> Problem:
         """Add the price of a control's stops near a path, (n, 2) rad, and of the power that time costs."""
-        if self.objective == "time":
+        if self.options.objective == "time":
             return from_rest_to_rest(problem, rotary, sharpness) if self._prices_stops else problem
-        slowed = not self.clock.is_programmed(problem.machine)
-        if self.objective == "travel" or not slowed or not self.clock.stops_at_turns:
+        slowed = not self.options.clock.is_programmed(problem.machine)
+        if self.options.objective == "travel" or not slowed or not self.options.clock.stops_at_turns:
             return problem
         power = max(program.cost, 0.0) / float(program.times.sum())
         problem = replace(problem, time_price=problem.time_price + power)
-        return from_rest_to_rest(problem, rotary, sharpness, words=self.clock.limits_words)
+        return from_rest_to_rest(problem, rotary, sharpness, words=self.options.clock.limits_words)
 
     def _status(self, here: Delivered) -> str:
         broken = f", bounds broken by {here.broken:.2g}" if here.broken else ""
         return f"{len(here.posed.path)} locations, {here.inserted} more in the program{broken}"
 
 
-def _block_costs(problem: Problem, path: Toolpath, times: Array) -> BlockCosts:
-    """Compute what the blocks of a path cost that take these times, (n,) s."""
-    # The duration of rapid moves depends on the posture.
-    lasting = np.where(path.rapid, 0.0, times)[1:]
-    return block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=lasting)
-
-
 def delivered(
-    solution: Solution, delivery: Delivery, candidates: Mapping[str, Array], *, everywhere: bool
+    solution: Solution, delivery: Delivery, candidates: Mapping[str, Array]
 ) -> tuple[Solution, tuple[float, float], Breach | None]:
     """Solve a solution again on the locations of its program; its energies are then those of programs.
 
@@ -479,7 +480,6 @@ def delivered(
     solution : on the given locations, with its problem
     delivery : what solves it
     candidates : further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs least
-    everywhere : whether to search away from all of them
 
     Returns
     -------
@@ -488,9 +488,9 @@ def delivered(
     """
     machine, filling, given = solution.machine, delivery.filling, solution.toolpath
     columns = machine.rotary_columns
-    best = delivery.run(solution.motion.positions[:, columns], everywhere=everywhere)
+    best = delivery.run(solution.motion.positions[:, columns], everywhere=True)
     breach = best.breach
-    delivery.progress("pricing baselines as programs", 0, 1)
+    delivery.options.progress("pricing baselines as programs", 0, 1)
     filled, missing = {}, dict(solution.missing)
     for name, b in solution.compared.items():
         try:
@@ -498,7 +498,7 @@ def delivered(
         except NoBaseline as reason:
             missing[name] = str(reason)
     energies = {
-        name: blocks_energy(machine, filling.thin(fill).blocks, delivery.clock)
+        name: blocks_energy(machine, filling.thin(fill).blocks, delivery.options.clock)
         for name, fill in filled.items()
     }
     others = dict(candidates)
@@ -522,7 +522,7 @@ def delivered(
         if baseline.toolpath is None and location is not None:
             motion = follow(path, machine, filled[name].planes.rotary_at(location))
             # Priced as it is given, so that everyone who prices it finds the same.
-            energy = program_energy(machine, path, motion, filling, delivery.clock)
+            energy = program_energy(machine, path, motion, filling, delivery.options.clock)
         compared[name] = replace(baseline, motion=motion, energy=energy)
     motion = replace(follow(path, machine, best.rotary), location=location)
     findings = best.findings(delivery.near.mask or Mask())
@@ -537,6 +537,6 @@ def delivered(
         stages=(*solution.stages, *delivery.stages),
         problem=best.solved,
         filling=filling,
-        clock=delivery.clock,
+        clock=delivery.options.clock,
     )
     return found, best.rank, breach

@@ -20,9 +20,9 @@ def grain(level: float, spin: float, states: int, radius: float = np.inf, **othe
     return Grain(level, spin * DEGREE, states, radius * DEGREE, **others)
 
 
-def random_grains(count: int, states: int, seed: int = 0) -> tuple[Grain, ...]:
+def random_grains(count: int, states: int) -> tuple[Grain, ...]:
     """Draw corridors about the best path, the same ones in every run (large neighbourhood search)."""
-    draw = np.random.default_rng(seed)
+    draw = np.random.default_rng(0)
     return tuple(
         grain(draw.uniform(0.08, 0.3), draw.uniform(0.3, 0.9), states, float(draw.choice([2.0, 5.0, 8.0])))
         for _ in range(count)
@@ -44,8 +44,7 @@ class Effort:
     steadying : the same with a price of starts and reversals
     last_barrier : the structured method's last one, J; it raises the cost by this times the number of steps
         of axes. `ROUGH` is enough for what will be solved again
-    solver : for refinement (`fiveaxis.posture.local.refinement.SOLVERS`)
-    promise : what a user may expect
+    solver : for refinement (`fiveaxis.posture.local.optima.SOLVERS`)
     """
 
     everywhere: Grain
@@ -55,7 +54,6 @@ class Effort:
     steadying: Grain | None = None
     last_barrier: float = 5e-7
     solver: str = "structured"
-    promise: str = ""
 
     @property
     def nested(self) -> tuple[Effort, ...]:
@@ -71,7 +69,6 @@ class Effort:
 QUICK = Effort(
     everywhere=grain(1.0, 5.0, 400),
     after=(grain(0.2, 0.7, 16, 6.0),),
-    promise="a search over all postures: a sound path, never costlier than a baseline, for quick trials",
 )
 NORMAL = replace(
     QUICK,
@@ -80,8 +77,6 @@ NORMAL = replace(
     after=(grain(0.2, 0.7, 32, 6.0), grain(0.3, 1.0, 64, 8.0)),
     corridors=(grain(0.15, 0.5, 48, 4.0),),
     steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
-    promise="what quick does, and a finer search over all postures; never costlier than quick: for everyday "
-    "use",
 )
 THOROUGH = replace(
     NORMAL,
@@ -89,8 +84,6 @@ THOROUGH = replace(
     everywhere=grain(0.5, 2.0, 1500, rows=1000, both_ways=True),
     after=(grain(0.2, 0.7, 150, 6.0), grain(0.3, 1.0, 200, 8.0)),
     corridors=random_grains(4, 200),
-    promise="what normal does, with more searches and finer ones: never costlier than normal; it takes many "
-    "times as long",
 )
 EFFORTS = {"quick": QUICK, "normal": NORMAL, "thorough": THOROUGH}
 

@@ -14,11 +14,12 @@ from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, follow, peak_rates
-from fiveaxis.posture.masks.mask import Mask
-from fiveaxis.posture.optimiser import DEFAULTS, Options, optimise
+from fiveaxis.posture.mask import Mask
+from fiveaxis.posture.optimiser import optimise
+from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution, Stage
-from fiveaxis.posture.strategy.near import by_travel, refined
+from fiveaxis.posture.strategy.given_path import by_travel, refined
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.turns.unwrapped import path_check, with_path
 from fiveaxis.progress import Progress

@@ -1,73 +1,62 @@
-"""Where a search begins at the given locations: the baselines, and a path of little travel."""
+"""Where a search begins: the baselines, and a path of little travel."""
 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import numpy as np
-
-from fiveaxis.energy import motion_energy
+from fiveaxis.energy import BlockCosts, motion_energy
 from fiveaxis.errors import Infeasible
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import find_baselines, moved_clear
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.local.optima import refine
+from fiveaxis.posture.mask import Mask
+from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import sampled
+from fiveaxis.posture.search.successors import Admits, cheapest_path, paths_anywhere
 from fiveaxis.posture.solution import Baseline, Solution, Stage
-from fiveaxis.posture.strategy.effort import Effort
-from fiveaxis.posture.strategy.infeasibility import long_turns, unreachable
-from fiveaxis.posture.strategy.near import by_travel, refined
-from fiveaxis.progress import Progress
+from fiveaxis.posture.strategy.effort import Effort, grain
+from fiveaxis.posture.strategy.infeasibility import unreachable, without_path
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 logger = logging.getLogger(__name__)
 
-# Postures tried at a location before it is reported to have none that the mask admits.
-SAMPLES = 400
+# First barrier parameter, J, near a path.
+BARRIER = 4e-2
+# IPOPT's iterations where a path is searched, and for the last time.
+ITERATIONS = 120
+# Cells of the costliest axis are larger where prices are in proportion to travel: few levels are worth it.
+COARSER = 4.0
+# The corridor in which a path is extended from some of the locations to all, and how often.
+EXTENDED, MOST_EXTENDED = grain(0.3, 1.0, 24, 6.0), 3
 
 
-class Refused(Infeasible):
-    """There are locations at which the mask refuses every posture: no other turns would help."""
-
-
-@dataclass(frozen=True, eq=False)
-class GivenProblem:
-    """What is solved at the given locations.
+def solve_given(
+    problem: Problem,
+    toolpath: Toolpath,
+    bounds: TiltBounds,
+    effort: Effort,
+    mask: Mask | None,
+    options: Options,
+) -> Solution:
+    """Find the baselines and a path to begin with, which the mask needn't admit.
 
     Parameters
     ----------
-    problem, bounds, toolpath : of the path's locations
-    start : (n, 2), rad, chain order, a path that is refined; None for a search
-    effort : how much may be done
-    progress : called with what is being done, steps done and steps in all
-    """
-
-    problem: Problem
-    bounds: TiltBounds
-    toolpath: Toolpath
-    start: Array | None
-    effort: Effort
-    progress: Progress
-
-
-def solve_given(given: GivenProblem, mask: Mask | None) -> Solution:
-    """Find the baselines and a path to begin with, which the mask needn't admit.
+    options : with the path that is refined instead of a search, if there is one
 
     Raises
     ------
     Infeasible
         Locations out of reach; moves that turn too far.
     """
-    problem, toolpath, bounds, effort = given.problem, given.toolpath, given.bounds, given.effort
-    machine = problem.machine
+    machine, start, progress = problem.machine, options.start, options.progress
     blocked = unreachable(toolpath, machine, bounds)
     if blocked:
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
-    given.progress("computing baselines", 0, 1)
+    progress("computing baselines", 0, 1)
     compared, missing = find_baselines(toolpath, machine, bounds)
     baselines = compared
     if mask is not None:
@@ -76,8 +65,8 @@ def solve_given(given: GivenProblem, mask: Mask | None) -> Solution:
 
     def searched() -> Array:
         admits, found = None if mask is None else mask.roughly_admits, None
-        for grain in (effort.everywhere, *effort.everywhere.finer):
-            found = by_travel(problem, replace(effort, everywhere=grain), admits)
+        for finer in (effort.everywhere, *effort.everywhere.finer):
+            found = by_travel(problem, replace(effort, everywhere=finer), admits)
             if found is not None and problem.violation(found) <= ALLOWED:
                 return found
         kept = _cheapest(problem, baselines)
@@ -85,9 +74,9 @@ def solve_given(given: GivenProblem, mask: Mask | None) -> Solution:
             raise without_path(problem, found, toolpath)
         return refined(problem, kept, effort)
 
-    given.progress("searching postures that travel little", 0, 1)
-    rotary = searched() if given.start is None else refined(problem, given.start, effort)
-    if given.start is not None and problem.violation(rotary) > ALLOWED:
+    progress("searching postures that travel little", 0, 1)
+    rotary = searched() if start is None else refined(problem, start, effort)
+    if start is not None and problem.violation(rotary) > ALLOWED:
         rotary = searched()
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
@@ -102,63 +91,40 @@ def _cheapest(problem: Problem, compared: dict[str, Baseline]) -> Array | None:
     return min((p for p in paths if problem.violation(p) <= ALLOWED), key=problem.path_cost, default=None)
 
 
-def without_path(problem: Problem, found: Array | None, toolpath: Toolpath) -> Infeasible:
-    """Say where no sequence of postures was found; the best path, (n, 2) rad, breaks bounds."""
-    turning = long_turns(problem, toolpath)
-    if turning:
-        share = f"{len(turning)} of {len(toolpath) - 1} moves"
-        return Infeasible(
-            f"no sequence of postures along the path: {share} exceed the largest turn in the best one found",
-            turning,
-        )
-    if found is None:
-        return Infeasible(
-            "every location has an admissible posture, but the search found no sequence of them along "
-            "the path; allow larger turns between locations (--max-turn), put the locations closer "
-            "together, or widen the tilt range",
-            (),
-        )
-    positions, excess = problem.placed(slice(None), found)
-    broken = {
-        "the tilt range": excess > ALLOWED,
-        "an axis limit": problem.limit_excess(positions) > ALLOWED,
-        "the largest rotary step": np.concatenate([[0.0], problem.turn_excess(found)]) > ALLOWED,
-    }
-    findings = [
-        Finding(
-            Severity.ERROR,
-            "no-posture",
-            f"no posture was found that keeps {what} and can be reached from its neighbours; allow larger "
-            "turns (--max-turn), put the locations closer together, or widen the tilt range",
-            toolpath.place(int(row)),
-        )
-        for what, rows in broken.items()
-        for row in np.flatnonzero(rows)
-    ]
-    return Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)
-
-
-def refusal(
-    problem: Problem, toolpath: Toolpath, rotary: Array, refused: BoolArray, mask: Mask
-) -> Infeasible:
-    """Say of each refused location, (n,), whether the mask admits a posture there.
+def by_travel(problem: Problem, effort: Effort, admits: Admits | None = None) -> Array | None:
+    """Search the whole range of postures for the path that travels least, and refine it if there is no mask.
 
     Parameters
     ----------
-    rotary : (n, 2), rad, the path's postures, of which the mask refuses some
+    admits : what a mask admits
+
+    Returns
+    -------
+    (n, 2), rad; None where no sequence of postures was found. It may break bounds
     """
-    findings, kind = [], Infeasible
-    for row in np.flatnonzero(refused):
-        # Samples may miss a narrow tilt range; the path has a posture in it.
-        states = np.vstack([rotary[row], sampled(problem, int(row))])
-        states = states[np.unique(np.linspace(0, len(states) - 1, SAMPLES).astype(np.int64))]
-        if mask.admits(np.full(len(states), row), states).any():
-            text = f"{mask.wording.some}, but none was found within reach of its neighbours"
-        else:
-            kind = Refused
-            text = f"{mask.wording.none} ({len(states)})"
-        remedy = f"widen the tilt range, allow larger turns (--max-turn) or {mask.wording.remedy}"
-        place = toolpath.place(int(row))
-        findings.append(Finding(Severity.ERROR, "no-posture", f"{text}; {remedy}", place))
-    share = f"{len(findings)} of {len(problem)} locations"
-    return kind(f"{share} have no posture in sequence {mask.wording.admitted}", findings)
+    costs = BlockCosts.of_travel(problem.plus, problem.minus)
+    grain = replace(effort.everywhere, level=COARSER * effort.everywhere.level, both_ways=False)
+    paths = paths_anywhere(problem, costs, grain, admits)
+    if not paths:
+        return None
+    (found,) = paths
+    for _ in range(MOST_EXTENDED):
+        if problem.violation(found) <= ALLOWED:
+            break
+        extended = cheapest_path(problem, costs, EXTENDED, found, admits=admits)
+        if extended is None:
+            break
+        found = extended
+    return found if admits else refined(problem, found, effort)
+
+
+def refined(problem: Problem, start: Array, effort: Effort) -> Array:
+    """Refine a path, (n, 2) rad; the start itself if that is no improvement."""
+    return refine(
+        problem.eased(start),
+        start,
+        iterations=ITERATIONS,
+        barrier=BARRIER,
+        last=effort.last_barrier,
+        solver=effort.solver,
+    ).rotary

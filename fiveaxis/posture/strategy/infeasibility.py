@@ -9,15 +9,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, arccos, every_pair, perpendicular, product
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.kinematics.windings import ON_LIMIT
+from fiveaxis.kinematics.windings import DECIMALS, ON_LIMIT, outwards
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import INSIDE, nearest_held, nearest_to_reference, postures
+from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import spin_angles
+from fiveaxis.posture.search.successors import sampled, spin_angles
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -31,12 +33,12 @@ BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0,
 INSETS, DRAWN_STRIDE = np.radians([0.5, 0.02]), 29
 # Most locations for which a remedy is sought.
 MOST_ADVISED = 100
-# Decimals of recommended angles and lengths, rounded outwards.
-DECIMALS = 1
 # Turns: grid of both rotary angles (rad): a share of the bound, between these limits.
 SHARE, FINEST, COARSEST = 1.0 / 3.0, np.radians(3.0), np.radians(5.0)
 # Longer paths aren't analysed: each pair of locations costs the square of its postures.
 MOST_LOCATIONS = 3000
+# Postures tried at a location before it is reported to have none that the mask admits.
+SAMPLES = 400
 
 
 def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[Finding]:
@@ -118,8 +120,7 @@ class _Tried:
     @property
     def admitted(self) -> BoolArray:
         """(m,), postures that violate nothing."""
-        admitted: BoolArray = np.logical_not(self.outside.any(axis=0)) & self.reached
-        return admitted
+        return ~self.outside.any(axis=0) & self.reached
 
     @property
     def reached(self) -> BoolArray:
@@ -222,9 +223,9 @@ def _wider_tilt(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
     above, below = angle[angle > high], angle[angle < low]
     ends = []
     if len(above):
-        ends.append((above.min() - high, f"{name} up to {_outwards(above.min(), 1.0)} deg"))
+        ends.append((above.min() - high, f"{name} up to {outwards(above.min(), 1.0)} deg"))
     if len(below):
-        ends.append((low - below.max(), f"{name} down to {_outwards(below.max(), -1.0)} deg"))
+        ends.append((low - below.max(), f"{name} down to {outwards(below.max(), -1.0)} deg"))
     if ends:
         yield min(ends)[1]
 
@@ -242,7 +243,7 @@ def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
             yield f"{axis.letter} held at {value:.{DECIMALS}f} deg"
             continue
         side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
-        yield f"{axis.letter} to {_outwards(value, side)} {axis.unit}"
+        yield f"{axis.letter} to {outwards(value, side)} {axis.unit}"
 
 
 def _omitted(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
@@ -252,20 +253,8 @@ def _omitted(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
             yield f"leaving out {bound.text}"
 
 
-def _outwards(value: float, side: float) -> str:
-    """Format a bound rounded up or, with −1, down."""
-    scale = 10.0**DECIMALS
-    # Adding zero removes its sign.
-    return f"{side * math.ceil(side * value * scale) / scale + 0.0:g}"
-
-
-@dataclass(frozen=True, eq=False)
-class _Layer:
-    """Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,)."""
-
-    rotary: Array
-    cost: Array
-    came: IntArray
+# Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,).
+_Layer = tuple[Array, Array, IntArray]
 
 
 def long_turns(problem: Problem, toolpath: Toolpath) -> list[Finding]:
@@ -312,7 +301,7 @@ def _finding(problem: Problem, toolpath: Toolpath, row: int, turns: Array, neede
 
 def _layers(problem: Problem, step: float) -> list[_Layer] | None:
     """Find the postures of every location with the least cost to reach each; None if a location has none."""
-    grids = [spin_angles(problem, axis, step)[0] for axis in (0, 1)]
+    grids = [spin_angles(problem, axis, step) for axis in (0, 1)]
     every = every_pair(*grids).reshape(-1, 2)
     layers: list[_Layer] = []
     for row in range(len(problem)):
@@ -321,14 +310,14 @@ def _layers(problem: Problem, step: float) -> list[_Layer] | None:
         if not len(rotary):
             return None
         if not row:
-            layers.append(_Layer(rotary, np.zeros(len(rotary)), np.zeros(len(rotary), dtype=np.int64)))
+            layers.append((rotary, np.zeros(len(rotary)), np.zeros(len(rotary), dtype=np.int64)))
             continue
-        last = layers[-1]
-        past = (_turns(problem, last.rotary[None], rotary[:, None]) - problem.max_turn[row - 1]).max(axis=-1)
-        total = last.cost + (np.maximum(past, 0.0) ** 2 if problem.strict[row - 1] else 0.0 * past)
+        before, cost, _ = layers[-1]
+        past = (_turns(problem, before[None], rotary[:, None]) - problem.max_turn[row - 1]).max(axis=-1)
+        total = cost + (np.maximum(past, 0.0) ** 2 if problem.strict[row - 1] else 0.0 * past)
         # Of equals the one with the smallest turn.
         came = np.argmin(total + 1e-9 * np.maximum(past + np.pi, 0.0), axis=1)
-        layers.append(_Layer(rotary, total[np.arange(len(rotary)), came], came))
+        layers.append((rotary, total[np.arange(len(rotary)), came], came))
     return layers
 
 
@@ -344,8 +333,68 @@ def _turns(problem: Problem, here: Array, there: Array) -> Array:
 def _traced(layers: list[_Layer]) -> Array:
     """Trace the cheapest path back, (n, 2) rad."""
     path = np.empty((len(layers), 2))
-    state = int(np.argmin(layers[-1].cost))
+    state = int(np.argmin(layers[-1][1]))
     for row in range(len(layers) - 1, -1, -1):
-        path[row] = layers[row].rotary[state]
-        state = int(layers[row].came[state])
+        rotary, _, came = layers[row]
+        path[row], state = rotary[state], int(came[state])
     return path
+
+
+def without_path(problem: Problem, found: Array | None, toolpath: Toolpath) -> Infeasible:
+    """Say where no sequence of postures was found; the best path, (n, 2) rad, breaks bounds."""
+    turning = long_turns(problem, toolpath)
+    if turning:
+        share = f"{len(turning)} of {len(toolpath) - 1} moves"
+        return Infeasible(
+            f"no sequence of postures along the path: {share} exceed the largest turn in the best one found",
+            turning,
+        )
+    if found is None:
+        return Infeasible(
+            "every location has an admissible posture, but the search found no sequence of them along "
+            "the path; allow larger turns between locations (--max-turn), put the locations closer "
+            "together, or widen the tilt range",
+            (),
+        )
+    positions, excess = problem.placed(slice(None), found)
+    broken = {
+        "the tilt range": excess > ALLOWED,
+        "an axis limit": problem.limit_excess(positions) > ALLOWED,
+        "the largest rotary step": np.concatenate([[0.0], problem.turn_excess(found)]) > ALLOWED,
+    }
+    findings = [
+        Finding(
+            Severity.ERROR,
+            "no-posture",
+            f"no posture was found that keeps {what} and can be reached from its neighbours; allow larger "
+            "turns (--max-turn), put the locations closer together, or widen the tilt range",
+            toolpath.place(int(row)),
+        )
+        for what, rows in broken.items()
+        for row in np.flatnonzero(rows)
+    ]
+    return Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)
+
+
+def refusal(
+    problem: Problem, toolpath: Toolpath, rotary: Array, refused: BoolArray, mask: Mask
+) -> Infeasible:
+    """Say of each refused location, (n,), whether the mask admits a posture there.
+
+    Parameters
+    ----------
+    rotary : (n, 2), rad, the path's postures, of which the mask refuses some
+    """
+    findings = []
+    for row in np.flatnonzero(refused):
+        # Samples may miss a narrow tilt range; the path has a posture in it.
+        states = np.vstack([rotary[row], sampled(problem, int(row))])
+        states = states[np.unique(np.linspace(0, len(states) - 1, SAMPLES).astype(np.int64))]
+        text = f"{mask.wording.none} ({len(states)})"
+        if mask.admits(np.full(len(states), row), states).any():
+            text = f"{mask.wording.some}, but none was found within reach of its neighbours"
+        remedy = f"widen the tilt range, allow larger turns (--max-turn) or {mask.wording.remedy}"
+        place = toolpath.place(int(row))
+        findings.append(Finding(Severity.ERROR, "no-posture", f"{text}; {remedy}", place))
+    share = f"{len(findings)} of {len(problem)} locations"
+    return Infeasible(f"{share} have no posture in sequence {mask.wording.admitted}", findings)

@@ -1,33 +1,58 @@
-"""What is done near a path on the locations of its program, and away from all paths, within mask and cone."""
+"""What is done near a path on the locations of its program, and away from all paths, within mask and cone.
+
+The solvers don't handle masks. They get half-spaces of the tool axis instead, each bounded by a plane between
+an admitted and a refused posture, and only where the refined path is refused: the rest stays free. After
+adding a plane, only the path near it is refined again.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from fiveaxis.energy import BlockCosts
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.posture.local.refinement import refine
-from fiveaxis.posture.masks.confinement import Confinement
-from fiveaxis.posture.masks.mask import Mask
-from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular, product
+from fiveaxis.kinematics import tool_axes
+from fiveaxis.kinematics.windings import TURN
+from fiveaxis.posture.local.optima import refine
+from fiveaxis.posture.mask import Mask
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.successors import Admits, Grain, Holding, cheapest_path, paths_anywhere
-from fiveaxis.posture.strategy.effort import Effort, grain
+from fiveaxis.posture.strategy.effort import DEGREE, Effort
+from fiveaxis.posture.strategy.given_path import BARRIER, by_travel
 from fiveaxis.posture.strategy.program_path import Posed
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
+from fiveaxis.toolpath import TiltBounds
+from fiveaxis.toolpath.bounds import INSIDE_OF
 
-# IPOPT's iterations and first barrier parameter, J, near a path; and the structured method's last one of a
-# path that will be solved again, with other prices.
-ITERATIONS, BARRIER, LAST = 40, 4e-2, 1e-5
-# The same where a path is only searched, and for the last time.
-MORE_ITERATIONS = 120
+# IPOPT's iterations near a path, and the structured method's last barrier parameter, J, of a path that will
+# be solved again, with other prices.
+ITERATIONS, LAST = 40, 1e-5
 # States by which a path of little travel is searched: it is a start.
 ENOUGH = 300
-# Cells of the costliest axis are larger where prices are in proportion to travel: few levels are worth it.
-COARSER = 4.0
-# The corridor in which a path is extended from some of the locations to all, and how often.
-EXTENDED, MOST_EXTENDED = grain(0.3, 1.0, 24, 6.0), 3
+# Most single planes of a location; then up to three times three planes close around the admitted axis.
+MOST_PLANES, PINCHES, AROUND = 5, 3, 3
+# Locations to each side of a refused one that are refined again with it.
+NEAR = 40
+# Above this share of refused locations the whole path is refined again.
+WIDESPREAD = 0.005
+# Where planes don't help: how many locations to each side return to the admitted path, step by step.
+REACHES = (0, 5, 20, 80)
+HALVINGS = 6
+# Number of postures queried around one on the edge of the mask, and their distance (rad).
+PROBES, PROBE = 8, 1.0 * DEGREE
+# Share of their spread below which points lie on a line.
+FLATTEST = 1e-3
+# Distance of three planes from an admitted tool axis (rad), and its factor for the next three.
+PINCH, CLOSER = 0.25 * DEGREE, 0.1
+# Resolution of the edge of the mask (rad).
+APART = 0.01 * DEGREE
+
+# Refines a problem from a start, (n, 2) rad, with each end held or free.
+Solver = Callable[[Problem, Array, tuple[bool, bool]], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,36 +87,32 @@ class Near:
                 solver=self.effort.solver,
             ).rotary
 
-        if self.mask is None:
+        mask = self._along(posed)
+        if mask is None:
             return solve(problem, start, (False, False))
-        return Confinement(problem, self.mask.along(posed.location), solve).refined(start)
+        return Confinement(problem, mask, solve).refined(start)
 
     def searched(
         self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
     ) -> Array:
         """Search a corridor about a start, (n, 2) rad, where that is free to change."""
-        admits = None if self.mask is None else self.mask.along(posed.location).admits
+        mask = self._along(posed)
+        admits = None if mask is None else mask.admits
         found = cheapest_path(posed.problem, costs, grain, start, free, admits, self._holding(posed))
         return start if found is None else found
 
     def by_travel(self, posed: Posed) -> Array | None:
         """Search the whole range of postures by travel; see `by_travel`."""
-        mask = None if self.mask is None else self.mask.along(posed.location)
         few = replace(self.effort.everywhere, states=min(self.effort.everywhere.states, ENOUGH))
-        effort, admits = replace(self.effort, everywhere=few), None if mask is None else mask.roughly_admits
-        return by_travel(posed.problem, effort, admits)
+        return by_travel(posed.problem, replace(self.effort, everywhere=few), self._rough(posed))
 
     def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain) -> list[Array]:
         """Search the whole range of postures."""
-        mask = None if self.mask is None else self.mask.along(posed.location)
-        admits = None if mask is None else mask.roughly_admits
-        return paths_anywhere(posed.problem, costs, grain, admits, self._holding(posed))
+        return paths_anywhere(posed.problem, costs, grain, self._rough(posed), self._holding(posed))
 
     def refused(self, posed: Posed, rotary: Array) -> BoolArray:
         """Find the postures, (n, 2) rad, that the mask refuses; (n,)."""
-        if self.mask is None:
-            return np.zeros(len(rotary), dtype=bool)
-        return ~self.mask.along(posed.location).admits(np.arange(len(rotary)), rotary)
+        return ~(self._along(posed) or Mask()).admits(np.arange(len(rotary)), rotary)
 
     def turned(self, posed: Posed, rotary: Array) -> float:
         """Sum how far the first rotary axis turns too far within the cone on a path, (n, 2) rad; rad."""
@@ -101,6 +122,13 @@ class Near:
         moves = turning_within(path, machine, rotary, self.cone)
         most = self.cone.rate * path.lengths[1:]
         return float((np.abs(np.diff(rotary[:, 0])) - most)[moves].sum())
+
+    def _along(self, posed: Posed) -> Mask | None:
+        return None if self.mask is None else self.mask.along(posed.location)
+
+    def _rough(self, posed: Posed) -> Admits | None:
+        mask = self._along(posed)
+        return None if mask is None else mask.roughly_admits
 
     def _holding(self, posed: Posed) -> Holding | None:
         if self.cone is None:
@@ -116,40 +144,209 @@ class Near:
         return replace(problem, max_turn=np.maximum(problem.max_turn, turned))
 
 
-def by_travel(problem: Problem, effort: Effort, admits: Admits | None = None) -> Array | None:
-    """Search the whole range of postures for the path that travels least, and refine it if there is no mask.
+@dataclass(eq=False)
+class Planes:
+    """Half-spaces in which the tool axes of some locations have to stay.
 
     Parameters
     ----------
-    admits : what a mask admits
-
-    Returns
-    -------
-    (n, 2), rad; None where no sequence of postures was found. It may break bounds
+    inwards : (n, p, 3), unit normals, workpiece frame; NaN where unused
+    count : (n,), how many are used
+    pinches : (n,), how often three planes were set close around an admitted tool axis
     """
-    costs = BlockCosts.of_travel(problem.plus, problem.minus)
-    grain = replace(effort.everywhere, level=COARSER * effort.everywhere.level, both_ways=False)
-    paths = paths_anywhere(problem, costs, grain, admits)
-    if not paths:
-        return None
-    (found,) = paths
-    for _ in range(MOST_EXTENDED):
-        if problem.violation(found) <= ALLOWED:
-            break
-        extended = cheapest_path(problem, costs, EXTENDED, found, admits=admits)
-        if extended is None:
-            break
-        found = extended
-    return found if admits else refined(problem, found, effort)
+
+    inwards: Array
+    count: IntArray
+    pinches: IntArray
+
+    @classmethod
+    def none(cls, n: int) -> Planes:
+        """Start without planes."""
+        most = MOST_PLANES + AROUND * PINCHES
+        counts = np.zeros((2, n), dtype=np.int64)
+        return cls(np.full((n, most, 3), np.nan), *counts)
+
+    def add(self, rows: IntArray, inwards: Array) -> None:
+        """Add a plane to each of some locations; (m, 3)."""
+        self.inwards[rows, self.count[rows]] = inwards
+        self.count[rows] += 1
+
+    def bounding(self, problem: Problem, first: int, last: int) -> Problem:
+        """Return a part of a problem, bounded by its planes."""
+        part, most = problem.between(first, last), int(self.count[first : last + 1].max())
+        bounds = [
+            TiltBounds(self.inwards[first : last + 1, number], 0.0, np.pi / 2.0, f"{INSIDE_OF}the mask")
+            for number in range(most)
+        ]
+        return replace(part, bounds=(*part.bounds, *bounds))
 
 
-def refined(problem: Problem, start: Array, effort: Effort) -> Array:
-    """Refine a path, (n, 2) rad; the start itself if that is no improvement."""
-    return refine(
-        problem.eased(start),
-        start,
-        iterations=MORE_ITERATIONS,
-        barrier=BARRIER,
-        last=effort.last_barrier,
-        solver=effort.solver,
-    ).rotary
+@dataclass(frozen=True, eq=False)
+class Confinement:
+    """Refinement within a mask.
+
+    Parameters
+    ----------
+    problem : what to solve
+    mask : of its locations
+    solve : refines without a mask
+    """
+
+    problem: Problem
+    mask: Mask
+    solve: Solver
+
+    def refined(self, start: Array) -> Array:
+        """Refine a path, (n, 2) rad; the result is refused only where the start is.
+
+        Returns
+        -------
+        (n, 2), rad; never costlier than a start that keeps all bounds
+        """
+        found = self._round(start)
+        return start if found is None or self.problem.priced(found) >= self.problem.priced(start) else found
+
+    def _admits(self, path: Array) -> BoolArray:
+        return self.mask.admits(np.arange(len(path)), path)
+
+    def _round(self, path: Array) -> Array | None:
+        """Refine once, with as many planes as needed; None if that fails."""
+        n = len(path)
+        everywhere = np.arange(n)
+        admitted = self._admits(path)
+        planes, found = Planes.none(n), self._solved(self.problem, path, (False, False))
+        changed = everywhere
+        for number in range(MOST_PLANES + PINCHES):
+            clean = self.mask.admits(changed, found[changed])
+            refused = changed[~clean & admitted[changed]]
+            if not len(refused):
+                return found
+            self._cut(planes, refused, path[refused], found[refused], number >= MOST_PLANES)
+            if len(refused) > WIDESPREAD * n:
+                found = self._solved(planes.bounding(self.problem, 0, n - 1), path, (False, False))
+                changed = everywhere
+                continue
+            found = blended(found, path, refused)
+            windows = windows_around(refused, n, NEAR)
+            for first, last in windows:
+                rows, held = slice(first, last + 1), (first > 0, last < n - 1)
+                found[rows] = self._solved(planes.bounding(self.problem, first, last), found[rows], held)
+            changed = np.concatenate([everywhere[first : last + 1] for first, last in windows])
+        return self._restored(found, path, admitted)
+
+    def _restored(self, found: Array, path: Array, admitted: BoolArray) -> Array | None:
+        """Return the refined path with the admitted one wherever it is refused, without refining again."""
+        far = np.zeros(0, dtype=np.int64)
+        for reach in REACHES:
+            refused = np.flatnonzero(~self._admits(found) & admitted)
+            if not len(refused):
+                return found
+            far = np.union1d(far, refused)
+            spread = np.unique(np.clip(far[:, None] + np.arange(-reach, reach + 1), 0, len(path) - 1))
+            found = blended(found, path, spread)
+        return None if np.any(~self._admits(found) & admitted) else found
+
+    def _solved(self, problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
+        return self.solve(problem, start, held).copy()
+
+    def _cut(self, planes: Planes, rows: IntArray, clean: Array, refused: Array, pinch: bool) -> None:
+        machine = self.problem.machine
+        inwards = self._between(rows, clean, refused)
+        without = np.isnan(inwards).any(axis=1) | pinch
+        without &= planes.count[rows] + AROUND <= planes.inwards.shape[1]
+        close = PINCH * np.array([CLOSER**k for k in planes.pinches[rows[without]].tolist()])
+        for sides in np.moveaxis(pinched(tool_axes(machine, clean[without]), close), 1, 0):
+            planes.add(rows[without], sides)
+        planes.pinches[rows[without]] += 1
+        cut = ~without & ~np.isnan(inwards).any(axis=1) & (planes.count[rows] < planes.inwards.shape[1])
+        planes.add(rows[cut], inwards[cut])
+
+    def _between(self, rows: IntArray, clean: Array, refused: Array) -> Array:
+        """Find planes between admitted and refused postures, (m, 2) rad; (m, 3), NaN where that fails."""
+        machine = self.problem.machine
+        edge = self._edge(rows, clean, refused)
+        inside, outside = tool_axes(machine, clean), tool_axes(machine, refused)
+        at_edge = tool_axes(machine, edge)
+        back = inside - at_edge * np.sum(inside * at_edge, axis=1, keepdims=True)
+        apart = np.linalg.norm(back, axis=1, keepdims=True) > APART
+        straight = normalise(np.where(apart, back, np.nan))
+        fitted = self._inwards(rows, edge)
+        for inwards in (fitted, straight):
+            # A plane has to separate the admitted from the refused axis.
+            wrong = (np.sum(inwards * inside, axis=1) < 0.0) | (np.sum(inwards * outside, axis=1) > 0.0)
+            inwards[wrong] = np.nan
+        return np.where(np.isnan(fitted), straight, fitted)
+
+    def _edge(self, rows: IntArray, clean: Array, refused: Array) -> Array:
+        """Bisect between admitted and refused postures for the last admitted one."""
+        low, high = np.zeros(len(rows)), np.ones(len(rows))
+        offset = refused - clean
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2.0
+            is_clean = self.mask.admits(rows, clean + middle[:, None] * offset)
+            low, high = np.where(is_clean, middle, low), np.where(is_clean, high, middle)
+        edge: Array = clean + low[:, None] * offset
+        return edge
+
+    def _inwards(self, rows: IntArray, edge: Array) -> Array:
+        """Find the direction across the tool axis, (m, 3), that points into the admitted side of the edge.
+
+        It is the gradient of a plane fitted to the mask's answers at some postures around the edge.
+        """
+        machine = self.problem.machine
+        turn = np.arange(PROBES) * TURN / PROBES
+        ring = PROBE * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        tried = (edge[:, None] + ring).reshape(-1, 2)
+        clean = self.mask.admits(np.repeat(rows, PROBES), tried).reshape(len(rows), PROBES)
+        axis = tool_axes(machine, edge)
+        across = perpendicular(axis)
+        plane = np.stack([across, np.cross(axis, across)], axis=-1)
+        moved = product(tool_axes(machine, tried).reshape(len(rows), PROBES, 3) - axis[:, None], plane)
+        fitted = product(plane, _gradient(moved, np.where(clean, 1.0, -1.0))[..., None])[..., 0]
+        known = np.linalg.norm(fitted, axis=1) > 1e-9
+        return normalise(np.where(known[:, None], fitted, np.nan))
+
+
+def _gradient(at: Array, values: Array) -> Array:
+    """Fit the gradient, (m, 2), of values, (m, p), at points, (m, p, 2), by least squares.
+
+    It has no component in a direction in which the points hardly spread.
+    """
+    spread = np.einsum("mpi,mpj->mij", at, at)
+    pull = np.einsum("mpi,mp->mi", at, values)
+    size = spread[:, 0, 0] + spread[:, 1, 1]
+    area = spread[:, 0, 0] * spread[:, 1, 1] - spread[:, 0, 1] ** 2
+    # The pseudoinverse: of a matrix of rank 1 it is the matrix over its trace squared.
+    is_line = area <= (FLATTEST * size) ** 2
+    inverse = np.where(is_line[:, None, None], spread, size[:, None, None] * np.eye(2) - spread)
+    scale = np.where(is_line, size**2, area)
+    inverse /= np.where(scale > 0.0, scale, 1.0)[:, None, None]
+    return np.einsum("mij,mj->mi", inverse, pull)
+
+
+def pinched(axis: Array, close: Array) -> Array:
+    """Set three planes around tool axes, (m, 3), at (m,) rad; (m, 3 planes, 3) inward unit normals."""
+    first = normalise(perpendicular(axis))
+    second = np.cross(axis, first)
+    turn = np.arange(AROUND) * TURN / AROUND
+    outwards = np.cos(turn)[:, None] * first[:, None] + np.sin(turn)[:, None] * second[:, None]
+    inwards: Array = np.sin(close)[:, None, None] * axis[:, None] - np.cos(close)[:, None, None] * outwards
+    return inwards
+
+
+def blended(path: Array, other: Array, rows: IntArray) -> Array:
+    """Blend a path, (n, 2) rad, into another at some locations, fading out over `NEAR` locations."""
+    every = np.arange(len(path))
+    after = np.clip(np.searchsorted(rows, every), 0, len(rows) - 1)
+    away = np.minimum(np.abs(rows[after] - every), np.abs(rows[np.maximum(after - 1, 0)] - every))
+    share = np.maximum(1.0 - away / NEAR, 0.0)[:, None]
+    answer: Array = path + share * (other - path)
+    return answer
+
+
+def windows_around(rows: IntArray, count: int, margin: int) -> list[tuple[int, int]]:
+    """Find the first and last location of windows around locations with a margin; overlaps are merged."""
+    near = np.isin(np.arange(count), rows)
+    near = np.pad(binary_dilation(near, iterations=margin), 1)
+    edges = np.flatnonzero(np.diff(near.astype(np.int8)))
+    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2)]

@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.energy import Energy
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.toolpath import TiltBounds, Toolpath
 

@@ -1,28 +1,34 @@
-"""Unwrapped solutions, brought into the axis limits of the machine."""
+"""Unwrapped solutions, brought into the axis limits of the machine with as few rewinds as possible.
+
+Rewinds are left out that undo each other. A few degrees past the end of an axis range save far less than two
+rewinds cost, but the optimiser of the unwrapped path doesn't see rewinds. A path that winds in one direction
+may take one turn less. And turning the part on a rotary table shifts the ends of the range on the path.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from operator import attrgetter
 
 import numpy as np
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible, SettingError
-from fiveaxis.geometry import Array
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array, IntArray
+from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Solution, Unwrapped, program_energy
 from fiveaxis.posture.strategy.singular import Cone, turning_within
-from fiveaxis.posture.turns.phase import better_phases
-from fiveaxis.posture.turns.reversals import paths_without_reversals
-from fiveaxis.posture.turns.rewinding import CLEARANCE, Rewound, insert_rewinds
-from fiveaxis.posture.turns.stops import CUT_PRICE
-from fiveaxis.posture.turns.winding import winding_columns
+from fiveaxis.posture.turns.rewinding import Rewind, Rewound, insert_rewinds
+from fiveaxis.posture.turns.stops import CUT_PRICE, find_turn_changes, keep_lean
+from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Takes a problem and a path, (n, 2) rad, to a cheaper path.
@@ -31,6 +37,13 @@ Refine = Callable[[Problem, Array], Array]
 PathCheck = Callable[[Array], bool]
 # Rounds of leaving out rewinds that undo each other.
 MOST_ROUNDS = 20
+# Most pairs that are left out one at a time.
+MOST_ALONE = 20
+# Angles to try, in turns; longer paths aren't examined.
+PHASES = np.arange(1, 24) / 24.0
+MOST_LOCATIONS = 20_000
+# Price of a rewind between cuts, of one within a cut.
+BETWEEN = 1e-3
 
 
 def path_check(
@@ -51,9 +64,7 @@ def path_check(
     return lambda path: turned(path) <= most and (mask is None or bool(np.all(mask.admits(rows, path))))
 
 
-def rewind_solution(
-    solution: Solution, machine: Machine, refine: Refine, keeps: PathCheck, *, clearance: float = CLEARANCE
-) -> Solution:
+def rewind_solution(solution: Solution, machine: Machine, refine: Refine, keeps: PathCheck) -> Solution:
     """Convert a solution on the endless machine to the machine itself.
 
     The path, the path with one turn less (`fewer_turns`) and the baselines that keep all bounds are rewound;
@@ -66,7 +77,6 @@ def rewind_solution(
     machine : with its limits
     refine : for the path with one turn less
     keeps : checks what isn't part of the problem (`path_check`)
-    clearance : mm, between tool and part during a rewind
 
     Raises
     ------
@@ -78,7 +88,7 @@ def rewind_solution(
     path, columns, problem = solution.toolpath, machine.rotary_columns, solution.problem
     if problem is None:
         raise SettingError("this solution has no problem and can't be rewound; optimise its path")
-    rewinder = _Rewinder(problem, path, solution.tilt, machine, clearance)
+    rewinder = _Rewinder(problem, path, solution.tilt, machine)
     own = solution.motion.positions[:, columns]
     best = rewinder.without_reversals(rewinder.of(own), keeps)
     for narrow, drawn in fewer_turns(problem, machine, own, best.found, refine):
@@ -100,7 +110,7 @@ def rewind_solution(
         same = baseline.toolpath in (None, path)
         if same and _is_admissible(problem, rotary, solution.motion.location) and keeps(rotary):
             best = min(best, other, key=attrgetter("price"))
-    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary, clearance)
+    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary)
     limited = replace(
         solution, machine=machine, compared=compared, missing=missing, problem=None, unwrapped=kept
     )
@@ -140,8 +150,8 @@ def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | No
         motion = replace(motion, location=solution.motion.location)
         energy = program_energy(machine, solution.toolpath, motion, solution.filling, solution.clock)
         return replace(solution, motion=motion, energy=energy), None
-    prices = {"clearance": unwrapped.clearance, "time_price": unwrapped.problem.time_price}
-    found = insert_rewinds(unwrapped.toolpath, machine, rotary, tilt=unwrapped.tilt, **prices)
+    price = unwrapped.problem.time_price
+    found = insert_rewinds(unwrapped.toolpath, machine, rotary, tilt=unwrapped.tilt, time_price=price)
     findings = [*found.findings(), *better_phases(unwrapped.toolpath, machine, rotary, found)]
     path = replace(found.toolpath, findings=(*unwrapped.toolpath.findings, *findings))
     motion = follow(path, machine, found.rotary)
@@ -177,7 +187,6 @@ class _Rewinder:
     path: Toolpath
     tilt: TiltBounds | None
     machine: Machine
-    clearance: float
 
     def elsewhere(self, path: Toolpath | None) -> _Rewinder:
         """Return the same for a path whose closed passes begin elsewhere; its bounds are unknown."""
@@ -186,8 +195,8 @@ class _Rewinder:
     def of(self, rotary: Array) -> _Candidate:
         """Rewind a path, (n, 2) rad, and price it."""
         problem = self.problem
-        prices = {"clearance": self.clearance, "time_price": problem.time_price}
-        found = insert_rewinds(self.path, self.machine, rotary, tilt=self.tilt, **prices)
+        price = problem.time_price
+        found = insert_rewinds(self.path, self.machine, rotary, tilt=self.tilt, time_price=price)
         marks = sum(r.in_cut for r in found.rewinds)
         if len(rotary) == len(problem):
             travel = problem.cost(problem.positions(slice(None), rotary))
@@ -251,3 +260,135 @@ def fewer_turns(
         drawn = refine(narrow, start)
         if narrow.violation(drawn) <= ALLOWED:
             yield narrow, drawn
+
+
+def paths_without_reversals(
+    problem: Problem, machine: Machine, rotary: Array, found: Rewound, tilt: TiltBounds | None = None
+) -> Iterator[Array]:
+    """Yield paths without some of the pairs of rewinds that undo each other.
+
+    Between the rewinds of a pair the axis stays at the end of its range, and the other angle changes where a
+    bound on the lean requires it.
+
+    Parameters
+    ----------
+    problem : on the endless machine; paths that break its bounds are left out
+    machine : with its limits
+    rotary : (n, 2), rad, chain order, unwrapped
+    found : the path with its rewinds
+    tilt : bounds on the lean of the path's locations
+
+    Returns
+    -------
+    (n, 2), rad, unwrapped: first the path without all pairs that can be left out at once, then without one
+    pair each, the shortest first
+    """
+    alone, together, taken = [], rotary.copy(), set[float]()
+    for one, two in sorted(_pairs(found), key=lambda pair: (pair[1].row - pair[0].row, pair[0].row)):
+        rows, held = _hold(machine, rotary, found, (one, two), tilt)
+        path = rotary.copy()
+        path[rows] = held
+        first, last = max(0, rows[0] - 1), min(len(rotary) - 1, rows[-1] + 1)
+        if problem.between(first, last).violation(path[first : last + 1]) > ALLOWED:
+            continue
+        alone.append((rows, held))
+        if taken.isdisjoint((one.row, two.row)):
+            taken |= {one.row, two.row}
+            together[rows] = held
+    if len(alone) > 1:
+        yield together
+    for rows, held in alone[:MOST_ALONE]:
+        path = rotary.copy()
+        path[rows] = held
+        yield path
+
+
+def _hold(
+    machine: Machine,
+    rotary: Array,
+    found: Rewound,
+    pair: tuple[Rewind, Rewind],
+    tilt: TiltBounds | None,
+) -> tuple[IntArray, Array]:
+    """Hold an axis at the end of its range between two rewinds: rows, (m,), and their angles, (m, 2) rad."""
+    one, two = pair
+    column = machine.column(one.axis)
+    which, limits = machine.rotary_columns.index(column), machine.axes[column].limits
+    rows = np.arange(int(np.ceil(one.row)), int(np.floor(two.row)) + 1)
+    # The turn of the axis before the rewind.
+    before = int(np.searchsorted(found.row, one.row))
+    shift = found.rotary[before, which] - np.interp(one.row, np.arange(len(rotary)), rotary[:, which])
+    held = rotary[rows].copy()
+    held[:, which] = np.clip(held[:, which], limits.low - shift, limits.high - shift)
+    if tilt is not None:
+        bounds = tilt.at(rows)
+        # Admitted postures stay as they are.
+        moved = ~bounds.admits(tool_axes(machine, held))
+        held[moved] = keep_lean(machine, held[moved], 1 - which, bounds.at(np.flatnonzero(moved)))
+    return rows, held
+
+
+def _pairs(found: Rewound) -> Iterator[tuple[Rewind, Rewind]]:
+    """Yield pairs of consecutive rewinds of one axis that undo each other."""
+    for axis in sorted({r.axis for r in found.rewinds}):
+        for one, two in pairwise(r for r in found.rewinds if r.axis == axis):
+            if one.turns == -two.turns:
+                yield one, two
+
+
+def better_phases(toolpath: Toolpath, machine: Machine, rotary: Array, found: Rewound) -> list[Finding]:
+    """Find by how much to turn the part on the table for fewer rewinds within cuts.
+
+    The axis that carries the part is then further by that angle at every location; everything else stays as
+    it is, including the room to back off.
+
+    Parameters
+    ----------
+    toolpath : without rewinds
+    machine : with its limits
+    rotary : (n, 2), rad, chain order, unwrapped
+    found : the path with its rewinds
+
+    Returns
+    -------
+    At most one finding, code ``rewind-phase``; its value is the angle in degrees
+    """
+    letter = machine.chain.joints[0].letter
+    marks = sum(r.in_cut for r in found.rewinds if r.axis == letter)
+    column = machine.column(letter)
+    if not marks or column not in winding_columns(machine) or len(toolpath) > MOST_LOCATIONS:
+        return []
+    angles, limits = rotary[:, machine.rotary_columns.index(column)], machine.axes[column].limits
+    counted = [count_rewinds(toolpath, angles + TURN * phase, limits) for phase in PHASES]
+    best = min(range(len(PHASES)), key=lambda i: counted[i])
+    fewer, others = counted[best]
+    if fewer >= marks:
+        return []
+    angle = 360.0 * PHASES[best] - (360.0 if PHASES[best] > 0.5 else 0.0)
+    message = (
+        f"{letter} rewinds {_times(marks)} within a cut; with the part turned on the table so that {letter} "
+        f"is {angle:+g} deg more everywhere, it would rewind {_times(fewer)} within a cut and "
+        f"{_times(others)} between cuts"
+    )
+    return [Finding(Severity.NOTE, "rewind-phase", message, toolpath.place(0), float(angle))]
+
+
+def count_rewinds(toolpath: Toolpath, angles: Array, limits: Limits) -> tuple[float, float]:
+    """Count an unwrapped axis's rewinds within cuts and between them; infinite if it can't be rewound."""
+    cutting = toolpath.cutting
+    in_cut = np.append(cutting[1:] & cutting[:-1], False)
+    stop = np.where(in_cut, 1.0, BETWEEN)
+    stop[[0, -1]] = np.inf
+    rows, changes = find_turn_changes(angles, limits)
+    order = np.argsort(np.concatenate([np.arange(len(angles)), rows]), kind="stable")
+    passing = np.where(cutting[np.ceil(rows).astype(np.int64)], 1.0, BETWEEN)
+    price = np.concatenate([stop, passing])[order]
+    turns = plan_turns(np.concatenate([angles, changes])[order], limits, price)
+    if turns is None:
+        return np.inf, np.inf
+    taken = price[turns[1] != turns[0]]
+    return float((taken == 1.0).sum()), float((taken < 1.0).sum())
+
+
+def _times(count: float) -> str:
+    return "once" if count == 1 else f"{count:.0f} times"

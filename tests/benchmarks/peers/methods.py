@@ -12,7 +12,7 @@ from tesseract import CannotDoError, by_tesseract
 import fiveaxis as fx
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.catalogue import along_normal, lead_lean
-from fiveaxis.posture.local.refinement import refine
+from fiveaxis.posture.local.optima import refine
 
 # rad: steps of the plain lattice.
 LATTICE = np.radians([4.0, 6.0])

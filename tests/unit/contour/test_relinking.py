@@ -11,8 +11,7 @@ from fiveaxis.contour import Plan, plan_contour, plan_passes
 from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.job import make_job, run_job
 from fiveaxis.mesh import Surface, TriangleTree
-from fiveaxis.posture.starts.reopening import Layout, reopen
-from fiveaxis.posture.starts.rings import known_rings
+from fiveaxis.posture.starts.rings import Layout, known_rings, reopen
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.passes import PassEnd
 

@@ -13,8 +13,7 @@ from fiveaxis.motion import (
     fill_in,
     follow,
     inside_rapids,
-    joint_deviation,
-    tcp_deviation,
+    path_deviation,
     thinned,
 )
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide, interpolate, turned
@@ -32,7 +31,7 @@ def blocks_of(path: Toolpath) -> np.ndarray:
 def test_inserted_locations_keep_the_ball_on_its_chord(hayashi):
     path = straight_cut()
     rotary = np.radians([[0, -20], [8, -20], [16, -30], [46, -50]])
-    assert joint_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
+    assert path_deviation(path, hayashi, rotary, blocks_of(path)).max() > 0.1
     filled, motion, _ = fill_in(path, hayashi, rotary, tolerance=0.005)
     assert len(filled) == len(motion) > len(path)
     # Sampled finely within every block, axes linear in time: independent of how blocks were inserted.
@@ -95,14 +94,14 @@ def test_tcp_interpolation_bends_the_path_of_the_balls_centre():
         Tool.ball(20),
     )
     rotary = np.radians(np.column_stack([np.linspace(0.0, 45.0, 4), np.zeros(4)]))
-    off = tcp_deviation(path, machine, rotary, blocks_of(path))[1]
+    off = path_deviation(path, machine, rotary, blocks_of(path), tcp=True)[1]
     axes = tool_axes(machine, rotary)
     turns = np.arccos(np.clip(np.einsum("ni,ni->n", axes[1:], axes[:-1]), -1.0, 1.0))
     np.testing.assert_allclose(off, 10.0 * (1.0 - np.cos(turns / 2.0)), atol=1e-9)
     filled, motion, _ = fill_in(path, machine, rotary, tcp=True)
     angles = motion.positions[:, machine.rotary_columns]
-    assert tcp_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
-    assert joint_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
+    assert path_deviation(filled, machine, angles, blocks_of(filled), tcp=True).max() <= PATH_TOLERANCE
+    assert path_deviation(filled, machine, angles, blocks_of(filled)).max() <= PATH_TOLERANCE
     assert len(filled) > len(path)
 
 

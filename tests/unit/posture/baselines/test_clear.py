@@ -12,7 +12,7 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
 from fiveaxis.posture import Problem
 from fiveaxis.posture.baselines import find_baselines, moved_clear
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.mask import Mask
 from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from fiveaxis.posture.local.optimality import optimality
-from fiveaxis.posture.local.refinement import refine
+from fiveaxis.posture.local.optima import optimality, refine
 
 # J/rad, scaled, and J.
 FLAT, CLOSED = 0.5, 1e-4

@@ -11,7 +11,7 @@ from rings import ring
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.baselines.catalogue import lead_lean
-from fiveaxis.posture.local.refinement import refine
+from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.toolpath import Tool, Toolpath
 

@@ -13,11 +13,9 @@ from by_travel import optimise
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.machine import Limits
 from fiveaxis.posture import Problem
-from fiveaxis.posture.starts import transitions
-from fiveaxis.posture.starts.passes import choose_openings
-from fiveaxis.posture.starts.reopening import Layout, reopen, unwrap
-from fiveaxis.posture.starts.rings import Opening, Ring, find_rings, known_rings
-from fiveaxis.posture.starts.transitions import Transitions
+from fiveaxis.posture.starts import passes as start_points
+from fiveaxis.posture.starts.passes import Transitions, choose_openings
+from fiveaxis.posture.starts.rings import Layout, Opening, Ring, find_rings, known_rings, reopen, unwrap
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
@@ -142,7 +140,7 @@ def test_a_ring_from_another_start_has_its_rows_in_order_and_each_move_its_feed(
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("both", [False, True])
 def test_openings_are_chosen_as_by_brute_force(hayashi, monkeypatch, seed, both):
-    monkeypatch.setattr(transitions, "LONGER", 1e9)
+    monkeypatch.setattr(start_points, "LONGER", 1e9)
     path = rings(n=5)
     layout = Layout(path, [Ring(0, 4, True), Ring(5, 9, True), Ring(10, 14, True)], None)
     random = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ from rings import ring
 
 from fiveaxis.errors import SettingError
 from fiveaxis.posture import Effort
-from fiveaxis.posture.strategy.effort import EFFORTS, effort_of, grain
+from fiveaxis.posture.strategy.effort import effort_of, grain
 
 ONE = Effort(grain(2.0, 8.0, 60))
 MANY = Effort(grain(1.0, 5.0, 200), contains=ONE)
@@ -25,12 +25,6 @@ def test_a_field_is_changed_in_the_smaller_efforts_too():
     while effort is not None:
         assert effort.solver == "ipopt"
         effort = effort.contains
-
-
-def test_every_effort_has_a_promise():
-    assert list(EFFORTS) == ["quick", "normal", "thorough"]
-    for effort in EFFORTS.values():
-        assert len(effort.promise.split()) > 8
 
 
 def test_an_unknown_effort_is_refused_with_the_known_ones(hayashi):

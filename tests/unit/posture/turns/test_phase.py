@@ -10,8 +10,8 @@ import pytest
 
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Limits, Machine
-from fiveaxis.posture.turns.phase import better_phases, count_rewinds
 from fiveaxis.posture.turns.rewinding import insert_rewinds
+from fiveaxis.posture.turns.unwrapped import better_phases, count_rewinds
 from fiveaxis.toolpath import Tool, Toolpath
 
 

@@ -15,9 +15,8 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture import Problem
 from fiveaxis.posture.solution import Solution
-from fiveaxis.posture.turns.reversals import paths_without_reversals
 from fiveaxis.posture.turns.rewinding import insert_rewinds
-from fiveaxis.posture.turns.unwrapped import rewind_solution
+from fiveaxis.posture.turns.unwrapped import paths_without_reversals, rewind_solution
 from fiveaxis.posture.turns.winding import endless
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 

@@ -22,8 +22,7 @@ from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import compose_program
 from fiveaxis.posture import Solution
 from fiveaxis.posture.turns.rewinding import CLEARANCE, insert_rewinds
-from fiveaxis.posture.turns.stops import find_stops
-from fiveaxis.posture.turns.turn_changes import with_turn_changes
+from fiveaxis.posture.turns.stops import find_stops, with_turn_changes
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 from fiveaxis.verification import verify
@@ -300,7 +299,7 @@ def test_a_solution_has_the_path_that_it_was_rewound_from(helix):
     machine, unwrapped = solution.machine, solution.unwrapped
     assert unwrapped is not None
     assert unwrapped.problem.violation(unwrapped.rotary) <= 1e-9
-    again = insert_rewinds(unwrapped.toolpath, machine, unwrapped.rotary, clearance=unwrapped.clearance)
+    again = insert_rewinds(unwrapped.toolpath, machine, unwrapped.rotary)
     np.testing.assert_array_equal(again.rotary, solution.motion.positions[:, machine.rotary_columns])
 
 

@@ -14,7 +14,7 @@ from fiveaxis.geometry import Array, angle_between
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
-from fiveaxis.posture.turns.turn_changes import bounds_between, find_turn_changes, with_turn_changes
+from fiveaxis.posture.turns.stops import bounds_between, find_turn_changes, with_turn_changes
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 
 

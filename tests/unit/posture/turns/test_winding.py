@@ -19,7 +19,7 @@ from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.posture import Problem
-from fiveaxis.posture.local.refinement import refine
+from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.unwrapped import fewer_turns
 from fiveaxis.posture.turns.winding import endless, plan_turns, winding_columns

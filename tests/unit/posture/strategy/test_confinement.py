@@ -6,10 +6,10 @@ from by_degrees import tilt_bounds
 
 from fiveaxis.kinematics import axis_positions, tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.posture.local.refinement import refine
-from fiveaxis.posture.masks.confinement import PINCH, Confinement, Planes, blended, pinched, windows_around
-from fiveaxis.posture.masks.mask import Mask
+from fiveaxis.posture.local.optima import refine
+from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.strategy.near import PINCH, Confinement, Planes, blended, pinched, windows_around
 from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")

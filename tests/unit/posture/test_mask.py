@@ -5,7 +5,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.masks.mask import RADIUS, Mask, Spots
+from fiveaxis.posture.mask import RADIUS, Mask, Spots
 
 ROWS = np.array([3, 3, 4])
 

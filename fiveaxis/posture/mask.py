@@ -110,19 +110,7 @@ class Mask:
 
     def refusing(self, spots: Spots) -> Mask:
         """Return the mask that refuses spots, too; they may grow in number afterwards."""
-
-        def outside(function: MaskFunction | None, rows: IntArray, rotary: Array) -> BoolArray:
-            free = spots.avoided(rows, rotary)
-            at = np.flatnonzero(free)
-            free[at] = _query(function, rows[at], rotary[at])
-            return free
-
-        exact, rough = self.exact, self.rough
-        return replace(
-            self,
-            exact=lambda rows, rotary: outside(exact, rows, rotary),
-            rough=None if rough is None else lambda rows, rotary: outside(rough, rows, rotary),
-        )
+        return Mask(spots.avoided).within(self)
 
     def within(self, own: Mask) -> Mask:
         """Return the mask that admits what both admit, with the other's wording; this one is asked first."""
@@ -135,11 +123,10 @@ class Mask:
             free[at] = _query(second, rows[at], rotary[at])
             return free
 
-        return replace(
-            own,
-            exact=partial(both, self.exact, own.exact),
-            rough=partial(both, self.rough or self.exact, own.rough or own.exact),
-        )
+        rough = None
+        if self.rough is not None or own.rough is not None:
+            rough = partial(both, self.rough or self.exact, own.rough or own.exact)
+        return replace(own, exact=partial(both, self.exact, own.exact), rough=rough)
 
     def _each(self, of: Callable[[MaskFunction, IntArray, Array], BoolArray]) -> Mask:
         """Change how both functions are asked."""

@@ -1,1 +1,0 @@
-"""Masks: searches and refinement that avoid refused postures with as few queries as possible."""

@@ -1,0 +1,95 @@
+"""What the optimiser minimises, and how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import cast
+
+from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array
+from fiveaxis.motion import USUAL_CLOCK, Clock, Interpolation
+from fiveaxis.options import Objective, Search, completed, defaults
+from fiveaxis.posture.mask import Mask, MaskFunction
+from fiveaxis.posture.strategy.effort import Effort, effort_of
+from fiveaxis.progress import Progress, unheard
+from fiveaxis.toolpath import Constraints
+from fiveaxis.toolpath.passes import Passes
+
+SEARCH = cast("Search", defaults(Search))
+
+
+@dataclass(frozen=True, eq=False)
+class Options:
+    """What is minimised and how: the options of `fiveaxis.options.Search`, and what only code can give.
+
+    Parameters
+    ----------
+    mask : which postures are admissible; a function that `Mask.of` takes, too
+    passes : closed passes from which new links are laid, where these may begin elsewhere; by default the
+        path's rings
+    interpolation, clock : of the program
+    start : (n, 2), rad, chain order, postures to begin from beside those that are searched
+    progress : called with what is being done, steps done and steps in all
+    """
+
+    objective: Objective = SEARCH["objective"]
+    up_penalty: float = SEARCH["up_penalty"]
+    smoothing: float = SEARCH["smoothing"]
+    steady: float = SEARCH["steady"]
+    time_price: float | None = SEARCH["time_price"]
+    effort: str | Effort = SEARCH["effort"]
+    solver: str = SEARCH["solver"]
+    bound: bool | None = SEARCH["bound"]
+    free_start: bool = SEARCH["free_start"]
+    free_direction: bool = SEARCH["free_direction"]
+    mask: Mask | MaskFunction | None = None
+    passes: Passes | None = None
+    interpolation: Interpolation = Interpolation.JOINT
+    clock: Clock = USUAL_CLOCK
+    start: Array | None = None
+    progress: Progress = unheard
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether a lower bound is computed: by default only with the effort ``thorough``."""
+        return self.effort == "thorough" if self.bound is None else self.bound
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether time is the objective."""
+        return self.objective == "time"
+
+    def counts(self) -> Effort:
+        """Look up the effort by its name; `solver` replaces the effort's own.
+
+        Raises
+        ------
+        SettingError
+            An unknown effort or solver.
+        """
+        return effort_of(self.effort).having(solver=self.solver)
+
+    def without_free_start(self) -> Options:
+        """Return the options with which passes stay as they are."""
+        return replace(self, free_start=False, free_direction=False)
+
+    def require_consistent(self, constraints: Constraints) -> None:
+        """Raise an error if options contradict each other or the constraints.
+
+        Raises
+        ------
+        SettingError
+            A value out of its range, an unknown word; `free_start` with a mask or a singular cone,
+            `free_direction` without `free_start`, `time_price` with the objective ``time``.
+        """
+        own = {name: getattr(self, name) for name in SEARCH}
+        completed(Search, own | ({"effort": SEARCH["effort"]} if isinstance(self.effort, Effort) else {}))
+        if self.free_start and (self.mask is not None or constraints.singular_cone is not None):
+            raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
+        if self.free_direction and not self.free_start:
+            raise SettingError("free_direction goes with free_start only; give that, too")
+        if self.is_timed and self.time_price is not None:
+            raise SettingError("time_price can't be combined with the objective time; leave one out")
+
+
+DEFAULTS = Options()
