@@ -18,17 +18,10 @@ from fiveaxis.posture import Solution
 from fiveaxis.report import tables
 from fiveaxis.report.document import ReportDocument
 from fiveaxis.report.figures import axis_lines, energy_bars, power_lines, speed_lines, spending_lines
-from fiveaxis.report.landscape import (
-    FIRST_STEP,
-    MOST_LOCATIONS,
-    SECOND_STEP,
-    Admits,
-    feed_mm_min,
-    posture_map,
-)
-from fiveaxis.report.maps import posture_map_figure, surface_figure
+from fiveaxis.report.landscape import FIRST_STEP, MOST_LOCATIONS, SECOND_STEP, Admits, feed_mm_min
+from fiveaxis.report.maps import draw_location, draw_valley
 from fiveaxis.report.sections import answers_section, front_section, program_section, setup_section
-from fiveaxis.report.surfaces import LocationSurface, location_surface
+from fiveaxis.report.surfaces import LocationSurface, location_surface, path_valley
 from fiveaxis.report.tables import scroll
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, what_stays
 
@@ -218,12 +211,11 @@ def _motion(document: ReportDocument) -> str:
 
 
 def _posture(document: ReportDocument, admits: Admits | None) -> str:
-    solution, baseline = document.solution, document.baseline
-    surface = location_surface(solution)
-    return _figure(
-        posture_map_figure(solution, posture_map(solution, admits), baseline),
-        escape(_map_caption(solution, admits is not None)),
-    ) + _figure(surface_figure(surface, baseline), escape(_surface_caption(solution, surface)))
+    solution = document.solution
+    valley, surface = path_valley(solution, admits=admits), location_surface(solution)
+    return _figure(draw_valley(valley), escape(_map_caption(solution, admits is not None))) + _figure(
+        draw_location(surface, {"S_W": surface.power.total}), escape(_surface_caption(solution, surface))
+    )
 
 
 def _map_caption(solution: Solution, knows_collisions: bool) -> str:
@@ -240,7 +232,8 @@ def _map_caption(solution: Solution, knows_collisions: bool) -> str:
         f"Colour: energy of a move from axis zero to this location with {first} as on the left and the "
         f"cheapest {second} that tilt and axis limits admit (S_W, feed drives only). The chosen "
         f"{second} may be another one: the optimiser minimises the change from location to location, not the "
-        f"height. Grey: no {second} is admissible. {first} is shown without whole turns; grid "
+        f"height, which is drawn below for each program. Grey: no {second} is admissible. {first} is shown "
+        "without whole turns; grid "
         f"{FIRST_STEP:g}° × {SECOND_STEP:g}°, median feed {feed_mm_min(solution):.0f} mm/min.{sampled} "
         f"{collisions}"
     )
