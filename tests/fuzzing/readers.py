@@ -129,7 +129,7 @@ def _sweep(path: Path, _rng: random.Random) -> None:
 def _fixtures(path: Path, _rng: random.Random) -> None:
     (path.parent / "vice.stl").touch()
     for table in read_fixtures(path)["fixture"] or ():
-        table.build(Path())
+        table.build()
 
 
 def _log(path: Path, rng: random.Random) -> object:
