@@ -271,14 +271,14 @@ def write_program_figure(
     parts, top = [], TOP
     for name, time, joules in zip(names, times, by_blocks, strict=True):
         panel, areas = _stacked(top, time, joules, list(colours.values()))
-        parts += [_titled(colours, name, top), panel.frame("drive power (W)", "time (s)"), *areas]
+        parts += [heading(colours, name, top), panel.frame("drive power (W)", "time (s)"), *areas]
         top = panel.bottom + BELOW + TOP
     # Programs of the same name have a bar each; returned energy is left of 0.
     spent = np.array([energy.joules for energy in energies])
     gained, lost = np.minimum(spent, 0.0), np.maximum(spent, 0.0)
     low, high = float(gained.sum(axis=1).min()), float(lost.sum(axis=1).max())
     panel = _named_rows(top, names, (1.05 * low, 1.05 * high or 1.0))
-    parts += [_titled({}, "by axis, without base power", top)]
+    parts += [heading({}, "by axis, without base power", top)]
     parts.append(panel.frame("", SPENT, y_ticks=dict(enumerate(map(_shorten, names)))))
     for row in range(len(names)):
         for side in (gained[row], lost[row]):
@@ -290,10 +290,6 @@ def write_program_figure(
             ]
     title = f"Energy of {', '.join(names)}"
     return write_figure(svg(panel.bottom + BELOW, parts, title), path, title)
-
-
-def _titled(colours: Mapping[str, str], title: str, top: float) -> str:
-    return f'<g transform="translate(0 {top - TOP:g})">{heading(colours, title)}</g>'
 
 
 def _stacked(top: float, time: Array, joules: Array, colours: Sequence[str]) -> tuple[Panel, list[str]]:
