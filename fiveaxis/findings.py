@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
+from pathlib import PurePath
 from typing import Any
 
 # Where figures are given that settle what wasn't checked.
@@ -60,6 +61,12 @@ class Place:
         )
 
 
+def without_folder(name: str) -> str:
+    """Keep the last part of an absolute path; anything else stays as it is."""
+    path = PurePath(name)
+    return path.name if path.is_absolute() else name
+
+
 @dataclass(frozen=True)
 class Finding:
     """One fault or remark at one place.
@@ -92,6 +99,11 @@ class Finding:
         """Return the finding as plain data for JSON; a value that isn't finite is None."""
         finite = self.value is not None and math.isfinite(self.value)
         return asdict(self) | {"value": self.value if finite else None}
+
+    def portable(self) -> Finding:
+        """Return the finding without the folder of its file: what it is written to may be passed on."""
+        file = self.place.file
+        return self if file is None else replace(self, place=replace(self.place, file=without_folder(file)))
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Finding:

@@ -76,8 +76,8 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the figures out of reports: drawing takes most of a short run, and other tests look at them."""
     for name in ("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"):
         monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_: "<svg></svg>")
-    for name in ("posture_map", "posture_map_figure", "surface_figure"):
-        monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_: "data:,")
+    for name in ("path_valley", "draw_valley", "draw_location"):
+        monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_, **__: "data:,")
 
 
 def read_case(data: Path, name: str, diameter: float) -> Toolpath:

@@ -1,7 +1,6 @@
 """Many jobs: sweeps that make many of one file, workers that run them, and one table of the results."""
 
-from fiveaxis.batch.events import Event
-from fiveaxis.batch.record import Row, Status
+from fiveaxis.batch.record import Event, Row, Status
 from fiveaxis.batch.run import Batch, run_batch
 
 __all__ = ["Batch", "Event", "Row", "Status", "run_batch"]

@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fiveaxis import __version__
-from fiveaxis.batch.events import Event, Listener
-from fiveaxis.batch.record import Row, row_of_fault
+from fiveaxis.batch.record import Event, Listener, Row, row_of_fault
 from fiveaxis.batch.tasks import Task
 from fiveaxis.batch.worker import Throttle, run_task
 from fiveaxis.errors import LostScheduler, MissingDependency, SettingError

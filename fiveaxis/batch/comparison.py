@@ -23,9 +23,10 @@ import numpy as np
 from fiveaxis.batch.ledger import own_folder
 from fiveaxis.batch.record import COLUMNS, Column, Row, Status
 from fiveaxis.files import csv_text, write_atomically
-from fiveaxis.report.chart import BELOW, TOP, Panel, svg, widened
+from fiveaxis.posture import RESULT
+from fiveaxis.report.chart import AFTER, BEFORE, BELOW, TOP, Panel, heading, svg, widened
 from fiveaxis.report.page import page_of
-from fiveaxis.report.plots import Bar, comparison_figure
+from fiveaxis.report.plots import bar_rows, svg_file
 from fiveaxis.report.words import number
 
 TABLE = "comparison.csv"
@@ -47,6 +48,8 @@ AGAINST_FIRST = "against_first"
 PAGES = {"report": "report.html", "preview": "preview.html"}
 # Points: height of the plotting area, radius of a job's mark.
 HEIGHT, RADIUS = 240.0, 4.5
+# Bars of the figure; more aren't legible, and the table beside it has them all.
+MOST_BARS = 60
 # Characters from which on a cell has several lines.
 LONG = 40
 
@@ -106,15 +109,13 @@ def write_comparison(name: str, rows: Sequence[Row], folder: Path) -> Comparison
     """
     keys = tuple(dict.fromkeys(key for row in rows for key in row.values))
     compared = Comparison(name, keys, tuple(rows))
-    bars = [Bar(_name(row), row.energy, row.baseline_energy, str(row.status)) for row in rows]
-    baselines = sorted({row.baseline for row in rows if row.baseline})
     own = own_folder(folder, name)
     own_columns = [column for name, column in compared.columns.items() if name not in FIGURES]
     page = render_comparison(f"Sweep {name}", rows, f"{name}/", own_columns)
     files = (
         write_atomically(own / PAGE, page),
         write_atomically(own / TABLE, _table(compared)),
-        write_atomically(own / FIGURE, comparison_figure(name, bars, " or ".join(baselines))),
+        write_atomically(own / FIGURE, draw_variants(name, rows)),
     )
     return replace(compared, files=files)
 
@@ -144,6 +145,24 @@ def format_value(value: Any) -> str:
     if isinstance(value, str):
         return value
     return json.dumps(value, default=str).replace('"', "")
+
+
+def draw_variants(name: str, rows: Sequence[Row]) -> str:
+    """Draw the energy of a sweep's variants beside their baseline as the text of an SVG file.
+
+    Of more than `MOST_BARS` the first are drawn, and the title says so.
+    """
+    baseline = " or ".join(sorted({row.baseline for row in rows if row.baseline}))
+    cut = "" if len(rows) <= MOST_BARS else f", the first {MOST_BARS} of {len(rows)}"
+    shown = rows[:MOST_BARS]
+    bars = {AFTER: [row.energy or 0.0 for row in shown]}
+    if baseline:
+        bars[BEFORE] = [row.baseline_energy or 0.0 for row in shown]
+    labels = [str(row.status) if row.energy is None else f"{number(row.energy)} J" for row in shown]
+    x_label = "energy of the feed drives, no base load (J)"
+    parts, height = bar_rows(TOP, [_name(row) for row in shown], bars, labels, x_label)
+    colours = {RESULT: AFTER} | ({baseline: BEFORE} if baseline else {})
+    return svg_file(svg(height, [heading(colours, f"{name}{cut}"), *parts], name))
 
 
 def _table(compared: Comparison) -> str:

@@ -26,8 +26,7 @@ from typing import Any, BinaryIO, cast
 
 import psutil
 
-from fiveaxis.batch.events import Event, Listener
-from fiveaxis.batch.record import Row, bounded
+from fiveaxis.batch.record import Event, Listener, Row, bounded
 from fiveaxis.batch.tasks import Task
 from fiveaxis.batch.worker import remove_program
 from fiveaxis.errors import LostWorkers

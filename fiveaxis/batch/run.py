@@ -13,10 +13,9 @@ from typing import Any
 
 from fiveaxis.batch.cluster import require_scheduler, run_on_scheduler
 from fiveaxis.batch.comparison import Comparison, write_comparison, write_page
-from fiveaxis.batch.events import Event, Listener, Relay
 from fiveaxis.batch.ledger import TABLE, Ledger, locked
 from fiveaxis.batch.pool import Limits, run_on_pool
-from fiveaxis.batch.record import Row, Status, worst
+from fiveaxis.batch.record import Event, Listener, Relay, Row, Status, worst
 from fiveaxis.batch.tasks import Planned, Task, plan_tasks
 from fiveaxis.errors import SettingError
 from fiveaxis.files import remove_leftovers

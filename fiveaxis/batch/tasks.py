@@ -36,45 +36,32 @@ LONGEST_NAME = 180
 TAKEN = frozenset({"results.csv", "results.html", "results.jsonl", ".", ".."})
 
 
-@dataclass(frozen=True)
-class Variant:
-    """One job of a sweep.
+def apply_values(values: Mapping[str, Any], data: Mapping[str, Any]) -> dict[str, Any]:
+    """Apply a variant's values, by key of a job (``tilt``, ``setup.offset``), to the content of a job file.
 
-    Parameters
-    ----------
-    name : of its folder, inside the sweep's
-    values : that it sets, by key of a job: ``tilt``, ``setup.offset``
+    As on the command line, a cone replaces a tilt, and a tilt a cone.
+
+    Raises
+    ------
+    JobError
+        A key inside something that isn't a table.
     """
-
-    name: str
-    values: Mapping[str, Any]
-
-    def applied_to(self, data: Mapping[str, Any]) -> dict[str, Any]:
-        """Apply the values to the content of a job file.
-
-        As on the command line, a cone replaces a tilt, and a tilt a cone.
-
-        Raises
-        ------
-        JobError
-            A key inside something that isn't a table.
-        """
-        made = copy.deepcopy({key: value for key, value in data.items() if key != SWEEP})
-        for one, other in (("cone", "tilt"), ("tilt", "cone")):
-            if one in self.values and other not in self.values:
-                made.pop(other, None)
-        for key, value in self.values.items():
-            *tables, last = key.split(".")
-            inner = made
-            for table in tables:
-                inner = inner.setdefault(table, {})
-                if not isinstance(inner, dict):
-                    raise JobError(f"{SWEEP}.{key}: {table} is {inner!r} in the job, not a table with keys")
-            inner[last] = copy.deepcopy(value)
-        return made
+    made = copy.deepcopy({key: value for key, value in data.items() if key != SWEEP})
+    for one, other in (("cone", "tilt"), ("tilt", "cone")):
+        if one in values and other not in values:
+            made.pop(other, None)
+    for key, value in values.items():
+        *tables, last = key.split(".")
+        inner = made
+        for table in tables:
+            inner = inner.setdefault(table, {})
+            if not isinstance(inner, dict):
+                raise JobError(f"{SWEEP}.{key}: {table} is {inner!r} in the job, not a table with keys")
+        inner[last] = copy.deepcopy(value)
+    return made
 
 
-def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> list[Variant]:
+def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> dict[str, dict[str, Any]]:
     """List the jobs of a job file's ``[sweep]`` in the order of its lists, the last key varying fastest.
 
     Parameters
@@ -84,7 +71,7 @@ def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> list[Variant]:
 
     Returns
     -------
-    Empty where the file has no sweep.
+    Name of each variant's folder, inside the sweep's → the values that it sets; empty without a sweep
 
     Raises
     ------
@@ -93,7 +80,7 @@ def read_sweep(data: Mapping[str, Any], text: str, path: Path) -> list[Variant]:
         jobs, two jobs of one name; with its line.
     """
     if SWEEP not in data:
-        return []
+        return {}
     try:
         return _expand(data[SWEEP])
     except _Fault as fault:
@@ -109,18 +96,20 @@ class _Fault(Exception):
         super().__init__(message)
 
 
-def _expand(table: Any) -> list[Variant]:
+def _expand(table: Any) -> dict[str, dict[str, Any]]:
     if not isinstance(table, dict):
         raise _Fault(f"{SWEEP} = {table!r} must be a table: keys of a job, each with a list of values")
     lists = dict(_lists({key: value for key, value in table.items() if key != COMBINE}))
     if not lists:
         raise _Fault(f"{SWEEP} varies nothing; give keys of a job, each with a list of values")
-    variants = [Variant(_name(values), values) for values in _combine(lists, table.get(COMBINE))]
+    variants: dict[str, dict[str, Any]] = {}
     seen: set[str] = set()
-    for variant in variants:
-        if variant.name.casefold() in seen:
-            raise _Fault(f"{SWEEP} makes two jobs of the name {variant.name!r}; remove a value")
-        seen.add(variant.name.casefold())
+    for values in _combine(lists, table.get(COMBINE)):
+        name = _name(values)
+        if name.casefold() in seen:
+            raise _Fault(f"{SWEEP} makes two jobs of the name {name!r}; remove a value")
+        seen.add(name.casefold())
+        variants[name] = values
     return variants
 
 
@@ -218,7 +207,7 @@ class Task:
         """
         text, data = read_document(self.file, JobError)
         try:
-            whole = Variant(self.name, self.values).applied_to(data)
+            whole = apply_values(self.values, data)
             job = build_job(whole, text, self.file)
             return job, digest_job(job, whole)
         except JobError as fault:
@@ -263,7 +252,7 @@ def plan_tasks(files: Iterable[Path]) -> Planned:
         except Exception as fault:  # of whatever kind: it mustn't end the others
             planned.faults.append(_row_of_unreadable(Task(name, file), fault))
             continue
-        tasks = [Task(f"{name}/{v.name}", file, name, dict(v.values)) for v in variants]
+        tasks = [Task(f"{name}/{variant}", file, name, values) for variant, values in variants.items()]
         if variants:
             planned.sweeps[name] = [task.name for task in tasks]
         for task in tasks or [Task(name, file)]:

@@ -22,7 +22,7 @@ from fiveaxis.cli.work import clock_text
 if TYPE_CHECKING:
     from fiveaxis.batch import Batch, Event, Row
     from fiveaxis.batch.comparison import Comparison
-    from fiveaxis.batch.events import Listener
+    from fiveaxis.batch.record import Listener
 
 # Rows of a live table: one longer than the screen can't be redrawn.
 SHOWN = 24

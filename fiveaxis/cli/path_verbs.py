@@ -263,7 +263,7 @@ def _print_outcome(outcome: Outcome) -> None:
     answers = outcome.report.answers
     _print_answer(answers.safe, COLOURS[answers.verdict])
     _print_answer(answers.saved)
-    if outcome.report.best is not None:
+    if outcome.report.baseline is not None:
         _print_compared(outcome.report)
     _print_answer(answers.next)
     if outcome.setup_search is not None:

@@ -231,7 +231,7 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     if part is None and stock is None and options["fixtures"] is None:
         return None
     found = {} if options["fixtures"] is None else read_fixtures(options["fixtures"])
-    fixtures = tuple(table.build(Path()) for table in found.get("fixture") or ())
+    fixtures = tuple(table.build() for table in found.get("fixture") or ())
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
     return Surroundings.load(part, stock, fixtures, clearances, unit=options["part_unit"] or "mm")

@@ -42,8 +42,7 @@ class Piece:
     @property
     def corners(self) -> Array:
         """(8, 3), mm, corners of its bounding box in its own frame."""
-        picks = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
-        return np.where(picks == 1, self.high, self.low)
+        return box_corners(self.low, self.high)
 
     @property
     def size(self) -> float:
@@ -61,6 +60,12 @@ class Piece:
         if self.triangles is None:
             return 0
         return int(load_coal().computeMemoryFootprint(self.geometry)) + self.triangles.nbytes
+
+
+def box_corners(low: Array, high: Array) -> Array:
+    """Return the corners, (8, 3) mm, of the box from its lowest to its highest coordinates, (3,) mm."""
+    picks = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
+    return np.where(picks == 1, high, low)
 
 
 def load_coal() -> Any:

@@ -1,7 +1,8 @@
-"""All bodies that may touch, each on its link: tool, part, stock, fixtures, machine bodies."""
+"""All bodies that may touch, each on its link, and the pairs of them that are checked."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -9,15 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.collision.pieces import (
+    PairQuery,
     Piece,
     box_piece,
     cylinder_piece,
     mesh_piece,
     revolved_pieces,
 )
-from fiveaxis.collision.surroundings import Surroundings
+from fiveaxis.collision.surroundings import Clearances, Surroundings
 from fiveaxis.findings import JOB, MACHINE_FILE, TOOL_FILE, Gap, risk
-from fiveaxis.geometry import Array, product
+from fiveaxis.geometry import Array, inverse_transform, product
 from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
 from fiveaxis.mesh import kept_by_mesh, read_solid
 from fiveaxis.toolpath import Tool
@@ -32,6 +34,9 @@ TOOL_KINDS = (CUTTER, SHANK, HOLDER)
 LENGTH, WATERTIGHT = ("length", TOOL_FILE), ("a watertight mesh", JOB)
 # For a mesh of more triangles the report states the memory it takes.
 MANY_TRIANGLES = 1_000_000
+MACHINE = "machine"
+# mm: a rapid move that begins in the stock has to leave it within this length.
+LONGEST_RETRACT = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +65,11 @@ class Scene:
 
     Parameters
     ----------
-    links : from the workpiece to the tool
     code : of the machine
     bodies : tool first, then the workpiece side, then the machine
     checked, not_checked : sentences on the bodies, and what is missing
     """
 
-    links: tuple[str, ...]
     code: FormShapingCode
     bodies: tuple[SceneBody, ...]
     checked: tuple[str, ...] = ()
@@ -87,7 +90,6 @@ def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Sce
     standing, facts, gaps = _surrounding_bodies(surroundings, links[0])
     bodies, left_out = _machine_bodies(machine)
     return Scene(
-        links=links,
         code=machine.code,
         bodies=(*tool_bodies(tool, machine.chain.tool_home, links[-1]), *standing, *bodies),
         checked=tuple(facts),
@@ -201,3 +203,124 @@ def _at_home(mesh: trimesh.Trimesh) -> Piece:
     """Make a piece of a mesh in its own frame."""
     vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
     return mesh_piece(vertices, faces, np.eye(4), closed=bool(mesh.is_watertight))
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two bodies that move relative to each other.
+
+    Parameters
+    ----------
+    kind : ``cutter``, ``shank``, ``holder`` or ``machine``: sets the code of findings and the clearance
+    first, second : the bodies; the first one is nearer to the tool
+    clearance : mm; nearer gets a warning
+    rapid_only : check rapid moves only, as the cutter may touch the stock that it cuts
+    """
+
+    kind: str
+    first: SceneBody
+    second: SceneBody
+    clearance: float
+    rapid_only: bool = False
+
+    @property
+    def pieces(self) -> Iterator[tuple[Piece, Piece, float]]:
+        """Pieces of the first and the second body, with their clearance, mm.
+
+        The shank starts at the cutter, which touches part and stock, so its first piece has no clearance to
+        them and only mustn't touch.
+        """
+        touched = self.second.kind in (PART, STOCK)
+        for i, first in enumerate(self.first.pieces):
+            for second in self.second.pieces:
+                beside = touched and i < self.first.beside_cut
+                yield first, second, 0.0 if beside else self.clearance
+
+
+RETRACTS = risk(
+    f"rapid moves of the cutter out of the stock, within {LONGEST_RETRACT:g} mm or back along the tool's "
+    "axis: the removal of stock isn't simulated"
+)
+
+
+def choose_pairs(scene: Scene, clearances: Clearances) -> tuple[tuple[Pair, ...], list[Gap]]:
+    """Choose the pairs that can touch.
+
+    Bodies of one link can't. Gouge checks cover the cutter against the part, and the cutter cuts the stock,
+    so against that only its rapid moves count. Shank and holder don't cut, so they mustn't touch anything on
+    the workpiece side. Machine bodies that carry one another often touch by construction: those that do with
+    every axis at 0 aren't checked.
+
+    Returns
+    -------
+    The pairs to be checked, and those that are left out, with the reason
+    """
+    pairs, skipped = [], []
+    for kind, first, second in _candidates(scene):
+        clearance = clearances.by_kind[kind]
+        if _are_connected(scene, first, second) and touch_at_home(first, second, clearance):
+            skipped.append((first, second, clearance))
+            continue
+        rapid_only = kind == CUTTER and second.kind == STOCK
+        pairs.append(Pair(kind, first, second, clearance, rapid_only))
+    left_out = [
+        Gap(
+            f"{first.name} against {second.name}: one carries the other, and they touch by construction: "
+            f"with every axis at 0 they are nearer than {clearance:g} mm"
+        )
+        for first, second, clearance in skipped
+    ]
+    left_out += [RETRACTS] if any(p.rapid_only for p in pairs) else []
+    return tuple(pairs), left_out
+
+
+def touch_at_home(first: SceneBody, second: SceneBody, margin: float) -> bool:
+    """Check whether two bodies are nearer than a margin, mm, with every axis at 0."""
+    return any(
+        PairQuery(a, b).nearer(product(inverse_transform(b.frame), a.frame), margin)
+        for a in first.pieces
+        for b in second.pieces
+    )
+
+
+def _candidates(scene: Scene) -> Iterator[tuple[str, SceneBody, SceneBody]]:
+    """Yield pairs on different links, with their kind; the body nearer to the tool first."""
+    order = scene.code.links.index
+    for i, a in enumerate(scene.bodies):
+        for b in scene.bodies[i + 1 :]:
+            if a.link == b.link:
+                continue
+            first, second = (a, b) if order(a.link) > order(b.link) else (b, a)
+            if first.kind in TOOL_KINDS:
+                # The spindle holds the tool.
+                apart = second.link not in scene.code.head
+                if apart and not (first.kind == CUTTER and second.kind == PART):
+                    yield first.kind, first, second
+            else:
+                yield MACHINE, first, second
+
+
+def _are_connected(scene: Scene, first: SceneBody, second: SceneBody) -> bool:
+    """Check whether two bodies of the machine are on neighbouring links, or both on one side of the bed."""
+    if not first.kind == second.kind == BODY:
+        return False
+    order = scene.code.links.index
+    same_side = any({first.link, second.link} <= set(s) for s in (scene.code.table, scene.code.head))
+    return same_side or abs(order(first.link) - order(second.link)) == 1
+
+
+def describe(pairs: Iterable[Pair]) -> Iterator[str]:
+    """Describe pairs that were checked and are clear, in one sentence per first body."""
+    against: dict[str, list[Pair]] = {}
+    for pair in pairs:
+        against.setdefault(pair.first.name, []).append(pair)
+    for name, found in against.items():
+        others = [
+            f"{p.second.name}{' (rapid moves that enter it or stay in it)' * p.rapid_only}" for p in found
+        ]
+        beside = any(p.first.beside_cut and p.second.kind in (PART, STOCK) for p in found)
+        above = ", to part and stock from half its diameter above the cutter" * beside
+        yield (
+            f"{name} against {', '.join(others)}: at every location and throughout the moves between them, "
+            f"clearance {found[0].clearance:g} mm{above}"
+        )

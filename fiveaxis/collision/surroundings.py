@@ -103,12 +103,8 @@ class FixtureTable(StrictModel):
         """Return the table with its mesh file joined to a folder."""
         return self if self.mesh is None else self.model_copy(update={"mesh": str(folder / self.mesh)})
 
-    def build(self, folder: Path) -> Fixture:
+    def build(self) -> Fixture:
         """Build the fixture.
-
-        Parameters
-        ----------
-        folder : base of a relative mesh file
 
         Raises
         ------
@@ -123,7 +119,7 @@ class FixtureTable(StrictModel):
             # Scaled first: the squares of 1e200 are infinite.
             direction = as_triple(normalise(along / np.abs(along).max()))
             return Fixture(self.name, Cylinder(sides.radius, sides.height, sides.center, direction))
-        file = folder / str(self.mesh)
+        file = Path(str(self.mesh))
         try:
             require_file(file, JobError)
         except JobError as fault:

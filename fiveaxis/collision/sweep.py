@@ -3,20 +3,23 @@
 A single query "nearer than d?", with d the clearance plus the farthest that any point of the mover gets from
 the queried pose within a stretch of the motion, proves the whole stretch clear if the answer is no. If it is
 yes, the stretch is halved, down to moves shorter than the tolerance.
+
+Rapid moves of the cutter may begin in the stock. The removal of stock isn't simulated, so a retract begins
+there. It is taken as clear if it goes back along the tool's axis or leaves the stock soon; any other rapid
+move there runs through uncut material.
 """
 
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from fiveaxis.collision.pairs import Pair
 from fiveaxis.collision.pieces import PairQuery, Piece
-from fiveaxis.collision.travel import Stay, Stretch, Travel, stays
+from fiveaxis.collision.scene import LONGEST_RETRACT, Pair
+from fiveaxis.collision.travel import Stretch, Travel
 from fiveaxis.geometry import Array, BoolArray, IntArray, product
 from fiveaxis.mesh.distance import encloses
 
@@ -26,6 +29,10 @@ logger = logging.getLogger(__name__)
 LARGEST_GROUP = 64
 # mm: a smaller overlap is rounding.
 ROUNDING = 1e-4
+# mm: between the poses at which it is checked whether a rapid move has left the stock.
+STEP = 0.5
+# Poses by which the length of a move is measured.
+SAMPLES = 65
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,34 +79,19 @@ def join(hits: list[Hits]) -> Hits:
     return Hits(*(np.concatenate([getattr(h, f.name) for h in every]) for f in fields(Hits)))
 
 
-@dataclass
-class SweepCount:
-    """Cost of a pair; not part of any report, as it depends on the computer.
-
-    Parameters
-    ----------
-    queries : of coal
-    culled : stretches proven clear by bounding boxes alone
-    seconds : spent
-    """
-
-    queries: int = 0
-    culled: int = 0
-    seconds: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Sweep:
-    """A pair of bodies along a stretch of a motion.
+    """Pairs of bodies along stretches of a motion.
 
     Parameters
     ----------
     tolerance : mm, of the mover's movement: shorter moves aren't halved
-    effort : cost by the names of the two bodies
+    queries, culled : number of queries of coal, and of stretches proven clear by bounding boxes alone
     """
 
     tolerance: float = 0.05
-    effort: dict[tuple[str, str], SweepCount] = field(default_factory=dict)
+    queries: int = 0
+    culled: int = 0
 
     def run(
         self, pair: Pair, stretch: Stretch, counted: BoolArray, withdrawn: BoolArray | None = None
@@ -115,8 +107,6 @@ class Sweep:
         -------
         The worst hit of every row
         """
-        started = time.perf_counter()
-        effort = self.effort.setdefault((pair.first.name, pair.second.name), SweepCount())
         back = np.zeros(len(stretch), dtype=bool) if withdrawn is None else withdrawn
         found = []
         for first, second, clearance in pair.pieces:
@@ -125,14 +115,13 @@ class Sweep:
                 travel = Travel(stretch, first, second, pair.first.link, pair.second.link)
             else:
                 travel = Travel(stretch, second, first, pair.second.link, pair.first.link)
-            search = _Search(travel, self.tolerance, effort)
+            search = _Search(travel, self)
             hits = search.find_with_depths(clearance, counted)
-            effort.queries += search.query.count
+            self.queries += search.query.count
             if pair.rapid_only:
                 found.append(search.of_rapids(hits, counted, back))
             else:
                 found += [hits, _enclosed(travel, hits, counted)]
-        effort.seconds += time.perf_counter() - started
         hits = join(found).worst()
         logger.debug(
             "%s against %s: %d of %d locations and the moves to them; %d overlap, %d come too near",
@@ -149,8 +138,8 @@ class Sweep:
 class _Search:
     """One piece against another along a stretch."""
 
-    def __init__(self, travel: Travel, tolerance: float, effort: SweepCount) -> None:
-        self.travel, self.tolerance, self.effort = travel, tolerance, effort
+    def __init__(self, travel: Travel, sweep: Sweep) -> None:
+        self.travel, self.sweep = travel, sweep
         self.query = PairQuery(travel.mover, travel.other)
 
     def find_with_depths(self, clearance: float, counted: BoolArray) -> Hits:
@@ -178,36 +167,69 @@ class _Search:
         return join([*here, *self._within(moves[~np.isin(moves + 1, known)], margin)])
 
     def of_rapids(self, hits: Hits, counted: BoolArray, withdrawn: BoolArray) -> Hits:
-        """Keep hits of moves that begin outside the other piece, and check those that begin inside it."""
+        """Keep hits of moves that begin outside the other piece, and check those that begin inside it.
+
+        The lengths of consecutive moves add up. Moves back along the tool's axis are skipped.
+        """
         inside = counted.copy()
         inside[0] = False
         rows = np.flatnonzero(inside)
-        inside[rows] = [self.overlaps(self.travel.poses[row - 1]) for row in rows.tolist()]
+        inside[rows] = [self._overlaps(self.travel.poses[row - 1]) for row in rows.tolist()]
         found = [hits.at(~inside[hits.rows])]
-        for stay in stays(self, inside, counted, withdrawn):
-            found.append(self._after(stay) if stay.left else self._staying(stay))
+        spent, last = 0.0, -1
+        for row in np.flatnonzero(inside & ~withdrawn).tolist():
+            if last < 0 or not inside[last + 1 : row].all():
+                spent = 0.0
+            share, length, left = self._follow(row, LONGEST_RETRACT - spent)
+            goes_on = row + 1 < len(counted) and bool(counted[row + 1])
+            spent, last = spent + length, row
+            if left:
+                found.append(self._after(row, share))
+            elif share < 1.0 or not goes_on:
+                found.append(self._staying(row, share))
         return join(found)
 
-    def _after(self, stay: Stay) -> Hits:
-        """Find hits on the remainder of a move that has left the other piece."""
-        stretch = self.travel.stretch
-        before, end = stretch.positions[stay.row - 1], stretch.positions[stay.row]
-        rest = Stretch(stretch.machine, stretch.poses, np.array([before + stay.share * (end - before), end]))
-        search = _Search(self.travel.along(rest), self.tolerance, self.effort)
-        hits = search.find(0.0, np.array([False, True]))
-        self.effort.queries += search.query.count
-        return replace(
-            hits, rows=hits.rows - 1 + stay.row, shares=stay.share + (1.0 - stay.share) * hits.shares
-        )
+    def _follow(self, row: int, limit: float) -> tuple[float, float, bool]:
+        """Follow the move to a row, which begins in the stock, over at most `limit` mm.
 
-    def _staying(self, stay: Stay) -> Hits:
+        Returns
+        -------
+        share : of the move, where it leaves or where it was followed to
+        length : mm, to there
+        left : whether it leaves
+        """
+        travel, shares = self.travel, np.linspace(0.0, 1.0, SAMPLES)
+        poses = travel.between(np.full(SAMPLES, row - 1), shares)
+        steps = np.linalg.norm(np.diff(travel.corners_at(poses), axis=0), axis=2).max(axis=1)
+        length = np.append(0.0, np.cumsum(steps))
+        end = min(max(limit, 0.0), float(length[-1]))
+        tested = np.interp(np.linspace(0.0, end, max(int(np.ceil(end / STEP)), 1) + 1), length, shares)[1:]
+        if end == length[-1]:
+            tested[-1] = 1.0
+        poses = travel.between(np.full(len(tested), row - 1), tested)
+        for share, pose in zip(tested.tolist(), poses, strict=True):
+            if not self._overlaps(pose):
+                return share, float(np.interp(share, shares, length)), True
+        return float(tested[-1]), end, False
+
+    def _after(self, row: int, share: float) -> Hits:
+        """Find hits on the remainder of a move, which has left the other piece at a share of it."""
+        stretch = self.travel.stretch
+        before, end = stretch.positions[row - 1], stretch.positions[row]
+        rest = Stretch(stretch.machine, stretch.poses, np.array([before + share * (end - before), end]))
+        search = _Search(self.travel.along(rest), self.sweep)
+        hits = search.find(0.0, np.array([False, True]))
+        self.sweep.queries += search.query.count
+        return replace(hits, rows=hits.rows - 1 + row, shares=share + (1.0 - share) * hits.shares)
+
+    def _staying(self, row: int, share: float) -> Hits:
         """Measure the overlap where a move that should have left the other piece is still inside."""
-        pose = self.travel.between(np.array([stay.row - 1]), np.array([stay.share]))[0]
+        pose = self.travel.between(np.array([row - 1]), np.array([share]))[0]
         depth = self.query.depth(pose)
         deep = np.array([depth if depth > ROUNDING else np.inf])
-        return Hits(np.array([stay.row], dtype=np.int64), np.array([stay.share]), deep, np.zeros(1))
+        return Hits(np.array([row], dtype=np.int64), np.array([share]), deep, np.zeros(1))
 
-    def overlaps(self, pose: Array) -> bool:
+    def _overlaps(self, pose: Array) -> bool:
         """Check whether the pieces overlap, or one is inside the other, at a pose of the mover, (4, 4) mm."""
         return self.query.depth(pose) > ROUNDING or _one_in_other(self.travel, pose)
 
@@ -265,7 +287,7 @@ class _Search:
             hits = list(self._judge(moves + 1, middle, poses, near, margin))
             yield from hits
             done = np.array(sorted({int(h.rows[0]) - 1 for h in hits}), dtype=np.int64)
-            going = near & (2.0 * reach > self.tolerance) & ~np.isin(moves, done)
+            going = near & (2.0 * reach > self.sweep.tolerance) & ~np.isin(moves, done)
             moves, middle = np.tile(moves[going], 2), middle[going]
             low, high = np.append(low[going], middle), np.append(middle, high[going])
             at_low = np.concatenate([at_low[going], corners[going]])
@@ -284,7 +306,7 @@ class _Search:
         low, high = corners.min(axis=1), corners.max(axis=1)
         apart = np.maximum(np.maximum(other.low - high, low - other.high), 0.0)
         near = np.linalg.norm(apart, axis=1) <= margins
-        self.effort.culled += int(len(near) - near.sum())
+        self.sweep.culled += int(len(near) - near.sum())
         for i in np.flatnonzero(near if skip is None else near & ~skip).tolist():
             near[i] = self.query.nearer(poses[i], float(margins[i]))
         return near

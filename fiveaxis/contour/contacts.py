@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from fiveaxis.contour.sections import Loop
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
-from fiveaxis.mesh.sections import Loop
 from fiveaxis.mesh.surface import Surface
 
 # mm: how deep a ball may sink into a flat facet on which it is placed along the smoothed normal.
@@ -47,6 +48,23 @@ class Contacts:
         """Pick rows in a given order."""
         return Contacts(self.points[rows], self.normals[rows], self.smooth[rows], self.rolling[rows], closed)
 
+    @classmethod
+    def joined(cls, parts: Sequence[Contacts]) -> Contacts:
+        """Return the rows of several curves, one after the other."""
+        columns = [(part.points, part.normals, part.smooth, part.rolling) for part in parts]
+        points, normals, smooth, rolling = map(np.concatenate, zip(*columns, strict=True))
+        return cls(points, normals, smooth, rolling, closed=False)
+
+    def blended(self, other: Contacts, share: Array, rolling: BoolArray) -> Contacts:
+        """Blend with other contacts row by row; `share`, (n,), is that of the other ones."""
+        return Contacts(
+            points=self.points + share[:, None] * (other.points - self.points),
+            normals=turn_between(self.normals, other.normals, share),
+            smooth=turn_between(self.smooth, other.smooth, share),
+            rolling=rolling,
+            closed=self.closed,
+        )
+
 
 def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) -> Contacts | None:
     """Place contacts along a section curve.
@@ -76,7 +94,8 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
     sharp = angle_between(facets, np.roll(facets, -1, axis=0)) > surface.crease
     if loop.closed:
         points, normals, smooth = (np.vstack([nodes, nodes[:1]]) for nodes in (points, normals, smooth))
-    curve = _Curve.through(points, normals, smooth, sharp, radius=radius, spacing=spacing)
+    nodes = Contacts(points, normals, smooth, np.zeros(len(points), dtype=bool), closed=False)
+    curve = _Curve.through(nodes, sharp, radius=radius, spacing=spacing)
     return _resample(curve, closed=loop.closed, radius=radius)
 
 
@@ -129,25 +148,21 @@ class _Curve:
     intervals between nodes in which the normal turns about a sharp edge.
     """
 
-    points: Array
-    normals: Array
-    smooth: Array
+    nodes: Contacts
     stations: Array
     jump: BoolArray
 
     @classmethod
-    def through(
-        cls, points: Array, normals: Array, smooth: Array, sharp: BoolArray, *, radius: float, spacing: float
-    ) -> _Curve:
+    def through(cls, nodes: Contacts, sharp: BoolArray, *, radius: float, spacing: float) -> _Curve:
         """Make the curve of nodes; `sharp`, (m,), marks segments that meet the next one at a sharp edge."""
-        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        lengths = np.linalg.norm(np.diff(nodes.points, axis=0), axis=1)
         k = np.arange(len(lengths))
         # Odd intervals join the end of a segment to the start of the next: same point, another normal.
         jump = (k % 2 == 1) & sharp[k // 2]
         largest_turn = 2.0 * math.acos(max(0.0, 1.0 - CHORD_DEPTH / radius))
         # Steps in each interval, so that neither length nor turn exceeds its limit.
-        needs = np.maximum(lengths / spacing, _convex_turn(points, normals) / largest_turn)
-        return cls(points, normals, smooth, np.concatenate([[0.0], np.cumsum(needs)]), jump)
+        needs = np.maximum(lengths / spacing, _convex_turn(nodes.points, nodes.normals) / largest_turn)
+        return cls(nodes, np.concatenate([[0.0], np.cumsum(needs)]), jump)
 
     def at(self, wanted: Array, *, closed: bool) -> Contacts:
         """Return the contacts at stations, (n,) ascending."""
@@ -155,14 +170,9 @@ class _Curve:
         k = np.clip(k, 0, len(self.jump) - 1)
         length = np.maximum(self.stations[k + 1] - self.stations[k], 1e-12)
         share = np.clip((wanted - self.stations[k]) / length, 0.0, 1.0)
-        start, end = self.points[k], self.points[k + 1]
-        return Contacts(
-            points=start + share[:, None] * (end - start),
-            normals=turn_between(self.normals[k], self.normals[k + 1], share),
-            smooth=turn_between(self.smooth[k], self.smooth[k + 1], share),
-            rolling=self.jump[k] & (share > 0.0) & (share < 1.0),
-            closed=closed,
-        )
+        rolling = self.jump[k] & (share > 0.0) & (share < 1.0)
+        before, after = (self.nodes.take(rows, closed=closed) for rows in (k, k + 1))
+        return before.blended(after, share, rolling)
 
 
 def _resample(curve: _Curve, *, closed: bool, radius: float) -> Contacts:

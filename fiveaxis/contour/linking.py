@@ -9,10 +9,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.contour.left_out import NO_LINK, WEDGED, LeftOut
+from fiveaxis.contour.ball_space import Lead, Linker
 from fiveaxis.contour.ordering import Links, Queue, nearest_start, shortened
-from fiveaxis.contour.passes import FEWEST_CONTACTS, Pass
-from fiveaxis.contour.routes import Lead, Linker
+from fiveaxis.contour.passes import FEWEST_CONTACTS, NO_LINK, WEDGED, LeftOut, Pass
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.toolpath.passes import PassEnd
 
@@ -48,10 +47,6 @@ class _LedPass:
     arrival: Lead
     departure: Lead
     number: int
-
-    def ends(self) -> tuple[PassEnd, PassEnd]:
-        """Return the ends at which the pass begins and finishes."""
-        return _ends_of(self.cut)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,8 +131,8 @@ def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
     led, linker = opened.passes, opened.linker
     index = {this.number: k for k, this in enumerate(led)}
     rows = [[index[j] for j in below[this.number] if j in index] for this in led]
-    ends = np.array([_foot(p.ends()[1], p.departure)[0] for p in led])
-    starts = np.array([_foot(p.ends()[0], p.arrival)[0] for p in led])
+    ends = np.array([_foot(p.cut.ends()[1], p.departure)[0] for p in led])
+    starts = np.array([_foot(p.cut.ends()[0], p.arrival)[0] for p in led])
     apart = np.linalg.norm(ends[:, None] - starts[None], axis=2)
     flat = np.linalg.norm(ends[:, None, :2] - starts[None, :, :2], axis=2)
     # No link over the clearance plane is shorter than straight up, across and down.
@@ -150,7 +145,7 @@ def shorten_links(opened: Linking, below: Sequence[Sequence[int]]) -> list[int]:
 
 
 def _link_between(before: _LedPass, after: _LedPass, linker: Linker) -> Array:
-    return _lay_link((before.ends()[1], before.departure), (after.ends()[0], after.arrival), linker)
+    return _lay_link((before.cut.ends()[1], before.departure), (after.cut.ends()[0], after.arrival), linker)
 
 
 def _lay_link(leaving: tuple[PassEnd, Lead], arriving: tuple[PassEnd, Lead], linker: Linker) -> Array:
@@ -173,21 +168,14 @@ def _foot(end: PassEnd, lead: Lead) -> tuple[Array, Array]:
     return np.vstack([end.pivot[None], lead.arc])[-1], end.normal
 
 
-def _ends_of(cut: Pass) -> tuple[PassEnd, PassEnd]:
-    """Describe the first and the last row of an opened pass."""
-    centres, normals = cut.centres, cut.contacts.smooth
-    first = PassEnd(centres[0], normals[0], centres[0] - centres[1])
-    return first, PassEnd(centres[-1], normals[-1], centres[-1] - centres[-2])
-
-
 def _leads(
     cut: Pass, routes: tuple[Array, Array], linker: Linker, radii: tuple[float, float]
 ) -> tuple[Lead, Lead]:
     """Put arcs between a pass's ends and their routes, where there is room."""
     leads = [Lead(EMPTY, route) for route in routes]
-    for k, end in enumerate(_ends_of(cut)):
+    for k, end in enumerate(cut.ends()):
         if radii[k] > 0.0:
-            leads[k] = linker.lead((end.pivot, end.normal), end.outward, radii[k]) or leads[k]
+            leads[k] = linker.lead(end, radii[k]) or leads[k]
     return leads[0], leads[1]
 
 
@@ -252,7 +240,9 @@ class Relinker:
     @classmethod
     def like(cls, laid: Linking, lead_in: float, lead_out: float) -> Relinker:
         """Lay links as a plan did."""
-        leads = [(e, a) for p in laid.passes for e, a in zip(p.ends(), (p.arrival, p.departure), strict=True)]
+        leads = [
+            (e, a) for p in laid.passes for e, a in zip(p.cut.ends(), (p.arrival, p.departure), strict=True)
+        ]
         bare = frozenset(_key(end) for end, lead in leads if not len(lead.arc))
         return cls(laid.linker, lead_in, lead_out, bare)
 
@@ -280,7 +270,7 @@ class Relinker:
 
     def _new_lead(self, end: PassEnd, radius: float) -> Lead | None:
         if radius > 0.0 and _key(end) not in self.bare:
-            return self.linker.lead((end.pivot, end.normal), end.outward, radius)
+            return self.linker.lead(end, radius)
         route = self.linker.escape(end.pivot, end.normal)
         return None if route is None else Lead(EMPTY, route)
 

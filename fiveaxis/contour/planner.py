@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, NoReturn, Unpack
 
 import numpy as np
 
-from fiveaxis.contour.ball_space import BallSpace
+from fiveaxis.contour.ball_space import BallSpace, Linker
 from fiveaxis.contour.contacts import sample_loop
-from fiveaxis.contour.left_out import LeftOut
-from fiveaxis.contour.levels import scallop_levels, section_levels
 from fiveaxis.contour.linking import (
     LINK_SPACING,
     LinkedPass,
@@ -24,13 +22,12 @@ from fiveaxis.contour.linking import (
 )
 from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
-from fiveaxis.contour.passes import Pass, split_passes
-from fiveaxis.contour.routes import Linker
+from fiveaxis.contour.passes import LeftOut, Pass, split_passes
+from fiveaxis.contour.sections import scallop_levels, section_levels, section_loops
 from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.errors import Infeasible, MeshError
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh import Surface, TriangleTree, Unit, mesh_size, size_findings, size_text, take_mesh
-from fiveaxis.mesh.sections import section_loops
 from fiveaxis.mesh.surface import surface_normals
 from fiveaxis.options import PlanContour, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
@@ -75,12 +72,12 @@ def plan_contour(
     The postures are chosen later, so the path has no tool axes.
 
     A scallop sets the distance of the sections by the slope and curvature of the walls
-    (`fiveaxis.contour.levels`), up to stepdown or stepover if given. A climbing waterline has the material to
-    the right of the feed, seen from above. Islands go down one wall as long as that shortens the links, and
-    never before the passes above are done. Arcs before and after passes are tangential, in the plane of feed
-    and normal; where not even a quarter of one has room, the ball moves along the normal, and such leads are
-    counted. Normals are smoothed across facets that are one surface (`fiveaxis.mesh.surface`), and the ball
-    rolls about sharper edges.
+    (`fiveaxis.contour.sections`), up to stepdown or stepover if given. A climbing waterline has the material
+    to the right of the feed, seen from above. Islands go down one wall as long as that shortens the links,
+    and never before the passes above are done. Arcs before and after passes are tangential, in the plane of
+    feed and normal; where not even a quarter of one has room, the ball moves along the normal, and such leads
+    are counted. Normals are smoothed across facets that are one surface (`fiveaxis.mesh.surface`), and the
+    ball rolls about sharper edges.
 
     Parameters
     ----------

@@ -16,9 +16,8 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace
-from fiveaxis.contour.contacts import Contacts, lean_limit, lean_normals, turn_between
-from fiveaxis.contour.left_out import LeftOut
-from fiveaxis.contour.passes import Pass, neighbours
+from fiveaxis.contour.contacts import Contacts, lean_limit, lean_normals
+from fiveaxis.contour.passes import LeftOut, Pass, neighbours
 from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.mesh import TriangleTree
 from fiveaxis.mesh.surface import Surface
@@ -97,12 +96,8 @@ def _spirals(rings: list[Pass], turns: Turns, start: Start) -> list[Pass | None]
 
 def _chained(parts: list[Pass]) -> Pass:
     """Concatenate passes."""
-    names = ("points", "normals", "smooth", "rolling")
-    points, normals, smooth, rolling = (
-        np.concatenate([getattr(p.contacts, name) for p in parts]) for name in names
-    )
-    centres = np.concatenate([p.centres for p in parts])
-    return Pass(Contacts(points, normals, smooth, rolling, closed=False), centres)
+    contacts = Contacts.joined([p.contacts for p in parts])
+    return Pass(contacts, np.concatenate([p.centres for p in parts]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +134,8 @@ class Turns:
         longer = max(upper, opened, key=lambda ring: float(_stations(ring.centres)[-1]))
         stations = _stations(longer.centres)
         sides = [_beside(ring, longer) for ring in (upper, opened)]
-        between = _blend(sides[0], sides[1], (stations / stations[-1])[1:-1])
+        rolling = sides[0].rolling & sides[1].rolling
+        between = sides[0].blended(sides[1], (stations / stations[-1])[1:-1], rolling)
         turn = self._turn(upper.between(0, 0), between, opened.between(0, 0))
         return None if turn is None else (turn, opened)
 
@@ -151,7 +147,7 @@ class Turns:
             wide = np.flatnonzero(gaps > self.spacing * (1.0 + 1e-9))
             if not len(wide):
                 break
-            between = _halved(start, between, end, wide)
+            between = _halved(start.contacts, between, end.contacts, wide)
         return self._clear(turn)
 
     def _clear(self, turn: Pass) -> Pass | None:
@@ -194,38 +190,17 @@ def _beside(ring: Pass, longer: Pass) -> Contacts:
     foot, move, _ = tree.nearest(longer.centres[inner])
     length = np.linalg.norm(line[move + 1] - line[move], axis=1)
     share = np.linalg.norm(foot - line[move], axis=1) / np.maximum(length, 1e-12)
-    points, normals, smooth = ring.contacts.points, ring.contacts.normals, ring.contacts.smooth
-    return Contacts(
-        points=points[move] + share[:, None] * (points[move + 1] - points[move]),
-        normals=turn_between(normals[move], normals[move + 1], share),
-        smooth=turn_between(smooth[move], smooth[move + 1], share),
-        rolling=longer.contacts.rolling[inner],
-        closed=False,
-    )
+    before, after = (ring.contacts.take(rows, closed=False) for rows in (move, move + 1))
+    return before.blended(after, share, longer.contacts.rolling[inner])
 
 
-def _blend(first: Contacts, second: Contacts, share: Array) -> Contacts:
-    """Blend contacts row by row; `share`, (n,), is that of the second."""
-    points = (1.0 - share)[:, None] * first.points + share[:, None] * second.points
-    normals = turn_between(first.normals, second.normals, share)
-    smooth = turn_between(first.smooth, second.smooth, share)
-    return Contacts(points, normals, smooth, first.rolling & second.rolling, closed=False)
-
-
-def _halved(start: Pass, between: Contacts, end: Pass, wide: IntArray) -> Contacts:
+def _halved(start: Contacts, between: Contacts, end: Contacts, wide: IntArray) -> Contacts:
     """Insert a contact in the middle of the given moves, counted from the start."""
-    points, normals, smooth = (
-        np.vstack([getattr(rows, name) for rows in (start.contacts, between, end.contacts)])
-        for name in ("points", "normals", "smooth")
-    )
-    half = np.full(len(wide), 0.5)
-    return Contacts(
-        np.insert(between.points, wide, (points[wide] + points[wide + 1]) / 2.0, axis=0),
-        np.insert(between.normals, wide, turn_between(normals[wide], normals[wide + 1], half), axis=0),
-        np.insert(between.smooth, wide, turn_between(smooth[wide], smooth[wide + 1], half), axis=0),
-        np.insert(between.rolling, wide, False),
-        closed=False,
-    )
+    whole = Contacts.joined([start, between, end])
+    before, after = (whole.take(rows, closed=False) for rows in (wide, wide + 1))
+    middles = before.blended(after, np.full(len(wide), 0.5), np.zeros(len(wide), dtype=bool))
+    order = np.argsort(np.append(np.arange(1.0, len(between) + 1.0), wide + 0.5))
+    return Contacts.joined([between, middles]).take(order, closed=False)
 
 
 def _stations(line: Array) -> Array:

@@ -11,8 +11,7 @@ from typing import Unpack
 import numpy as np
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres
-from fiveaxis.collision.clearing import find_accessible
+from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres, find_accessible
 from fiveaxis.contour import on_part
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.collision.pairs import choose_pairs
-from fiveaxis.collision.scene import build_scene
+from fiveaxis.collision.scene import build_scene, choose_pairs
 from fiveaxis.errors import MissingDependency
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
@@ -22,7 +21,7 @@ from fiveaxis.verification.gouging import check_gouge
 def has_pairs(machine: Machine, tool: Tool, around: Surroundings) -> bool:
     """Check whether any bodies could touch, and whether coal is there to ask."""
     try:
-        return bool(choose_pairs(build_scene(machine, tool, around), around.clearances).pairs)
+        return bool(choose_pairs(build_scene(machine, tool, around), around.clearances)[0])
     except MissingDependency:
         return False
 

@@ -343,7 +343,7 @@ def load_surroundings(job: Job) -> Surroundings:
     MeshError
         A mesh that can't be read, or is refused.
     """
-    fixtures = tuple(table.build(Path()) for table in job.fixture)
+    fixtures = tuple(table.build() for table in job.fixture)
     file, around = part_of(job), job.surrounding
     unit = part_unit(job) if around["part"] else job.unit or "mm"
     part = None if file is None else read_solid(file, unit)

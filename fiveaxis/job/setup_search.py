@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.collision.clearing import find_accessible
+from fiveaxis.collision.accessibility import find_accessible
 from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.geometry import Array
 from fiveaxis.job.box_search import SCATTERED, follow_compass, halton, search_box

@@ -1,4 +1,4 @@
-"""Meshes of parts and bodies: files, distances, smooth normals, sections."""
+"""Meshes of parts and bodies: files, distances, smooth normals."""
 
 from fiveaxis.mesh.distance import TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.mesh.loading import (

@@ -17,14 +17,20 @@ MUCH_LARGER = 4.0
 
 
 @compiled
-def segment_gap(p: Array, a: Array, b: Array) -> float:
-    """Squared distance from a point to the segment from a to b."""
+def share_along(p: Array, a: Array, b: Array) -> float:
+    """Share, 0…1, of the segment from a to b at which it is nearest to a point."""
     along = 0.0
     length = 0.0
     for k in range(3):
         along += (p[k] - a[k]) * (b[k] - a[k])
         length += (b[k] - a[k]) ** 2
-    t = 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)
+    return 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)
+
+
+@compiled
+def segment_gap(p: Array, a: Array, b: Array) -> float:
+    """Squared distance from a point to the segment from a to b."""
+    t = share_along(p, a, b)
     gap = 0.0
     for k in range(3):
         gap += (p[k] - a[k] - t * (b[k] - a[k])) ** 2
@@ -124,18 +130,6 @@ def nearest_all(points: Array, triangles: Array, boxes: Array, bound: float) -> 
 
 
 @compiled
-def foot_on_segment(p: Array, a: Array, b: Array) -> Array:
-    """Nearest point to p on the segment from a to b, (3,) mm."""
-    along = 0.0
-    length = 0.0
-    for k in range(3):
-        along += (p[k] - a[k]) * (b[k] - a[k])
-        length += (b[k] - a[k]) ** 2
-    t = 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)
-    return a + t * (b - a)
-
-
-@compiled
 def foot_on_triangle(p: Array, triangle: Array) -> Array:
     """Nearest point to p on a triangle, (3, 3) → (3,) mm; same cases as `triangle_gap`."""
     a, b, c = triangle[0], triangle[1], triangle[2]
@@ -149,10 +143,10 @@ def foot_on_triangle(p: Array, triangle: Array) -> Array:
         t += (u[0] * w[1] - u[1] * w[0]) * n[2]
         if s >= 0.0 and t >= 0.0 and s + t <= area2:
             return a + (s / area2) * u + (t / area2) * v
-    best = foot_on_segment(p, a, b)
+    best = a + share_along(p, a, b) * (b - a)
     gap = np.sum((p - best) ** 2)
     for one, other in ((b, c), (c, a)):
-        foot = foot_on_segment(p, one, other)
+        foot = one + share_along(p, one, other) * (other - one)
         here = np.sum((p - foot) ** 2)
         if here < gap:
             best, gap = foot, here

@@ -68,17 +68,15 @@ def multiples(bounds: Range, step: float) -> list[float]:
     return [k * step for k in range(first, last + 1)]
 
 
-def labels(values: Sequence[float]) -> list[str]:
-    """Format the numbers of ticks with as many decimals as their step needs."""
+def labelled(values: Sequence[float]) -> dict[float, str]:
+    """Label the numbers of ticks, with as many decimals as their step needs."""
     step = min((b - a for a, b in pairwise(values)), default=1.0)
     decimals = next(d for d in range(10) if abs(step * 10**d - round(step * 10**d)) < 1e-6 or d == 9)
-    written = (f"{v:,.{decimals}f}".replace(",", THIN_SPACE) for v in values)
-    return [w.replace("-", MINUS) if float(w.replace(THIN_SPACE, "")) else w.lstrip("-") for w in written]
-
-
-def labelled(values: Sequence[float]) -> dict[float, str]:
-    """Return the numbers of ticks with their labels."""
-    return dict(zip(values, labels(values), strict=True))
+    written = {v: f"{v:,.{decimals}f}".replace(",", THIN_SPACE) for v in values}
+    return {
+        v: w.replace("-", MINUS) if float(w.replace(THIN_SPACE, "")) else w.lstrip("-")
+        for v, w in written.items()
+    }
 
 
 def text(
@@ -112,9 +110,9 @@ def legend(
     return "".join(parts)
 
 
-def heading(series: Mapping[str, str], title: str) -> str:
-    """Write a chart's title and legend."""
-    return text(title, LEFT, 12.0, bold=True) + legend(series, WIDTH - RIGHT, 12.0)
+def heading(series: Mapping[str, str], title: str, top: float = TOP) -> str:
+    """Write a title and a legend above the panel that begins at `top`, points."""
+    return text(title, LEFT, top - 10.0, bold=True) + legend(series, WIDTH - RIGHT, top - 10.0)
 
 
 def svg(height: float, parts: Iterable[str], label: str = "", over: str = "", width: float = WIDTH) -> str:

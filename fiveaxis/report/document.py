@@ -9,16 +9,16 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from pathlib import Path, PurePath
-from typing import Any, Literal, NamedTuple
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
 from fiveaxis.energy import Budget
 from fiveaxis.files import write_atomically
-from fiveaxis.findings import Cause, Finding, count_codes, group_findings
+from fiveaxis.findings import Cause, Finding, count_codes, group_findings, without_folder
 from fiveaxis.machine import Machine
 from fiveaxis.motion import peak_rates
 from fiveaxis.posture import RESULT, Solution
@@ -46,13 +46,6 @@ UNITS = {
     "residuals.contact": "mm",
     "inputs.size": "byte",
 }
-
-
-class Best(NamedTuple):
-    """The baseline that the result is compared with first, and the measure by which it is."""
-
-    name: str
-    measure: Measure
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +84,7 @@ class ReportDocument:
     @property
     def name(self) -> str:
         """Name of the path, without its folder."""
-        return _without_folder(self.solution.toolpath.name)
+        return without_folder(self.solution.toolpath.name)
 
     @property
     def locations(self) -> int:
@@ -153,24 +146,18 @@ class ReportDocument:
         return "total" if self.solution.energy.with_base is None else "with_base"
 
     @cached_property
-    def best(self) -> Best | None:
-        """The cheapest baseline; where a program was revised in place, that program."""
-        baselines, measure = self.solution.baselines, self.measure
-        if self.revises and AS_PROGRAMMED in baselines:
-            return Best(AS_PROGRAMMED, measure)
-        best = min(baselines, key=lambda name: getattr(baselines[name], measure), default=None)
-        return None if best is None else Best(best, measure)
-
-    @property
     def baseline(self) -> str | None:
-        """Name of the baseline that the page draws beside the result; None without one."""
-        return None if self.best is None else self.best.name
+        """Name of the cheapest baseline by `measure`, or of a program as it was; None without one."""
+        baselines = self.solution.baselines
+        if self.revises and AS_PROGRAMMED in baselines:
+            return AS_PROGRAMMED
+        return min(baselines, key=lambda name: getattr(baselines[name], self.measure), default=None)
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
         """Findings of planning, optimising and verification, without the folders of their files."""
         own = (f for f in self.solution.toolpath.findings if f not in self.verdict.findings)
-        return tuple(_portable(finding) for finding in (*own, *self.verdict.findings))
+        return tuple(finding.portable() for finding in (*own, *self.verdict.findings))
 
     @cached_property
     def summary(self) -> tuple[Cause, ...]:
@@ -267,20 +254,6 @@ class ReportDocument:
             "acceleration_unknown": self.accelerations_unknown,
             "figures": [p.as_dict() for p in machine.provenance],
         }
-
-
-def _portable(finding: Finding) -> Finding:
-    """Return a finding without the folder of its file."""
-    place = finding.place
-    if place.file is None:
-        return finding
-    return replace(finding, place=replace(place, file=_without_folder(place.file)))
-
-
-def _without_folder(name: str) -> str:
-    """Keep the last part of an absolute path; anything else stays as it is."""
-    path = PurePath(name)
-    return path.name if path.is_absolute() else name
 
 
 def _plain(value: Any) -> Any:

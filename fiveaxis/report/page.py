@@ -18,17 +18,10 @@ from fiveaxis.posture import Solution
 from fiveaxis.report import tables
 from fiveaxis.report.document import ReportDocument
 from fiveaxis.report.figures import axis_lines, energy_bars, power_lines, speed_lines, spending_lines
-from fiveaxis.report.landscape import (
-    FIRST_STEP,
-    MOST_LOCATIONS,
-    SECOND_STEP,
-    Admits,
-    feed_mm_min,
-    posture_map,
-)
-from fiveaxis.report.maps import posture_map_figure, surface_figure
+from fiveaxis.report.landscape import FIRST_STEP, MOST_LOCATIONS, SECOND_STEP, Admits, feed_mm_min
+from fiveaxis.report.maps import draw_location, draw_valley
 from fiveaxis.report.sections import answers_section, front_section, program_section, setup_section
-from fiveaxis.report.surfaces import LocationSurface, location_surface
+from fiveaxis.report.surfaces import location_surface, path_valley
 from fiveaxis.report.tables import scroll
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, what_stays
 
@@ -62,6 +55,7 @@ def write_report(document: ReportDocument, path: str | Path, *, admits: Admits |
 
 def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
     """Compose the page as HTML text."""
+    solution, baseline = document.solution, document.baseline
     room = files("fiveaxis.report")
     template = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
     style, script = (room.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
@@ -71,15 +65,22 @@ def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
         answers=answers_section(document),
         compared=_compared(document),
         setup=setup_section(document.setup_search) + front_section(document.front),
-        energy=_energy(document),
+        programs=f"{'' if baseline is None else f'“{escape(baseline)}” and of '}the optimised program",
+        axis_table=scroll(tables.axis_table(document)),
         budget=_budget(document.budget),
-        motion=_motion(document),
-        posture=_posture(document, admits),
+        steadiness_table=scroll(tables.steadiness_table(document)),
+        reference=escape(solution.tilt.name),
         findings=_findings(document),
         checked=_checked(document),
         solver=_solver(document),
         machine=_machine(document.machine),
         inputs=scroll(tables.input_table(document.inputs)),
+        energy_bars=energy_bars(solution, baseline),
+        spending_lines=spending_lines(solution, baseline),
+        axis_lines=axis_lines(solution, baseline),
+        speed_lines=speed_lines(solution, baseline),
+        power_lines=power_lines(solution, baseline),
+        **_posture(solution, admits),
     )
     return page_of(document.name, style, script, body)
 
@@ -160,20 +161,6 @@ def _left(document: ReportDocument) -> str:
     return f" {words[0].upper()}{words[1:]} (certified lower bound: {number(bound.total)} J)."
 
 
-def _energy(document: ReportDocument) -> str:
-    solution, baseline = document.solution, document.baseline
-    compared = "the optimised program"
-    if baseline is not None:
-        compared = f"“{escape(baseline)}” and of {compared}"
-    return (
-        _figure(energy_bars(solution, baseline), f"Energy of {compared} by axis; feed drives only.")
-        + scroll(tables.axis_table(document))
-        + _figure(
-            spending_lines(solution, baseline), "The same energy, added up along the path; feed drives only."
-        )
-    )
-
-
 def _budget(budget: Budget | None) -> str:
     """Write the electricity of the whole job; empty if it wasn't computed."""
     if budget is None:
@@ -188,71 +175,27 @@ def _budget(budget: Budget | None) -> str:
     return f"<section>\n{heading}\n{scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>\n</section>"
 
 
-def _motion(document: ReportDocument) -> str:
-    solution, baseline = document.solution, document.baseline
-    events = (
-        "A start: the axis moves in a block, and stood in the one before. A reversal: it moves against its "
-        "direction in the block before. Change of speed: the largest from one cutting block to the next, by "
-        "the blocks’ mean speeds. Approach and retract aren’t counted."
-    )
-    caption = (
-        "Axis values along the path, tool relative to workpiece; rotary axes accumulate their turns. Last "
-        f"band: angle between tool axis and {solution.tilt.name}, its bounds dotted. Long paths are thinned; "
-        "the highest and lowest values are kept."
-    )
-    speeds = (
-        "Over time instead of along the path: the mean speed of every axis in each move, as limited by the "
-        "feed and the slowest axis; the machine’s highest speeds are dotted where the motion comes near them."
-    )
-    powers = (
-        "Power of each feed drive at those speeds, and of all together, without base load, spindle and "
-        "acceleration. The area under the last band is the power integral."
-    )
-    return (
-        scroll(tables.steadiness_table(document))
-        + f'<p class="small">{escape(events)}</p>\n'
-        + _figure(axis_lines(solution, baseline), escape(caption))
-        + _figure(speed_lines(solution, baseline), escape(speeds))
-        + _figure(power_lines(solution, baseline), escape(powers))
-    )
-
-
-def _posture(document: ReportDocument, admits: Admits | None) -> str:
-    solution, baseline = document.solution, document.baseline
-    surface = location_surface(solution)
-    return _figure(
-        posture_map_figure(solution, posture_map(solution, admits), baseline),
-        escape(_map_caption(solution, admits is not None)),
-    ) + _figure(surface_figure(surface, baseline), escape(_surface_caption(solution, surface)))
-
-
-def _map_caption(solution: Solution, knows_collisions: bool) -> str:
+def _posture(solution: Solution, admits: Admits | None) -> dict[str, str]:
+    """Draw which postures could be chosen, with the words of the captions."""
+    valley, surface = path_valley(solution, admits=admits), location_surface(solution)
     first, second = solution.machine.rotaries
     n = len(solution.toolpath)
-    collisions = (
+    hatched = (
         f"Hatched: only collisions of the tool or its holder rule out every {second}, by a map of directions "
         "with a grid of some degrees."
-        if knows_collisions
-        else "Collisions aren’t in this map."
     )
-    sampled = "" if n <= MOST_LOCATIONS else f" {MOST_LOCATIONS} of {number(n)} locations are sampled."
-    return (
-        f"Colour: energy of a move from axis zero to this location with {first} as on the left and the "
-        f"cheapest {second} that tilt and axis limits admit (S_W, feed drives only). The chosen "
-        f"{second} may be another one: the optimiser minimises the change from location to location, not the "
-        f"height. Grey: no {second} is admissible. {first} is shown without whole turns; grid "
-        f"{FIRST_STEP:g}° × {SECOND_STEP:g}°, median feed {feed_mm_min(solution):.0f} mm/min.{sampled} "
-        f"{collisions}"
-    )
-
-
-def _surface_caption(solution: Solution, surface: LocationSurface) -> str:
-    first, second = solution.machine.rotaries
-    return (
-        f"Energy of a move from axis zero to location {surface.location}, the middle of the path, for every "
-        f"pair of {first} and {second}. {what_stays(solution.toolpath.tool)} (S_W, feed drives only). A "
-        "move costs the change between two postures, not the height. Collisions aren’t in this map."
-    )
+    return {
+        "valley": draw_valley(valley),
+        "surface": draw_location(surface, {"S_W": surface.power.total}),
+        "first": first,
+        "second": second,
+        "grid": f"{FIRST_STEP:g}° × {SECOND_STEP:g}°",
+        "feed": f"{feed_mm_min(solution):.0f}",
+        "sampled": f" {MOST_LOCATIONS} of {number(n)} locations are sampled." if n > MOST_LOCATIONS else "",
+        "collisions": "Collisions aren’t in this map." if admits is None else hatched,
+        "middle": str(surface.location),
+        "stays": what_stays(solution.toolpath.tool),
+    }
 
 
 def _findings(document: ReportDocument) -> str:
@@ -306,7 +249,3 @@ def _machine(machine: Machine) -> str:
             f"turned by ({plain_list(setup.rotation_deg)}) deg about the machine's X, Y, Z."
         )
     return f"<p>{escape(text)}</p>\n{scroll(tables.machine_table(figures))}"
-
-
-def _figure(content: str, caption: str) -> str:
-    return f"<figure>\n{content}\n<figcaption>{caption}</figcaption>\n</figure>\n"

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from importlib.resources import as_file, files
 from itertools import accumulate
@@ -20,7 +19,6 @@ from fiveaxis.errors import SettingError
 from fiveaxis.files import columns_text, require_suffix, write_atomically
 from fiveaxis.geometry import Array
 from fiveaxis.notebook import HasColumns
-from fiveaxis.posture import RESULT
 from fiveaxis.report.chart import (
     AFTER,
     BEFORE,
@@ -39,7 +37,7 @@ from fiveaxis.report.chart import (
     width_of,
 )
 from fiveaxis.report.figures import front_chart
-from fiveaxis.report.words import MINUS, number
+from fiveaxis.report.words import MINUS
 
 if TYPE_CHECKING:
     from fiveaxis.energy import Calibration, Energy
@@ -69,7 +67,6 @@ PAGE = """<!DOCTYPE html>
 """
 # Height of a panel and of a row of bars, points; share of a row that its bars fill.
 HIGH, ROW, FILLED = 120.0, 30.0, 0.76
-MOST = 60  # bars; more aren't legible, and the table beside the figure has them all
 LONGEST = 48  # characters; longer names leave no room for bars
 # Colours of the axes, distinguishable without colour vision too.
 COLOURS = {"X": "#4477AA", "Y": "#66CCEE", "Z": "#EE6677", "A": "#228833", "B": "#AA3377", "C": "#CCBB44"}
@@ -89,7 +86,7 @@ def write_figure(chart: str, path: str | Path, title: str) -> Path:
         return write_atomically(path, PAGE.format(title=escape(title), figure=chart))
     if suffix == ".png":
         return write_atomically(path, _pixels(standalone(chart)))
-    return write_atomically(path, _file(chart))
+    return write_atomically(path, svg_file(chart))
 
 
 def standalone(chart: str) -> str:
@@ -98,7 +95,8 @@ def standalone(chart: str) -> str:
     return f'<svg xmlns="{NAMESPACE}"{opening}><rect width="100%" height="100%" fill="#ffffff"/>{rest}'
 
 
-def _file(chart: str) -> str:
+def svg_file(chart: str) -> str:
+    """Return the text of a chart's SVG file."""
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{standalone(chart)}\n'
 
 
@@ -188,11 +186,11 @@ def _runs(runs: Sequence[RunEnergy], top: float) -> tuple[list[str], float]:
     names = [s if run.held_out else f"{s} (fitted)" for s, run in zip(stems, runs, strict=True)]
     bars = {BEFORE: [run.whole_measured for run in runs], AFTER: [run.whole_fitted for run in runs]}
     labels = [f"{run.whole_error:+.1%}".replace("-", MINUS) for run in runs]
-    drawn, bottom = _rows(top, names, bars, labels, "energy of the run, all rows (J)")
+    drawn, bottom = bar_rows(top, names, bars, labels, "energy of the run, all rows (J)")
     return [legend({"measured": BEFORE, "drive": AFTER}, WIDTH - RIGHT, top - 8.0), *drawn], bottom
 
 
-def _rows(
+def bar_rows(
     top: float, names: Sequence[str], bars: Mapping[str, Sequence[float]], labels: Sequence[str], x_label: str
 ) -> tuple[list[str], float]:
     """Draw rows of bars side by side, by colour from top to bottom, with a label at the bar of the result.
@@ -223,55 +221,6 @@ def _named_rows(top: float, names: Sequence[str], x: Range) -> Panel:
 
 def _shorten(name: str) -> str:
     return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
-
-
-@dataclass(frozen=True)
-class Bar:
-    """One variant.
-
-    Parameters
-    ----------
-    name : what is different about it
-    energy, baseline : J, of the feed drives; None if missing
-    status : shown in place of a missing energy
-    """
-
-    name: str
-    energy: float | None
-    baseline: float | None
-    status: str
-
-
-def comparison_figure(title: str, bars: Sequence[Bar], baseline: str) -> str:
-    """Draw the cost of variants of one job beside their baseline, in order from top to bottom.
-
-    Parameters
-    ----------
-    title : name of the job
-    bars : the variants; of more than `MOST` the first are drawn, and the title says so
-    baseline : its name; empty if there is none
-
-    Returns
-    -------
-    The text of an SVG file
-
-    Raises
-    ------
-    SettingError
-        There are no variants.
-    """
-    if not bars:
-        raise SettingError("no variants; there is nothing to draw")
-    cut = "" if len(bars) <= MOST else f", the first {MOST} of {len(bars)}"
-    shown = bars[:MOST]
-    values = {AFTER: [bar.energy or 0.0 for bar in shown]}
-    if baseline:
-        values[BEFORE] = [bar.baseline or 0.0 for bar in shown]
-    labels = [bar.status if bar.energy is None else f"{number(bar.energy)} J" for bar in shown]
-    names, x_label = [bar.name for bar in shown], "energy of the feed drives, no base load (J)"
-    parts, height = _rows(TOP, names, values, labels, x_label)
-    colours = {RESULT: AFTER} | ({baseline: BEFORE} if baseline else {})
-    return _file(svg(height, [heading(colours, f"{title}{cut}"), *parts], title))
 
 
 def write_front_figure(front: Front, path: str | Path) -> Path:
@@ -322,14 +271,14 @@ def write_program_figure(
     parts, top = [], TOP
     for name, time, joules in zip(names, times, by_blocks, strict=True):
         panel, areas = _stacked(top, time, joules, list(colours.values()))
-        parts += [_titled(colours, name, top), panel.frame("drive power (W)", "time (s)"), *areas]
+        parts += [heading(colours, name, top), panel.frame("drive power (W)", "time (s)"), *areas]
         top = panel.bottom + BELOW + TOP
     # Programs of the same name have a bar each; returned energy is left of 0.
     spent = np.array([energy.joules for energy in energies])
     gained, lost = np.minimum(spent, 0.0), np.maximum(spent, 0.0)
     low, high = float(gained.sum(axis=1).min()), float(lost.sum(axis=1).max())
     panel = _named_rows(top, names, (1.05 * low, 1.05 * high or 1.0))
-    parts += [_titled({}, "by axis, without base power", top)]
+    parts += [heading({}, "by axis, without base power", top)]
     parts.append(panel.frame("", SPENT, y_ticks=dict(enumerate(map(_shorten, names)))))
     for row in range(len(names)):
         for side in (gained[row], lost[row]):
@@ -341,10 +290,6 @@ def write_program_figure(
             ]
     title = f"Energy of {', '.join(names)}"
     return write_figure(svg(panel.bottom + BELOW, parts, title), path, title)
-
-
-def _titled(colours: Mapping[str, str], title: str, top: float) -> str:
-    return f'<g transform="translate(0 {top - TOP:g})">{heading(colours, title)}</g>'
 
 
 def _stacked(top: float, time: Array, joules: Array, colours: Sequence[str]) -> tuple[Panel, list[str]]:

@@ -138,23 +138,23 @@ def _judged(document: ReportDocument) -> Iterator[Detail]:
 
 
 def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
-    question, best = "What does it save?", document.best
-    if best is None:
+    question, name = "What does it save?", document.baseline
+    if name is None:
         text = "Unknown: there is no baseline to compare with."
         return Answer(question, text, folded=tuple(_steadiness(document)))
-    energy, baseline = document.solution.energy, document.solution.baselines[best.name]
-    own, other = (number(getattr(e, best.measure)) for e in (energy, baseline))
-    as_it_was = document.revises and best.name == AS_PROGRAMMED
-    against = "the program as it was" if as_it_was else f"the best baseline, {best.name}"
+    energy, baseline = document.solution.energy, document.solution.baselines[name]
+    own, other = (number(getattr(e, document.measure)) for e in (energy, baseline))
+    as_it_was = document.revises and name == AS_PROGRAMMED
+    against = "the program as it was" if as_it_was else f"the best baseline, {name}"
     text = (
-        f"{_share(document.saved(*best))}: {own} J against {other} J of {against} "
-        f"({BOUNDARIES[best.measure]})."
+        f"{_share(document.saved(name, document.measure))}: {own} J against {other} J of {against} "
+        f"({BOUNDARIES[document.measure]})."
     )
     details = []
     if verdict in ("unsafe", "overridden"):
         details.append(Detail("But", "this doesn’t count until the errors are corrected."))
-    if best.name in document.savings_range:
-        low, high = map(saving, document.savings_range[best.name])
+    if name in document.savings_range:
+        low, high = map(saving, document.savings_range[name])
         text_of = f"powers are estimated; on machines drawn from their bands it is {low} to {high}."
         details.append(Detail("Range", text_of))
     times = (number(e.time, 1) for e in (energy, baseline))

@@ -25,8 +25,8 @@ SIGNS = {"safe": "✓", "partial": "!", "unknown": "?", "unsafe": "✗", "overri
 
 def answers_section(document: ReportDocument) -> str:
     """Write the three answers, each with its details below it, and the savings against every baseline."""
-    found, best = document.answers, document.best
-    compared = "" if best is None else scroll(saved_table(document, best.measure))
+    found = document.answers
+    compared = "" if document.baseline is None else scroll(saved_table(document))
     return "\n".join(
         (
             _answer(found.safe, f"verdict {found.verdict}", SIGNS[found.verdict]),

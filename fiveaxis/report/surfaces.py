@@ -16,12 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from fiveaxis.energy import PowerSurface, posture_costs, power_surface
 from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, every_pair, normalise
+from fiveaxis.geometry import Array, BoolArray, angle_between, every_pair, normalise
 from fiveaxis.kinematics import lean_range, linear_positions, require_orienting, rotary_angles, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.posture import RESULT, Solution
 from fiveaxis.report.landscape import (
     Admits,
+    PostureMap,
     feed_mm_min,
     modulo_turn,
     posture_map,
@@ -106,17 +107,14 @@ class LocationSurface(Drawn):
 
 
 @dataclass(frozen=True, eq=False)
-class Valley(Drawn):
+class Valley(PostureMap, Drawn):
     """The energy of postures along a path: its floor is where cheap postures lie.
 
     Parameters
     ----------
     title : which path
     letter : of the first rotary axis
-    locations : (m,), indices of the locations, from 0
     position : (m,), mm, of the pivot along the path
-    first : (g,), rad, angles of the first rotary axis
-    cost : (m, g), J, least S_W over the admissible angles of the second one; NaN where there is none
     postures : (m,), rad, first rotary angle of each program
     heights : (m,), J, S_W of each program's posture, without whole turns of rotary axes
     elsewhere : baselines with locations of their own, which can't be shown on this path
@@ -124,10 +122,7 @@ class Valley(Drawn):
 
     title: str
     letter: str
-    locations: IntArray
     position: Array
-    first: Array
-    cost: Array
     postures: Mapping[str, Array]
     heights: Mapping[str, Array]
     elsewhere: tuple[str, ...]
@@ -268,12 +263,10 @@ def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
         postures[name] = positions[:, columns[0]]
         heights[name] = posture_costs(machine, positions, feed).sum(axis=-1)
     return Valley(
+        **vars(found),
         title=f"{Path(path.name).name} on {machine.name}",
         letter=letter,
-        locations=rows,
         position=np.cumsum(path.lengths)[rows],
-        first=found.first,
-        cost=found.cost,
         postures=postures,
         heights=heights,
         elsewhere=tuple(name for name in solution.compared if name not in programs),

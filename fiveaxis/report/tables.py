@@ -92,8 +92,9 @@ def scroll(content: str) -> str:
     return f'<div class="scroll" tabindex="0">\n{content}\n</div>\n'
 
 
-def saved_table(document: ReportDocument, measure: Measure) -> str:
-    """List the energy of the program and of every baseline by one measure, cheapest first."""
+def saved_table(document: ReportDocument) -> str:
+    """List the energy of the program and of every baseline by the measure of the document, cheapest first."""
+    measure = document.measure
 
     def cost(energy: Energy) -> float:
         value: float = getattr(energy, measure)

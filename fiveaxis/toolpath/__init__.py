@@ -13,8 +13,7 @@ from fiveaxis.toolpath.dividing import (
     refined,
     turned,
 )
-from fiveaxis.toolpath.move_kind import MoveKind, kind_names
-from fiveaxis.toolpath.operation import Operation
+from fiveaxis.toolpath.operation import MoveKind, Operation, kind_names
 from fiveaxis.toolpath.path import PathShape, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
 

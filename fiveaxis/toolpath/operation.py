@@ -1,11 +1,30 @@
-"""An operation: what one tool does from one zero in one plane, as a program or CL file states it."""
+"""Kinds of moves, and operations: what one tool does from one zero in one plane, as a file states it."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from enum import IntEnum
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+from fiveaxis.geometry import IntArray
+
 OperationKind = Literal["simultaneous", "3+2", "3-axis", "drilling", "unread"]
+
+
+class MoveKind(IntEnum):
+    """Kind of the move that ends at a location."""
+
+    CUT = 0
+    LINK = 1
+    RAPID = 2
+
+
+def kind_names(kind: IntArray) -> NDArray[Any]:
+    """Name kinds of moves, (n,): ``cut``, ``link``, ``rapid``."""
+    return np.array([each.name.lower() for each in MoveKind])[kind]
 
 
 @dataclass(frozen=True, kw_only=True)

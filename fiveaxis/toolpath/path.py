@@ -16,8 +16,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.toolpath.curve import Curve
 from fiveaxis.toolpath.cutter import Zone, across
-from fiveaxis.toolpath.move_kind import MoveKind, kind_names
-from fiveaxis.toolpath.operation import Operation
+from fiveaxis.toolpath.operation import MoveKind, Operation, kind_names
 from fiveaxis.toolpath.tool import Tool
 
 # A shorter vector isn't accepted as a direction.

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.collision.pairs import MACHINE, Pair, choose_pairs, describe
-from fiveaxis.collision.scene import FIXTURE, build_scene
-from fiveaxis.collision.sweep import Hits, Sweep, SweepCount, join
+from fiveaxis.collision.scene import FIXTURE, MACHINE, Pair, build_scene, choose_pairs, describe
+from fiveaxis.collision.sweep import Hits, Sweep, join
 from fiveaxis.collision.travel import Poses, Stretch
 from fiveaxis.findings import Severity, risk
 from fiveaxis.geometry import Array, BoolArray, IntArray, inverse_transform, product
@@ -51,11 +50,7 @@ class _PairHits:
 
 
 def check_collisions(
-    context: CheckContext,
-    surroundings: Surroundings,
-    *,
-    tcp_height: float | None = None,
-    effort: dict[tuple[str, str], SweepCount] | None = None,
+    context: CheckContext, surroundings: Surroundings, *, tcp_height: float | None = None
 ) -> tuple[Result, ...]:
     """Check all pairs of bodies that could touch, with coal, along the motion of the axes.
 
@@ -67,7 +62,6 @@ def check_collisions(
     context : motion, machine, and path with the tool
     surroundings : part, stock, fixtures and clearances
     tcp_height : mm above the tip, of the point that moves straight under TCP; None with joint interpolation
-    effort : receives the cost of each pair, by the names of its bodies
 
     Returns
     -------
@@ -82,26 +76,26 @@ def check_collisions(
         coal or pinocchio isn't installed.
     """
     scene = build_scene(context.machine, context.toolpath.tool, surroundings)
-    choice = choose_pairs(scene, surroundings.clearances)
-    sweep = Sweep(TOLERANCE, {} if effort is None else effort)
-    found = _sweep_all(context, choice.pairs, sweep, tcp_height)
+    pairs, left_out = choose_pairs(scene, surroundings.clearances)
+    sweep = Sweep(TOLERANCE)
+    found = _sweep_all(context, pairs, sweep, tcp_height)
     logger.info(
         "%d pairs of bodies along %d locations: %d queries, %d stretches clear by their boxes alone",
-        len(choice.pairs),
+        len(pairs),
         len(context.positions),
-        sum(cost.queries for cost in sweep.effort.values()),
-        sum(cost.culled for cost in sweep.effort.values()),
+        sweep.queries,
+        sweep.culled,
     )
     unknown = int(np.isnan(context.positions).any(axis=1).sum())
     gap = risk(f"collisions at {unknown} locations whose axis values aren't finite, and in the moves to them")
     how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
     moves = f"collisions between locations: {how}, to {TOLERANCE:g} mm of movement"
-    clear = [pair for pair in choice.pairs if not any(pair is f.pair for f in found)]
+    clear = [pair for pair in pairs if not any(pair is f.pair for f in found)]
     checked = (*scene.checked, *describe(clear), *((moves,) if clear else ()))
-    not_checked = (*scene.not_checked, *choice.not_checked, *((gap,) if unknown else ()))
+    not_checked = (*scene.not_checked, *left_out, *((gap,) if unknown else ()))
     # A body that only rapid moves are checked for is measured in these alone.
     rapid = bool(np.any(context.toolpath.kind == MoveKind.RAPID))
-    measured = {pair.kind for pair in choice.pairs if rapid or not pair.rapid_only}
+    measured = {pair.kind for pair in pairs if rapid or not pair.rapid_only}
     return (
         said(f"{MACHINE}-collision", checked=checked, not_checked=not_checked),
         *(result for kind in CODES for result in _results_of(kind, found, kind in measured)),

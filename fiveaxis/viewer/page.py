@@ -1,22 +1,27 @@
-"""The simulation as one HTML page that needs no network and no server, with everything packed in it.
+"""The simulation as one HTML page that needs no network, with everything packed in it.
 
-Text from files is escaped.
+It is written to a file, served on the loopback address, or shown in a notebook. Text from files is escaped.
 """
 
 from __future__ import annotations
 
-import html
 import logging
 import math
+import sys
+import webbrowser
 from collections.abc import Sequence
-from dataclasses import replace
+from html import escape
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from string import Template
+from threading import Thread
+from typing import TYPE_CHECKING, Any
 
+from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, group_findings
-from fiveaxis.machine import Machine
 from fiveaxis.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides
 from fiveaxis.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
 from fiveaxis.viewer.scene import Scene, build_scene
@@ -26,29 +31,31 @@ if TYPE_CHECKING:
     import trimesh
 
     from fiveaxis.collision import Surroundings
-    from fiveaxis.findings import Finding
     from fiveaxis.posture.solution import Solution
 
 logger = logging.getLogger(__name__)
 
-# The browser lets the page run only its own scripts and fetch nothing.
-POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
-    "connect-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'"
-)
 # In this order: each uses the ones before.
 SCRIPTS = ("data.js", "chain.js", "stage.js", "readings.js", "timeline.js", "main.js")
-# Speeds of the show, as multiples of the program's.
-SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 # Pixels of the time line: its curves, and each axis's row below them (`timeline.js`).
 CURVES, AXIS_ROW = 64, 12
-KEYS = (
-    ("Space", "play or pause"),
-    ("← →", "block by block"),
-    ("Page ↑ ↓", "ten seconds"),
-    ("Home End", "first and last block"),
-    ("F", "frame"),
-)
+LOOPBACK = "127.0.0.1"
+# s: longest wait for the server when closing.
+POLL = 0.1
+# s: an idle connection is closed after this.
+PATIENCE = 10.0
+# Characters: a notebook keeps its outputs, and Jupyter asks before it opens a file of more than some 100 MB.
+MOST_INLINE = 20_000_000
+# CSS height of the frame in a notebook.
+HEIGHT = "640px"
+# Forbid caching, guessing of types, framing, referrers, and reading by other sites.
+HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
 
 
 def write_preview(
@@ -104,25 +111,27 @@ def render_page(
     head, sections = describe_show(solution.machine, scene, sides, text, bounds)
     logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(findings))
     bundle = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
-    licence = bundle.with_name("main.min.js.LICENSE.txt").read_text(encoding="utf-8")
-    scripts = "".join(f"<script>\n{_own(name)}</script>\n" for name in SCRIPTS)
-    return "\n".join(
-        [
-            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-            f"<title>{title_of(solution)}: fiveaxis simulation</title>",
-            f"<style>\n{_own('page.css')}</style>\n</head>\n<body>",
-            '<main id="meshcat-pane" aria-label="machine, workpiece and tool"></main>',
-            make_legend(solution, scene, sides, findings, head["top"]),
-            make_readings(solution.machine),
-            make_controls(solution.machine),
-            '<div id="fault" role="alert" hidden></div>',
-            f'<script type="text/plain" id="licences">\n{licence}\n</script>',
-            f'<script type="text/plain" id="scene">\n{pack_payload(recorder.commands, sections, head)}',
-            f"</script>\n<script>\n{bundle.read_text(encoding='utf-8')}\n</script>",
-            f"{scripts}</body>\n</html>\n",
-        ]
+    axes = solution.machine.axes
+    others = "; those of a baseline beside the optimised program in the grey half of each row"
+    return Template(_own("page.html")).substitute(
+        title=escape(Path(solution.toolpath.name).name),
+        style=_own("page.css"),
+        facts=f"{solution.toolpath.count_given} locations, {escape(solution.machine.name)}",
+        programs="<br>".join(_figures(side) for side in sides),
+        others=others if len(sides) > 1 else "",
+        beside=_beside(sides),
+        boxes="".join(_boxes(scene)),
+        remarks="\n".join(_remarks(solution, scene)),
+        stops=", ".join("rgb({:.0f} {:.0f} {:.0f})".format(*(255.0 * stop)) for stop in VIRIDIS),
+        top=f"{head['top']:,.0f}",
+        findings=_listed(findings, sides[0]) if findings else "",
+        axes="".join(_reading(number, axis.letter) for number, axis in enumerate(axes)),
+        letters="".join(f"<span>{axis.letter}</span>" for axis in axes),
+        height=CURVES + AXIS_ROW * len(axes),
+        licences=bundle.with_name("main.min.js.LICENSE.txt").read_text(encoding="utf-8"),
+        scene=pack_payload(recorder.commands, sections, head),
+        meshcat=bundle.read_text(encoding="utf-8"),
+        scripts="".join(f"<script>\n{_own(name)}</script>\n" for name in SCRIPTS),
     )
 
 
@@ -130,77 +139,12 @@ def _own(name: str) -> str:
     return files("fiveaxis.viewer").joinpath("scripts", name).read_text(encoding="utf-8")
 
 
-def title_of(solution: Solution) -> str:
-    """Return the path's name, without its folder, as HTML."""
-    return html.escape(Path(solution.toolpath.name).name)
-
-
-def make_legend(
-    solution: Solution, scene: Scene, sides: Sequence[Side], findings: Sequence[Finding], top: float
-) -> str:
-    """Return the legend as HTML: the programs, what can be switched on and off, colours and findings.
-
-    Parameters
-    ----------
-    top : W, at the end of the colour scale
-    """
-    lines = [
-        f"<h1>{title_of(solution)}</h1>",
-        f"<p>{solution.toolpath.count_given} locations, {html.escape(solution.machine.name)}</p>",
-        f"<p>{'<br>'.join(_figures(side) for side in sides)}<br>energy of the feed drives, time</p>",
-        _events(sides),
-        _frames(),
-        _beside(sides),
-        f"<p>{''.join(_boxes(scene))}</p>",
-        *_remarks(solution, scene),
-        *_scale(top),
-        *_listed(findings, sides[0]),
-        _keys(),
-    ]
-    return '<section id="legend" aria-label="what is shown">' + "\n".join(lines) + "</section>"
-
-
-def make_readings(machine: Machine) -> str:
-    """Return the panel of values at the place shown as HTML; the page's script fills it in."""
-    rows = "".join(
-        f'<tr data-axis="{number}"><th scope="row">{axis.letter}</th><td class="value"></td>'
+def _reading(number: int, letter: str) -> str:
+    """Return an axis's row in the panel of values as HTML; the page's script fills it in."""
+    return (
+        f'<tr data-axis="{number}"><th scope="row">{letter}</th><td class="value"></td>'
         '<td class="range"><meter min="0" max="1" aria-label="place in its travel"></meter></td>'
         '<td class="power"></td><td class="other"></td></tr>'
-        for number, axis in enumerate(machine.axes)
-    )
-    figures = "".join(
-        f'<tr data-figure="{name}"><th scope="row">{label}</th><td class="value" colspan="3"></td>'
-        '<td class="other"></td></tr>'
-        for name, label in (
-            ("time", "time"),
-            ("location", "location"),
-            ("programmed", "programmed feed"),
-            ("actual", "actual feed"),
-            ("lean", "lean"),
-            ("power", "power"),
-        )
-    )
-    return (
-        '<section id="readings" aria-label="at the place shown"><p id="block"></p>'
-        '<table><thead><tr><th scope="col">axis</th><th scope="col">value</th><th scope="col">travel</th>'
-        '<th scope="col">power</th><th scope="col" class="other" id="other-name"></th></tr></thead>'
-        f"<tbody>{rows}</tbody><tbody>{figures}</tbody></table></section>"
-    )
-
-
-def make_controls(machine: Machine) -> str:
-    """Return the bar below the scene as HTML: time line, play and pause, time, speed."""
-    speeds = "".join(f'<option value="{speed}">{speed:g}×</option>' for speed in SPEEDS)
-    letters = "".join(f"<span>{axis.letter}</span>" for axis in machine.axes)
-    return (
-        f'<section id="controls" aria-label="time"><div id="axes" aria-hidden="true">{letters}</div>'
-        f'<div id="timeline" style="height: {CURVES + AXIS_ROW * len(machine.axes)}px">'
-        '<canvas id="curves" role="img" aria-label="power, feed and findings over time, below them starts '
-        'and reversals of each axis"></canvas><div id="cursor"></div></div>'
-        '<div id="buttons"><button id="play" type="button">pause</button>'
-        '<input id="time" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
-        '<select id="speed" aria-label="speed, of the program’s" title="of the program’s speed">'
-        f'{speeds}</select><span id="clock"></span></div></section>'
     )
 
 
@@ -208,33 +152,14 @@ def _figures(side: Side) -> str:
     """Return energy, time, starts and reversals of a side."""
     starts, reversals = (sum(n.values()) for n in (side.steadiness.starts, side.steadiness.reversals))
     counts = f"starts {starts:,}, reversals {reversals:,}"
-    return f"{html.escape(side.name)} {side.energy:,.0f} J, {side.time:,.1f} s; {counts}"
-
-
-def _events(sides: Sequence[Side]) -> str:
-    """Explain the marks below the curves of the time line."""
-    others = "; those of a baseline beside the optimised program in the grey half of each row"
-    return (
-        '<p class="small">time line, below the curves, by axis: <span class="start">▮</span> start, '
-        f'<span class="reversal">▮</span> reversal{others if len(sides) > 1 else ""}</p>'
-    )
-
-
-def _frames() -> str:
-    choices = (("machine", "machine", True), ("part", "part", False))
-    inside = "".join(
-        f'<label><input type="radio" name="frame" value="{value}"{" checked" * checked}> {label}</label>'
-        for value, label, checked in choices
-    )
-    whole = '<label><input type="checkbox" id="whole"> whole machine</label>'
-    return f'<fieldset id="frames"><legend>frame of the</legend>{inside}{whole}</fieldset>'
+    return f"{escape(side.name)} {side.energy:,.0f} J, {side.time:,.1f} s; {counts}"
 
 
 def _beside(sides: Sequence[Side]) -> str:
     if len(sides) < 2:
         return ""
     options = "".join(
-        f'<option value="{number}">{html.escape(side.name)}</option>'
+        f'<option value="{number}">{escape(side.name)}</option>'
         for number, side in enumerate(sides)
         if number
     )
@@ -270,38 +195,172 @@ def _remarks(solution: Solution, scene: Scene) -> list[str]:
         remarks.append("fixtures: " + ", ".join(scene.fixtures))
     if solution.toolpath.tool.holder is None:
         remarks.append("No holder is known; the shank's length is assumed.")
-    return [f'<p class="small">{html.escape(line)}</p>' for line in remarks]
+    return [f'<p class="small">{escape(line)}</p>' for line in remarks]
 
 
-def _scale(top: float) -> list[str]:
-    stops = ", ".join("rgb({:.0f} {:.0f} {:.0f})".format(*(255.0 * stop)) for stop in VIRIDIS)
-    return [
-        f'<div id="scale" style="background: linear-gradient(to right, {stops})"></div>',
-        f'<div id="ends"><span>0</span><span>{top:,.0f} W and more, feed drives in a cut</span></div>',
-    ]
-
-
-def _portable(finding: Finding) -> Finding:
-    """Remove the folder from a finding's file name, as the page may be passed on."""
-    file = finding.place.file
-    return finding if file is None else replace(finding, place=replace(finding.place, file=Path(file).name))
-
-
-def _listed(findings: Sequence[Finding], result: Side) -> list[str]:
+def _listed(findings: Sequence[Finding], result: Side) -> str:
     """List findings by cause, each a button that goes to the worst place, if there is one."""
-    if not findings:
-        return []
     entries = []
-    for cause in group_findings(map(_portable, findings)):
+    for cause in group_findings(finding.portable() for finding in findings):
         row = result.row_of(cause.worst)
         where = "" if row is None else f' data-row="{row}"'
-        entries.append(
-            f'<button type="button" class="{cause.severity}"{where}>{html.escape(str(cause))}</button>'
-        )
+        entries.append(f'<button type="button" class="{cause.severity}"{where}>{escape(str(cause))}</button>')
     inside = "\n".join(entries)
-    return [f'<details id="findings"><summary>findings: {len(findings)}</summary>\n{inside}</details>']
+    return f'<details id="findings"><summary>findings: {len(findings)}</summary>\n{inside}</details>'
 
 
-def _keys() -> str:
-    rows = "".join(f"<dt>{key}</dt><dd>{what}</dd>" for key, what in KEYS)
-    return f'<details id="keys"><summary>keys</summary><dl>{rows}</dl></details>'
+class _Server(ThreadingHTTPServer):
+    """A server that doesn't print the errors of connections."""
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Log what ended a connection: a browser may close it at any time."""
+        logger.debug("connection from %s: %s", client_address, sys.exception())
+
+
+class Preview:
+    """A page that is served to this computer only, until it is closed; a notebook shows it inline.
+
+    meshcat's server listens on every network interface. This one listens on the loopback address only and
+    answers only requests that name it, so no web page can read a part through its own host name. In a
+    notebook the page is in the output itself, and stays there when the server is gone.
+
+    Parameters
+    ----------
+    page : HTML text
+    port : 0 chooses a free one
+
+    Raises
+    ------
+    SettingError
+        The port is taken or not allowed.
+    """
+
+    def __init__(self, page: str, port: int = 0) -> None:
+        self.page = page
+        try:
+            self._server = _Server((LOOPBACK, port), _handler(page.encode("utf-8")))
+        except (OSError, OverflowError) as fault:
+            raise SettingError(f"the preview can't use port {port}: {fault}; choose another, or 0") from None
+        self._thread = Thread(
+            target=self._server.serve_forever, args=(POLL,), name="fiveaxis-preview", daemon=True
+        )
+        self._thread.start()
+
+    def __repr__(self) -> str:
+        return f"<Preview at {self.url()}: {len(self.page) // 1000} kB>"
+
+    def _repr_html_(self) -> str:
+        """Put the page into a frame that runs its scripts but can't reach the notebook."""
+        if len(self.page) > MOST_INLINE:
+            size = f"{len(self.page) / 1e6:.0f} MB"
+            return (
+                f"<p>The preview has {size}, too much for a notebook: see {self.url()} or write_preview.</p>"
+            )
+        return (
+            f'<iframe srcdoc="{escape(self.page)}" sandbox="allow-scripts" title="fiveaxis preview" '
+            f'style="width:100%;height:{HEIGHT};border:0"></iframe>'
+        )
+
+    def url(self) -> str:
+        """Return the address of the page."""
+        return f"http://{LOOPBACK}:{self._server.server_port}/"
+
+    def wait(self) -> None:
+        """Serve until Ctrl-C, then close; in a notebook, whose next cells would wait too, return at once."""
+        if in_notebook():
+            return
+        try:
+            self._thread.join()
+        except KeyboardInterrupt:
+            self.close()
+
+    def close(self) -> None:
+        """Stop serving; closing twice is allowed."""
+        self._server.shutdown()
+        self._thread.join()
+        self._server.server_close()
+
+    def __enter__(self) -> Preview:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def preview(
+    solution: Solution,
+    *,
+    program: ShownProgram | None = None,
+    part: str | Path | trimesh.Trimesh | None = None,
+    surroundings: Surroundings | None = None,
+    findings: Sequence[Finding] = (),
+    open_browser: bool | None = None,
+    port: int = 0,
+) -> Preview:
+    """Show a solution in a browser on this computer, or inline in a notebook.
+
+    Returns at once; the page is served while the program runs. ``preview(solution).wait()`` serves until
+    Ctrl-C, ``with preview(solution):`` until the end of the block. In a notebook ``preview(solution)`` at the
+    end of a cell shows the page below it.
+
+    Parameters
+    ----------
+    solution, program, part, surroundings, findings : as for `write_preview`
+    open_browser : open the page; by default not in IPython and notebooks
+    port : of the loopback address; 0 chooses a free one
+
+    Raises
+    ------
+    MeshError
+        A mesh of the part, a fixture or the machine can't be read.
+    SettingError
+        The port is taken.
+    """
+    page = render_page(solution, program=program, part=part, surroundings=surroundings, findings=findings)
+    shown = Preview(page, port)
+    logger.info("%d kB at %s", len(page) // 1000, shown.url())
+    if not in_notebook() if open_browser is None else open_browser:
+        webbrowser.open(shown.url())
+    return shown
+
+
+def in_notebook() -> bool:
+    """Tell whether IPython runs this, as in a notebook; meshcat imports IPython in plain Python too."""
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and ipython.get_ipython() is not None
+
+
+def _handler(page: bytes) -> type[BaseHTTPRequestHandler]:
+    """Make a request handler that serves one page."""
+
+    class Handler(BaseHTTPRequestHandler):
+        server_version, sys_version = "fiveaxis", ""
+        timeout = PATIENCE
+
+        def do_GET(self) -> None:
+            known = {f"{name}:{self.server.server_port}" for name in (LOOPBACK, "localhost")}  # type: ignore[attr-defined]
+            if self.headers.get("Host") not in known:
+                self.send_error(HTTPStatus.FORBIDDEN)
+            elif self.path == "/favicon.ico":
+                # Every browser requests one and reports an error without it.
+                self.send_response(HTTPStatus.NO_CONTENT)
+                self.end_headers()
+            elif self.path != "/":
+                self.send_error(HTTPStatus.NOT_FOUND)
+            else:
+                self._send_page()
+
+        def _send_page(self) -> None:
+            self.send_response(HTTPStatus.OK)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.send_header("Content-Length", str(len(page)))
+            for name, value in HEADERS.items():
+                self.send_header(name, value)
+            self.end_headers()
+            self.wfile.write(page)
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Log requests instead of printing them to the terminal."""
+            logger.debug("%s", format % args)
+
+    return Handler

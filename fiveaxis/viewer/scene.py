@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fiveaxis.collision import Surroundings
+from fiveaxis.collision.pieces import box_corners
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.kinematics import link_poses, tool_poses
@@ -148,8 +149,8 @@ def build_scene(
     )
     add_bodies(vis, f"{STAGE}/links", machine, bodies)
     add_tool(vis, f"{STAGE}/tool", path.tool, machine.tool_length)
-    fixed = [corners(fixture.shape) for fixture in around.fixtures]
-    extents = _extents(machine, sides, np.vstack([_box_corners(part_box), *fixed]), tool_height, bodies)
+    standing = [box_corners(part_box.low, part_box.high), *(corners(f.shape) for f in around.fixtures)]
+    extents = _extents(machine, sides, np.vstack(standing), tool_height, bodies)
     _set_stage(vis, max(own, part_box.size))
     return Scene(
         extents=extents,
@@ -187,11 +188,6 @@ def _extents(
         "work": Extent.of(work),
         "machine": Extent.of(np.vstack([work, *drawn])),
     }
-
-
-def _box_corners(box: Extent) -> Array:
-    choice = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
-    return np.asarray(np.where(choice == 0, box.low, box.high))
 
 
 def _set_stage(vis: Any, size: float) -> None:

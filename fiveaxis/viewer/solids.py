@@ -8,11 +8,11 @@ from __future__ import annotations
 import uuid
 import warnings
 from importlib import import_module
-from itertools import product
 from typing import Any
 
 import numpy as np
 
+from fiveaxis.collision.pieces import box_corners
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Box, Cylinder, MeshShape
 from fiveaxis.machine.bodies import Shape
@@ -92,8 +92,7 @@ def corners(shape: Shape) -> Array:
         sides = shape.size if isinstance(shape, Box) else (2 * shape.radius, 2 * shape.radius, shape.height)
         high = np.asarray(sides, dtype=float) / 2.0
         low = -high
-    own = np.array(list(product(*zip(low, high, strict=True))))
-    return own @ shape.frame[:3, :3].T + shape.frame[:3, 3]
+    return box_corners(low, high) @ shape.frame[:3, :3].T + shape.frame[:3, 3]
 
 
 def is_flat(shape: Shape) -> bool:
@@ -114,17 +113,10 @@ def revolve(outline: Array, sectors: int = 36) -> tuple[Array, IntArray]:
     vertices : (v, 3), mm
     faces : (f, 3), indices of vertices, anticlockwise seen from outside
     """
-    closed = np.vstack([outline, [[0.0, outline[-1, 1]]]])
-    turn = np.linspace(0.0, 2.0 * np.pi, sectors, endpoint=False)
-    ring = np.column_stack([np.cos(turn), np.sin(turn)])
-    sides = closed[:, None, :1] * ring
-    heights = np.repeat(closed[:, 1], sectors).reshape(len(closed), sectors, 1)
-    vertices = np.concatenate([sides, heights], axis=2).reshape(-1, 3)
-    level, sector = np.meshgrid(np.arange(len(closed) - 1), np.arange(sectors), indexing="ij")
-    here, after = level * sectors + sector, level * sectors + (sector + 1) % sectors
-    lower = np.stack([here, after, after + sectors], axis=-1).reshape(-1, 3)
-    upper = np.stack([here, after + sectors, here + sectors], axis=-1).reshape(-1, 3)
-    return vertices, np.concatenate([lower, upper])
+    import trimesh
+
+    body = trimesh.creation.revolve(np.vstack([outline, [[0.0, outline[-1, 1]]]]), sections=sectors)
+    return np.asarray(body.vertices), np.asarray(body.faces)
 
 
 def scatter_marks(points: Array, radius: float) -> tuple[Array, IntArray]:
@@ -151,6 +143,8 @@ def thin_mesh(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntAr
 
 
 def _merge_cells(vertices: Array, faces: IntArray, cells: int) -> tuple[Array, IntArray]:
+    from trimesh.grouping import unique_rows
+
     low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
     x, y, z = np.round((vertices - low) / size * cells).astype(np.int64).T
     # One number per cell, as unique rows take a hundred times as long.
@@ -160,13 +154,4 @@ def _merge_cells(vertices: Array, faces: IntArray, cells: int) -> tuple[Array, I
     joined = merged[faces]
     a, b, c = joined.T
     kept = joined[(a != b) & (b != c) & (c != a)]
-    return vertices[first], kept[_first_of_each(kept)]
-
-
-def _first_of_each(faces: IntArray) -> IntArray:
-    """Return the rows of triangles, (f, 3), whose corners aren't those of an earlier one."""
-    least, middle, most = np.sort(faces, axis=1).T
-    order = np.lexsort((most, middle, least))
-    same = (np.diff(least[order]) == 0) & (np.diff(middle[order]) == 0) & (np.diff(most[order]) == 0)
-    # lexsort keeps the order of equal rows, so the first of each run is the earliest.
-    return np.sort(order[np.append(True, ~same)[: len(order)]])
+    return vertices[first], kept[np.sort(unique_rows(np.sort(kept, axis=1))[0])]

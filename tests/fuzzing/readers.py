@@ -14,7 +14,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 from fiveaxis.batch.ledger import read_rows
-from fiveaxis.batch.tasks import read_sweep
+from fiveaxis.batch.tasks import apply_values, read_sweep
 from fiveaxis.cli import app
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
 from fiveaxis.energy.log_columns import LogColumns
@@ -122,14 +122,14 @@ def _job(path: Path, _rng: random.Random) -> object:
 
 def _sweep(path: Path, _rng: random.Random) -> None:
     text, data = read_document(path, JobError)
-    for variant in read_sweep(data, text, path)[:3]:
-        variant.applied_to(data)
+    for values in list(read_sweep(data, text, path).values())[:3]:
+        apply_values(values, data)
 
 
 def _fixtures(path: Path, _rng: random.Random) -> None:
     (path.parent / "vice.stl").touch()
     for table in read_fixtures(path)["fixture"] or ():
-        table.build(Path())
+        table.build()
 
 
 def _log(path: Path, rng: random.Random) -> object:

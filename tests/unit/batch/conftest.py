@@ -17,7 +17,7 @@ import pytest
 from patience import PATIENCE
 
 from fiveaxis.batch import Event, Row
-from fiveaxis.batch.events import Listener
+from fiveaxis.batch.record import Listener
 from fiveaxis.batch.tasks import Task
 from fiveaxis.batch.worker import run_task
 from fiveaxis.findings import Finding, Place, Severity, group_findings

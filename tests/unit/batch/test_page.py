@@ -10,8 +10,9 @@ from urllib.parse import unquote
 
 import pytest
 
-from fiveaxis.batch.comparison import write_comparison, write_page
+from fiveaxis.batch.comparison import MOST_BARS, draw_variants, write_comparison, write_page
 from fiveaxis.batch.record import Row, Status
+from fiveaxis.report.plots import LONGEST
 
 EVIL = '<img src=x onerror="alert(1)">'
 FILES = ("motion.csv", "preview.html", "report.html", "report.json")
@@ -81,3 +82,32 @@ def test_nothing_is_loaded_from_elsewhere_and_no_foreign_script_runs(tmp_path):
     assert policy.startswith("default-src 'none'; style-src 'sha256-")
     assert "unsafe" not in policy
     assert not re.search(r"https?:|//[a-z]", text)
+
+
+def variant(value: object, energy: float | None, **more: Any) -> Row:
+    """A variant of a sweep over tilts, compared with the normal."""
+    baseline = {"baseline": "normal", "baseline_energy": 14610.0}
+    return row("v", energy, values={"tilt": value}, **baseline | more)
+
+
+def test_each_variant_shows_its_energy_or_why_it_has_none():
+    none = variant(1, None, status=Status.NO_POSTURE, baseline="", baseline_energy=None)
+    figure = draw_variants("cup", [variant(15, 8151.4), none])
+    for message in ("8\u2009151 J", "no posture", "tilt 15", "tilt 1", "normal", "optimised", "(J)", "cup"):
+        assert message in figure
+    assert "no posture" in draw_variants("cup", [none])
+    assert draw_variants("cup", [variant(15, 8151.4), none]) == figure
+
+
+def test_names_in_the_figure_are_no_markup():
+    figure = draw_variants("<b>$x$", [variant("$a$ <script> " + "y" * 99, 1.0)])
+    assert "<script" not in figure
+    assert "$a$ &lt;script&gt;" in figure
+    assert "&lt;b&gt;$x$" in figure
+    assert "y" * LONGEST not in figure
+
+
+def test_of_more_bars_than_are_legible_the_first_are_drawn_and_the_title_says_so():
+    figure = draw_variants("cup", [variant(f"v{i}", 1.0) for i in range(MOST_BARS + 5)])
+    assert f"the first {MOST_BARS} of {MOST_BARS + 5}" in figure
+    assert len(re.findall(r">tilt v\d+<", figure)) == MOST_BARS

@@ -651,7 +651,7 @@ def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch)
         seen["url"] = viewer.url()
         seen["threads"] = {t for t in threading.enumerate() if t.name == "fiveaxis-preview"}
 
-    monkeypatch.setattr("fiveaxis.viewer.server.Preview.wait", look)
+    monkeypatch.setattr("fiveaxis.viewer.page.Preview.wait", look)
     result = run("preview", path, *MACHINE, *BALL, *TILT, "--no-browser")
     assert result.exit_code == 0, result.output
     assert "preview at http://127.0.0.1:" in result.stdout

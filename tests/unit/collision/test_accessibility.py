@@ -1,14 +1,26 @@
-"""The mask that keeps the tool clear of the workpiece side."""
+"""The mask that keeps the tool clear of the workpiece side. The bodies that the optimiser's mask tests."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 import fiveaxis as fx
-from fiveaxis.collision.accessibility import Accessibility, cell_centres, cells_of
-from fiveaxis.collision.obstacles import Obstacle
-from fiveaxis.collision.solids import tool_solids
+from fiveaxis.collision import Clearances, Fixture, Surroundings
+from fiveaxis.collision.accessibility import (
+    Accessibility,
+    cell_centres,
+    cells_of,
+    find_accessible,
+    head_solids,
+    shape_triangles,
+)
+from fiveaxis.collision.obstacles import Obstacle, tool_solids
 from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import axis_positions, tool_axes
+from fiveaxis.machine import Body, Box, Cylinder
+from fiveaxis.toolpath import shapes
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK, Holder, Section
 
 # Half of the widest cell of the map of directions, deg.
@@ -108,3 +120,113 @@ def test_answers_depend_on_the_query_alone(beside_a_wall):
     fresh = Accessibility(beside_a_wall.toolpath, beside_a_wall.machine, beside_a_wall.obstacles)
     one_by_one = [bool(fresh.rough(rows[i : i + 1], rotary[i : i + 1])[0]) for i in range(499, -1, -1)][::-1]
     assert one_by_one == beside_a_wall.rough(rows, rotary).tolist()
+
+
+@pytest.fixture(scope="module")
+def machine():
+    return fx.load_machine("hayashi-640123")
+
+
+@pytest.fixture(scope="module")
+def path():
+    """One location on top of a floor at z = 0."""
+    tool = fx.Tool.ball(8.0, shank_diameter=8.0, holder=Holder(40.0, (Section(50.0, 40.0),)))
+    return fx.Toolpath.from_contacts([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], tool=tool, feed_mm_min=1000.0)
+
+
+def _axes(degrees):
+    lean = np.radians(degrees)
+    return np.column_stack([np.sin(lean), np.zeros_like(lean), np.cos(lean)])
+
+
+def _first_refused(mask, degrees):
+    clear = mask.clear(np.zeros(len(degrees), dtype=np.int64), _axes(degrees))
+    return degrees[int(np.argmin(clear))] if not clear.all() else None
+
+
+def test_a_clamp_bounds_the_lean_at_the_angle_where_the_holder_comes_too_near(path, machine):
+    clamp = Fixture("clamp", Box((10.0, 400.0, 200.0), (55.0, 0.0, 0.0)))  # from x = 50 on, up to z = 100
+    lean = np.arange(0.0, 60.0, 0.05)
+    for clearance in (0.0, 3.0):
+        around = Surroundings(fixtures=(clamp,), clearances=Clearances(0.0, clearance, 0.0, 0.0))
+        mask = find_accessible(path, machine, around)
+        # The holder's upper edge, 86 up the axis from the ball's centre: 20 beside it, more with a clearance.
+        # It is at a height below the clamp's upper edge there.
+        low, high = 0.0, 60.0
+        up, beside = 86.0 + clearance, 20.0 + clearance
+        edge = np.degrees(np.arcsin(50.0 / np.hypot(up, beside)) - np.arctan2(beside, up))
+        assert low < edge < high
+        assert 4.0 + up * np.cos(np.radians(edge)) - beside * np.sin(np.radians(edge)) < 100.0
+        assert _first_refused(mask, lean) == pytest.approx(edge, abs=0.1)
+
+
+def test_a_bare_ball_needs_no_mask(machine):
+    path = fx.Toolpath.from_contacts(
+        [[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], tool=fx.Tool.ball(8.0), feed_mm_min=1000.0
+    )
+    part = trimesh.creation.box(extents=(100.0, 100.0, 20.0))
+    assert find_accessible(path, machine, Surroundings(part=part)) is None
+    assert find_accessible(path, machine, Surroundings()) is None
+
+
+def test_a_shank_as_thick_as_its_ball_may_lie_almost_on_the_surface(path, machine):
+    """It starts where the ball ends, so it can have no clearance where the ball touches."""
+    part = trimesh.creation.box(extents=(1000.0, 1000.0, 20.0))
+    part.apply_translation([0.0, 0.0, -10.0])
+    long = replace(path.tool, holder=Holder(400.0, (Section(1.0, 8.0),)))
+    mask = find_accessible(replace(path, tool=long), machine, Surroundings(part=part))
+    assert 84.0 < _first_refused(mask, np.arange(0.0, 90.5, 0.5)) < 90.0
+
+
+@pytest.mark.parametrize("cutter", [shapes.flat(10.0, length=20.0), shapes.bull(10.0, 2.0, length=20.0)])
+def test_a_cutter_may_touch_the_part_at_any_lean_but_not_enter(machine, cutter):
+    part = trimesh.creation.box(extents=(200.0, 200.0, 20.0))
+    rows, axes = np.zeros(3, dtype=np.int64), _axes(np.array([5.0, 30.0, 80.0]))
+    path = fx.Toolpath.from_contacts([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], tool=fx.Tool(cutter))
+    for top, is_clear in ((0.0, True), (0.02, False)):
+        lifted = part.copy().apply_translation([0.0, 0.0, top - 10.0])
+        mask = find_accessible(path, machine, Surroundings(part=lifted))
+        assert mask.clear(rows, axes).tolist() == [is_clear] * 3
+
+
+def test_an_end_mill_without_lengths_cuts_up_to_its_radius_and_has_a_shank_above():
+    tool = fx.Tool.flat(10.0, holder=Holder(40.0, (Section(50.0, 40.0),)))
+    assert [(solid.name, solid.frusta.tolist()) for solid in tool_solids(tool)] == [
+        (CUTTER, [[0.0, 5.0, 5.0, 5.0]]),
+        (SHANK, [[5.0, 5.0, 40.0, 5.0]]),
+        (HOLDER, [[40.0, 20.0, 90.0, 20.0]]),
+    ]
+
+
+def test_a_ball_without_lengths_is_a_whole_ball():
+    (ball,) = tool_solids(fx.Tool.ball(8.0))
+    ends = np.concatenate([ball.frusta[:, :2], ball.frusta[:, 2:]])
+    assert np.hypot(ends[:, 0] - 4.0, ends[:, 1]) == pytest.approx(4.0)
+    assert ends[:, 0].max() == pytest.approx(8.0)
+
+
+def test_a_cylinder_of_the_head_about_the_tool_axis_turns_with_the_tool(machine):
+    tip = machine.chain.tool_home[:3, 3]
+    nose = Body("Z", Cylinder(60.0, 20.0, (tip[0], tip[1], tip[2] + 150.0)))
+    beside = Body("Z", Cylinder(60.0, 20.0, (tip[0] + 5.0, tip[1], tip[2] + 150.0)))
+    found = list(head_solids(replace(machine, bodies=(nose, beside))))
+    assert [solid.frusta.tolist() for solid in found] == [[[140.0, 60.0, 160.0, 60.0]]]
+
+
+def test_the_tool_stays_clear_of_bodies_that_carry_the_workpiece(path, machine):
+    table = Body("C", Box((400.0, 400.0, 10.0), (0.0, 0.0, -60.0)))
+    around = Surroundings(clearances=Clearances(0.0, 0.0, 0.0, 0.0))
+    mask = find_accessible(path, replace(machine, bodies=(table,)), around)
+    # Hanging down: the holder goes through the table.
+    assert not mask.clear(np.zeros(1, dtype=np.int64), np.array([[0.0, 0.0, -1.0]]))[0]
+    assert mask.clear(np.zeros(1, dtype=np.int64), np.array([[0.0, 0.0, 1.0]]))[0]
+
+
+def test_a_cylinder_is_covered_from_outside():
+    triangles = shape_triangles(Cylinder(5.0, 8.0, (1.0, 2.0, 3.0), (1.0, 0.0, 0.0)))
+    middle = triangles.reshape(-1, 3).mean(axis=0)
+    assert middle == pytest.approx([1.0, 2.0, 3.0])
+    edges = (triangles + np.roll(triangles, 1, axis=1)) / 2.0 - [1.0, 2.0, 3.0]
+    rim = np.abs(np.abs(edges[..., 0]) - 4.0) < 1e-9
+    away = np.hypot(edges[..., 1], edges[..., 2])[rim]
+    assert away[away > 4.9].min() >= 5.0 - 1e-9

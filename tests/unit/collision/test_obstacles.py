@@ -7,8 +7,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from fiveaxis.collision.obstacles import Obstacle
-from fiveaxis.collision.solids import Solid
+from fiveaxis.collision.obstacles import Obstacle, Solid
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import HOLDER
 

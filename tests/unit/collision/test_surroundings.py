@@ -96,7 +96,7 @@ scale = 25.4
 holder = 3
 """,
     )
-    built = [table.build(tmp_path) for table in job.fixture]
+    built = [table.beside(tmp_path).build() for table in job.fixture]
     assert built == [
         Fixture("clamp", Box((10.0, 20.0, 30.0), (0.0, 0.0, 5.0))),
         Fixture("bolt", Cylinder(4.0, 20.0, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
@@ -130,4 +130,4 @@ def test_a_wrong_table_is_refused_with_its_file(tmp_path, text, message):
 
 def test_a_mesh_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(JobError, match=r"fixture 'jaw': .*jaw\.stl: no such file"):
-        FixtureTable(name="jaw", mesh="jaw.stl").build(tmp_path)
+        FixtureTable(name="jaw", mesh="jaw.stl").beside(tmp_path).build()

@@ -3,9 +3,9 @@ import pytest
 import trimesh
 
 from fiveaxis.contour.contacts import lean_normals, sample_loop, turn_between
+from fiveaxis.contour.sections import section_loops
 from fiveaxis.geometry import angle_between
 from fiveaxis.mesh import Surface
-from fiveaxis.mesh.sections import section_loops
 
 
 def contacts_of(mesh: trimesh.Trimesh, *, level: float, radius: float = 3.0, spacing: float = 0.5):

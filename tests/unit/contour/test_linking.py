@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour.ball_space import BallSpace
+from fiveaxis.contour.ball_space import BallSpace, Linker, quarter_arc
 from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.linking import open_passes
 from fiveaxis.contour.ordering import by_levels
 from fiveaxis.contour.passes import Pass
-from fiveaxis.contour.routes import Linker, quarter_arc
 from fiveaxis.mesh import TriangleTree
+from fiveaxis.toolpath.passes import PassEnd
 
 X, Y, Z = np.eye(3)
 
@@ -115,7 +115,7 @@ def test_an_arc_leaves_along_the_feed_and_ends_along_the_normal():
 
 def test_a_lead_takes_the_largest_arc_that_is_clear(linker):
     # 4 mm beside the contact, off the wall x = 30, a second wall blocks the full arc.
-    assert len(linker.lead((np.array([33.0, 0.0, 2.0]), X), Y, 3.0).arc) >= 3
+    assert len(linker.lead(PassEnd(np.array([33.0, 0.0, 2.0]), X, Y), 3.0).arc) >= 3
     wall = trimesh.creation.box(extents=[60.0, 60.0, 4.0])
     wall.apply_translation([0.0, 0.0, 2.0])
     stop = trimesh.creation.box(extents=[20.0, 4.0, 30.0])
@@ -123,7 +123,7 @@ def test_a_lead_takes_the_largest_arc_that_is_clear(linker):
     both = trimesh.util.concatenate([wall, stop])
     near = Linker(BallSpace(TriangleTree.build(np.array(both.triangles)), 3.0), both.bounds, clearance=5.0)
     centre = np.array([33.0, 0.0, 2.0])
-    lead = near.lead((centre, X), Y, 4.0)
+    lead = near.lead(PassEnd(centre, X, Y), 4.0)
     assert lead is not None
     assert lead.arc[-1] == pytest.approx(centre + 2.0 * X + 2.0 * Y)
     assert near.space.clear(centre, *lead.arc, *lead.route)

@@ -152,18 +152,18 @@ def program(solution: Solution) -> ProgramFigures:
 # What a page shows of the solution alone, whatever its document says: nearly all the work of a page.
 DRAWN = (
     *("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
-    *("posture_map", "posture_map_figure", "location_surface", "surface_figure"),
+    *("path_valley", "draw_valley", "location_surface"),
 )
 
 
 def once(draw: Callable[..., Any], drawn: dict[Any, Any]) -> Callable[..., Any]:
     """Cache drawings of the same objects."""
 
-    def remembered(*given: Any) -> Any:
-        key = (draw.__name__, *(g if isinstance(g, str) else id(g) for g in given))
+    def remembered(*given: Any, **more: Any) -> Any:
+        key = (draw.__name__, *(g if isinstance(g, str) else id(g) for g in (*given, *more.values())))
         if key not in drawn:
             # What was given is kept: another object can't come to have its id.
-            drawn[key] = (draw(*given), given)
+            drawn[key] = (draw(*given, **more), given, more)
         return drawn[key][0]
 
     return remembered

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fiveaxis.report.chart import Panel, break_jumps, labels, svg, text, thin_rows, ticks, widened
+from fiveaxis.report.chart import Panel, break_jumps, labelled, svg, text, thin_rows, ticks, widened
 
 PANEL = Panel(20.0, 100.0, (0.0, 10.0), (-1.0, 1.0))
 
@@ -36,9 +36,9 @@ def test_ticks_are_round_and_lie_inside(low: float, width: float) -> None:
 
 
 def test_labels_have_the_decimals_of_their_step_and_a_true_minus() -> None:
-    assert labels([-0.5, 0.0, 0.5]) == ["\u22120.5", "0.0", "0.5"]
-    assert labels([0.0, 5000.0, 10000.0]) == ["0", "5\u2009000", "10\u2009000"]
-    assert labels([-0.0, 25.0]) == ["0", "25"]
+    assert list(labelled([-0.5, 0.0, 0.5]).values()) == ["\u22120.5", "0.0", "0.5"]
+    assert list(labelled([0.0, 5000.0, 10000.0]).values()) == ["0", "5\u2009000", "10\u2009000"]
+    assert list(labelled([-0.0, 25.0]).values()) == ["0", "25"]
 
 
 def test_corners_of_the_range_are_corners_of_the_panel() -> None:

@@ -14,11 +14,9 @@ import pytest
 from matplotlib.image import imread
 
 from fiveaxis.posture import Solution
-from fiveaxis.report import location_surface
+from fiveaxis.report import location_surface, path_valley
 from fiveaxis.report.chart import FORBIDDEN
-from fiveaxis.report.heat import png_address
-from fiveaxis.report.landscape import posture_map
-from fiveaxis.report.maps import posture_map_figure, surface_figure
+from fiveaxis.report.maps import draw_location, png_address
 from fiveaxis.toolpath import TiltBounds
 
 
@@ -45,12 +43,9 @@ def test_a_picture_is_read_back_as_it_was() -> None:
 
 
 def test_maps_are_pictures_without_date_or_program(solution: Solution) -> None:
-    for svg in (
-        posture_map_figure(solution, posture_map(solution), "normal"),
-        surface_figure(location_surface(solution, 180), "normal"),
-    ):
-        found = pictures(svg)
-        assert len(found) == 2
+    for shown, count in ((path_valley(solution), 2), (location_surface(solution, 180), 6)):
+        found = pictures(shown.figure())
+        assert len(found) == count
         assert all(list(chunks(data)) == [b"IHDR", b"IDAT", b"IEND"] for data in found)
 
 
@@ -63,32 +58,31 @@ def grey_pixels(svg: str) -> int:
 
 def test_where_no_second_angle_is_admissible_the_map_is_grey(solution: Solution) -> None:
     free = replace(solution, tilt=TiltBounds(solution.tilt.reference, 0.0, np.pi, "normal"))
-    assert grey_pixels(posture_map_figure(solution, posture_map(solution), "normal")) > 50_000
-    assert grey_pixels(posture_map_figure(free, posture_map(free), "normal")) < 500
+    assert grey_pixels(path_valley(solution).figure()) > 50_000
+    assert grey_pixels(path_valley(free).figure()) < 500
 
 
 def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution: Solution) -> None:
     home = replace(trunnion_solution.motion, positions=np.zeros_like(trunnion_solution.motion.positions))
 
-    def share_of_map(svg: str) -> float:
+    def share_of_map(solution: Solution) -> float:
         """Return how much of the panel's height the map takes; the rest is grey."""
+        surface = location_surface(solution, 180)
+        svg = draw_location(surface, {"S_W": surface.power.total})
         image = re.search(r'<image [^>]*height="([\d.]+)"', svg)
         ground = re.search(r'<rect [^>]*height="([\d.]+)"', svg)
         return float(image[1]) / float(ground[1])  # type: ignore[index]
 
-    assert share_of_map(surface_figure(location_surface(trunnion_solution, 180), None)) < 0.95
-    inside = surface_figure(location_surface(replace(trunnion_solution, motion=home), 180), None)
-    assert share_of_map(inside) == pytest.approx(1.0)
+    alone = replace(trunnion_solution, compared={})
+    assert share_of_map(alone) < 0.95
+    assert share_of_map(replace(alone, motion=home)) == pytest.approx(1.0)
 
 
 def test_what_collides_is_hatched(solution: Solution) -> None:
-    landscape = posture_map(solution)
-    half = np.arange(len(landscape.first)) % 40 < 20
+    valley = path_valley(solution)
+    half = np.arange(len(valley.first)) % 40 < 20
     hidden = replace(
-        landscape,
-        cost=np.where(half, np.nan, landscape.cost),
-        colliding=np.isfinite(landscape.cost) & half,
+        valley, cost=np.where(half, np.nan, valley.cost), colliding=np.isfinite(valley.cost) & half
     )
     plain = replace(hidden, colliding=np.zeros_like(hidden.colliding))
-    hatched = grey_pixels(posture_map_figure(solution, hidden, "normal"))
-    assert hatched < grey_pixels(posture_map_figure(solution, plain, "normal")) - 1000
+    assert grey_pixels(hidden.figure()) < grey_pixels(plain.figure()) - 1000

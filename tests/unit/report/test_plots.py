@@ -1,7 +1,6 @@
 """Figures that are files of their own: their words, their bytes, what they refuse."""
 
 import io
-import re
 
 import numpy as np
 import pytest
@@ -12,49 +11,10 @@ from fiveaxis.errors import SettingError
 from fiveaxis.posture.strategy.front import Front
 from fiveaxis.report.chart import svg, text
 from fiveaxis.report.plots import (
-    LONGEST,
-    MOST,
-    Bar,
-    comparison_figure,
     write_figure,
     write_front_figure,
 )
 from fiveaxis.toolpath import Tool, Toolpath
-
-
-def test_each_variant_shows_its_energy_or_why_it_has_none():
-    bars = [Bar("tilt 15", 8151.4, 14610.0, "fine"), Bar("tilt 1", None, None, "no posture")]
-    figure = comparison_figure("cup", bars, "normal")
-    for message in ("8\u2009151 J", "no posture", "tilt 15", "tilt 1", "normal", "optimised", "(J)", "cup"):
-        assert message in figure
-
-
-def test_variants_that_all_failed_are_shown_too():
-    assert "no posture" in comparison_figure("cup", [Bar("a", None, None, "no posture")], "")
-
-
-def test_the_bytes_are_the_same_every_time():
-    bars = [Bar("a", 1.0, 2.0, "fine")]
-    assert comparison_figure("cup", bars, "normal") == comparison_figure("cup", bars, "normal")
-
-
-def test_names_from_files_are_no_markup_and_no_formula():
-    figure = comparison_figure("<b>$x$", [Bar("$a$ <script> " + "y" * 99, 1.0, None, "fine")], "")
-    assert "<script" not in figure
-    assert "$a$ &lt;script&gt;" in figure
-    assert "&lt;b&gt;$x$" in figure
-    assert "y" * LONGEST not in figure
-
-
-def test_of_more_bars_than_are_legible_the_first_are_drawn_and_the_title_says_so():
-    figure = comparison_figure("cup", [Bar(f"v{i}", 1.0, 2.0, "fine") for i in range(MOST + 5)], "n")
-    assert f"the first {MOST} of {MOST + 5}" in figure
-    assert len(re.findall(r">v\d+<", figure)) == MOST
-
-
-def test_nothing_to_compare_is_refused():
-    with pytest.raises(SettingError, match="no variants"):
-        comparison_figure("cup", [], "")
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from browser import CHROMIUM, Browser
 from patience import PATIENCE
 
 from fiveaxis.viewer import Preview, preview
-from fiveaxis.viewer.server import MOST_INLINE
+from fiveaxis.viewer.page import MOST_INLINE
 
 # What Jupyter puts around an output, as far as it matters here.
 NOTEBOOK = (

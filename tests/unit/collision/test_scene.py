@@ -6,8 +6,7 @@ import pytest
 import trimesh
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.collision.pairs import choose_pairs, describe
-from fiveaxis.collision.scene import Scene, build_scene
+from fiveaxis.collision.scene import Scene, build_scene, choose_pairs, describe
 from fiveaxis.errors import MeshError
 from fiveaxis.machine import Body, Box, Cylinder, Machine, MeshShape
 from fiveaxis.toolpath import Tool
@@ -30,8 +29,8 @@ def surroundings() -> Surroundings:
 
 
 def names(machine: Machine, tool: Tool = TOOL) -> set[tuple[str, str, str]]:
-    choice = choose_pairs(build_scene(machine, tool, surroundings()), Clearances())
-    return {(p.kind, p.first.name, p.second.name) for p in choice.pairs}
+    pairs, _ = choose_pairs(build_scene(machine, tool, surroundings()), Clearances())
+    return {(p.kind, p.first.name, p.second.name) for p in pairs}
 
 
 def sentences(scene: Scene) -> list[str]:
@@ -55,8 +54,8 @@ def test_the_cutter_may_touch_the_part_and_nothing_else_may(bodied):
 
 
 def test_the_cutter_meets_the_stock_in_rapid_moves_only(bodied):
-    choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
-    assert [(p.first.name, p.second.name) for p in choice.pairs if p.rapid_only] == [("cutter", "stock")]
+    pairs, _ = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
+    assert [(p.first.name, p.second.name) for p in pairs if p.rapid_only] == [("cutter", "stock")]
 
 
 def test_bodies_of_one_link_are_not_checked_against_each_other(bodied):
@@ -67,11 +66,11 @@ def test_bodies_of_one_link_are_not_checked_against_each_other(bodied):
 
 
 def test_neighbours_that_touch_at_home_are_left_out_and_reported(bodied):
-    choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
-    pairs = {(p.first.name, p.second.name) for p in choice.pairs}
+    pairs, left_out = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
+    pairs = {(p.first.name, p.second.name) for p in pairs}
     assert ("machine body 2 on link A", "machine body 1 on link C") not in pairs
     assert ("machine body 4 on link Z", "machine body 1 on link C") in pairs
-    assert [gap.sentence.split(":")[0] for gap in choice.not_checked] == [
+    assert [gap.sentence.split(":")[0] for gap in left_out] == [
         "machine body 2 on link A against machine body 1 on link C",
         "rapid moves of the cutter out of the stock, within 10 mm or back along the tool's axis",
     ]
@@ -100,15 +99,15 @@ def test_what_a_tool_does_not_state_is_reported(bodied):
 
 
 def test_a_sentence_names_each_body_with_its_clearance(bodied):
-    choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances(holder=1.5))
-    (sentence,) = [s for s in describe(choice.pairs) if s.startswith("holder ")]
+    pairs, _ = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances(holder=1.5))
+    (sentence,) = [s for s in describe(pairs) if s.startswith("holder ")]
     assert "part, stock, fixture 'clamp', machine body 1 on link C" in sentence
     assert sentence.endswith("clearance 1.5 mm")
 
 
 def test_the_shanks_sentence_states_where_its_clearance_to_the_cut_begins(bodied):
-    choice = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
-    (sentence,) = [s for s in describe(choice.pairs) if s.startswith("shank ")]
+    pairs, _ = choose_pairs(build_scene(bodied, TOOL, surroundings()), Clearances())
+    (sentence,) = [s for s in describe(pairs) if s.startswith("shank ")]
     assert sentence.endswith("clearance 0.2 mm, to part and stock from half its diameter above the cutter")
 
 
