@@ -27,7 +27,14 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
     from fiveaxis.findings import Finding
-    from fiveaxis.job import Solution, post_program, program_energy, verify_program, write_program
+    from fiveaxis.job import (
+        Solution,
+        post_program,
+        program_energy,
+        revise_program,
+        verify_program,
+        write_program,
+    )
     from fiveaxis.machine import Machine, load_machine, machine_names
     from fiveaxis.motion import Motion
     from fiveaxis.nc import ProgramSettings, read_operations, read_program, read_toolpath
@@ -49,6 +56,7 @@ _ROOMS = {
         "optimise",
         "post_program",
         "program_energy",
+        "revise_program",
         "verify_program",
         "write_program",
     ),
@@ -91,6 +99,7 @@ __all__ = [
     "read_operations",
     "read_program",
     "read_toolpath",
+    "revise_program",
     "run_batch",
     "tip_surface",
     "verify",

@@ -146,9 +146,9 @@ def optimise(
 
 def _revise(job: Job, output: Path | None, work: Work, written: list[Path], *, as_json: bool) -> None:
     """Revise a program's operations in place, and say what became of each."""
-    from fiveaxis.job import revise_program, write_revised
+    from fiveaxis.job import revise_operations, write_revised
 
-    made = work.run(partial(revise_program, job))
+    made = work.run(partial(revise_operations, job))
     if output is not None:
         written += write_revised(made, output, work.step)
         print_written(output, *(str(path.relative_to(output)) for path in written))

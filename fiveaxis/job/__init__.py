@@ -28,7 +28,7 @@ from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.reading import build_job, choose_search, make_job, read_fixtures, read_job
 from fiveaxis.job.release import Gate
 from fiveaxis.job.results import require_folder, write_outcome, write_revised
-from fiveaxis.job.revised_program import RevisedProgram, revise_program, takes_operations
+from fiveaxis.job.revised_program import RevisedProgram, revise_operations, revise_program, takes_operations
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import LEFT_OUT, Outcome
@@ -69,6 +69,7 @@ __all__ = [
     "read_fixtures",
     "read_job",
     "require_folder",
+    "revise_operations",
     "revise_program",
     "run_job",
     "takes_operations",

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import Any, Unpack
 
 from fiveaxis.energy import Energy
 from fiveaxis.errors import FiveAxisError, JobError
+from fiveaxis.files import write_atomically
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import load_job_machine, operation_text, program_machine, revises
 from fiveaxis.job.program_costs import price_program
+from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.stages import Outcome
 from fiveaxis.machine import Machine
@@ -20,6 +23,7 @@ from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.revision import revised
 from fiveaxis.nc.source import Source, load_source, with_lines
 from fiveaxis.nc.stated_tools import stated_tools
+from fiveaxis.options import Bounds, Meshes, Reading, Search, Surrounding, parted, spelled_out
 from fiveaxis.progress import Progress, unheard, within
 from fiveaxis.toolpath import Operation, Tool
 from fiveaxis.toolpath.tool import tools_by_number
@@ -104,12 +108,71 @@ class RevisedProgram:
         """The bytes of the new program."""
         return with_lines(self.source, self.replaced)
 
+    def write(self, path: str | Path) -> Path:
+        """Write the new program, whole or not at all.
+
+        Raises
+        ------
+        Unverified
+            An operation has an error that isn't accepted.
+        SettingError
+            The file can't be written.
+        """
+        for outcome in self.outcomes.values():
+            outcome.gate.require_open()
+        return write_atomically(path, self.data)
+
     def as_dict(self) -> dict[str, Any]:
         """Return all operations as plain data for JSON."""
         return {"program": self.source.name, "operations": [part.as_dict() for part in self.parts]}
 
 
-def revise_program(job: Job, progress: Progress = unheard) -> RevisedProgram:
+class Revising(Bounds, Surrounding, Meshes, Search, Reading, total=False):
+    """Within what an operation is revised, and how its program is read."""
+
+
+@spelled_out(Revising)
+def revise_program(
+    program: str | Path,
+    machine: str | Path,
+    *,
+    tool: str | None = None,
+    tool_length: float | None = None,
+    drives: str | None = None,
+    output: str | Path | None = None,
+    **given: Unpack[Revising],
+) -> RevisedProgram:
+    """Give operations of a program new postures in its own lines, as `fiveaxis optimise` does.
+
+    Parameters
+    ----------
+    program : of any control that is written; its other lines stay byte for byte
+    machine : name or file of the one that it was written for
+    tool : ``ball:6``; of several ``3=ball:6,5=bull:10:2``, by their numbers; by default as comments say
+    tool_length : mm, from the spindle's gauge point to the tip
+    drives : machine whose axis powers are used, or ``estimated``
+    output : file of the new program; by default none is written
+
+    Raises
+    ------
+    JobError
+        No operation can be revised, with the reason of each.
+    Unverified
+        With `output`: an operation has an error that isn't accepted.
+    FiveAxisError
+        What can't be read, or be put into the program's own words.
+    """
+    reading, others = parted(given, Reading, Revising)
+    unit = reading.pop("unit", None)
+    settings: dict[str, Any] = {name: value for name, value in others.items() if name not in reading}
+    settings |= {"tool": tool, "tool_length": tool_length, "drives": drives, "unit": unit, "program": reading}
+    made = revise_operations(make_job(input=Path(program), machine=str(machine), **settings))
+    if output is not None:
+        made.write(output)
+    return made
+
+
+def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
     """Revise every simultaneous operation of a job's program whose tool is known, or the one that it names.
 
     Parameters

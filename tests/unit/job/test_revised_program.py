@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import fiveaxis as fx
 from fiveaxis.cli import app
 from fiveaxis.errors import JobError, ToolpathError
-from fiveaxis.job import make_job, revise_program, takes_operations
+from fiveaxis.job import make_job, revise_operations, takes_operations
 from fiveaxis.nc.operation_text import OperationText
 
 QUICK = {"machine": "dmu50ev", "cone": 20.0, "effort": "quick"}
@@ -38,7 +38,7 @@ def short(shop: Shop, notes=()):
 def test_one_operation_is_revised_and_verified_and_every_other_line_stays(control, tmp_path):
     file = shop_file(tmp_path, control)
     before = file.read_text(encoding="utf-8").split("\n")
-    made = revise_program(make_job(input=file, tool="3=ball:6", **QUICK))
+    made = revise_operations(make_job(input=file, tool="3=ball:6", **QUICK))
     assert [bool(part.outcome) for part in made.parts] == [False, False, True, False, False]
     assert "isn't known; name it (--tool 5=ball:10)" in made.parts[4].why
     assert made.ok
@@ -82,7 +82,7 @@ def test_where_nothing_can_be_revised_the_error_says_why_of_each(tmp_path):
     job = make_job(input=file, **QUICK)
     assert takes_operations(job)
     with pytest.raises(JobError) as caught:
-        revise_program(job)
+        revise_operations(job)
     told = str(caught.value)
     assert "2: lines 15-18, drilling" in told
     assert "drilling work is never leaned" in told
@@ -92,7 +92,7 @@ def test_where_nothing_can_be_revised_the_error_says_why_of_each(tmp_path):
 def test_a_tool_that_no_operation_has_is_refused(tmp_path):
     file = shop_file(tmp_path, "fanuc")
     with pytest.raises(JobError, match="tool 7=ball:6: no simultaneous operation has tool 7"):
-        revise_program(make_job(input=file, tool="7=ball:6", **QUICK))
+        revise_operations(make_job(input=file, tool="7=ball:6", **QUICK))
 
 
 def test_info_lists_the_operations_of_a_program(tmp_path):
@@ -126,7 +126,7 @@ def test_what_cannot_be_read_is_carried_where_the_next_operation_states_everythi
     operations = fx.read_operations(file, machine=fx.load_machine("dmu50ev"))
     assert [o.kind for o in operations][2:4] == ["unread", "simultaneous"]
     assert (operations[2].first_line, operations[2].last_line) == (20, 24)
-    made = revise_program(make_job(input=file, tool="3=ball:6", **QUICK))
+    made = revise_operations(make_job(input=file, tool="3=ball:6", **QUICK))
     assert made.parts[2].why.startswith("it can't be read: line 22")
     assert made.ok
     assert "\n".join(MACRO).encode() in made.data
@@ -135,7 +135,7 @@ def test_what_cannot_be_read_is_carried_where_the_next_operation_states_everythi
 def test_what_an_unread_operation_may_have_changed_has_to_be_stated_again(tmp_path):
     job = make_job(input=with_macro(tmp_path), tool="3=ball:6", **QUICK)
     with pytest.raises(ToolpathError, match=r"absolute or incremental.*may be another one here") as caught:
-        revise_program(job)
+        revise_operations(job)
     assert "lines 20-24 can't be read" in str(caught.value)
     assert caught.value.line is not None
 
@@ -152,6 +152,14 @@ def test_a_wrong_word_in_a_revised_line_keeps_the_program_back(before, after, tm
         return replace(revision, replaced={**revision.replaced, line: texts})
 
     monkeypatch.setattr(OperationText, "revise", wrong)
-    made = revise_program(make_job(input=shop_file(tmp_path, "fanuc"), tool="3=ball:6", **QUICK))
+    made = revise_operations(make_job(input=shop_file(tmp_path, "fanuc"), tool="3=ball:6", **QUICK))
     assert not made.ok
     assert "off-path" in made.outcomes[3].gate.kept
+
+
+def test_python_revises_and_writes_a_program_in_one_call(tmp_path):
+    file, new = shop_file(tmp_path, "linuxcnc"), tmp_path / "new.ngc"
+    made = fx.revise_program(file, tool="5=ball:6", output=new, operation=5, **QUICK)
+    assert list(made.outcomes) == [5]
+    assert new.read_bytes() == made.data
+    assert new.read_bytes() != file.read_bytes()
