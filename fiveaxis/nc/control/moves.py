@@ -72,7 +72,7 @@ class Moves(InterpreterState):
             raise BlockError("G53 needs G0 or G1; write one in its block")
         if self._omit_move("G53", {c: block.words[c] for c in axes}):
             return False
-        self._note_machine_zero("G53")
+        self._place_move("G53")
         return True
 
     def _require_begin(self) -> None:
@@ -266,7 +266,7 @@ class Moves(InterpreterState):
             return
         if self._omit_move(word, dict.fromkeys(axes, 0.0)):
             return
-        self._note_machine_zero(word)
+        self._place_move(word)
         home = self.track.now.copy()
         for column in columns:
             home[column] = 0.0
@@ -289,6 +289,10 @@ class Moves(InterpreterState):
             self._note_machine_zero(word)
         self._leave_at({column: target if column in rotary else None for column, target in columns.items()})
         return True
+
+    def _place_move(self, word: str) -> None:
+        self._note_machine_zero(word)
+        self.modes.technology.placed.add(self.line)
 
     def _note_machine_zero(self, word: str) -> None:
         if self.coordinates.zero is None:
