@@ -44,8 +44,6 @@ Progress = Callable[[int, int], None]
 SPIRAL_SPACING = 0.97
 # Rounds of improving an order by islands.
 ROUNDS = 2
-# A cutter so many times larger than the part stands for a part in another unit.
-TOO_LARGE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +125,12 @@ def plan_passes(
     sized = size_findings(mesh_size(mesh), unit=unit, diameter=tool.diameter, name=name)
     extent = float(mesh_size(mesh).max())
     options.check_size(extent, float(mesh.area), tool.radius)
-    if tool.diameter > TOO_LARGE * extent:
-        raise MeshError(sized[0].message, file=name)
+    if tool.diameter > extent:
+        raise MeshError(
+            f"a cutter of {tool.diameter:g} mm is wider than the whole part; take a smaller one (--tool), or "
+            f"correct the unit: {sized[0].message}",
+            file=name,
+        )
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
     levels, left_out = _cut_levels(surface, space, options, progress)
     linker = Linker(space, surface.bounds, options.clearance)
