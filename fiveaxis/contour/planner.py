@@ -29,7 +29,16 @@ from fiveaxis.contour.routes import Linker
 from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.errors import Infeasible, MeshError
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.mesh import Surface, TriangleTree, Unit, mesh_size, size_findings, size_text, take_mesh
+from fiveaxis.mesh import (
+    Surface,
+    TriangleTree,
+    Unit,
+    mesh_size,
+    other_sizes,
+    size_findings,
+    size_text,
+    take_mesh,
+)
 from fiveaxis.mesh.sections import section_loops
 from fiveaxis.mesh.surface import surface_normals
 from fiveaxis.options import PlanContour, spelled_out
@@ -127,8 +136,9 @@ def plan_passes(
     options.check_size(extent, float(mesh.area), tool.radius)
     if tool.diameter > extent:
         raise MeshError(
-            f"a cutter of {tool.diameter:g} mm is wider than the whole part; take a smaller one (--tool), or "
-            f"correct the unit: {sized[0].message}",
+            f"the part measures {size_text(mesh_size(mesh))}, read in {unit}, and the cutter "
+            f"{tool.diameter:g} mm: take a smaller one (--tool), or say in which unit the file is (--unit): "
+            f"{other_sizes(mesh_size(mesh), unit)}",
             file=name,
         )
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
