@@ -128,12 +128,12 @@ def test_a_new_job_file_without_its_input_says_what_is_missing(tmp_path):
         read_job(path)
 
 
-@pytest.mark.parametrize(("header", "line"), commented(), ids=lambda text: text.split(" =")[0])
-def test_every_commented_field_may_be_uncommented(header, line):
-    required = [text for table, text in commented() if table == header and is_required(table, text)]
-    lines = ['input = "part.stl"', *([header] if header else []), line]
-    lines += [text for text in required if text != line]
-    Job.model_validate(tomllib.loads("\n".join(lines)))
+def test_every_commented_field_may_be_uncommented():
+    for header, line in commented():
+        required = [text for table, text in commented() if table == header and is_required(table, text)]
+        lines = ['input = "part.stl"', *([header] if header else []), line]
+        lines += [text for text in required if text != line]
+        Job.model_validate(tomllib.loads("\n".join(lines)))
 
 
 def is_required(header: str, line: str) -> bool:
