@@ -171,7 +171,7 @@ def test_verbose_has_every_detail_of_the_answers(said):
 
 def test_a_machine_without_powers_has_estimates_or_takes_those_of_another(path):
     trunnion = ("--machine", "linuxcnc-xyzac-trt")
-    words = (*trunnion, *BALL, *TILT, "--effort", "quick")
+    words = (*trunnion, *BALL, *TILT, "--effort", "quick", "--only-verify")
     estimated, borrowed = (
         run("optimise", path, *words),
         run("optimise", path, *words, "--drives", "hayashi-640123"),
