@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable
-from itertools import combinations
+from itertools import combinations, product
+
+import pytest
 
 Case = tuple[Hashable, ...]
 # Two values of a case, each with its place in it.
@@ -30,6 +32,11 @@ def pairwise_cover(cases: Iterable[Case]) -> list[Case]:
         for pair in pairs_of(best):
             missing.pop(pair, None)
     return picked
+
+
+def in_pairs(**values: Iterable[Hashable]) -> pytest.MarkDecorator:
+    """Give a test so many combinations of its parameters' values that each pair of values comes."""
+    return pytest.mark.parametrize(tuple(values), pairwise_cover(product(*values.values())))
 
 
 def pairs_of(case: Case) -> Iterable[Pair]:

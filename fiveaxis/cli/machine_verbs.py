@@ -130,9 +130,12 @@ def check(machine: MachineFileName, as_json: AsJson = False) -> None:
     """Check a machine file for faults, wrong units and missing figures."""
     with errors_explained(as_json):
         from fiveaxis.findings import count_codes, has_errors
-        from fiveaxis.machine import check_machine
+        from fiveaxis.machine import check_machine, load_machine
+        from fiveaxis.nc import control_for
 
         findings = check_machine(machine)
+        if not has_errors(findings):
+            control_for(load_machine(machine))
         if as_json:
             print_json({"findings": [f.as_dict() for f in findings], "counts": count_codes(findings)})
         else:
@@ -169,6 +172,8 @@ def _print_sheet(sheet: dict[str, Any], code: FormShapingCode) -> None:
     out.print(f"[bold]{escape(sheet['name'])}[/]  {escape(sheet['description'])}")
     chain = " - ".join(["workpiece", *code.table, "bed", *code.head, "tool"])
     out.print(f"code {code}: {chain}; {sheet['kind']}, kinematics of class {sheet['kinematic_class']}")
+    if sheet["control"] is not None:
+        out.print(f"control {escape(sheet['control'])}")
     if sheet["positioning"] != "every position":
         out.print(escape(f"not every position: {sheet['positioning']}"))
     for line in _orientation_lines(sheet["orientation"]):

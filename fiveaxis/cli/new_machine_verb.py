@@ -18,9 +18,11 @@ from fiveaxis.files import require_new, require_suffix, write_atomically
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine import Machine, check_text, draft_machine, load_machine
 from fiveaxis.machine.answers import KINDS, QUESTIONS, parse_axis_answers
+from fiveaxis.machine.building import CONTROL_TABLE
 from fiveaxis.machine.drafting import DEFAULT_NAME
 from fiveaxis.machine.figures import ROTARY, Question, Stage
 from fiveaxis.machine.measuring import dimensions, draw, zero_of
+from fiveaxis.machine.tables import path_from
 from fiveaxis.nc import find_dialect
 
 Answers = dict[tuple[str, str], str]
@@ -62,6 +64,8 @@ def new(
         if sys.stdin.isatty():
             answers = ask(answers, base, name)
         answers.setdefault(("name", ""), name)
+        if (control := answers.get(("control", ""), "")).lower().endswith(CONTROL_TABLE):
+            answers["control", ""] = path_from(None if output is None else output.parent, Path(control))
         draft = draft_machine(answers, base)
         _report(check_text(draft.text, output or Path("machine.toml")))
         if output is None:
@@ -69,8 +73,6 @@ def new(
             return
         written.append(write_atomically(output, draft.text))
         print_written(output, f"see it with `fiveaxis info {output}`")
-        if ("control", "") in answers:
-            err.print(f"a machine file has no control: give --control {answers['control', '']} with each job")
 
 
 def ask(given: Answers, base: Machine | None, name: str) -> Answers:
@@ -148,6 +150,8 @@ def _is_needed(question: Question, letter: str, machine: Machine | None, base: M
         return False
     if question.name == "counts":
         return base is None
+    if question.name == "control":
+        return base is None or not base.control
     if question.name == "size" and any(not a.is_rotary and not a.limits.unlimited for a in machine.axes):
         return False
     known = machine if question.instead else base

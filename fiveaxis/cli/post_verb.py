@@ -83,15 +83,17 @@ def post(
     with errors_explained(as_json) as written:
         options = context.params
         writing = read_flags(Writing, options)
-        if "control" not in writing:
-            raise SettingError("--control is missing; give a name (`fiveaxis controls`) or a control table")
-
         if not overwrite:
             require_new(output, "name another file, or give --overwrite")
 
         def work(step: Progress) -> tuple[Posted, tuple[Finding, ...]]:
             step("reading part and path", 0, 1)
             machine, against, told = load_checked(path, options)
+            if "control" not in writing and not machine.control:
+                raise SettingError(
+                    "--control is missing; give a name (`fiveaxis controls`) or a control table, here or in "
+                    "the machine's file (control)"
+                )
             step("writing and verifying the program", 0, 1)
             posted = post_program(
                 source,

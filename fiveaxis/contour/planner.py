@@ -27,7 +27,16 @@ from fiveaxis.contour.sections import scallop_levels, section_levels, section_lo
 from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.errors import Infeasible, MeshError
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.mesh import Surface, TriangleTree, Unit, mesh_size, size_findings, size_text, take_mesh
+from fiveaxis.mesh import (
+    Surface,
+    TriangleTree,
+    Unit,
+    mesh_size,
+    other_sizes,
+    size_findings,
+    size_text,
+    take_mesh,
+)
 from fiveaxis.mesh.surface import surface_normals
 from fiveaxis.options import PlanContour, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
@@ -41,8 +50,6 @@ Progress = Callable[[int, int], None]
 SPIRAL_SPACING = 0.97
 # Rounds of improving an order by islands.
 ROUNDS = 2
-# A cutter so many times larger than the part stands for a part in another unit.
-TOO_LARGE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +131,13 @@ def plan_passes(
     sized = size_findings(mesh_size(mesh), unit=unit, diameter=tool.diameter, name=name)
     extent = float(mesh_size(mesh).max())
     options.check_size(extent, float(mesh.area), tool.radius)
-    if tool.diameter > TOO_LARGE * extent:
-        raise MeshError(sized[0].message, file=name)
+    if tool.diameter > extent:
+        raise MeshError(
+            f"the part measures {size_text(mesh_size(mesh))}, read in {unit}, and the cutter "
+            f"{tool.diameter:g} mm: take a smaller one (--tool), or say in which unit the file is (--unit): "
+            f"{other_sizes(mesh_size(mesh), unit)}",
+            file=name,
+        )
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
     levels, left_out = _cut_levels(surface, space, options, progress)
     linker = Linker(space, surface.bounds, options.clearance)

@@ -12,7 +12,8 @@ from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.nc import ProgramSettings, find_dialect
+from fiveaxis.machine import load_machine
+from fiveaxis.nc import ProgramSettings, control_for, find_dialect
 from fiveaxis.options import (
     HIGHEST_FEED,
     Bounds,
@@ -231,9 +232,24 @@ class Job(_Bounded):
         return cast("Reading", self.program.model_dump(exclude={"machine"}) | {"unit": self.unit})
 
     @property
+    def stated_control(self) -> str | Path | None:
+        """The control that the job names, or its machine; None where neither does."""
+        if "control" in self.model_fields_set:
+            return cast("str | Path", self._of(Writing)["control"])
+        machine = None if self.machine is None else load_machine(self.machine)
+        return None if machine is None or not machine.control else control_for(machine)
+
+    @property
     def writing(self) -> Writing:
-        """How the program is written."""
-        return cast("Writing", self._of(Writing))
+        """How the program is written.
+
+        Raises
+        ------
+        MachineError
+            The job names no control, and its machine can't be read.
+        """
+        control = self.stated_control
+        return cast("Writing", self._of(Writing) | ({} if control is None else {"control": control}))
 
     @property
     def program_options(self) -> ProgramOptions:

@@ -63,13 +63,13 @@ def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     Raises
     ------
     JobError
-        The input's control isn't one that is written, and the job names none.
+        The input's control isn't one that is written, and neither the job nor its machine names one.
     """
     operation = toolpath.operation
     if operation is None:
         return job, toolpath
     given: dict[str, Any] = {}
-    if "control" not in job.model_fields_set and operation.control:
+    if job.stated_control is None and operation.control:
         if operation.control not in DIALECTS:
             raise JobError(
                 f"the program is one of {operation.control!r}, which isn't written; name one (--control)",

@@ -18,7 +18,7 @@ from fiveaxis.job.release import Gate, require_report
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import require_stated
 from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
-from fiveaxis.nc import Program, ProgramSettings, ReadMotion, find_dialect, require_motion
+from fiveaxis.nc import Program, ProgramSettings, ReadMotion, control_for, find_dialect, require_motion
 from fiveaxis.nc.own_header import set_up_as_stated
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import load_program, load_text, trace_tool, with_feeds_of
@@ -122,10 +122,10 @@ def post_program(
                 file=source,
                 line=operation.first_line,
             )
-        dialect = find_dialect(writing.get("control", "linuxcnc"))
+        dialect = find_dialect(control_for(machine, writing.get("control")))
         if dialect.language == "blocks":
             settings = with_stated(settings, stated_settings(operation, dialect)[0])
-    options = ProgramOptions.of(settings, header, **writing)
+    options = ProgramOptions.of(settings, header, machine, **writing)
     options = options.named(source.stem) if output is None else options.for_file(output)
     if read.by_control and against.toolpath is None:
         against = replace(against, toolpath=read.path)
@@ -209,7 +209,7 @@ def write_program(
     FiveAxisError
         As `compose_program`.
     """
-    options = ProgramOptions.of(settings, header, **writing).for_file(path)
+    options = ProgramOptions.of(settings, header, machine, **writing).for_file(path)
     made = make_of_motion(motion, machine, options, against)
     if report is not None:
         require_report(report, motion, machine)

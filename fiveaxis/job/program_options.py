@@ -9,7 +9,7 @@ from typing import Unpack, cast
 
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates
-from fiveaxis.nc import ProgramSettings, find_dialect, require_program
+from fiveaxis.nc import ProgramSettings, control_for, find_dialect, require_program
 from fiveaxis.nc.formats import require_program_suffix
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology
 from fiveaxis.nc.writing.word_writer import WordWriter
@@ -38,15 +38,24 @@ class ProgramOptions:
         cls,
         settings: ProgramSettings | None = None,
         header: Header | None = None,
+        machine: Machine | None = None,
         **writing: Unpack[Writing],
     ) -> ProgramOptions:
         """Make the record of what is given, with the defaults of the rest.
+
+        Parameters
+        ----------
+        machine : whose control is the default
 
         Raises
         ------
         SettingError
             An unknown word.
+        MachineError
+            The machine's control is unknown.
         """
+        if machine is not None:
+            writing["control"] = control_for(machine, writing.get("control"))
         every = cast("Writing", completed(Writing, writing))
         return cls(every, settings or ProgramSettings(), header)
 

@@ -125,7 +125,7 @@ class Solution(Postures):
         FiveAxisError
             A control that can't write it, or a text that can't be read back.
         """
-        return self.make(ProgramOptions.of(settings, header, **writing))
+        return self.make(ProgramOptions.of(settings, header, self.machine, **writing))
 
     def make(self, options: ProgramOptions) -> MadeProgram:
         """Make the program as `program` does, with all options in one record."""
@@ -161,7 +161,7 @@ class Solution(Postures):
         FiveAxisError
             As `program`; a file that can't be written.
         """
-        options = ProgramOptions.of(settings, header, **writing)
+        options = ProgramOptions.of(settings, header, self.machine, **writing)
         made = self.make(options.for_file(path))
         made.write(path)
         return made.report

@@ -10,7 +10,7 @@ from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.errors import SettingError
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine import Machine
-from fiveaxis.nc import ProgramSettings
+from fiveaxis.nc import ProgramSettings, control_for
 from fiveaxis.options import (
     Meshes,
     ProgramBounds,
@@ -43,7 +43,7 @@ def verify_program(
     clearances: Clearances | None = None,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
     settings: ProgramSettings | None = None,
-    control: str | Path = "linuxcnc",
+    control: str | Path | None = None,
     **given: Unpack[Checking],
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
@@ -70,7 +70,7 @@ def verify_program(
     tolerances : from where on any other difference is a finding
     settings : of the program that was asked for: spindle, tool, offsets and coolant have to be in force in
         every cut
-    control : whose words the settings are, as for `compose_program`
+    control : whose words the settings are, as for `compose_program`; by default the machine's
 
     Returns
     -------
@@ -90,7 +90,9 @@ def verify_program(
     if (workpiece or fixtures) and tool is None and toolpath is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     constraints = Constraints.of_degrees(**singular_told(bounds))
-    program_asked = None if settings is None else ProgramOptions.of(settings, control=control)
+    program_asked = (
+        None if settings is None else ProgramOptions.of(settings, control=control_for(machine, control))
+    )
     unit: Unit = around["part_unit"] or "mm"
     against = Against(
         toolpath,

@@ -143,8 +143,8 @@ OTHERS = (
     Question(
         "control",
         Stage.CONTROL,
-        "control, as `fiveaxis controls` lists them; a comment for your jobs, which state it",
-        "name",
+        "control that programs are for, as `fiveaxis controls` lists them, or a control table",
+        "name or FILE.toml",
         answer=_answer_text,
     ),
 )

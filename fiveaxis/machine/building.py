@@ -22,7 +22,7 @@ from fiveaxis.machine.drive_tables import MeasuredTable
 from fiveaxis.machine.figures import Figure, Table, figure_models, stated_figures
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.provenance import Provenance
-from fiveaxis.machine.tables import BodyTable, MachineFile
+from fiveaxis.machine.tables import BodyTable, MachineFile, path_from
 
 SIDES = {"workpiece": "table", "tool": "head"}
 # Values of missing keys; a file leaves these keys out.
@@ -35,6 +35,7 @@ NUMBERS = re.compile(r"\[\n((?:    [-+.e\d]+,\n)+)\]")
 UNSETTLED = "unknown"
 # A figure so many times beyond the range on machines is a mistake.
 FAR = 100.0
+CONTROL_TABLE = ".toml"
 UNSTATED = "set in code, which doesn't say where it comes from"
 
 Origin = Callable[[str], Table]
@@ -78,6 +79,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         chain=chain,
         axes=tuple(Axis(c, reversed=_sense(tables[c]), **by_axis[c]) for c in letters),
         description=file.description,
+        control=str(folder / file.control) if file.control.lower().endswith(CONTROL_TABLE) else file.control,
         provenance=tuple(_provenance(file, tables)),
         bodies=tuple(_body(i, table, code, folder) for i, table in enumerate(file.bodies)),
         **own,
@@ -125,6 +127,9 @@ def machine_document(machine: Machine, folder: Path | None = None) -> Table:
     shown = replace(nominal_machine(machine), axes=machine.axes, provenance=machine.provenance)
     origin = _origins(machine.provenance)
     document: Table = {"name": machine.name, "code": str(machine.code), "description": machine.description}
+    if machine.control:
+        is_table = machine.control.lower().endswith(CONTROL_TABLE)
+        document["control"] = path_from(folder, Path(machine.control)) if is_table else machine.control
     document |= _write(MachineFile, shown, "", origin)
     document["axes"] = {
         a.letter: {"carries": _carried(a.letter, machine.code), "reversed": _outside(a.reversed)}

@@ -145,6 +145,8 @@ def _document(answers: Answers, base: Machine | None, origin: Table = BY_OWNER) 
     for letter in letters:
         document["axes"].setdefault(letter, {})
     document["name"] = answers.get(("name", ""), document["name"])
+    if ("control", "") in answers:
+        document["control"] = answers["control", ""]
     for question in QUESTIONS:
         for letter in question.axes or ("",):
             answer = answers.get((question.name, letter))
@@ -254,11 +256,11 @@ def _require_consistent(machine: Machine, *, sure: bool) -> None:
 
 def _lines(document: Table, machine: Machine, answers: Answers) -> Iterator[str]:
     """Write the document table by table, each below its meaning, with what is missing in comments."""
-    head: Table = {key: document[key] for key in ("name", "code", "description") if key in document}
+    head: Table = {
+        key: document[key] for key in ("name", "code", "description", "control") if key in document
+    }
     yield "# Written by `fiveaxis machine new`. Values are those of the tool relative to the workpiece;"
     yield f"# zero of the machine frame is {zero_of(machine)}, every axis at 0."
-    if ("control", "") in answers:
-        yield f'# Control: jobs for this machine have control = "{answers["control", ""]}".'
     yield toml_text(head)
     yield from _pivots(machine)
     for key in figure_models(MachineFile):

@@ -51,6 +51,7 @@ class Machine(Posing, ShownAsTable):
     auxiliary : W/W, 1/W: the spindle drive's load loss
     clamped : held axes (`holding`), each with its value in mm or rad
     size : what is known of the machine's size, for estimates
+    control : of programs that name none, as `fiveaxis.nc.find_dialect` takes it; empty where nobody states it
     """
 
     name: str
@@ -70,6 +71,7 @@ class Machine(Posing, ShownAsTable):
     spindle_idle: Triple | None = None
     auxiliary: tuple[float, float] | None = None
     size: Size = field(default=Size())
+    control: str = ""
 
     @classmethod
     def from_code(cls, code: str) -> Machine:

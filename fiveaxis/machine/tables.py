@@ -196,7 +196,7 @@ class BodyTable(Figure):
         model = next(m for m in cls.__subclasses__() if isinstance(body.shape, m.record or ()))
         [shape] = get_args(model.model_fields["shape"].annotation)
         table = {"link": body.link, "shape": shape} | model._table(body.shape, "")
-        return table | ({"file": _path_from(folder, table["file"])} if "file" in table else {})
+        return table | ({"file": path_from(folder, table["file"])} if "file" in table else {})
 
 
 class BoxTable(BodyTable):
@@ -231,7 +231,8 @@ class MeshTable(BodyTable):
     scale: float = Field(1.0, gt=0.0, description="mm in one unit of the file")
 
 
-def _path_from(folder: Path | None, file: Path) -> str:
+def path_from(folder: Path | None, file: Path) -> str:
+    """Name a file relative to a folder; by its absolute path where there is none, or on another drive."""
     whole = file.resolve()
     if folder is None:
         return whole.as_posix()
@@ -247,6 +248,11 @@ class MachineFile(StrictModel):
     name: str = Field(min_length=1, description="name of the machine in lists and reports")
     code: str = Field(description="form-shaping code, workpiece to tool: 1…6 for X Y Z A B C, 0 for the bed")
     description: str = Field("", description="one sentence on what is known of the machine and what isn't")
+    control: str = Field(
+        "",
+        description="that programs for the machine are for, unless a job names another: a name that "
+        "`fiveaxis controls` lists, or a control table (.toml), relative to this file",
+    )
     structure: StructureTable | None = None
     spindle: SpindleTable | None = None
     vertical: VerticalTable | None = None

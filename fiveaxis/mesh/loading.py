@@ -278,6 +278,15 @@ def size_text(size: Array) -> str:
     return " × ".join(f"{extent:.4g}" for extent in size) + " mm"
 
 
+def other_sizes(size: Array, unit: Unit) -> str:
+    """Write what extents, (3,) mm, that were read in a unit are in the other units."""
+    return ", ".join(
+        f"{other} makes it {size_text(size * MILLIMETRES[other] / MILLIMETRES[unit])}"
+        for other in MILLIMETRES
+        if other != unit
+    )
+
+
 def size_findings(size: Array, *, unit: Unit, diameter: float, name: str) -> tuple[Finding, ...]:
     """Return the finding on a part whose size is implausible, with its sizes in the other units.
 
@@ -294,13 +303,8 @@ def size_findings(size: Array, *, unit: Unit, diameter: float, name: str) -> tup
     if least <= extent <= LARGEST_PART:
         return ()
     side = f"below {least:g} mm ({what})" if extent < least else f"above {LARGEST_PART:g} mm"
-    others = ", ".join(
-        f"{other} makes it {size_text(size * MILLIMETRES[other] / MILLIMETRES[unit])}"
-        for other in MILLIMETRES
-        if other != unit
-    )
     message = (
         f"the part measures {size_text(size)}, read in {unit}, and its longest side is {side}; if its file "
-        f"has another unit, say which (unit for an input, part_unit for a part): {others}"
+        f"has another unit, say which (unit for an input, part_unit for a part): {other_sizes(size, unit)}"
     )
     return (Finding(Severity.WARNING, "part-size", message, Place(file=name), extent),)

@@ -26,7 +26,7 @@ from fiveaxis.nc.writing.start_and_end import NO_ROW, StartAndEnd, numbered
 from fiveaxis.nc.writing.tables import DIALECTS, find_dialect
 from fiveaxis.nc.writing.turns import require_winding
 from fiveaxis.nc.writing.word_writer import WordWriter, require_expressible
-from fiveaxis.options import Winding
+from fiveaxis.options import Winding, Writing, completed
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]
 
@@ -117,6 +117,23 @@ class Program:
         return "\n".join(self.lines) + "\n"
 
 
+def control_for(machine: Machine, control: str | Path | None = None) -> str | Path:
+    """Return the control of a program: the given one, or else that of the machine, or else LinuxCNC.
+
+    Raises
+    ------
+    MachineError
+        The machine's is unknown.
+    """
+    if control is not None or not machine.control:
+        return control or completed(Writing, {})["control"]
+    try:
+        find_dialect(machine.control)
+    except SettingError as fault:
+        raise MachineError(f"machine {machine.name!r}: {fault}") from None
+    return machine.control
+
+
 def require_program(
     machine: Machine,
     control: str | Path,
@@ -144,7 +161,7 @@ def compose_program(
     motion: Motion | ProgramMotion,
     *,
     machine: Machine,
-    control: str | Path = "linuxcnc",
+    control: str | Path | None = None,
     coordinates: Coordinates | None = None,
     header: Header | None = None,
     winding: Winding = "unwound",
@@ -169,7 +186,8 @@ def compose_program(
     motion : axis values and durations; a bare motion gets the default approach and leads
         (`ProgramMotion.around`), one that was read from a program keeps its own end
     machine : of the motion
-    control : a key of `DIALECTS`, or the path of a custom table (``.toml``)
+    control : a key of `DIALECTS`, or the path of a custom table (``.toml``); by default the machine's, or
+        ``linuxcnc`` where its file states none
     coordinates : ``axes``, positions of the machine's axes; ``tip``, the tool tip on the workpiece and the
         rotary angles (TCP); ``vector``, the tip and the tool direction. By default the first that the control
         has
@@ -192,7 +210,7 @@ def compose_program(
         of the control's range; a move without duration.
     """
     settings = settings or ProgramSettings()
-    writer = require_program(machine, control, coordinates, winding, settings)
+    writer = require_program(machine, control_for(machine, control), coordinates, winding, settings)
     planned = motion if isinstance(motion, ProgramMotion) else _with_usual_leads(motion, writer, settings)
     if not beyond:
         _require_travel(planned.blocks, machine)

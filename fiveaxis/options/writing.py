@@ -22,7 +22,8 @@ class Writing(TypedDict, total=False):
     control: Annotated[
         str | Path,
         Option(
-            "control that the program is for (`fiveaxis controls`), or a control table",
+            "control that the program is for (`fiveaxis controls`), or a control table; that of the "
+            "machine's file, where it states one",
             default="linuxcnc",
             written="NAME or FILE.toml",
             flags="--control -c",

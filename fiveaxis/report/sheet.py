@@ -28,14 +28,15 @@ def describe_machine(machine: Machine) -> Document:
 
     Returns
     -------
-    Plain data: ``chain`` from the workpiece to the tool, ``limits``, ``speeds`` and ``powers`` by axis letter
-    (None where unknown or endless), ``orientation`` with branches and singular direction or the reason why
-    there are none, ``unknown`` with the figures without which no program of axis words is written
-    (`unknown_figures`), ``to_measure`` with the dimensions that place the rotary axes (None where they are
-    known), ``figures`` with their sources
+    Plain data: ``control`` (None where none is stated), ``chain`` from the workpiece to the tool, ``limits``,
+    ``speeds`` and ``powers`` by axis letter (None where unknown or endless), ``orientation`` with branches
+    and singular direction or the reason why there are none, ``unknown`` with the figures without which no
+    program of axis words is written (`unknown_figures`), ``to_measure`` with the dimensions that place the
+    rotary axes (None where they are known), ``figures`` with their sources
     """
     names = {"name": machine.name, "code": str(machine.code), "description": machine.description}
     structure = {
+        "control": machine.control or None,
         "kind": machine.code.kind,
         "kinematic_class": machine.code.kinematic_class,
         "axes": machine.letters,

@@ -1,7 +1,7 @@
 """The tool, the cutter locations, and the constraints on the tool's posture there."""
 
 from fiveaxis.toolpath.bounds import TiltBounds, feed_directions
-from fiveaxis.toolpath.constraints import Constraints, require_range
+from fiveaxis.toolpath.constraints import Constraints, require_range, singular_turn
 from fiveaxis.toolpath.cutter import Cutter, Zone, across
 from fiveaxis.toolpath.dividing import (
     Band,
@@ -41,5 +41,6 @@ __all__ = [
     "part_places",
     "refined",
     "require_range",
+    "singular_turn",
     "turned",
 ]

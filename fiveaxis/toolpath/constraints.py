@@ -10,13 +10,16 @@ from typing import Unpack
 import numpy as np
 
 from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.geometry import angle_between
+from fiveaxis.findings import Place
+from fiveaxis.geometry import Array, angle_between
 from fiveaxis.options import Bounds, completed, spelled_out
 from fiveaxis.toolpath.bounds import Range, TiltBounds, lead_lean_bounds, require_lead_lean, tilt_of
 from fiveaxis.toolpath.path import SHORTEST_DIRECTION, Toolpath
 
 # Tolerance on a tool axis in a plane, which the search needs.
 PLANE_TOLERANCE = math.radians(0.5)
+# deg: a narrower singular cone isn't advised.
+NARROWEST = 1.0
 
 
 @dataclass(frozen=True)
@@ -237,3 +240,30 @@ def _in_plane(bounds: TiltBounds, plane: tuple[float, float, float]) -> TiltBoun
     low, high = square - PLANE_TOLERANCE, square + PLANE_TOLERANCE
     name = "plane's vector {:g} {:g} {:g}".format(*across)
     return replace(bounds, beside=(*bounds.beside, TiltBounds(reference, low, high, name)))
+
+
+def singular_turn(
+    letter: str, turns: Array, nearest: Array, last: Place, *, cone: float, rate: float = 0.0
+) -> str:
+    """Say that the cuts of a pass turn the first rotary axis within its singular cone, and what to do.
+
+    Parameters
+    ----------
+    letter : of the axis
+    turns : (m,), rad, in each of these cuts
+    nearest : (m,), rad, the smallest angle to the singular direction in each
+    last : of them
+    cone, rate : rad and rad/mm, that were asked for
+    """
+    count = "1 cut" if len(turns) == 1 else f"{len(turns)} cuts"
+    near = math.degrees(nearest.min())
+    bound = f"{math.degrees(cone):g} deg" + (f", {math.degrees(rate):g} deg/mm" if rate else "")
+    narrower = math.floor(10.0 * near) / 10.0
+    # A narrower cone helps where the path keeps off the singular direction.
+    remedy = f", or narrow the cone to {narrower:g} deg (--singular-cone)" if narrower >= NARROWEST else ""
+    return (
+        f"{letter} turns by {math.degrees(turns.sum()):.1f} deg in {count} of a pass, at most "
+        f"{math.degrees(turns.max()):.3g} deg in one and the last at {replace(last, file=None)}, while the "
+        f"tool axis is as near as {near:.2f} deg to the singular direction (cone {bound}): the path doesn't "
+        f"hold it, so the control slows down; widen the tilt range or tilt the part on the table{remedy}"
+    )

@@ -268,6 +268,11 @@ class Toolpath(HasColumns, ShownAsTable):
         location = int(row if self.numbers is None else self.numbers[row])
         return Place(location=location, line=line, file=self.name)
 
+    def passes(self, rows: IntArray) -> list[IntArray]:
+        """Split rows that cut, (m,) in order, by pass: no link and no rapid move lies between two of one."""
+        number = np.cumsum(~self.cutting)[rows]
+        return np.split(rows, np.flatnonzero(np.diff(number)) + 1) if len(rows) else []
+
     @cached_property
     def curve(self) -> Curve | None:
         """How the pivot goes from one location to the next; None along chords.

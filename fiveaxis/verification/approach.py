@@ -23,7 +23,7 @@ from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstrai
 from fiveaxis.verification.collisions import pinocchio_poses
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.model import tool_poses
-from fiveaxis.verification.report import APPROACH, Report, make_report
+from fiveaxis.verification.report import APPROACH, Check, Report, make_report
 from fiveaxis.verification.verdict import BODY_CHECKS, Examination, run_checks
 
 # mm: lengths of the leads that are tried: near, beside the cut, and far, through stock at the cut's feed.
@@ -246,7 +246,7 @@ def choose_leads(
             f"least {room:.3g} mm above part, fixtures and table"
         )
         gaps = tuple(pair for pair in report.gaps if pair[0] not in settled)
-        report = replace(report, passed=(*report.passed, text), gaps=gaps)
+        report = replace(report, claims=(*report.claims, (text, None)), gaps=gaps)
     return Leads(lead_in, lead_out, report)
 
 
@@ -342,14 +342,16 @@ def _make_report(found: list[Finding], leads: tuple[Array, Array], *, tcp: bool,
     moves = [f"a lead-in of {lead_in:.3g} mm"] if lead_in > STANDSTILL else []
     begin = "100 mm above the path" if tcp else "the end of its travel, or from 100 mm above"
     moves.append(f"Z down to it from {begin}")
-    checked = [f"approach: {' and '.join(moves)}, for gouges and collisions"]
+    approach = f"approach: {' and '.join(moves)}, for gouges and collisions"
     out = [f"a lead-out of {lead_out:.3g} mm"] if lead_out > STANDSTILL else []
     out += [f"Z up {'from it ' if out else ''}{LEG}"] if retracts else []
-    checked += [f"retract: {' and '.join(out)}, for gouges and collisions"] if out else []
+    retract = f"retract: {' and '.join(out)}, for gouges and collisions"
+    claims = [(approach, Check("approach-blocked", APPROACH))]
+    claims += [(retract, Check("retreat-blocked", APPROACH))] if out else []
     end = END_OF_LEAD_OUT if lead_out > STANDSTILL else NO_LEAD_OUT
     left = TURNS, FROM_ANYWHERE if tcp else ACROSS, RETRACT_AND_HOME if retracts else end
     return replace(
         Report.of_findings(found, APPROACH),
-        passed=() if found else tuple(checked),
+        claims=tuple(claims),
         gaps=tuple((gap, None) for gap in left),
     )

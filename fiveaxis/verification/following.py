@@ -94,12 +94,16 @@ class Track:
     rapid: BoolArray
 
     @classmethod
-    def of(cls, context: CheckContext, path: Toolpath, *, tcp_height: float | None) -> Track:
+    def of(
+        cls, context: CheckContext, path: Toolpath, *, tcp_height: float | None, in_planes: bool = False
+    ) -> Track:
         """Sample a program's moves, with all axes linear in time or a point of the tool moving straight.
 
         Parameters
         ----------
         tcp_height : height of that point above the tip, mm; None with joint interpolation
+        in_planes : whether the tool turns in the plane of its two directions meanwhile, instead of with the
+            rotary axes in proportion
         """
         tip, axis = context.tip, context.axis
         height = context.toolpath.zone.height
@@ -118,6 +122,7 @@ class Track:
         positions = context.positions[before] + share * (context.positions[row] - context.positions[before])
         point, axes = tool_poses(context.machine, positions)
         if tcp_height is not None:
+            axes = turned(axis, place) if in_planes else axes
             ends = tip + tcp_height * axis
             point = ends[before] + share * (ends[row] - ends[before]) - tcp_height * axes
         kind = context.toolpath.kind[row]
@@ -137,7 +142,9 @@ def _swings(axis: Array, arm: float) -> Array:
     return np.asarray(np.ceil(turn * np.sqrt(arm / (8.0 * PATH_TOLERANCE))))
 
 
-def follow(context: CheckContext, path: Toolpath, *, tcp_height: float | None = None) -> Match:
+def follow(
+    context: CheckContext, path: Toolpath, *, tcp_height: float | None = None, by_direction: bool = False
+) -> Match:
     """Follow a path with a program.
 
     Parameters
@@ -146,9 +153,14 @@ def follow(context: CheckContext, path: Toolpath, *, tcp_height: float | None = 
     path : the path to follow
     tcp_height : mm above the tip, of the point that moves straight between rows under TCP; None with joint
         interpolation
+    by_direction : whether the program gives directions of the tool: some controls turn it from one to the
+        next in their plane, others turn the rotary axes in proportion, so that it is followed both ways
     """
     track, straight = Track.of(context, path, tcp_height=tcp_height), tcp_height is not None
     row, place, off = _follow(track, path, context.tolerances.deviation, straight=straight)
+    if by_direction:
+        other = Track.of(context, path, tcp_height=tcp_height, in_planes=True)
+        off = np.fmax(off, _follow(other, path, context.tolerances.deviation, straight=straight)[2])
     worst = np.full(len(context.positions), np.nan)
     np.fmax.at(worst, track.row, np.where(track.linking, np.nan, off))
     return Match(path, row, place, worst)

@@ -124,7 +124,9 @@ def check_read(
     if toolpath is not None:
         read = replace(read, path=read.path.in_zone(toolpath.zone))
     context = _context(read, machine, against.constraints, tolerances or against.tolerances)
-    match = None if toolpath is None else follow(context, toolpath, tcp_height=read.tcp_height)
+    match = None
+    if toolpath is not None:
+        match = follow(context, toolpath, tcp_height=read.tcp_height, by_direction=read.by_direction)
     rows = ProgramRows(read, against, match, surface_tolerance)
     lacking = ((against.cutter, NO_TOOL), (toolpath, NO_PATH))
     left = (*NOT_CHECKED, *(sentence for given, sentence in lacking if given is None))

@@ -130,7 +130,8 @@ class Report(ShownAsTable):
     findings : sorted by severity, place and code; at most `MOST_LISTED` per check
     checks : the checks that were run, with the number of violations found, including those not listed
     figures : the worst value of every check, by name with its unit; None if there was nothing to measure
-    passed : sentences on what was checked and holds
+    claims : sentences on what was checked, each with the check that shows it false where it finds more than
+        notes; None if no check does
     gaps : what wasn't checked, each with the check that settles it; None if no check does, or the check that
         ran leaves it open
     about : `motion_digest` of the motion; None if unknown
@@ -139,7 +140,7 @@ class Report(ShownAsTable):
     findings: tuple[Finding, ...]
     checks: Mapping[Check, int]
     figures: dict[str, float | None]
-    passed: tuple[str, ...]
+    claims: tuple[tuple[str, Check | None], ...]
     gaps: tuple[tuple[Gap, Check | None], ...]
     about: str | None = None
 
@@ -189,6 +190,14 @@ class Report(ShownAsTable):
         return tuple(cause for cause in self.summary() if cause.severity is Severity.ERROR)
 
     @property
+    def passed(self) -> tuple[str, ...]:
+        """Sentences on what was checked and holds: none that any check shows false."""
+        worse = {f.code for f in self.findings if f.severity is not Severity.NOTE}
+        failed = {check for check, count in self.checks.items() if count and check.code in worse}
+        false = {sentence for sentence, check in self.claims if check in failed}
+        return _each_once(sentence for sentence, _ in self.claims if sentence not in false)
+
+    @property
     def risks(self) -> tuple[Gap, ...]:
         """What wasn't checked although the program may do harm because of it."""
         return _each_once(gap for gap, _ in self.gaps if gap.is_risk)
@@ -217,7 +226,8 @@ class Report(ShownAsTable):
         - all checks. One that several reports ran on the same rows has the largest of their numbers; checks
           on different rows add up in `counts`;
         - the worst of every figure: the largest, for `SMALLEST` the smallest;
-        - all sentences once, but none about a check that wasn't run if another report ran it on those rows.
+        - all sentences once: as passed only where no report's check shows them false, as not checked only
+          where no other report ran the check on those rows.
 
         Raises
         ------
@@ -234,7 +244,7 @@ class Report(ShownAsTable):
             findings=sort_findings(f for report in reports for f in report.findings),
             checks=made,
             figures=_worst_figures(reports),
-            passed=_each_once(sentence for report in reports for sentence in report.passed),
+            claims=_each_once(claim for report in reports for claim in report.claims),
             gaps=tuple((gap, check) for gap, check in gaps if check not in made),
             about=_the_motion(reports),
         )
@@ -290,8 +300,6 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
     for result in results:
         if result.was_made:
             checks[Check(result.code)] += len(result.rows)
-    # What failed is never listed as checked, whichever of its checks has found it.
-    failed = {r.code for r in results if len(r.rows) and r.severity is not Severity.NOTE}
     gaps = [
         (gap, None if result.was_made else Check(result.code))
         for result in results
@@ -301,7 +309,7 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
         findings=sort_findings(f for result in results for f in _list_worst(result, toolpath)),
         checks=dict(checks),
         figures={name: value for result in results for name, value in result.figures.items()},
-        passed=tuple(s for result in results if result.code not in failed for s in result.checked),
+        claims=tuple((s, Check(result.code)) for result in results for s in result.checked),
         gaps=(*gaps, *((gap, None) for gap in not_checked)),
     )
 

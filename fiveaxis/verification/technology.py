@@ -39,7 +39,6 @@ def check_technology(
     whole: TechnologyTrack,
     *,
     has_path: bool,
-    placed: bool = True,
 ) -> Iterator[Result]:
     """Check what is in force in the cuts of a program.
 
@@ -52,9 +51,8 @@ def check_technology(
     rapid : (n,), whether each move of the program is rapid
     whole : of all n moves
     has_path : whether a path says which moves are cuts, so that what stands between them is a fault
-    placed : whether moves in machine coordinates are among the rows; not where only the tip is known
     """
-    between = machine_moves_between(track, whole, rapid, any_way=has_path, placed=placed)
+    between = machine_moves_between(track, whole, rapid, any_way=has_path)
     if asked is not None and asked.language != track.language:
         # Offsets have other names, and tools another way of having their length, on another control.
         unnamed = asked.technology._replace(length="", work_offset="")

@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.findings import JOB, Gap, Severity
 from fiveaxis.geometry import Array, angle_between
 from fiveaxis.motion import AXIS_TOLERANCE, FASTEST, Fill
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import Toolpath, singular_turn
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.following import Match
@@ -185,7 +185,8 @@ def check_turn_rate(context: CheckContext) -> Result:
 def check_singular(context: CheckContext) -> Result:
     """Check that the first rotary axis is held, or turns slowly, in cuts through its singular cone.
 
-    There small changes of the tool axis take large turns. A control slows down and does no harm: a warning.
+    There small changes of the tool axis take large turns. A control slows down and does no harm: a warning
+    for each pass.
     """
     given, figure = context.constraints.given, "singular_turn_deg"
     cone = given.singular_cone
@@ -200,22 +201,19 @@ def check_singular(context: CheckContext) -> Result:
     nearest = nearest_angles(context)
     inside = context.cutting & (nearest < cone - tolerances.angle)
     allowed = given.singular_rate * context.toolpath.lengths
-    rows = np.flatnonzero(inside & (turns > allowed + tolerances.angle))
+    path = context.toolpath
+    passes = path.passes(np.flatnonzero(inside & (turns > allowed + tolerances.angle)))
 
     def message(i: int) -> str:
-        row, letter = rows[i], machine.rotaries[0]
-        return (
-            f"{letter} turns {math.degrees(turns[row]):.4g} deg (at most {math.degrees(allowed[row]):.4g} "
-            f"deg) while the tool axis is {math.degrees(nearest[row]):.3g} deg from the singular direction "
-            f"(cone {math.degrees(cone):g} deg), and the control slows down; widen the tilt range or tilt "
-            "the part on the table"
-        )
+        rows, rate = passes[i], given.singular_rate
+        last = path.place(int(rows[-1]))
+        return singular_turn(machine.rotaries[0], turns[rows], nearest[rows], last, cone=cone, rate=rate)
 
     return violated(
         code="singular-turn",
         severity=Severity.WARNING,
-        rows=rows,
-        values=np.degrees(turns[rows]),
+        rows=np.array([rows[0] for rows in passes], dtype=np.int64),
+        values=np.array([np.degrees(turns[rows]).sum() for rows in passes]),
         message=message,
         figures={figure: largest(np.degrees(turns[inside])) if inside.any() else 0.0},
         checked=(

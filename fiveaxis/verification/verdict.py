@@ -240,9 +240,7 @@ def _technology(e: Examination) -> Iterable[Result]:
         cuts = cutting_rows(e.context, e.rows.match)
         track = technology.at(cuts)
         rapid, has_path = e.context.toolpath.rapid, e.rows.match is not None
-        yield from check_technology(
-            track, cuts, asked, rapid, technology, has_path=has_path, placed=not read.by_control
-        )
+        yield from check_technology(track, cuts, asked, rapid, technology, has_path=has_path)
         if read.by_control:
             yield from check_feed_mode(track, cuts, asked)
         yield check_switched(read.motion.tcp, cuts)

@@ -96,9 +96,9 @@ def _is_of(asked: RequiredTechnology, control: str) -> bool:
 
 
 def machine_moves_between(
-    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool, placed: bool
+    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool
 ) -> list[MachineMove]:
-    """Find the machine moves between the cuts, or right before them, that aren't among the program's rows.
+    """Find the machine moves between the cuts, or right before them, whose ends aren't among the rows.
 
     Without a path cuts are those of all operations: then a retract is none of these moves if the tool comes
     back at rapid.
@@ -106,10 +106,9 @@ def machine_moves_between(
     if not len(track.lines):
         return []
     first, last = int(track.lines[0]), int(track.lines[-1])
-    rows = set(whole.lines.tolist()) if placed else set()
     found = []
     for move in track.machine_moves:
-        if move.line not in rows and (first <= move.line <= last or move.line in track.unapproached):
+        if move.line not in whole.placed and (first <= move.line <= last or move.line in track.unapproached):
             back = int(np.searchsorted(whole.lines, move.line, side="right"))
             if any_way or back == len(rapid) or not rapid[back]:
                 found.append(move)

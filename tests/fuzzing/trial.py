@@ -22,6 +22,8 @@ from fuzzing.readers import Reader
 MOST_BUSY, MOST_BUSY_VERB, MOST_WAIT = 10.0, 120.0, 600.0
 MEGABYTE = 1 << 20
 LONGEST_MESSAGE = 3000
+# Of machines, options and columns: with one of so many an input without damage is read.
+CHOICES = 10
 # A folder in memory, where there is one: the inputs are files, and a disk is slower than the readers.
 MEMORY = "/dev/shm" if Path("/dev/shm").is_dir() else None
 
@@ -36,6 +38,7 @@ class Outcome:
 
     Parameters
     ----------
+    seeds : share of the inputs without damage that are read
     inputs, accepted, refused : number of all, of those read, and of those refused by an error of our own
     foreign : kind of every other end, by exception and place, to its number
     first : of each kind, the input and the traceback
@@ -43,6 +46,7 @@ class Outcome:
     memory : MB, the largest that the process came to have more than before
     """
 
+    seeds: float = 0.0
     inputs: int = 0
     accepted: int = 0
     refused: int = 0
@@ -63,7 +67,10 @@ def try_reader(reader: Reader, count: int, seed: int = 0) -> Outcome:
         warnings.simplefilter("error")
         home = Path(folder)
         for content in reader.seeds.contents:  # what is loaded once isn't an input's memory or time
-            _try(reader, content, home, rng, Outcome())
+            whole = Outcome()
+            while whole.inputs < CHOICES and not whole.accepted:
+                _try(reader, content, home, rng, whole)
+            outcome.seeds += whole.accepted / len(reader.seeds.contents)
         before = _peak()
         for _ in range(max(1, round(count * reader.share))):
             _try(reader, reader.seeds.make(rng), home, rng, outcome)

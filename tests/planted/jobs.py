@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pairs import Case
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolpathError
@@ -103,14 +105,17 @@ class Job:
     tilt: tuple[float, float]
 
 
-def jobs() -> Iterator[Job]:
-    """Return jobs of every tool and kind of path on two machines."""
+def jobs(pick: Callable[[Iterable[Case]], Iterable[Case]] = list) -> list[Job]:
+    """Return jobs of every tool and kind of path on two machines, or those that are picked."""
     hayashi = fx.load_machine("hayashi-640123")
     trunnion = fx.load_machine("linuxcnc-xyzac-trt").with_drives_of(hayashi)
-    for machine in (hayashi, trunnion):
-        for tool_name, (tool, tilt) in TOOLS.items():
-            for path_name, make in PATHS.items():
-                yield Job(f"{tool_name} {path_name} on {machine.name}", make(tool), machine, tilt)
+    machines = {machine.name: machine for machine in (hayashi, trunnion)}
+    found = []
+    for machine, tool_name, path_name in pick(product(machines, TOOLS, PATHS)):
+        tool, tilt = TOOLS[tool_name]
+        name = f"{tool_name} {path_name} on {machine}"
+        found.append(Job(name, PATHS[path_name](tool), machines[machine], tilt))
+    return found
 
 
 def of_job(job: Job, folder: Path) -> Count:

@@ -1,6 +1,6 @@
 """All classes of faults in programs, by name."""
 
-from planted import approach, between, geometric, start, states, technology
+from planted import approach, between, geometric, operations, start, states, technology
 from planted.fault import Fault
 
 FAULTS: tuple[Fault, ...] = (
@@ -10,4 +10,5 @@ FAULTS: tuple[Fault, ...] = (
     *start.FAULTS,
     *states.FAULTS,
     *between.FAULTS,
+    *operations.FAULTS,
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -99,17 +99,20 @@ class Part:
     asked: dict[str, Any] = field(default_factory=dict)
 
 
+@cache
 def on_hayashi() -> fx.Solution:
     """An overhanging wall on a table-table machine without offsets."""
     return fx.optimise(cone_wall(-0.5), fx.load_machine("hayashi-640123"), tilt=TILT, effort="quick")
 
 
+@cache
 def on_trunnion() -> fx.Solution:
     """An upright wall, on a machine whose rotary axes are reversed and offset, with known travels."""
     machine = fx.load_machine("linuxcnc-xyzac-trt").with_drives_of(fx.load_machine("hayashi-640123"))
     return fx.optimise(cone_wall(0.0), machine, tilt=TILT, effort="quick")
 
 
+@cache
 def with_links() -> fx.Solution:
     """Two passes with rapid moves between them."""
     return fx.optimise(two_passes(), fx.load_machine("hayashi-640123"), tilt=TILT, effort="quick")

@@ -23,7 +23,7 @@ def passes(name: str) -> fx.Toolpath:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["blade", "bowl", "dome", "flutes", "saddle"])
+@pytest.mark.parametrize("name", ["blade", "bowl", "saddle"])
 def test_more_effort_never_costs_more(hayashi, name):
     efforts = ("quick", "normal", "thorough") if name == "saddle" else ("quick", "normal")
     costs = [fx.optimise(passes(name), hayashi, tilt=TILT, effort=e).energy.total for e in efforts]
@@ -31,19 +31,17 @@ def test_more_effort_never_costs_more(hayashi, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["bowl", "flutes"])
-def test_each_objective_is_least_where_it_is_asked_for(hayashi, name):
+def test_each_objective_is_least_where_it_is_asked_for(hayashi):
     energy, travel = (
-        fx.optimise(passes(name), hayashi, tilt=TILT, objective=o).energy for o in ("energy", "travel")
+        fx.optimise(passes("flutes"), hayashi, tilt=TILT, objective=o).energy for o in ("energy", "travel")
     )
     assert energy.total <= travel.total * SAME
     assert travel.travel <= energy.travel * SAME
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["wave", "torus"])
-def test_a_better_start_is_not_thrown_away(hayashi, name):
-    path, bounds = passes(name), {"tilt": TILT, "steady": 0.0}
+def test_a_better_start_is_not_thrown_away(hayashi):
+    path, bounds = passes("wave"), {"tilt": TILT, "steady": 0.0}
     good = fx.optimise(path, hayashi, **bounds)
     start = good.motion.positions[~good.toolpath.inserted][:, hayashi.rotary_columns]
     given = motion_energy(hayashi, Filling().blocks(path, hayashi, follow(path, hayashi, start)))

@@ -66,7 +66,7 @@ def drawn(plan: Plan, data: st.DataObject) -> tuple[Layout, Reopened]:
     return layout, reopen(layout, openings)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(data=st.data())
 def test_every_step_is_cut_once_wherever_passes_begin(plans, data):
     plan = data.draw(st.sampled_from(plans))
@@ -74,7 +74,7 @@ def test_every_step_is_cut_once_wherever_passes_begin(plans, data):
     assert steps_cut(found.toolpath) == steps_cut(plan.toolpath)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(data=st.data())
 def test_rows_stay_consistent_and_links_clear(plans, space, data):
     plan = data.draw(st.sampled_from(plans))
@@ -91,7 +91,7 @@ def test_rows_stay_consistent_and_links_clear(plans, space, data):
     assert space.chords_fit(path.pivot[:-1], path.pivot[1:]).all()
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(data=st.data())
 def test_a_path_opened_twice_can_be_opened_as_it_was(plans, data):
     plan = data.draw(st.sampled_from(plans))

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import random
-from pathlib import Path
-
 import pytest
 from fuzzing.readers import Reader, readers
 from fuzzing.trial import try_reader
-
-from fiveaxis.errors import FiveAxisError
 
 # `tests/benchmarks/fuzz.py` gives each a hundred thousand.
 COUNT = 200
@@ -22,6 +16,7 @@ def test_damaged_inputs_are_read_or_refused_by_an_error_of_our_own(reader: Reade
     told = "\n".join(f"{content!r}\n{trace}" for content, trace in outcome.first.values())
     assert not outcome.foreign, told
     assert outcome.accepted + outcome.refused == outcome.inputs == max(1, round(COUNT * reader.share))
+    assert outcome.seeds >= 0.5, "damage of what is refused anyway finds little"
 
 
 def test_an_end_that_is_not_ours_is_told_with_its_input(monkeypatch):
@@ -38,17 +33,3 @@ def test_an_end_that_is_not_ours_is_told_with_its_input(monkeypatch):
     assert outcome.foreign[kind] > 10
     assert content
     assert "faulty" in trace
-
-
-@pytest.mark.parametrize("reader", readers(), ids=lambda reader: reader.name)
-def test_some_seed_of_every_reader_is_read(reader: Reader, tmp_path: Path):
-    """Damage of what is refused anyway would find little."""
-
-    def reads(content: bytes) -> bool:
-        for choice in range(10):  # of machines, options and columns
-            with contextlib.suppress(FiveAxisError):
-                reader.read(content, tmp_path, random.Random(choice))
-                return True
-        return False
-
-    assert sum(map(reads, reader.seeds.contents)) >= len(reader.seeds.contents) / 2

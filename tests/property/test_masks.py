@@ -3,9 +3,8 @@
 from functools import cache
 
 import numpy as np
-import pytest
 from by_degrees import optimise
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fiveaxis.errors import Infeasible
@@ -78,9 +77,9 @@ caps = st.lists(
 )
 
 
-@pytest.mark.parametrize("kind", [Caps, MappedCaps])
-@settings(max_examples=4)
-@given(drawn=caps)
+@settings(max_examples=5)
+@given(kind=st.sampled_from([Caps, MappedCaps]), drawn=caps)
+@example(kind=MappedCaps, drawn=[(10, 20, 0.1, -0.1, 0.4)])
 def test_a_path_is_admitted_everywhere_and_sound(kind, drawn):
     mask = kind(drawn)
     try:

@@ -29,7 +29,7 @@ def tell(solution, machine):
 part, machine = "examples/overhang/part.stl", fx.load_machine("hayashi-640123")
 path = fx.plan_contour(part, fx.Tool.ball(8), stepdown=3, overhang=True)
 print(sha256(path.contact.tobytes() + path.normal.tobytes()).hexdigest())
-tell(fx.optimise(path, machine, tilt=(15, 75), part=part), machine)
+tell(fx.optimise(path, machine, tilt=(15, 75), part=part, effort="quick"), machine)
 
 machine = fx.load_machine("linuxcnc-bridgemill").with_tool_length(80.0)
 turn = np.linspace(0.0, 1.5 * np.pi, 40)
@@ -39,13 +39,8 @@ wall = fx.Toolpath.from_contacts(15.0 * out, 0.8 * out + [0.0, 0.0, 0.6], fx.Too
 tell(fx.optimise(wall, machine, tilt=(10, 60), effort="quick", keep_clear=False), machine)
 """
 VECTOR_CODE = " ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))
-KERNELS = {
-    "of Haswell, without numpy's vector code": {
-        "OPENBLAS_CORETYPE": "Haswell",
-        "NPY_DISABLE_CPU_FEATURES": VECTOR_CODE,
-    },
-    "of Prescott": {"OPENBLAS_CORETYPE": "Prescott"},
-}
+# An old processor's linear algebra, without numpy's vector code.
+KERNELS = {"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": VECTOR_CODE}
 
 
 def told(**environment: str) -> str:
@@ -62,12 +57,6 @@ def told(**environment: str) -> str:
     return ran.stdout
 
 
-@pytest.fixture(scope="module")
-def here() -> str:
-    return told()
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("kernels", KERNELS.values(), ids=KERNELS)
-def test_other_kernels_give_the_same_program(kernels, here):
-    assert told(**kernels) == here
+def test_other_kernels_give_the_same_program():
+    assert told(**KERNELS) == told()

@@ -1,6 +1,7 @@
 """Laws of `Report.merge`: the order of reports, and how often one comes, decide nothing."""
 
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -29,7 +30,8 @@ findings = st.builds(
     places,
     st.none() | st.floats(-9.0, 9.0),
 )
-sentences = st.lists(st.sampled_from(["limits", "tilt", "gouges", "speed"]), unique=True).map(tuple)
+sentences = st.sampled_from(["limits", "tilt", "gouges", "speed"])
+claims = st.lists(st.tuples(sentences, st.none() | checks), unique=True).map(tuple)
 
 
 def gaps(made: dict[Check, int]) -> st.SearchStrategy[tuple[tuple[Gap, Check | None], ...]]:
@@ -49,7 +51,7 @@ def reports(draw: st.DrawFn) -> Report:
         findings=listed.findings,
         checks=made,
         figures=draw(st.dictionaries(st.sampled_from(FIGURES), st.none() | st.floats(-9.0, 9.0))),
-        passed=draw(sentences),
+        claims=draw(claims),
         gaps=draw(gaps(made)),
         about=draw(st.sampled_from([None, "digest"])),
     )
@@ -61,6 +63,7 @@ def unordered(report: Report) -> tuple[object, ...]:
         report.findings,
         report.checks,
         report.figures,
+        set(report.claims),
         set(report.passed),
         set(report.gaps),
         report.about,
@@ -103,8 +106,30 @@ def test_a_joint_report_is_no_better_than_any_of_its_parts(a, b):
             if value is not None:
                 worse = min if name == "tilt_min_deg" else max
                 assert both.figures[name] == worse(both.figures[name], value)
-        assert set(report.passed) <= set(both.passed)
         assert {gap for gap in report.gaps if gap[1] not in both.checks} <= set(both.gaps)
+
+
+@given(reports(), reports())
+def test_passed_is_what_no_part_failed_and_some_part_passed(a, b):
+    both = a.merge(b)
+    claimed = {sentence for report in (a, b) for sentence, _ in report.claims}
+    assert set(both.passed) <= {*a.passed, *b.passed} <= claimed
+    for report in (a, b):
+        assert set(both.passed).isdisjoint({sentence for sentence, _ in report.claims} - {*report.passed})
+    # Where neither has found anything, nothing is lost.
+    clean = [replace(report, findings=()) for report in (a, b)]
+    assert set(clean[0].merge(clean[1]).passed) == claimed
+
+
+@given(reports(), st.sampled_from(Severity))
+def test_a_finding_of_a_claims_own_check_shows_it_false_unless_it_is_a_note(a, severity):
+    found = Report.of_findings([Finding(severity, "jump", "a fact", Place(1))], PATH)
+    claim = replace(Report.of_findings(()), claims=(("turns", Check("jump", PATH)),))
+    both = a.merge(claim).merge(found)
+    assert ("turns" in both.passed) is (severity is Severity.NOTE)
+    # On other rows the same check says nothing about these.
+    elsewhere = Report.of_findings([Finding(severity, "jump", "a fact", Place(1))], APPROACH)
+    assert "turns" in a.merge(claim, elsewhere).passed
 
 
 @given(reports(), reports())

@@ -18,8 +18,8 @@ NOTHING_NEW = {
     "sinumerik": "G0 G1 G2 G3 G4 G71 G971 COMPOF DYNNORM FNORM ORISOF M13",
     "klartext": "M13 M137 CC PLANE|RESET|STAY CYCL|DEF|32.0|T5 CYCL|DEF|332.0|T5",
 }
-# Every seventh word in the quick run, another part of them for each control.
-STEP = 7
+# Every twelfth word in the quick run, another part of them for each control.
+STEP = 12
 CONTROLS = [
     ("fanuc", "tip"),
     ("haas", "tip"),

@@ -46,8 +46,7 @@ def room_of(path: Path) -> str:
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
 
 
-def modules_of(room: str) -> list[Path]:
-    return [path for path in sorted(PACKAGE.rglob("*.py")) if room_of(path) == room]
+MODULES = [(room_of(path), path) for path in sorted(PACKAGE.rglob("*.py")) if room_of(path) in ROOMS]
 
 
 def name_of(path: Path) -> str:
@@ -85,15 +84,16 @@ def test_the_table_has_every_room_and_no_other():
     assert set(ROOMS) == {room_of(path) for path in PACKAGE.rglob("*.py")} - {"__init__"}
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_a_room_imports_lower_rooms_only(room):
-    for path in modules_of(room):
+def test_a_room_imports_lower_rooms_only():
+    wrong = []
+    for room, path in MODULES:
         for name in imports(path, types=True):
             other = [*name.split("."), ""][1]
             if (path.relative_to(PACKAGE).as_posix(), other) == UPWARD:
                 continue
             if name.startswith("fiveaxis.") and other in ROOMS and other != room:
-                assert ROOMS[other].layer < ROOMS[room].layer, f"{path} imports {name}"
+                wrong += [f"{path} imports {name}"] * (ROOMS[other].layer >= ROOMS[room].layer)
+    assert wrong == []
 
 
 def test_what_is_called_upwards_is_imported_when_it_is_called():
@@ -104,25 +104,22 @@ def test_what_is_called_upwards_is_imported_when_it_is_called():
     assert not any(f"fiveaxis.{room}" in text for text in at_once)
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_a_room_imports_its_own_libraries_only_and_needs_each(room):
-    needed = set()
-    for path in modules_of(room):
+def test_a_room_imports_its_own_libraries_only_and_needs_each():
+    """The table gives a library to a room, or to some of its files; all that import it, and no others."""
+    found = set()
+    for room, path in MODULES:
         here = "/".join(path.relative_to(PACKAGE).parts[1:])
         for library in {name.split(".")[0] for name in imports(path)} - ANYWHERE:
-            files = ROOMS[room].libraries.get(library)
-            assert files is not None, f"{path} imports {library}, which the table doesn't give to {room}"
-            assert not files or here in files, f"{path} imports {library}, which is for {sorted(files)}"
-            needed |= {(library, file) for file in files & {here}} if files else {(library, "")}
-    listed = {(library, f) for library, files in ROOMS[room].libraries.items() for f in files or {""}}
-    assert listed == needed, "the table gives a library to a room, or to a file, that doesn't import it"
+            found.add((room, library, here if ROOMS[room].libraries.get(library) else ""))
+    table = ((room, library, files) for room in ROOMS for library, files in ROOMS[room].libraries.items())
+    assert found == {(room, library, file) for room, library, files in table for file in files or {""}}
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_no_modules_of_a_room_import_each_other_in_a_circle(room):
-    names = {name_of(path): set(imports(path)) for path in modules_of(room)}
-    graph = {name: (found & set(names)) - {name, f"fiveaxis.{room}"} for name, found in names.items()}
-    try:
-        TopologicalSorter(graph).prepare()
-    except CycleError as circle:
-        pytest.fail(" -> ".join(circle.args[1]))
+def test_no_modules_of_a_room_import_each_other_in_a_circle():
+    for room in ROOMS:
+        names = {name_of(path): set(imports(path)) for r, path in MODULES if r == room}
+        graph = {name: (found & set(names)) - {name, f"fiveaxis.{room}"} for name, found in names.items()}
+        try:
+            TopologicalSorter(graph).prepare()
+        except CycleError as circle:
+            pytest.fail(" -> ".join(circle.args[1]))

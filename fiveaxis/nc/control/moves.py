@@ -70,7 +70,10 @@ class Moves(InterpreterState):
         """Check whether a move in machine coordinates (G53) is in the result."""
         if self.modes.motion not in STRAIGHT:
             raise BlockError("G53 needs G0 or G1; write one in its block")
-        return not self._omit_move("G53", {c: block.words[c] for c in axes})
+        if self._omit_move("G53", {c: block.words[c] for c in axes}):
+            return False
+        self.modes.technology.placed.add(self.line)
+        return True
 
     def _require_begin(self) -> None:
         """Accept a first position without G0 or G1, whose way isn't in the program; else raise."""
@@ -251,6 +254,7 @@ class Moves(InterpreterState):
             return
         if self._omit_move(word, dict.fromkeys(axes, 0.0)):
             return
+        self.modes.technology.placed.add(self.line)
         home = self.track.now.copy()
         for column in columns:
             home[column] = 0.0

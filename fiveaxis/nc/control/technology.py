@@ -112,6 +112,7 @@ class TechnologyTrack:
     state : (n,), which one is in force in the move to a row
     lines : (n,), of the program
     machine_moves : moves in machine coordinates, in order
+    placed : lines of those whose ends are among the rows, because the zero is known
     once : lines and words that act once, where they stand: stops, unknown M words
     unapproached : lines of machine moves after which the program feeds before it has positioned their axes
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
@@ -127,6 +128,7 @@ class TechnologyTrack:
     state: IntArray
     lines: IntArray
     machine_moves: tuple[MachineMove, ...] = ()
+    placed: frozenset[int] = frozenset()
     once: tuple[tuple[int, str], ...] = ()
     unapproached: frozenset[int] = frozenset()
     late_axes: str = ""
@@ -160,6 +162,7 @@ class TechnologyReader:
     ----------
     language : whose D (Sinumerik), or else H, is the tool's length offset
     accepted : M words that the caller takes for harmless
+    placed : lines of moves in machine coordinates whose ends are among the rows, as their interpreter knows
     selections : lines and names of selected tools
     cancelled : modes that are switched off before the first move, with the line
     control : that the header of a program by this package names; empty in others
@@ -172,6 +175,7 @@ class TechnologyReader:
     lines: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
     machine_moves: list[MachineMove] = field(default_factory=list)
+    placed: set[int] = field(default_factory=set)
     once: list[tuple[int, str]] = field(default_factory=list)
     selections: list[str] = field(default_factory=list)
     cancelled: dict[str, int] = field(default_factory=dict)
@@ -334,6 +338,7 @@ class TechnologyReader:
             state=state,
             lines=lines,
             machine_moves=tuple(self.machine_moves),
+            placed=frozenset(self.placed),
             once=tuple(self.once),
             unapproached=frozenset(self._at_machine.values()) if self.cuts else frozenset(),
             late_axes="".join(sorted(late)),

@@ -20,7 +20,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, feed_times, rapid_findings
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Solution
-from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.toolpath import Constraints, Toolpath, singular_turn
 
 # A move that passes the singular direction closer than this is called a crossing (rad).
 NEAR = np.radians(10.0)
@@ -88,23 +88,16 @@ def with_findings(solution: Solution, cone: Cone | None) -> Solution:
 
 
 def cone_findings(toolpath: Toolpath, machine: Machine, rotary: Array, cone: Cone) -> list[Finding]:
-    """List the runs of cuts that turn the first rotary axis within the cone; code ``singular-turn``."""
-    rows = np.flatnonzero(turning_within(toolpath, machine, rotary, cone))
-    turns = np.degrees(np.abs(np.diff(rotary[:, 0])))
-    angles = np.degrees(nearest_angles(machine, rotary))
-    return [
-        Finding(
-            Severity.WARNING,
-            "singular-turn",
-            f"{machine.rotaries[0]} turns by {turns[run].sum():.1f} deg in {_blocks(len(run))} while the "
-            f"tool axis is {angles[run].min():.2f} deg from the singular direction (cone "
-            f"{np.degrees(cone.angle):g} deg): no path was found that holds it; widen the tilt range or tilt "
-            "the part on the table",
-            toolpath.place(int(run[0]) + 1),
-            float(turns[run].sum()),
-        )
-        for run in _runs(rows)
-    ]
+    """List the passes that turn the first rotary axis within the cone; code ``singular-turn``."""
+    turns, nearest = np.abs(np.diff(rotary[:, 0])), nearest_angles(machine, rotary)
+    found = []
+    for rows in toolpath.passes(1 + np.flatnonzero(turning_within(toolpath, machine, rotary, cone))):
+        first, last = (toolpath.place(int(row)) for row in (rows[0], rows[-1]))
+        turned, near = turns[rows - 1], nearest[rows - 1]
+        text = singular_turn(machine.rotaries[0], turned, near, last, cone=cone.angle, rate=cone.rate)
+        degrees = float(np.degrees(turned).sum())
+        found.append(Finding(Severity.WARNING, "singular-turn", text, first, degrees))
+    return found
 
 
 def slow_findings(toolpath: Toolpath, machine: Machine, motion: Motion) -> list[Finding]:

@@ -24,13 +24,6 @@ ORDER = "Array.from(document.querySelectorAll('tbody tr:not([hidden])'), r => r.
 MARKS = "Array.from(document.querySelectorAll('.mark'), m => getComputedStyle(m).display !== 'none')"
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    found = Browser(tmp_path_factory.mktemp("profile"))
-    yield found
-    found.close()
-
-
 @pytest.fixture
 def page(browser, tmp_path):
     """The page of four jobs, opened from its file."""

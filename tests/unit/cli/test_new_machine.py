@@ -134,6 +134,17 @@ def test_the_dialogue_and_the_options_write_the_same_bytes(tmp_path):
     machine = load_machine(tmp_path / "mill.toml")
     assert machine.axis("X").moved_mass == 900.0
     assert [a.letter for a in machine.axes if a.reversed] == ["A", "C"]
+    assert machine.control == "heidenhain"
+
+
+def test_a_control_table_is_named_relative_to_the_machine_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text('based_on = "fanuc"\n')
+    (tmp_path / "shop").mkdir()
+    done = run(tmp_path / "shop", "--structure", "trunnion-ac", "--control", "mine.toml")
+    assert done.exit_code == 0, done.output
+    assert Path(load_machine("shop/mill.toml").control).samefile("mine.toml")
+    assert str(tmp_path) not in (tmp_path / "shop" / "mill.toml").read_text()
 
 
 def test_a_wrong_answer_is_explained_and_asked_for_again(tmp_path):

@@ -127,9 +127,11 @@ def test_the_unit_of_a_mesh_is_an_option_and_a_key_of_jobs(dome, tmp_path):
     assert again.stdout == found.stdout
 
 
-def test_a_part_smaller_than_half_the_cutter_is_refused_with_its_size_in_other_units(dome):
-    found = CliRunner().invoke(app, ["plan", str(dome), *COARSE])
+@pytest.mark.parametrize("diameter", [2.1, 10.0])
+def test_a_part_smaller_than_the_cutter_is_refused_with_its_size_in_other_units(dome, diameter):
+    found = CliRunner().invoke(app, ["plan", str(dome), "--tool", f"ball:{diameter}", *COARSE[2:]])
     assert found.exit_code == 2
+    assert f"and the cutter {diameter:g} mm: take a smaller one (--tool)" in found.output
     assert "the part measures 2 × 2 × 1 mm, read in mm" in found.output
     assert "inch makes it 50.8 × 50.8 × 25.4 mm" in found.output
     smaller = CliRunner().invoke(app, ["plan", str(dome), "--tool", "ball:1.5", *COARSE[2:-2]])

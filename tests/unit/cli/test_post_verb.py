@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 import fiveaxis as fx
 from fiveaxis.cli import app
 from fiveaxis.job import post_program
+from fiveaxis.machine.files import find_machine
 from fiveaxis.motion import follow
 from fiveaxis.nc import DIALECTS, read_motion, read_program, write_motion
 
@@ -205,6 +206,43 @@ def test_what_cannot_be_written_is_one_message_and_no_file(table, tmp_path, word
     assert fault in done.stderr
     assert done.stdout == ""
     assert not output.exists()
+
+
+@pytest.fixture
+def mill(tmp_path):
+    """Give what writes the machine of `table` with a control."""
+
+    def write(control):
+        text = find_machine("linuxcnc-xyzac-trt").read_text(encoding="utf-8")
+        file = tmp_path / "mill.toml"
+        file.write_text(f'control = "{control}"\n{text}', encoding="utf-8")
+        return file
+
+    return write
+
+
+def test_a_program_is_for_the_control_of_its_machine_unless_another_is_named(table, tmp_path, mill):
+    (tmp_path / "mine.toml").write_text('based_on = "fanuc"\n')
+    for stated, words, header in (
+        ("fanuc", (), "CONTROL: FANUC AXES"),
+        ("mine.toml", (), "CONTROL: MINE AXES"),
+        ("fanuc", ("-c", "sinumerik"), "control: sinumerik axes"),
+    ):
+        output = tmp_path / "part.mpf" if words else tmp_path / "part.nc"
+        done = run("post", table, "-m", mill(stated), "-o", output, "--overwrite", "--unverified", *words)
+        assert done.exit_code == 0, done.stderr
+        assert header in output.read_text()
+    assert json.loads(run("info", mill("fanuc"), "--json").stdout)["control"] == "fanuc"
+
+
+def test_an_unknown_control_of_a_machine_names_the_machine_and_the_nearest_control(table, tmp_path, mill):
+    file = mill("fanuk")
+    fault = "machine 'linuxcnc-xyzac-trt': unknown control 'fanuk'; did you mean 'fanuc'?"
+    for words in (("post", table, "-m", file, "-o", tmp_path / "part.nc"), ("check", file)):
+        done = run(*words)
+        assert done.exit_code == 2
+        assert fault in done.stderr.replace("\n", " ")
+    assert not (tmp_path / "part.nc").exists()
 
 
 def test_the_controls_are_listed():

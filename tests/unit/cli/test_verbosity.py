@@ -25,12 +25,12 @@ def as_before():
     set_verbosity(0, False)
 
 
-@pytest.fixture
-def path(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     angle = np.linspace(0.0, 2.0 * np.pi, 30)
     around = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=1)
     rows = np.hstack([20.0 * around + [0.0, 0.0, 30.0], np.cos(0.5) * around - [0.0, 0.0, np.sin(0.5)]])
-    file = tmp_path / "ring.csv"
+    file = tmp_path_factory.mktemp("ring") / "ring.csv"
     np.savetxt(file, rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
     return file
 
@@ -40,15 +40,11 @@ def optimise(path: Path, *words: object, tilt: str = "15:75") -> Any:
     return CliRunner().invoke(app, [str(word) for word in [*given, "--effort", "quick", *words]])
 
 
-@pytest.mark.parametrize("words", [(), ("-v",), ("-vv",), ("-q",)])
-def test_json_is_alone_on_stdout_at_any_verbosity(path, words):
-    result = optimise(path, "--json", *words)
-    assert result.exit_code == 0
-    assert json.loads(result.stdout)["locations"] == 30
-
-
-def test_verbose_logs_the_stages_room_by_room_and_more_verbose_their_details(path):
-    plain, told, detailed = (optimise(path, *words).stderr for words in ((), ("-v",), ("-vv",)))
+def test_json_is_alone_on_stdout_and_stages_are_logged_as_verbosely_as_asked(path):
+    runs = [optimise(path, "--json", *words) for words in (("-q",), (), ("-v",), ("-vv",))]
+    assert [json.loads(run.stdout)["locations"] for run in runs] == [30] * 4
+    quiet, plain, told, detailed = (run.stderr for run in runs)
+    assert quiet == ""
     assert not any(f"{room}: " in plain for room in ROOMS)
     assert all(f"{room}: " in told for room in ROOMS)
     assert "nc: ring.csv: 30 locations" in told
@@ -83,11 +79,11 @@ def test_setting_the_verbosity_again_adds_no_second_handler():
     assert sum(isinstance(handler, ConsoleHandler) for handler in handlers) == 1
 
 
-@pytest.mark.parametrize("verb", sorted(c.name or c.callback.__name__ for c in app.registered_commands))
-def test_every_verb_takes_both_options(verb):
-    text = CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1"}).invoke(app, [verb, "--help"]).stdout
-    assert "--verbose" in text
-    assert "--quiet" in text
+def test_every_verb_takes_both_options():
+    runner = CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1"})
+    verbs = [c.name or c.callback.__name__ for c in app.registered_commands]
+    texts = {verb: runner.invoke(app, [verb, "--help"]).stdout for verb in verbs}
+    assert [v for v, text in texts.items() if "--verbose" not in text or "--quiet" not in text] == []
 
 
 def test_no_room_prints():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from pairs import in_pairs
 from scipy.spatial.transform import Rotation
 
 from fiveaxis.collision.pieces import (
@@ -28,15 +29,13 @@ def wall():
     return mesh_piece(corners, np.array([[0, 1, 2], [0, 2, 3]]), HERE, closed=False)
 
 
-@pytest.mark.parametrize("margin", [0.0, 0.5, 20.0])
-@pytest.mark.parametrize(("miss", "near"), [(1e-3, False), (-1e-3, True)])
-@pytest.mark.parametrize("lean", [0.0, 0.3, 1.5])
-def test_a_micrometre_decides_between_a_cylinder_and_a_wall(margin, miss, near, lean):
+@in_pairs(margin=[0.0, 0.5, 20.0], miss=[1e-3, -1e-3], lean=[0.0, 0.3, 1.5])
+def test_a_micrometre_decides_between_a_cylinder_and_a_wall(margin, miss, lean):
     radius, height = 5.0, 30.0
     reach = radius * np.cos(lean) + height / 2.0 * np.sin(lean)
     place = translation((reach + margin + miss, 3.0, 2.0))
     place[:3, :3] = Rotation.from_euler("y", lean).as_matrix()
-    assert PairQuery(cylinder_piece(radius, height, HERE), wall()).nearer(place, margin) is near
+    assert PairQuery(cylinder_piece(radius, height, HERE), wall()).nearer(place, margin) is (miss < 0.0)
 
 
 def test_the_depth_of_a_cylinder_in_a_wall_is_the_overlap():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pairs import in_pairs
 
 from fiveaxis.collision.pieces import box_piece
 from fiveaxis.collision.travel import Stretch, Travel
@@ -32,9 +33,11 @@ def travel_of(machine: Machine, ends: tuple[int, int], turn: float) -> Travel:
     return Travel(stretch, mover, other, links[ends[0]], links[ends[1]])
 
 
-@pytest.mark.parametrize("turn", [0.05, 1.0, 4.0])
-@pytest.mark.parametrize("ends", [(0, -1), (-1, 0), (1, -2), (-1, 2)])
-@pytest.mark.parametrize("code", ["640123", "640231", "012364", "610235", "641023"])
+@in_pairs(
+    code=["640123", "640231", "012364", "610235", "641023"],
+    ends=[(0, -1), (-1, 0), (1, -2), (-1, 2)],
+    turn=[0.05, 1.0, 4.0],
+)
 def test_no_point_leaves_its_chord_by_more_than_an_eighth_of_the_bend(code, ends, turn):
     travel = travel_of(machine_of(code), ends, turn)
     moves = np.arange(39)

@@ -276,13 +276,12 @@ def test_the_example_part_gives_a_short_path_on_its_overhang():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("overhang", [False, True])
-def test_the_propeller_is_never_gouged(overhang):
+def test_the_propeller_is_never_gouged():
     if not MESHES.is_dir():
         pytest.skip("the shared meshes are not beside the project")
     part = MESHES / "propeller_d.stl"
-    path = plan_contour(part, Tool.ball(4), stepdown=1.0, overhang=overhang)
-    assert path.cutting.sum() > (5000 if overhang else 15000)
+    path = plan_contour(part, Tool.ball(4), stepdown=1.0, overhang=True)
+    assert path.cutting.sum() > 5000
     assert lowest_gap(path, load_mesh(part)) >= -0.01
     assert lowest_gap_between(path, load_mesh(part)) >= -0.025
 

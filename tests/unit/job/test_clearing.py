@@ -89,8 +89,7 @@ def test_without_the_mask_the_holder_hits_the_block_and_with_it_it_doesnt(arc, m
     assert errors(report) == set()
     assert not any(code.startswith("holder") for code in report.counts)
     # Both spend up to a hundredth on steadier axes.
-    least = optimise_postures(arc, machine, tilt=TILT, effort="normal").energy.total
-    assert kept.energy.total >= 0.99 * least
+    assert kept.energy.total >= 0.99 * free.energy.total
 
 
 def test_what_collides_between_locations_is_refused_and_searched_again(

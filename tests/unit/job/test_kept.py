@@ -6,6 +6,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.job import load_placed, make_job
+from fiveaxis.machine.files import find_machine
 
 FANUC = """%
 O1000
@@ -27,9 +28,8 @@ def placed(tmp_path):
     def load(text, name="part.nc", **settings):
         file = tmp_path / name
         file.write_text(text, encoding="utf-8")
-        return load_placed(
-            make_job(input=file, machine="dmu50ev", tool="ball:6", tool_length=100.0, **settings)
-        )
+        given = {"machine": "dmu50ev", "tool": "ball:6", "tool_length": 100.0} | settings
+        return load_placed(make_job(input=file, **given))
 
     return load
 
@@ -44,6 +44,17 @@ def test_tool_spindle_coolant_zero_and_tcp_are_kept(placed):
 def test_what_is_given_overrides_what_is_stated(placed):
     job = placed(FANUC, control="sinumerik", nc={"tool_number": 7}).job
     assert (job.control, job.nc.tool_number, job.nc.spindle_rpm) == ("sinumerik", 7, 12000)
+
+
+def test_a_machine_s_own_control_comes_before_the_input_s_and_after_the_job_s(placed, tmp_path):
+    """The program runs on this machine, whatever control the input was written for."""
+    mill = tmp_path / "mill.toml"
+    text = find_machine("dmu50ev").read_text(encoding="utf-8")
+    mill.write_text(f'control = "heidenhain"\n{text}', encoding="utf-8")
+    job = placed(FANUC, machine=str(mill)).job
+    assert (job.writing["control"], job.coordinates) == ("heidenhain", "tip")
+    assert (job.nc.tool_number, job.nc.spindle_rpm, job.nc.work_offset) == (3, 12000, None)
+    assert placed(FANUC, machine=str(mill), control="sinumerik").job.writing["control"] == "sinumerik"
 
 
 def test_what_the_control_cannot_be_given_is_a_finding(placed):

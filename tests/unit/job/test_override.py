@@ -36,9 +36,10 @@ def optimise(sunk, out: Path, *more: str):
     return CliRunner().invoke(app, [*words, "-o", str(out), "--json", *more])
 
 
-def test_a_gouge_keeps_the_program_back(sunk, tmp_path):
-    result = optimise(sunk, tmp_path)
+def test_a_gouge_keeps_the_program_back_and_another_code_that_is_accepted_opens_nothing(sunk, tmp_path):
+    result = optimise(sunk, tmp_path, "--override", "jump")
     assert result.exit_code == 1
+    assert "override accepts jump, which wasn't found [override-unused]" in result.stderr
     assert "no NC program was written" in result.stderr
     assert list(json.loads(result.stdout)["kept_back"]) == ["gouge"]
     assert "No NC program was written, because of gouge" in (tmp_path / "report.html").read_text()
@@ -60,13 +61,6 @@ def test_a_gouge_that_is_accepted_by_name_stands_in_the_header(sunk, tmp_path):
     text = (tmp_path / "program.ngc").read_text()
     assert f"(OVERRIDDEN: gouge [{count}])" in text
     assert "verification: errors accepted by name" in text
-
-
-def test_another_code_opens_nothing_and_is_named(sunk, tmp_path):
-    result = optimise(sunk, tmp_path, "--override", "jump")
-    assert result.exit_code == 1
-    assert "override accepts jump, which wasn't found [override-unused]" in result.stderr
-    assert not (tmp_path / "program.ngc").exists()
 
 
 def test_a_code_that_does_not_exist_is_refused_before_any_work(sunk, tmp_path):

@@ -49,7 +49,7 @@ def test_a_part_out_of_reach_is_raised_and_where_to_is_told(ring):
 
 
 def test_a_table_that_is_drawn_carries_the_part(ring):
-    outcome = run_job(job_on(ring, "linuxcnc-bridgemill", tool_length=150.0))
+    outcome = run_job(job_on(ring, "linuxcnc-bridgemill", tool_length=150.0, keep_clear=False))
     assert outcome.solution.machine.setup.offset[2] >= -300.0
 
 

@@ -37,9 +37,17 @@ def solution(hayashi, wall) -> fx.Solution:
 
 
 @pytest.mark.parametrize(("control", "mode"), MODES)
-def test_every_control_and_mode_holds_path_and_axis_when_its_text_is_read_back(solution, control, mode):
-    made = solution.program(control=control, coordinates=mode)
+def test_every_control_and_mode_holds_path_axis_and_spindle_when_its_text_is_read_back(
+    solution, control, mode
+):
+    sense, direction = ("M4", "left") if MODES.index((control, mode)) % 2 else ("M3", "right")
+    turning = ProgramSettings(spindle_rpm=8000, spindle_direction=direction)
+    speaks = DIALECTS[control].language == "blocks"
+    made = solution.program(
+        control=control, coordinates=mode, settings=turning if speaks else ProgramSettings()
+    )
     assert made.ok, made.report.findings
+    assert not speaks or f"spindle: 8000 rev/min ({sense}) in every cut" in made.report.passed
     figures = made.report.figures
     assert figures["contact_error_mm"] <= PATH_TOLERANCE
     assert figures["tip_deviation_mm"] <= PATH_TOLERANCE
@@ -177,18 +185,6 @@ def test_a_spindle_that_was_not_given_is_reported_as_not_checked(solution):
     turning = solution.program(settings=ProgramSettings(spindle_rpm=8000, spindle_direction="left"))
     assert "spindle: 8000 rev/min (M4) in every cut" in turning.report.passed
     assert turning.ok
-
-
-@pytest.mark.parametrize(("control", "mode"), MODES)
-@pytest.mark.parametrize("direction", ["right", "left"])
-def test_every_control_says_its_spindle_so_that_it_is_read_back(solution, control, mode, direction):
-    if DIALECTS[control].language != "blocks":
-        pytest.skip("a list of locations has no spindle")
-    settings = ProgramSettings(spindle_rpm=8000, spindle_direction=direction)
-    made = solution.program(control=control, coordinates=mode, settings=settings)
-    assert made.ok, made.report.counts
-    sense = "M3" if direction == "right" else "M4"
-    assert f"spindle: 8000 rev/min ({sense}) in every cut" in made.report.passed
 
 
 def test_the_text_is_read_back_row_by_row(solution):

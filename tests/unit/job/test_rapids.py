@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from by_degrees import optimise, tilt_bounds
+from pairs import in_pairs
 from written import write_text
 
 import fiveaxis as fx
@@ -58,15 +59,20 @@ def program_of(
     return make_program(solution.motion, solution.machine, solution.toolpath, wide, options)
 
 
-@pytest.fixture(params=["hayashi", "trunnion"])
-def machine(request: pytest.FixtureRequest, hayashi: Machine, trunnion: Machine) -> Machine:
+@pytest.fixture
+def machines(hayashi: Machine, trunnion: Machine) -> dict[str, Machine]:
     """One that states no speed of any axis, and one that states all."""
-    return hayashi if request.param == "hayashi" else trunnion.with_drives_of(hayashi)
+    return {"hayashi": hayashi, "trunnion": trunnion.with_drives_of(hayashi)}
 
 
-@pytest.mark.parametrize("thin", [True, False])
-@pytest.mark.parametrize("tcp", [True, False])
-def test_a_rapid_move_is_one_block(machine, tcp, thin):
+@pytest.fixture(params=["hayashi", "trunnion"])
+def machine(request: pytest.FixtureRequest, machines: dict[str, Machine]) -> Machine:
+    return machines[request.param]
+
+
+@in_pairs(name=["hayashi", "trunnion"], tcp=[True, False], thin=[True, False])
+def test_a_rapid_move_is_one_block(machines, name, tcp, thin):
+    machine = machines[name]
     solution = with_postures(two_cuts(), machine)
     program = program_of(solution, "tip" if tcp else "axes", thin=thin)
     assert program.ok, program.report.findings

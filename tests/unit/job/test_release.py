@@ -24,7 +24,7 @@ def found(*codes: str, severity: Severity = Severity.ERROR, about: str | None = 
         (),
         {},
         {},
-        ("axis limits of X at every location",),
+        (("axis limits of X at every location", None),),
         ((risk("collision of the spindle nose"), None),),
         about,
     )

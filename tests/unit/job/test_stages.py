@@ -81,6 +81,7 @@ def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
         tool="lollipop:10:4",
         cone=2.0,
         part=tmp_path / "part.stl",
+        effort="quick",
     )
     outcome = run_job(job)
     assert outcome.ok

@@ -147,6 +147,11 @@ def test_a_machine_move_between_cuts_is_an_error_unless_the_way_back_is_rapid(
     zero = dict.fromkeys("XYZAC", 0.0)
     report = verify_program(file, solution.machine, toolpath=solution.toolpath, tilt=TILT, zero=zero)
     assert "where the path cuts" in next(f.message for f in report.findings if f.code == "rapid-in-cut")
+    # By way of a point of the program it goes to the reference all the same.
+    cut = next(i for i, line in enumerate(lines) if line.startswith("G1 "))
+    file.write_text("\n".join([*lines[:cut], "G28 X0. Y0.", *lines[cut:]]) + "\n")
+    report = verify_program(file, solution.machine, toolpath=solution.toolpath, tilt=TILT)
+    assert any(f"line {cut + 1}: G28 moves X, Y" in f.message for f in report.findings)
     # Without a path a retract from which the tool comes back at rapid may be that of another operation.
     heights = [word for line in lines for word in line.split() if word[0] == "Z"]
     for back, told in ((), True), ((f"G0 {heights[-1]}",), False):

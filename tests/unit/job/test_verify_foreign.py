@@ -134,3 +134,22 @@ def test_a_bull_nose_follows_the_straight_path_of_its_centre(hayashi, tmp_path):
     lift = np.array([0.0, 0.0, 0.02])
     apart = replace(path, pivot=path.pivot + lift, contact=path.contact + lift)
     assert not fx.verify_program(program, hayashi, toolpath=apart, singular_cone=None).ok
+
+
+@pytest.mark.parametrize(("degrees", "ok"), [(3.5, True), (14.0, False)])
+def test_directions_are_followed_in_their_plane_and_with_the_axes_in_proportion(
+    hayashi, tmp_path, degrees, ok
+):
+    """In proportion the tool's centre swings along the ring that is cut, in the plane above it."""
+    turn = np.radians(np.arange(0.0, 84.1, degrees))
+    out = np.column_stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
+    up = np.broadcast_to([0.0, 0.0, 1.0], out.shape)
+    ring = Toolpath.from_contacts(6.0 * out, up, Tool.ball(20), feed_mm_min=1000.0, name="ring")
+    axis = 0.6 * out + 0.8 * up
+    rows = np.column_stack([ring.pivot - 10.0 * axis, axis])
+    program = tmp_path / "ring.apt"
+    moves = "".join("GOTO/" + ",".join(f"{value:.6f}" for value in row) + "\n" for row in rows)
+    program.write_text(f"UNITS/MM\nFEDRAT/1000,MMPM\n{moves}FINI\n")
+    found = fx.verify_program(program, hayashi, toolpath=ring)
+    assert found.ok is ok
+    assert set(found.counts) == {"angles-assumed", *(() if ok else ("off-path",))}

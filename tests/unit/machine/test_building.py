@@ -37,6 +37,7 @@ RNG = np.random.default_rng(5)
 RICH = """name = "rich"
 code = "650123"
 description = "a machine with every key"
+control = "haas"
 
 [structure]
 source = "brochure"

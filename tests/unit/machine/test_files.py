@@ -28,14 +28,6 @@ def write(tmp_path: Path, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", machine_names())
-def test_every_figure_of_the_library_names_its_source(name: str):
-    machine = load_machine(name)
-    assert machine.name == name
-    assert machine.provenance
-    assert all(p.source or (p.assumed and p.note) for p in machine.provenance)
-
-
 def test_the_powers_of_hayashi_are_the_printed_ones(hayashi):
     z, a = hayashi.axis("Z").drive, hayashi.axis("A").drive
     assert (z.plus, z.minus, z.proportional) == (612.1, 427.8, False)

@@ -12,9 +12,8 @@ from fiveaxis.machine.measuring import dimensions, draw, zero_of
 WITHOUT_PIVOTS = ["hayashi-640123", "micro5", "umc-750", "variaxis-730"]
 
 
-@pytest.mark.parametrize("name", machine_names())
-def test_machines_without_pivots_say_what_to_measure_and_others_nothing(name):
-    assert bool(dimensions(load_machine(name))) == (name in WITHOUT_PIVOTS)
+def test_machines_without_pivots_say_what_to_measure_and_others_nothing():
+    assert [name for name in machine_names() if dimensions(load_machine(name))] == WITHOUT_PIVOTS
 
 
 @pytest.mark.parametrize(

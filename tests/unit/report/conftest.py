@@ -111,7 +111,7 @@ def verdict() -> Report:
         findings=(),
         checks={},
         figures={"contact error (mm)": 2.5e-13, "gouge (mm)": None},
-        passed=("axis limits at every location",),
+        claims=(("axis limits at every location", Check("axis-limit")),),
         gaps=((risk("gouges: no mesh of the part was given", "part (--part)", JOB), None),),
     )
 

@@ -29,7 +29,7 @@ CONTRAST = 4.5
 @pytest.fixture(scope="module")
 def written(solution: Solution, tmp_path_factory: pytest.TempPathFactory) -> Path:
     verdict = Report(
-        (), {}, {"gouge_depth_mm": None}, (NASTY,), ((risk(NASTY), None), (Gap("a" * 200), None))
+        (), {}, {"gouge_depth_mm": None}, ((NASTY, None),), ((risk(NASTY), None), (Gap("a" * 200), None))
     )
     named = replace(solution, toolpath=replace(solution.toolpath, name=NASTY))
     path = tmp_path_factory.mktemp("report") / "report.html"

@@ -57,7 +57,7 @@ def test_a_path_that_passed_every_check_is_called_safe(
 
 
 def test_an_unchecked_path_is_not_called_safe(page: Page, solution: Solution, verdict: Report) -> None:
-    text = body_text(page(solution, replace(verdict, passed=())))
+    text = body_text(page(solution, replace(verdict, claims=())))
     assert "Unknown: nothing was checked." in text
     assert "Only in part" not in text
 

@@ -31,7 +31,7 @@ def test_a_verified_program_is_never_called_safe_while_something_is_not_checked(
     )
     every = ReportDocument(solution, replace(verdict, gaps=())).answers
     assert (every.verdict, every.safe.text) == ("safe", "Yes: whatever could do harm was checked and passed.")
-    none = ReportDocument(solution, replace(verdict, passed=())).answers
+    none = ReportDocument(solution, replace(verdict, claims=())).answers
     assert (none.verdict, none.safe.text) == ("unknown", "Unknown: nothing was checked.")
 
 

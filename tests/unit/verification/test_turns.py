@@ -101,11 +101,24 @@ def test_a_turn_within_the_singular_cone_is_a_warning(hayashi):
     motion = turning(path, hayashi, c=[0, 3, 6, 9, 12, 12], a=[-20, -8, -4, 8, -4, -4])
     report = verify(motion, hayashi, path, singular_cone=5.0)
     # Into the cone, and through it: the move to 3 passes it halfway. Turns outside or in links are free.
-    assert rows_of(report, "singular-turn") == [2, 3]
-    assert {f.severity for f in report.findings if f.code == "singular-turn"} == {Severity.WARNING}
+    (found,) = [f for f in report.findings if f.code == "singular-turn"]
+    assert (found.severity, found.place.location, found.value) == (Severity.WARNING, 2, pytest.approx(6.0))
+    assert "in 2 cuts of a pass, at most 3 deg in one and the last at location 3" in found.message
+    assert "(cone 5 deg)" in found.message
     assert report.ok
     assert report.figures["singular_turn_deg"] == pytest.approx(3.0)
     assert "singular-turn" not in verify(motion, hayashi, path, singular_cone=5.0, singular_rate=3.0).counts
+
+
+def test_a_cone_wider_than_the_path_leaves_is_told_once_a_pass_with_the_one_that_it_keeps(hayashi):
+    kind = [0] * 40 + [MoveKind.LINK] + [0] * 39
+    path = line(80, kind=kind)
+    motion = turning(path, hayashi, c=np.arange(80.0), a=np.full(80, -20.05))
+    report = verify(motion, hayashi, path, singular_cone=30.0)
+    assert rows_of(report, "singular-turn") == [1, 41]
+    assert report.counts["singular-turn"] == 2
+    assert all("narrow the cone to 20 deg" in f.message for f in report.findings)
+    assert "singular-turn" not in verify(motion, hayashi, path, singular_cone=20.0).counts
 
 
 def test_the_singular_direction_counts_in_both_senses(hayashi):

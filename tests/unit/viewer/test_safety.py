@@ -67,14 +67,12 @@ def test_what_the_script_reads_is_packed_data(page):
     assert len(content) == 4 + length + sum(sizes)
 
 
-SCRIPTS = sorted((Path(fiveaxis.__file__).parent / "viewer" / "scripts").glob("*.js"))
-
-
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
-def test_a_script_of_the_page_never_makes_markup_or_code_of_text(script):
-    text = script.read_text(encoding="utf-8")
-    for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "Function("):
-        assert word not in text
+def test_a_script_of_the_page_never_makes_markup_or_code_of_text():
+    words = ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "Function(")
+    scripts = (Path(fiveaxis.__file__).parent / "viewer" / "scripts").glob("*.js")
+    texts = {script.name: script.read_text(encoding="utf-8") for script in scripts}
+    assert len(texts) > 1
+    assert [(name, word) for name, text in texts.items() for word in words if word in text] == []
 
 
 def test_nothing_that_was_stored_is_run():

@@ -27,12 +27,7 @@ def test_every_link_of_every_code_is_drawn(code):
 
 
 @pytest.mark.parametrize("name", machine_names())
-def test_every_link_of_every_library_machine_is_drawn(name):
-    drawn(load_machine(name))
-
-
-@pytest.mark.parametrize("name", machine_names())
-def test_the_spindle_is_on_the_tool_axis_above_the_gauge_point(name):
+def test_every_link_of_a_library_machine_is_drawn_and_the_spindle_above_the_gauge_point(name):
     machine = load_machine(name).with_tool_length(120.0)
     home = machine.setup.frame @ machine.chain.tool_home
     holds = machine.code.head[-1] if machine.code.head else "bed"

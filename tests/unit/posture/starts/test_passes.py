@@ -137,8 +137,7 @@ def test_a_ring_from_another_start_has_its_rows_in_order_and_each_move_its_feed(
     assert ring.moves(opening).tolist() == moves
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize(("seed", "both"), [(0, False), (1, True)])
 def test_openings_are_chosen_as_by_brute_force(hayashi, monkeypatch, seed, both):
     monkeypatch.setattr(start_points, "LONGER", 1e9)
     path = rings(n=5)
@@ -160,7 +159,7 @@ def test_openings_are_chosen_as_by_brute_force(hayashi, monkeypatch, seed, both)
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_openings_between_links_are_chosen_as_by_brute_force(hayashi, seed):
     path, passes = linked(count=3, n=5)
     layout = layout_of(path, passes)
@@ -326,22 +325,21 @@ def given(solution):
     return solution.toolpath.at(np.flatnonzero(~solution.toolpath.inserted))
 
 
-def test_linked_passes_of_a_plan_begin_where_it_is_cheaper_and_stay_whole(hayashi):
+def test_linked_passes_of_a_plan_begin_where_it_is_cheaper_and_stay_whole_in_either_direction(hayashi):
     path, passes = linked()
-    bound = optimise(path, hayashi, tilt=(15, 75))
-    free = optimise(path, hayashi, tilt=(15, 75), free_start=True, passes=passes)
-    assert free.energy.travel <= bound.energy.travel
-    assert steps_cut(given(free)) == steps_cut(path)
-    assert free.residuals()["tilt"] <= 1e-9
+    bound, free, both = (
+        optimise(path, hayashi, tilt=(15, 75), **options)
+        for options in (
+            {},
+            {"free_start": True, "passes": passes},
+            {"free_start": True, "passes": passes, "free_direction": True},
+        )
+    )
+    assert both.energy.travel <= free.energy.travel <= bound.energy.travel
+    for solution in (free, both):
+        assert steps_cut(given(solution)) == steps_cut(path)
+        assert solution.residuals()["tilt"] <= 1e-9
     assert "of 3 closed passes begin" in free_start_message(free)
-
-
-def test_a_free_direction_costs_no_more_than_the_given_one(hayashi):
-    path, passes = linked()
-    forward = optimise(path, hayashi, tilt=(15, 75), free_start=True, passes=passes)
-    both = optimise(path, hayashi, tilt=(15, 75), free_start=True, passes=passes, free_direction=True)
-    assert both.energy.travel <= forward.energy.travel
-    assert steps_cut(given(both)) == steps_cut(path)
 
 
 def test_open_passes_stay_as_they_are(hayashi):

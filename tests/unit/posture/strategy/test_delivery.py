@@ -42,6 +42,12 @@ def wall() -> Toolpath:
 
 
 @pytest.fixture(scope="module")
+def solution(wall, hayashi) -> fx.Solution:
+    """The wall as it is solved within bounds that the tool hops over."""
+    return fx.optimise(wall, hayashi, **HOP)
+
+
+@pytest.fixture(scope="module")
 def ring() -> Toolpath:
     """A round wall in steps of 3 deg."""
     angle = np.linspace(0.0, 2.0 * np.pi, 121)
@@ -65,8 +71,7 @@ def counts(solution, bounds) -> dict[str, int]:
     return {code: n for code, n in made.report.counts.items() if code != "operator"}
 
 
-def test_the_lean_holds_between_given_locations_too(wall, hayashi):
-    solution = fx.optimise(wall, hayashi, **HOP)
+def test_the_lean_holds_between_given_locations_too(wall, solution):
     assert counts(solution, HOP) == {}
     assert len(solution.toolpath) > len(wall) == solution.toolpath.count_given
 
@@ -83,8 +88,7 @@ def test_passes_that_may_begin_elsewhere_keep_their_bounds_too(ring, short):
     assert [f.code for f in solution.toolpath.findings].count("free-start") == 1
 
 
-def test_what_is_solved_passes_the_given_locations_in_their_order(wall, hayashi):
-    solution = fx.optimise(wall, hayashi, **HOP)
+def test_what_is_solved_passes_the_given_locations_in_their_order(wall, solution):
     location = solution.motion.location
     given = location == np.floor(location)
     np.testing.assert_array_equal(location[given], np.arange(len(wall)))
@@ -133,8 +137,7 @@ def test_a_job_solves_its_program(wall, hayashi, tmp_path):
     assert outcome.document["locations"] == len(wall)
 
 
-def test_the_table_of_its_motion_becomes_the_same_program(wall, hayashi, tmp_path):
-    solution = fx.optimise(wall, hayashi, **HOP)
+def test_the_table_of_its_motion_becomes_the_same_program(wall, solution, hayashi, tmp_path):
     file = write_motion(solution.motion, tmp_path / "motion.csv", hayashi)
     read = read_motion(file, hayashi)
     np.testing.assert_allclose(read.location, solution.motion.location, atol=1e-9)
@@ -155,8 +158,7 @@ def test_the_table_of_its_motion_becomes_the_same_program(wall, hayashi, tmp_pat
     np.testing.assert_allclose(np.array(rates, float), np.array(rates_again, float), rtol=1e-6)
 
 
-def test_a_motion_is_verified_against_the_path_that_was_given(wall, hayashi):
-    solution = fx.optimise(wall, hayashi, **HOP)
+def test_a_motion_is_verified_against_the_path_that_was_given(wall, solution, hayashi):
     assert fx.verify(solution.motion, hayashi, wall, tilt=HOP["tilt"], max_turn=60.0).ok
     with pytest.raises(fx.FiveAxisError, match="along another path"):
         fx.verify(solution.motion, hayashi, s_wall(39), tilt=HOP["tilt"])
