@@ -65,20 +65,32 @@ def feed_of_program(*factors: float) -> Plant:
 
 
 def feed_of_block(factor: float) -> Plant:
-    """The feed of one cut wrong; where F is modal, right again in the next block."""
+    """The feed of one cut wrong, and right again in the next block."""
 
     def plant(subject: Subject, rng: np.random.Generator) -> Iterator[Text]:
-        text, line = subject.text, int(rng.choice(subject.cutting))
-        if subject.control == "apt":
-            (stated, *_) = reversed(text.find(FEDRAT, 0, line))
-            was = text.lines[stated]
-            yield text.inserted(line + 1, was).inserted(line, scaled(FEDRAT, factor)(was))
-        elif subject.control == "points":
-            yield text.rewritten(listed(factor), [line])
-        elif FEED.search(text.lines[line]):
-            yield text.rewritten(scaled(FEED, factor), [line])
+        yield of_one_block(subject, int(rng.choice(subject.cutting)), factor)
 
     return plant
+
+
+def of_one_block(subject: Subject, line: int, factor: float) -> Text:
+    """Multiply the feed of one move: F is modal, so the next block states what was in force."""
+    text = subject.text
+    if subject.control == "apt":
+        (stated, *_) = reversed(text.find(FEDRAT, 0, line))
+        was = text.lines[stated]
+        return text.inserted(line + 1, was).inserted(line, scaled(FEDRAT, factor)(was))
+    if subject.control == "points":
+        return text.rewritten(listed(factor), [line])
+    (stated, *_) = reversed(text.find(FEED, 0, line + 1))
+    (feed,) = FEED.findall(text.lines[stated])
+    after = [i for i in text.moves if i > line][:1]
+    if after and not text.is_rapid(after[0]) and not FEED.search(text.lines[after[0]]):
+        text = text.rewritten(lambda was: f"{was} F{feed}", after)
+    faulty = f"{factor * float(feed):.6f}"
+    if stated == line:
+        return text.rewritten(lambda was: FEED.sub(faulty, was), [line])
+    return text.rewritten(lambda was: f"{was} F{faulty}", [line])
 
 
 def feed_mode_wrong(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
@@ -118,7 +130,7 @@ def in_rapid(text: Text, lines: list[int]) -> Text:
             # The last columns: a cut or not, rapid or not.
             text = text.replaced(line, f"{was[:-3]}0,1")
         else:
-            other = re.sub(r" F[\d.]+", " FMAX" if " R0 " in was else "", was)
+            other = re.sub(r" F[\d.]+", "", was) + (" FMAX" if " R0" in was else "")
             text = text.replaced(line, other.replace("G1 ", "G0 "))
     return text
 

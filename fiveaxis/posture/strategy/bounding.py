@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
+from fiveaxis.motion import Interpolation
 from fiveaxis.options import Objective
 from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
 from fiveaxis.posture.solution import Solution
@@ -36,7 +38,8 @@ def with_bound(
     objective : what was minimised
     progress : called with what is being done
     """
-    bound = bound_travel if objective == "travel" else bound_energy
+    by_tip = found.filling.interpolation is Interpolation.TCP
+    bound = bound_travel if objective == "travel" else partial(bound_energy, by_tip=by_tip)
     path = found.toolpath
     turns = _turns(found, constraints)
     try:
