@@ -50,13 +50,13 @@ class Posted:
     motion : that was read
     made : the new program, and what verification found in its text
     path : its file; None where none was written
-    stands : the note on a setup that the program's header states
+    told : on a setup that the program's header states, and on what it states that isn't kept
     """
 
     motion: Motion
     made: MadeProgram
     path: Path | None
-    stands: tuple[Finding, ...] = ()
+    told: tuple[Finding, ...] = ()
 
     @property
     def program(self) -> Program:
@@ -67,7 +67,7 @@ class Posted:
     def findings(self) -> tuple[Finding, ...]:
         """What was assumed or left out while reading and writing."""
         read = self.motion.findings if isinstance(self.motion, ReadMotion) else ()
-        return (*read, *self.stands, *self.made.findings)
+        return (*read, *self.told, *self.made.findings)
 
 
 class Posting(Reading, Writing, total=False):
@@ -108,7 +108,7 @@ def post_program(
     source = Path(source)
     described = describe_input(source)
     text = load_source(source)
-    machine, stands = set_up_as_stated(machine, text)
+    machine, told = set_up_as_stated(machine, text)
     reading, writing = parted(given, Reading, Writing)
     if kind_of(text) == "motion":
         motion: Motion = read_motion_table(text, machine, source_is_table=True)
@@ -125,8 +125,8 @@ def post_program(
                 line=operation.first_line,
             )
         dialect = find_dialect(writing.get("control", "linuxcnc"))
-        if dialect.language == "blocks":
-            settings = with_stated(settings, stated_settings(operation, dialect)[0])
+        stated, lost = stated_settings(operation, dialect, settings, motion.name)
+        settings, told = with_stated(settings, stated), (*told, *lost)
     options = ProgramOptions.of(settings, header, **writing)
     options = options.named(source.stem) if output is None else options.for_file(output)
     try:
@@ -136,7 +136,7 @@ def post_program(
             raise
         raise ToolpathError(fault.message, file=source, line=fault.line) from None
     path = None if output is None else made.write(output, unverified=unverified)
-    return Posted(motion, made, path, stands)
+    return Posted(motion, made, path, told)
 
 
 @spelled_out(Writing)
