@@ -8,7 +8,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import MoveKind, Toolpath
 
 # mm: smaller moves are rounding; a control doesn't resolve them.
 STANDSTILL = 1e-6
@@ -25,7 +25,9 @@ def block_times(toolpath: Toolpath, machine: Machine, positions: Array, *, by_ti
     """Compute the duration of every move at the programmed feed and the axes' highest speeds.
 
     The feed is that of the pivot in the workpiece, so it doesn't depend on the posture, or that of the tip,
-    which a control with tool centre point control keeps to. A move that only turns rotary axes takes the
+    which a control with tool centre point control keeps to. In a link nothing is touched, and a pivot beside
+    the tool's axis may stand while the tool swings about it: there the feed is that of the tool's centre. A
+    move that only turns rotary axes takes the
     programmed number as deg/min, as RS274/NGC controls do. An axis that would exceed its highest speed slows
     the move down. A rapid move takes as long as its slowest axis at `rapid_speeds`. Acceleration isn't
     considered.
@@ -44,20 +46,27 @@ def block_times(toolpath: Toolpath, machine: Machine, positions: Array, *, by_ti
     """
     moves = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))
     turn = moves[:, machine.rotary_columns].max(axis=1, initial=0.0)
+    times = _times_of(_fed_lengths(toolpath, machine, positions, by_tip), turn, toolpath.feed)
     if by_tip:
-        tip, _axis = tool_poses(machine, positions)
-        step = np.linalg.norm(np.diff(tip, axis=0, prepend=tip[:1]), axis=1)
-        least = LEAST_OF_PIVOT * toolpath.lengths / toolpath.feed
         # The pivot of an inserted location isn't always known.
-        times = np.fmax(_times_of(step, turn, toolpath.feed), least)
-    else:
-        times = feed_times(toolpath, turn)
+        times = np.fmax(times, LEAST_OF_PIVOT * toolpath.lengths / toolpath.feed)
     for column, axis in enumerate(machine.axes):
         if axis.max_speed is not None:
             times = np.maximum(times, moves[:, column] / axis.max_speed)
     rapid = toolpath.rapid
     times[rapid] = (moves[rapid] / rapid_speeds(machine, toolpath.feed[rapid])).max(axis=1, initial=0.0)
     return times
+
+
+def _fed_lengths(toolpath: Toolpath, machine: Machine, positions: Array, by_tip: bool) -> Array:
+    """Measure the course of the point that the feed is of, in each move, (n,) mm."""
+    beside = np.asarray((toolpath.kind == MoveKind.LINK) & bool(toolpath.zone.offset))
+    if not (by_tip or beside.any()):
+        return toolpath.lengths
+    tip, axis = tool_poses(machine, positions)
+    point = tip if by_tip else tip + toolpath.zone.height * axis
+    steps = np.linalg.norm(np.diff(point, axis=0, prepend=point[:1]), axis=1)
+    return steps if by_tip else np.where(beside, steps, toolpath.lengths)
 
 
 def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:

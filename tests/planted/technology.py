@@ -28,6 +28,8 @@ WORK_OFFSET = re.compile(r"^G55$|^G505$|\bQ339=\+3\b")
 OTHER_OFFSET = {"G55": "G56", "G505": "G506", "Q339=+3": "Q339=+4"}
 # Blocks of a longer fault.
 MANY = 20
+# mm: shorter moves in the air are over before a speed matters.
+FAR = 0.5
 
 
 # --- feed --------------------------------------------------------------------------------------------------
@@ -71,6 +73,21 @@ def feed_of_block(factor: float) -> Plant:
         yield of_one_block(subject, int(rng.choice(subject.cutting)), factor)
 
     return plant
+
+
+def feed_of_link(subject: Subject, rng: np.random.Generator) -> Iterator[Text]:
+    """The feed of one link ten times as high, and right again in the next block."""
+    links = sorted(set(feed_moves(subject)) - set(subject.cutting))
+    if links:
+        yield of_one_block(subject, int(rng.choice(links)), 10.0)
+
+
+def goes_far(subject: Subject, text: Text) -> bool:
+    """Check by measure whether the first move that differs is long enough to notice its speed."""
+    was = subject.text.lines
+    changed = next(i for i, line in enumerate(text.lines) if i >= len(was) or line != was[i])
+    ways = [way for way in subject.measure.ways(text) if way.line >= changed]
+    return bool(np.linalg.norm(ways[0].centre[-1] - ways[0].centre[0]) > FAR)
 
 
 def of_one_block(subject: Subject, line: int, factor: float) -> Text:
@@ -280,6 +297,8 @@ FAULTS = (
     Fault("feed of program", "feed", feed_of_program(10.0, 2.0, 1.0 / 60.0, 1.0 / 25.4)),
     Fault("feed of block, fast", "feed", feed_of_block(10.0), drawn=True),
     Fault("feed of block, slow", "feed", feed_of_block(0.1), warned=True, drawn=True),
+    # In the air a speed matters where the move is long enough to reach it.
+    Fault("feed of link, fast", "feed", feed_of_link, goes_far, drawn=True),
     # Always: F is then another quantity. A G94 that is lost isn't planted: it is every control's default.
     Fault("feed mode wrong", "feed", feed_mode_wrong),
     Fault("feed mode lost", "feed", feed_mode_lost),

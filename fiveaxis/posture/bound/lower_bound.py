@@ -136,7 +136,9 @@ def bound_energy(
     prices = np.tile(costs.plus, each), np.tile(costs.minus, each)
     total, used = _least_cost(toolpath, machine, tilt, turns, prices, work, progress)
     least = LEAST_OF_PIVOT if by_tip else 1.0
-    total += costs.standing * least * float(feed_times(toolpath)[1:].sum())
+    # Of a pivot beside the tool's axis the feed holds in cuts only.
+    held = toolpath.cutting[1:] | (not toolpath.zone.offset)
+    total += costs.standing * least * float(feed_times(toolpath)[1:][held].sum())
     return LowerBound(max(total, 0.0), "energy", used)
 
 
