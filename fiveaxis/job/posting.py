@@ -222,7 +222,9 @@ def make_of_motion(
             around=against.surroundings,
             tolerances=against.tolerances,
         )
-    own = with_feeds_of(motion, trace_tool(motion, machine, against.cutter, "motion"), machine)
+    by_tip = options.wording(machine).interpolation is Interpolation.TCP
+    traced = trace_tool(motion, machine, against.cutter, "motion")
+    own = with_feeds_of(motion, traced, machine, by_tip=by_tip)
     return make_program(
         motion,
         machine,
