@@ -108,7 +108,7 @@ class Filling:
             # The tip takes a chord at its feed.
             path = fill.path.at(few.kept)
             times = block_times(path, fill.planes.machine, blocks.positions, by_tip=True)
-            blocks = replace(blocks, time=times)
+            blocks = replace(blocks, time=np.where(path.rapid, blocks.time, times))
         return replace(fill, kept=few.kept, blocks=blocks)
 
 
