@@ -100,6 +100,7 @@ CHECKS = {
         ERROR,
         "nothing switches off what an earlier program may have left on; a warning in other sources' text",
     ),
+    "end-state": Code(ERROR, "nothing switches off after the last cut what the control's table switches off"),
     "approach-order": Code(ERROR, "the approach brings Z down before the other axes have moved"),
     "approach-deep": Code(ERROR, "before or after its path the cutter goes below the surface that it cuts"),
     "no-retract": Code(ERROR, "Z doesn't retract before or after the cuts, or not to where was asked for"),

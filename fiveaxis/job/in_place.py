@@ -21,7 +21,16 @@ from fiveaxis.job.solution import Solution
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import require_stated
-from fiveaxis.motion import Coordinates, Fill, Filling, ProgramMotion, follow, predicted_time
+from fiveaxis.motion import (
+    Coordinates,
+    Fill,
+    Filling,
+    Interpolation,
+    ProgramMotion,
+    block_times,
+    follow,
+    predicted_time,
+)
 from fiveaxis.motion.program_motion import Phase
 from fiveaxis.nc import DIALECTS, Program, require_program
 from fiveaxis.nc.formats import suffix_of
@@ -185,7 +194,10 @@ class RevisedOperation:
         if rotary is None or not np.isfinite(rotary).all():
             why = "the program states directions of the tool, and no angles"
             return replace(solution, missing={**solution.missing, AS_PROGRAMMED: why})
-        motion = follow(self.path, solution.machine, rotary)
+        machine, path = solution.machine, self.path
+        motion = follow(path, machine, rotary)
+        if self.wording.interpolation is Interpolation.TCP:
+            motion = replace(motion, time=block_times(path, machine, motion.positions, by_tip=True))
         energy = blocks_energy(solution.machine, motion, solution.clock, rounding)
         original = Baseline(motion, energy, self.path)
         return replace(solution, compared={AS_PROGRAMMED: original, **solution.compared})

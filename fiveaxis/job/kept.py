@@ -19,18 +19,27 @@ NOT_KEPT = "not-kept"
 LONGEST_NUMBER = 8
 
 
-def stated_settings(operation: Operation, dialect: Dialect) -> tuple[dict[str, Any], list[str]]:
+def stated_settings(
+    operation: Operation, dialect: Dialect, given: ProgramSettings, file: str
+) -> tuple[dict[str, Any], tuple[Finding, ...]]:
     """Return an operation's tool, length offset, spindle, coolant and work offset as settings of a program.
+
+    Parameters
+    ----------
+    given : settings that override what the operation states
+    file : that states it
 
     Returns
     -------
-    The settings, and what a control can't write of it.
+    The settings that aren't given, and the finding on what a control can't write of them.
     """
+    if dialect.language != "blocks":
+        return {}, ()
     known = {word: name for name, block in dialect.coolant.items() for word in (*block.split(), name.upper())}
     coolant, zero = known.get(operation.coolant), operation.work_offset
     speed = operation.spindle or 0.0
     spindle = dialect.spindle if speed > 0.0 else dialect.spindle_left
-    given: dict[str, tuple[object, Any]] = {
+    stated: dict[str, tuple[object, Any]] = {
         "tool_number": (operation.tool, _number(operation.tool) if dialect.tool_change else None),
         "length_offset": (
             operation.length_offset if operation.length_offset != operation.tool else "",
@@ -40,17 +49,20 @@ def stated_settings(operation: Operation, dialect: Dialect) -> tuple[dict[str, A
         "coolant": (operation.coolant, coolant),
         "work_offset": (zero, zero if re.fullmatch(dialect.work_offsets, zero) else None),
     }
-    kept = {name: value for name, (said, value) in given.items() if said and value is not None}
-    if speed < 0.0 and "spindle_rpm" in kept:
+    unset = {name: pair for name, pair in stated.items() if name not in _set(given)}
+    kept = {name: value for name, (said, value) in unset.items() if said and value is not None}
+    if speed < 0.0 and "spindle_rpm" in kept and "spindle_direction" not in _set(given):
         kept["spindle_direction"] = "left"
-    lost = [f"{name} {said}" for name, (said, value) in given.items() if said and value is None]
-    return kept, lost
+    lost = ", ".join(f"{name} {said}" for name, (said, value) in unset.items() if said and value is None)
+    text = f"control {dialect.name} isn't given the input's {lost}; see that it is in force"
+    place = Place(line=operation.first_line, file=file)
+    return kept, (Finding(Severity.WARNING, NOT_KEPT, text, place),) if lost else ()
 
 
 def with_stated(settings: ProgramSettings, stated: dict[str, Any]) -> ProgramSettings:
-    """Add what an input states to the settings of a program, which override it."""
+    """Add what an input states to the settings of a program."""
     given = {name: getattr(settings, name) for name in _set(settings)}
-    return ProgramSettings(**stated | given)
+    return ProgramSettings(**given | stated)
 
 
 def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
@@ -81,13 +93,9 @@ def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     is_program = operation.language != "APT"
     if is_program and "coordinates" not in job.model_fields_set and coordinates in dialect.modes:
         given["coordinates"] = coordinates
-    stated, lost = stated_settings(operation, dialect) if dialect.language == "blocks" else ({}, [])
-    given["nc"] = {name: value for name, value in stated.items() if name not in _set(job.nc)}
-    if lost and not any(finding.code == NOT_KEPT for finding in toolpath.findings):
-        text = f"control {dialect.name} isn't given the input's {', '.join(lost)}; see that it is in force"
-        place = Place(line=operation.first_line, file=toolpath.name)
-        found = Finding(Severity.WARNING, NOT_KEPT, text, place)
-        toolpath = replace(toolpath, findings=(*toolpath.findings, found))
+    given["nc"], lost = stated_settings(operation, dialect, job.nc, toolpath.name)
+    if not any(finding.code == NOT_KEPT for finding in toolpath.findings):
+        toolpath = replace(toolpath, findings=(*toolpath.findings, *lost))
     return make_job(job, **given), toolpath
 
 

@@ -23,6 +23,7 @@ from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
 from fiveaxis.nc.formats import kind_of
+from fiveaxis.nc.languages.choice import control_of, find_language
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
@@ -246,7 +247,12 @@ def revises(job: Job) -> bool:
     if asked or job.program.machine is not None or job.setup.search is not None or is_mesh(job.input):
         return False
     require_input(job.input)
-    return kind_of(load_source(job.input)) == "program"
+    source = load_source(job.input)
+    if kind_of(source) != "program":
+        return False
+    # A program of another control than the machine's is written anew.
+    written_for = control_of(source, find_language(source))
+    return job.stated_control is None or written_for in ("", job.stated_control)
 
 
 def operation_text(job: Job, tool: Tool) -> OperationText:

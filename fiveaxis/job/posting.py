@@ -46,13 +46,13 @@ class Posted:
     motion : that was read
     made : the new program, and what verification found in its text
     path : its file; None where none was written
-    stands : the note on a setup that the program's header states
+    told : on a setup that the program's header states, and on what it states that isn't kept
     """
 
     motion: ReadMotion
     made: MadeProgram
     path: Path | None
-    stands: tuple[Finding, ...] = ()
+    told: tuple[Finding, ...] = ()
 
     @property
     def program(self) -> Program:
@@ -62,7 +62,7 @@ class Posted:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What was assumed or left out while reading and writing."""
-        return (*self.motion.findings, *self.stands, *self.made.findings)
+        return (*self.motion.findings, *self.told, *self.made.findings)
 
 
 class Posting(Reading, Writing, total=False):
@@ -108,7 +108,7 @@ def post_program(
     source = Path(source)
     described = describe_input(source)
     text = load_source(source)
-    machine, stands = set_up_as_stated(machine, text)
+    machine, told = set_up_as_stated(machine, text)
     reading, writing = parted(given, Reading, Writing)
     read = load_program(text, machine, against.cutter, reading)
     motion = _of_known_ways(read.motion)
@@ -123,8 +123,8 @@ def post_program(
                 line=operation.first_line,
             )
         dialect = find_dialect(control_for(machine, writing.get("control")))
-        if dialect.language == "blocks":
-            settings = with_stated(settings, stated_settings(operation, dialect)[0])
+        stated, lost = stated_settings(operation, dialect, settings, motion.name)
+        settings, told = with_stated(settings, stated), (*told, *lost)
     options = ProgramOptions.of(settings, header, machine, **writing)
     options = options.named(source.stem) if output is None else options.for_file(output)
     if read.by_control and against.toolpath is None:
@@ -139,7 +139,7 @@ def post_program(
             raise
         raise ToolpathError(fault.message, file=source, line=fault.line) from None
     path = None if output is None else made.write(output, unverified=unverified)
-    return Posted(motion, made, path, stands)
+    return Posted(motion, made, path, told)
 
 
 def _of_known_ways(motion: ReadMotion) -> ReadMotion:
@@ -250,7 +250,9 @@ def make_of_motion(
             around=against.surroundings,
             tolerances=against.tolerances,
         )
-    own = with_feeds_of(motion, trace_tool(motion, machine, against.cutter, "motion"), machine)
+    by_tip = options.wording(machine).interpolation is Interpolation.TCP
+    traced = trace_tool(motion, machine, against.cutter, "motion")
+    own = with_feeds_of(motion, traced, machine, by_tip=by_tip)
     return make_program(
         motion,
         machine,

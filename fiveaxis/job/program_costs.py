@@ -139,7 +139,8 @@ def program_energy(
     machine : with a drive on every axis and the load on its table. Unless it was set up
         (`Machine.with_setup`), the workpiece stands where the header of a program of fiveaxis says
     tool : the programmed feed, which the travel metric uses, is the speed of its centre (`path_feed`); by
-        default the tool that a program of fiveaxis names in its header, else the feed is the tip's
+        default the tool that a program of fiveaxis names in its header, else the feed is the tip's, as it is
+        under TCP in any case
     corners : ``control`` takes the times that the control takes with the axes' accelerations
         (`predicted_time`), or the programmed ones where the machine doesn't state them; ``programmed`` takes
         these in any case. ``exact-stop`` or a tolerance in mm runs the program under a time law
@@ -183,7 +184,8 @@ def price_program(
     if corners in ("programmed", "control"):
         read, taken = _whole_blocks(read, machine, taken)
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
-    tool = tool or stated_tool(source)
+    # Under TCP F is the tip's.
+    tool = None if read.tcp.any() else tool or stated_tool(source)
     rounding = word_rounding(read, texts)
     feed, taken_over = _feeds(machine, read, tool, stated_feed(source), rounding)
     motion = replace(read, feed=feed)

@@ -16,6 +16,7 @@ from fiveaxis.motion.steadiness import PeakRate, SpeedChange, Steadiness, measur
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
 from fiveaxis.motion.timing import (
+    LEAST_OF_PIVOT,
     STANDSTILL,
     block_times,
     feed_times,
@@ -30,6 +31,7 @@ from fiveaxis.options import Coordinates
 __all__ = [
     "AXIS_TOLERANCE",
     "FASTEST",
+    "LEAST_OF_PIVOT",
     "PATH_TOLERANCE",
     "SPEED_TOLERANCE",
     "STANDSTILL",

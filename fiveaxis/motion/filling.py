@@ -108,7 +108,13 @@ class Filling:
             planes=fill.planes.demanded(fill.row),
             inside=inside_rapids(fill.path, fill.row),
         )
-        return replace(fill, kept=few.kept, blocks=few.motion)
+        blocks = few.motion
+        if self._tcp:
+            # The tip takes a chord at its feed.
+            path = fill.path.at(few.kept)
+            times = block_times(path, fill.planes.machine, blocks.positions, by_tip=True)
+            blocks = replace(blocks, time=np.where(path.rapid, blocks.time, times))
+        return replace(fill, kept=few.kept, blocks=blocks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +256,9 @@ def fill_in(
         if tcp:
             path = _with_straight_tips(path, toolpath.tips(planes.axes), row, tool_axes(machine, angles))
     motion = follow(path, machine, angles)
-    if path is not toolpath and path.zone.offset:
+    if tcp:
+        motion = replace(motion, time=block_times(path, machine, motion.positions, by_tip=True))
+    elif path is not toolpath and path.zone.offset:
         motion = replace(motion, time=_times_in_parts(toolpath, path, row, machine, motion))
     return path, motion, row
 

@@ -9,8 +9,9 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.toolpath import MoveKind, Toolpath
 
 # mm: smaller moves are rounding; a control doesn't resolve them.
 STANDSTILL = 1e-6
@@ -18,6 +19,9 @@ STANDSTILL = 1e-6
 # limit must exceed rounding in the program (1e-5 mm in a block of 20 ms is half of it), residuals of an
 # optimiser and effects of dividing moves. No drive was measured at such a low speed.
 STANDING, STANDING_TURN = 1e-3, 2e-5
+# Where F is the tip's, a block takes at least this share of the time that the pivot would: while the tip
+# hardly moves, nothing but highest speeds, which few machine files state, would bound how fast axes turn.
+LEAST_OF_PIVOT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,32 +64,52 @@ def axis_bounds(machine: Machine) -> AxisBounds:
     return AxisBounds(bounds["max_speed"], bounds["max_acceleration"])
 
 
-def block_times(toolpath: Toolpath, machine: Machine, positions: Array) -> Array:
+def block_times(toolpath: Toolpath, machine: Machine, positions: Array, *, by_tip: bool = False) -> Array:
     """Compute the duration of every move at the programmed feed and the axes' highest speeds.
 
-    The feed is that of the pivot in the workpiece, so it doesn't depend on the posture. A move that only
-    turns rotary axes takes the programmed number as deg/min, as RS274/NGC controls do. An axis that would
-    exceed its highest speed slows the move down. A rapid move takes as long as its slowest axis at
-    `rapid_speeds`. Acceleration isn't considered.
+    The feed is that of the pivot in the workpiece, so it doesn't depend on the posture, or that of the tip,
+    which a control with tool centre point control keeps to. In a link nothing is touched, and a pivot beside
+    the tool's axis may stand while the tool swings about it: there the feed is that of the tool's centre. A
+    move that only turns rotary axes takes the
+    programmed number as deg/min, as RS274/NGC controls do. An axis that would exceed its highest speed slows
+    the move down. A rapid move takes as long as its slowest axis at `rapid_speeds`. Acceleration isn't
+    considered.
 
     Parameters
     ----------
     toolpath : lengths, feeds and kinds of the moves
     machine : highest speeds; an axis without one sets no bound on cuts and links
     positions : (n, k), mm and rad
+    by_tip : whether the feed is that of the tip, which moves straight; the time is then at least
+        `LEAST_OF_PIVOT` of what the pivot would take
 
     Returns
     -------
     (n,), s; 0 for the first row
     """
     moves = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))
-    times = feed_times(toolpath, moves[:, machine.rotary_columns].max(axis=1, initial=0.0))
+    turn = moves[:, machine.rotary_columns].max(axis=1, initial=0.0)
+    times = _times_of(_fed_lengths(toolpath, machine, positions, by_tip), turn, toolpath.feed)
+    if by_tip:
+        # The pivot of an inserted location isn't always known.
+        times = np.fmax(times, LEAST_OF_PIVOT * toolpath.lengths / toolpath.feed)
     for column, axis in enumerate(machine.axes):
         if axis.max_speed is not None:
             times = np.maximum(times, moves[:, column] / axis.max_speed)
     rapid = toolpath.rapid
     times[rapid] = (moves[rapid] / rapid_speeds(machine, toolpath.feed[rapid])).max(axis=1, initial=0.0)
     return times
+
+
+def _fed_lengths(toolpath: Toolpath, machine: Machine, positions: Array, by_tip: bool) -> Array:
+    """Measure the course of the point that the feed is of, in each move, (n,) mm."""
+    beside = np.asarray((toolpath.kind == MoveKind.LINK) & bool(toolpath.zone.offset))
+    if not (by_tip or beside.any()):
+        return toolpath.lengths
+    tip, axis = tool_poses(machine, positions)
+    point = tip if by_tip else tip + toolpath.zone.height * axis
+    steps = np.linalg.norm(np.diff(point, axis=0, prepend=point[:1]), axis=1)
+    return steps if by_tip else np.where(beside, steps, toolpath.lengths)
 
 
 def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
@@ -99,8 +123,12 @@ def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
     -------
     (n,), s; 0 for the first row
     """
-    length = toolpath.lengths
-    return np.where(length > STANDSTILL, length, np.degrees(turn)) / toolpath.feed
+    return _times_of(toolpath.lengths, turn, toolpath.feed)
+
+
+def _times_of(length: Array, turn: Array | float, feed: Array) -> Array:
+    """Compute the durations of moves of some length, mm, or of some turn, rad, where they have none."""
+    return np.asarray(np.where(length > STANDSTILL, length, np.degrees(turn)) / feed)
 
 
 def standing_speeds(machine: Machine) -> Array:

@@ -14,7 +14,7 @@ from fiveaxis.errors import Infeasible, MachineError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine, power_findings, with_powers
-from fiveaxis.motion import Filling
+from fiveaxis.motion import Filling, Interpolation
 from fiveaxis.options import Objective
 from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
 from fiveaxis.posture.mask import Mask
@@ -250,7 +250,8 @@ def with_bound(
     objective : what was minimised
     progress : called with what is being done
     """
-    bound = bound_travel if objective == "travel" else bound_energy
+    by_tip = found.filling.interpolation is Interpolation.TCP
+    bound = bound_travel if objective == "travel" else partial(bound_energy, by_tip=by_tip)
     path = found.toolpath
     turns = _largest_turns(found, constraints)
     try:

@@ -30,7 +30,11 @@ def check_feeds(context: CheckContext) -> Result:
     A cut may take longer than its length at the path's feed only where an axis is at its highest speed.
     """
     path, time = context.toolpath, context.motion.time
-    low = feed_durations(path.lengths, path.feed, context, context.positions)
+    length = path.lengths
+    if path.zone.offset:
+        # In a link a pivot beside the tool's axis touches nothing.
+        length = np.where(path.kind == MoveKind.LINK, _steps(context.centre), length)
+    low = feed_durations(length, path.feed, context, context.positions)
     high = np.maximum(low, axis_durations(context, context.positions))
     rows = 1 + np.flatnonzero(~path.rapid[1:])
     return _compare(rows, time[rows], low[rows], high[rows], path.feed[rows])
@@ -61,7 +65,7 @@ def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool =
     at_feed = feed_durations(np.diff(along, prepend=along[:1]), feed, context, positions)
     limited = np.maximum(at_feed, axis_durations(context, positions))
     ends = np.arange(len(time), dtype=float)
-    steps = np.linalg.norm(np.diff(context.centre, axis=0, prepend=context.centre[:1]), axis=1)
+    steps = _steps(context.centre)
     number = _passed_numbers(context, path, row, place, steps)
     every = np.arange(len(row), dtype=float)
     low, high = (np.diff(np.interp(number, every, np.cumsum(s)), prepend=0.0) for s in (at_feed, limited))
@@ -73,12 +77,17 @@ def check_feeds_along(context: CheckContext, match: Match, *, knows_axes: bool =
     inside &= (others[last] == others[first]) & ~context.toolpath.rapid
     # A rewind within a cut is a link of the program alone, and the path asks nothing of it.
     inside &= context.toolpath.cutting | ~path.cutting[row][last]
-    by_tip = np.linalg.norm(np.diff(context.tip, axis=0, prepend=context.tip[:1]), axis=1) / feed[last]
-    by_centre, by_axes = steps / feed[last], axis_durations(context, context.positions)
-    low, high = np.min([low, by_tip, by_centre], axis=0), np.max([high, by_tip, by_centre, by_axes], axis=0)
+    by_tip, by_centre = _steps(context.tip) / feed[last], steps / feed[last]
+    by_axes = axis_durations(context, context.positions)
     if path.zone.offset:
-        # In a link, and where a cut begins at one, no normal tells where it is.
-        inside &= path.cutting[row][first] & path.cutting[row][last] & context.toolpath.cutting
+        # In a link no normal tells where a pivot beside the tool's axis is: F counts along the tool itself.
+        # Where a cut begins at one, nothing is known.
+        links = ~path.cutting[row][last]
+        points = context.tip, context.centre
+        own = [feed_durations(_steps(p), feed[last], context, context.positions) for p in points]
+        low, high = np.where(links, np.minimum(*own), low), np.where(links, np.maximum(*own), high)
+        inside &= links | path.cutting[row][first]
+    low, high = np.min([low, by_tip, by_centre], axis=0), np.max([high, by_tip, by_centre, by_axes], axis=0)
     rows = np.flatnonzero(inside)
     high = high if knows_axes else 2.0 * high
     return _compare(rows, time[rows], low[rows], high[rows], feed[last][rows])
@@ -112,6 +121,11 @@ def _passed_numbers(
     )
     number[some] = np.where(np.isfinite(gap), before[some] + share, number[some])
     return number
+
+
+def _steps(points: Array) -> Array:
+    """Measure the step to each point, (n,) mm, from the one before."""
+    return np.asarray(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1))
 
 
 def check_stated_feeds(context: CheckContext, match: Match) -> Result:

@@ -91,7 +91,8 @@ class ReadBack:
             ) from None
         lines = read.motion.source
         owner = _owners(text, lines, planned)
-        unplanned = _unplanned(text, lines, owner, StartAndEnd(wording, settings, "unwound"))
+        ends = [StartAndEnd(wording, settings, winding).end() for winding in wording.dialect.windings]
+        unplanned = _unplanned(text, lines, owner, tuple(line for end in ends for line in end))
         coarse = any(wording.mode.feed in COARSE.get(finding.code, ()) for finding in text.findings)
         return cls(planned, wording, settings, read, owner, unplanned, coarse)
 
@@ -239,9 +240,8 @@ def _owners(text: Program, lines: IntArray, planned: ProgramMotion) -> IntArray:
     return np.arange(len(lines)) + planned.first
 
 
-def _unplanned(text: Program, lines: IntArray, owner: IntArray, frame: StartAndEnd) -> IntArray:
-    """Find the rows of moves that are neither planned nor part of the program's end, (u,)."""
-    ending = tuple(frame.end())
+def _unplanned(text: Program, lines: IntArray, owner: IntArray, ending: tuple[str, ...]) -> IntArray:
+    """Find the rows of moves, (u,), that are neither planned nor of the lines that end the program."""
     silent = np.flatnonzero(owner < 0)
     silent = silent[silent > np.argmax(owner >= 0)]
     strange = [not text.lines[line - 1].endswith(ending) for line in lines[silent].tolist()]

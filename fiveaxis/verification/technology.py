@@ -58,6 +58,7 @@ def check_technology(
         unnamed = asked.technology._replace(length="", work_offset="")
         asked = replace(asked, technology=unnamed)
     yield _check_start(track, rows, asked)
+    yield _check_end(track, rows, asked)
     yield _check_spindle(track, rows, asked)
     yield _check_tool(track, rows, asked)
     yield _check_changes(track, rows)
@@ -153,6 +154,22 @@ def _check_start(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolo
             f"the first move; write {blocks} at the start"
         ),
         checked=(f"start: switched off or set before the first move: {'; '.join(wanted)}",) if wanted else (),
+    )
+
+
+def _check_end(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
+    """Check that what the table of the control switches off at the end is off after the last cut."""
+    wanted = asked.ended if asked is not None and asked.control == track.control else {}
+    last = int(track.lines[-1]) if len(rows) else 0
+    left = {mode: block for mode, block in wanted.items() if track.ended.get(mode, 0) <= last}
+    return violated(
+        code="end-state",
+        rows=rows[-1:] if left else rows[:0],
+        message=(
+            f"after the last cut nothing switches off {'; '.join(left)}, and the next program or a move by "
+            f"hand begins in it; write {', '.join(dict.fromkeys(left.values()))} at the end"
+        ),
+        checked=(f"end: switched off after the last cut: {'; '.join(wanted)}",) if wanted else (),
     )
 
 

@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 from written import write_text
 
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import Motion, follow
+from fiveaxis.motion import Motion, block_times, follow
 from fiveaxis.nc import (
     DIALECTS,
     ProgramSettings,
@@ -84,6 +85,15 @@ def posture_of(machine: Machine) -> Motion:
     )
 
 
+def timed(motion: Motion, machine: Machine, coordinates: str) -> Motion:
+    """Let a motion last as long as its tip takes at its feed, as programs under TCP do."""
+    if coordinates == "axes":
+        return motion
+    tip, axis = tool_poses(machine, motion.positions)
+    path = Toolpath.from_tips(tip, axis, Tool.ball(10), feed_mm_min=60.0 * motion.feed, kind=motion.kind)
+    return replace(motion, time=block_times(path, machine, motion.positions, by_tip=True))
+
+
 def hold(path: Path, name: str) -> None:
     """Hold a file to its golden one."""
     if os.environ.get("FIVEAXIS_WRITE_GOLDEN"):
@@ -95,7 +105,7 @@ def hold(path: Path, name: str) -> None:
 def test_a_program_has_the_bytes_of_its_golden_file(tmp_path, name, control, coordinates, around):
     machine = load_machine(name)
     path = write_text(
-        posture_of(machine),
+        timed(posture_of(machine), machine, coordinates),
         tmp_path / "part.nc",
         machine=machine,
         control=control,

@@ -1,4 +1,4 @@
-"""Faults at the start: what an earlier program may have left on stays on, or is switched on again."""
+"""Faults at start and end: what a program may have left on stays on, or is switched on again."""
 
 from __future__ import annotations
 
@@ -69,6 +69,27 @@ def too_late(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
         yield text.inserted(begin + 1, was).replaced(line).numbered()
 
 
+# What the end of a program switches off, as its control does.
+_G49, _RESET = ("^G49$",), r"^\d+ PLANE RESET STAY$"
+OFF = {
+    "fanuc": _G49,
+    "haas": _G49,
+    "linuxcnc": ("^M429$",),
+    "linuxcnc-switchkins": ("^M429$",),
+    "sinumerik": ("^TRAFOOF$",),
+    "heidenhain": (r"^\d+ FUNCTION RESET TCPM$", _RESET),
+    "heidenhain-m128": (r"^\d+ L M129$", _RESET),
+}
+
+
+def left_on(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
+    """One thing that the program has on isn't switched off at its end."""
+    text = subject.text
+    for words in OFF.get(subject.control, ()):
+        for line in text.find(re.compile(words), text.moves[-1]):
+            yield text.replaced(line).numbered()
+
+
 def switched_on(modes: dict[str, tuple[str, ...]]) -> Plant:
     """Put what switches a mode on between the safe start and the first move."""
 
@@ -91,6 +112,8 @@ POLAR = {
 FAULTS = (
     Fault("stale at the start", "start", stale),
     Fault("cancelled too late", "start", too_late),
+    # Always: the next program, or a move by hand, begins under tool centre point control or in a plane.
+    Fault("left on at the end", "start", left_on),
     *(
         Fault(f"begins in {name}", "start", switched_on(words))
         for name, words in {

@@ -28,6 +28,8 @@ WORK_OFFSET = re.compile(r"^G55$|^G505$|\bQ339=\+3\b")
 OTHER_OFFSET = {"G55": "G56", "G505": "G506", "Q339=+3": "Q339=+4"}
 # Blocks of a longer fault.
 MANY = 20
+# mm: shorter moves in the air are over before a speed matters.
+FAR = 0.5
 
 
 # --- feed --------------------------------------------------------------------------------------------------
@@ -65,20 +67,47 @@ def feed_of_program(*factors: float) -> Plant:
 
 
 def feed_of_block(factor: float) -> Plant:
-    """The feed of one cut wrong; where F is modal, right again in the next block."""
+    """The feed of one cut wrong, and right again in the next block."""
 
     def plant(subject: Subject, rng: np.random.Generator) -> Iterator[Text]:
-        text, line = subject.text, int(rng.choice(subject.cutting))
-        if subject.control == "apt":
-            (stated, *_) = reversed(text.find(FEDRAT, 0, line))
-            was = text.lines[stated]
-            yield text.inserted(line + 1, was).inserted(line, scaled(FEDRAT, factor)(was))
-        elif subject.control == "points":
-            yield text.rewritten(listed(factor), [line])
-        elif FEED.search(text.lines[line]):
-            yield text.rewritten(scaled(FEED, factor), [line])
+        yield of_one_block(subject, int(rng.choice(subject.cutting)), factor)
 
     return plant
+
+
+def feed_of_link(subject: Subject, rng: np.random.Generator) -> Iterator[Text]:
+    """The feed of one link ten times as high, and right again in the next block."""
+    links = sorted(set(feed_moves(subject)) - set(subject.cutting))
+    if links:
+        yield of_one_block(subject, int(rng.choice(links)), 10.0)
+
+
+def goes_far(subject: Subject, text: Text) -> bool:
+    """Check by measure whether the first move that differs is long enough to notice its speed."""
+    was = subject.text.lines
+    changed = next(i for i, line in enumerate(text.lines) if i >= len(was) or line != was[i])
+    ways = [way for way in subject.measure.ways(text) if way.line >= changed]
+    return bool(np.linalg.norm(ways[0].centre[-1] - ways[0].centre[0]) > FAR)
+
+
+def of_one_block(subject: Subject, line: int, factor: float) -> Text:
+    """Multiply the feed of one move: F is modal, so the next block states what was in force."""
+    text = subject.text
+    if subject.control == "apt":
+        (stated, *_) = reversed(text.find(FEDRAT, 0, line))
+        was = text.lines[stated]
+        return text.inserted(line + 1, was).inserted(line, scaled(FEDRAT, factor)(was))
+    if subject.control == "points":
+        return text.rewritten(listed(factor), [line])
+    (stated, *_) = reversed(text.find(FEED, 0, line + 1))
+    (feed,) = FEED.findall(text.lines[stated])
+    after = [i for i in text.moves if i > line][:1]
+    if after and not text.is_rapid(after[0]) and not FEED.search(text.lines[after[0]]):
+        text = text.rewritten(lambda was: f"{was} F{feed}", after)
+    faulty = f"{factor * float(feed):.6f}"
+    if stated == line:
+        return text.rewritten(lambda was: FEED.sub(faulty, was), [line])
+    return text.rewritten(lambda was: f"{was} F{faulty}", [line])
 
 
 def feed_mode_wrong(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
@@ -118,7 +147,7 @@ def in_rapid(text: Text, lines: list[int]) -> Text:
             # The last columns: a cut or not, rapid or not.
             text = text.replaced(line, f"{was[:-3]}0,1")
         else:
-            other = re.sub(r" F[\d.]+", " FMAX" if " R0 " in was else "", was)
+            other = re.sub(r" F[\d.]+", "", was) + (" FMAX" if " R0" in was else "")
             text = text.replaced(line, other.replace("G1 ", "G0 "))
     return text
 
@@ -268,6 +297,8 @@ FAULTS = (
     Fault("feed of program", "feed", feed_of_program(10.0, 2.0, 1.0 / 60.0, 1.0 / 25.4)),
     Fault("feed of block, fast", "feed", feed_of_block(10.0), drawn=True),
     Fault("feed of block, slow", "feed", feed_of_block(0.1), warned=True, drawn=True),
+    # In the air a speed matters where the move is long enough to reach it.
+    Fault("feed of link, fast", "feed", feed_of_link, goes_far, drawn=True),
     # Always: F is then another quantity. A G94 that is lost isn't planted: it is every control's default.
     Fault("feed mode wrong", "feed", feed_mode_wrong),
     Fault("feed mode lost", "feed", feed_mode_lost),

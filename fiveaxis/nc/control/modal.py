@@ -108,6 +108,7 @@ UNSUPPORTED = {
     **dict.fromkeys(("G12.1", "G13.1", "G112", "G113"), "switches polar coordinates on or off (Fanuc, Haas)"),
     **dict.fromkeys(("G7.1", "G107"), "wraps the path around a cylinder (Fanuc, Haas)"),
     **dict.fromkeys(("G100", "G101"), "mirrors axes, or ends that (Haas)"),
+    **dict.fromkeys(("G151", "G152"), "turns a rotary axis normal to the path in the plane (Fanuc)"),
 }
 
 ACTING = {

@@ -120,6 +120,7 @@ class TechnologyTrack:
     late_line : that line; 0 for none
     diagonals : lines on which the approach moves Z together with X or Y
     cancelled : modes that are switched off before the first move, with the line
+    ended : modes that are switched off after it, with the last line that does
     control : that the header of a program by this package names; empty in others
     """
 
@@ -135,6 +136,7 @@ class TechnologyTrack:
     late_line: int = 0
     diagonals: tuple[int, ...] = ()
     cancelled: Mapping[str, int] = field(default_factory=dict)
+    ended: Mapping[str, int] = field(default_factory=dict)
     control: str = ""
 
     @property
@@ -165,6 +167,7 @@ class TechnologyReader:
     placed : lines of moves in machine coordinates whose ends are among the rows, as their interpreter knows
     selections : lines and names of selected tools
     cancelled : modes that are switched off before the first move, with the line
+    ended : modes that are switched off after it, with the last line that does
     control : that the header of a program by this package names; empty in others
     """
 
@@ -179,6 +182,7 @@ class TechnologyReader:
     once: list[tuple[int, str]] = field(default_factory=list)
     selections: list[str] = field(default_factory=list)
     cancelled: dict[str, int] = field(default_factory=dict)
+    ended: dict[str, int] = field(default_factory=dict)
     cuts: bool = False
     _scale: float = 1.0
     _incremental: bool = False
@@ -198,8 +202,9 @@ class TechnologyReader:
         """Read a block."""
         if not self.cuts:
             self._follow_approach(block)
+        off = self.ended if self._moved else self.cancelled
+        off.update(dict.fromkeys(block.cancels, block.line))
         if not self._moved:
-            self.cancelled.update(dict.fromkeys(block.cancels, block.line))
             on_work = _NOT_IN_PROGRAM.isdisjoint(block.g) and block.frame is None
             self._moved = on_work and not _AXES.isdisjoint(block.words)
         if not (block.m or block.ignored or block.stated or block.g or block.tool) and _LETTERS.isdisjoint(
@@ -345,6 +350,7 @@ class TechnologyReader:
             late_line=first,
             diagonals=tuple(self._diagonals),
             cancelled=self.cancelled,
+            ended=self.ended,
             control=self.control,
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,9 +18,11 @@ from fiveaxis.nc.writing.feeds import (
     feeds_of,
     note_floor,
     note_rounding,
+    path_feeds,
     raised_feeds,
     require_range,
     rounded_feeds,
+    stated_rows,
     without_creep,
 )
 from fiveaxis.nc.writing.turns import Moves, Words, count_turns, modulo_templates, shortened, split_moves
@@ -33,6 +36,9 @@ WHOLE_TURN = 1e-9
 
 # rad: chords of this angle are within 0.1 mm of the tip's circle, half a metre from the axis.
 PART_OF_TURN = np.radians(2.0)
+
+# The word of the feed in the template of a move.
+_FEED_WORD = re.compile(r"\s?[^\s{}]*\{feed\}[^\s{}]*")
 
 
 @dataclass(frozen=True)
@@ -71,12 +77,15 @@ def block_lines(motion: Motion, writer: WordWriter, winding: str) -> Blocks:
     feeds = np.ones(len(moves))
     # The first row has no move and any duration.
     times = np.append(1.0, moves.time[1:])
-    wanted, raised = raised_feeds(feeds_of(plain, times, writer), plain, writer)
+    of_path, at_feed = path_feeds(moves, motion, writer)
+    wanted = np.where(at_feed, of_path, feeds_of(plain, times, writer))
+    wanted, raised = raised_feeds(wanted, plain, writer)
     feeds[1:] = rounded_feeds(wanted, feed_form(writer))[1:]
     require_range(feeds, moves, motion, writer)
     kept = words.kept & (_needed(plain, writer)[:, None] | ~writer.is_linear)
     templates = modulo_templates(writer, winding)
-    texts = _texts(words, kept, np.where(moves.rapid, np.nan, feeds), writer, templates)
+    feeds = np.where(moves.rapid, np.nan, feeds)
+    texts = _texts(words, kept, feeds, stated_rows(feeds, moves.kind, writer), writer, templates)
     owners = moves.row[1:].tolist()
     owned = [(line, row) for text, row in zip(texts, owners, strict=True) for line in text.split("\n")]
     notes = (*note_floor(plain, raised, moves, writer), *note_rounding(wanted, feeds, moves, writer))
@@ -182,20 +191,26 @@ def _require_numbers(values: Array, moves: Moves, motion: Motion, writer: WordWr
 
 
 def _texts(
-    words: Words, kept: BoolArray, feeds: Array, writer: WordWriter, templates: list[str | None]
+    words: Words,
+    kept: BoolArray,
+    feeds: Array,
+    stated: BoolArray,
+    writer: WordWriter,
+    templates: list[str | None],
 ) -> list[str]:
     """Write the block of each row but the first, after the lines of `words.before`.
 
     Parameters
     ----------
     feeds : (m,), NaN in rapid moves
+    stated : (m,), whether the block states its feed
     """
     if len(feeds) < 2:
         return []
     rapid = np.isnan(feeds[1:])
     by_feed = feed_formats(np.where(rapid, 1.0, feeds[1:]), feed_form(writer))
-    by_feed = ["" if is_rapid else text for is_rapid, text in zip(rapid.tolist(), by_feed, strict=True)]
-    formats = _formats(kept[1:], by_feed, writer, templates)
+    by_feed = [text if states else "" for states, text in zip(stated[1:].tolist(), by_feed, strict=True)]
+    formats = _formats(kept[1:], by_feed, rapid, writer, templates)
     for row, block in words.before.items():
         formats[row - 1] = f"{block.replace('%', '%%')}\n{formats[row - 1]}"
     plain = np.array([text[:1] == "%" for text in by_feed])
@@ -203,24 +218,28 @@ def _texts(
     return list(fill_formats(formats, values, np.column_stack([kept[1:], plain])))
 
 
-def _formats(kept: BoolArray, feeds: list[str], writer: WordWriter, templates: list[str | None]) -> list[str]:
+def _formats(
+    kept: BoolArray, feeds: list[str], rapid: BoolArray, writer: WordWriter, templates: list[str | None]
+) -> list[str]:
     """Return the ``%`` format of every row, (m,); few are different.
 
     Parameters
     ----------
-    feeds : (m,), format of F, empty in rapid moves
+    feeds : (m,), format of F, empty where it isn't stated
+    rapid : (m,), rapid moves
     """
     words = writer.formats(templates)
-    linear = (writer.mode.linear or writer.dialect.linear).replace("%", "%%")
-    rapid = (writer.mode.rapid or writer.dialect.rapid).replace("%", "%%")
+    linear = writer.linear.replace("%", "%%")
+    feedless = _FEED_WORD.sub("", linear)
+    quick = (writer.mode.rapid or writer.dialect.rapid).replace("%", "%%")
     patterns, owner = np.unique(kept, axis=0, return_inverse=True)
-    made: dict[tuple[int, str], str] = {}
+    made: dict[tuple[int, str, bool], str] = {}
     joined = [" ".join(w for w, keep in zip(words, pattern, strict=True) if keep) for pattern in patterns]
     formats = []
-    for pattern, feed in zip(owner.reshape(-1).tolist(), feeds, strict=True):
-        key = pattern, feed
+    for key in zip(owner.reshape(-1).tolist(), feeds, rapid.tolist(), strict=True):
+        pattern, feed, is_rapid = key
         if key not in made:
-            template = linear if feed else rapid
+            template = quick if is_rapid else linear if feed else feedless
             made[key] = template.format(words=joined[pattern], feed=feed)
         formats.append(made[key])
     return formats

@@ -1,4 +1,4 @@
-"""F of every block: the inverse of its duration, or the speed along its path."""
+"""F of every block: the inverse of its duration, or the speed along its path, which stays in force."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, BoolArray, arcsin
+from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin
 from fiveaxis.motion import Motion
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import feed_text
@@ -24,6 +24,8 @@ SECONDS = 60.0
 
 # Share of a block's duration by which rounding of F may change it without a finding.
 COARSE = 0.01
+# A block whose duration differs by a smaller share from that at the path's feed has this feed.
+AT_FEED = 1e-6
 
 _REMEDY: dict[tuple[FeedMode, bool], str] = {
     ("inverse_time", True): "join short moves, or write tip positions, whose F is a speed",
@@ -95,13 +97,59 @@ def feeds_of(values: Array, time: Array, writer: WordWriter) -> Array:
     if writer.mode.feed == "inverse_time":
         return SECONDS / time
     length, is_linear = path_lengths(values, writer)
-    per_unit = 1.0 if writer.unit == "mm" else 1.0 / writer.dialect.inch_feed
+    per_unit = MILLIMETRES[writer.unit] / feed_millimetres(writer)
     return length / time * SECONDS * np.where(is_linear, per_unit, 1.0)
+
+
+def path_feeds(moves: Moves, motion: Motion, writer: WordWriter) -> tuple[Array, BoolArray]:
+    """Find the moves that take as long as at the feed of the path, which F then states exactly.
+
+    An operator can edit it: of a block as printed, F would differ by the rounding of its words.
+
+    Parameters
+    ----------
+    moves : with numbers of words, not yet rounded
+
+    Returns
+    -------
+    feeds : (m,), of the path, in the units of the control
+    at_feed : (m,)
+    """
+    feeds = motion.feed[moves.row] * SECONDS / feed_millimetres(writer)
+    if writer.mode.feed == "inverse_time":
+        return feeds, np.zeros(len(moves), dtype=bool)
+    length, is_linear = path_lengths(moves.values, writer)
+    times = np.append(1.0, moves.time[1:])
+    found = feeds_of(moves.values, times, writer)
+    return feeds, is_linear & (length > 0.0) & (np.abs(found / feeds - 1.0) < AT_FEED)
+
+
+def stated_rows(feeds: Array, kind: IntArray, writer: WordWriter) -> BoolArray:
+    """Find the moves whose blocks state F, (m,): elsewhere that of the block before stays in force.
+
+    Every pass begins with its F, so that a program can be entered there. The inverse of a duration isn't
+    modal.
+
+    Parameters
+    ----------
+    feeds : (m,), as printed, NaN in rapid moves
+    kind : (m,), `MoveKind` values
+    """
+    stated = np.ones(len(feeds), dtype=bool)
+    if writer.mode.feed != "inverse_time":
+        stated[2:] = (feeds[2:] != feeds[1:-1]) | (kind[2:] != kind[1:-1])
+    return stated & ~np.isnan(feeds)
 
 
 def feed_form(writer: WordWriter) -> Feed:
     """Return the form of F in the chosen coordinates."""
     return writer.dialect.feed[writer.mode.feed]
+
+
+def feed_millimetres(writer: WordWriter) -> float:
+    """Return mm of a linear F of 1 per minute."""
+    inches = 1.0 if writer.unit == "mm" else writer.dialect.inch_feed
+    return MILLIMETRES[writer.unit] * inches
 
 
 def rounded_feeds(feeds: Array, form: Feed) -> Array:

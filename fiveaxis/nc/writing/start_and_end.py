@@ -16,11 +16,11 @@ from fiveaxis.nc.control.words_in_force import PLANES, TCP
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.words import control_value, feed_text
-from fiveaxis.nc.writing.feeds import SECONDS, feed_form
+from fiveaxis.nc.writing.feeds import SECONDS, feed_form, feed_millimetres
 from fiveaxis.nc.writing.header import contains_length
 from fiveaxis.nc.writing.program_settings import ProgramSettings, spindle_text
 from fiveaxis.nc.writing.tables import DIALECTS, Dialect
-from fiveaxis.nc.writing.turns import TURN, first_words
+from fiveaxis.nc.writing.turns import TURN, first_words, modulo_templates
 from fiveaxis.nc.writing.word_writer import WordWriter
 
 # Lines without block number: ends of the tape, and the program number.
@@ -170,32 +170,37 @@ class StartAndEnd:
         yield self._lead(words, program, row), row
 
     def end(self) -> list[str]:
-        """Reset modes, retract, switch off spindle and coolant, and go home."""
+        """Reset modes, retract, switch off spindle and coolant, and go home.
+
+        Rotary words from 0 to 360 turn an axis home the way that they turn it in the cuts.
+        """
         writer, dialect, settings = self.writer, self.writer.dialect, self.settings
         lines = [dialect.reset.clear] if self.winding == "rezero" and dialect.reset is not None else []
         normal = dialect.feed.get("per_minute")
         lines += [normal.word] if writer.mode.feed == "inverse_time" and normal and normal.word else []
         lines += self._fill(writer.mode.off)
-        if self.winding == "modulo" and dialect.modulo is not None:
-            lines += dialect.modulo.off
+        lines += self._fill(dialect.after_tcp) if writer.coordinates != "axes" else []
         home = [self._machine_move(dict.fromkeys(group, 0.0)) for group in settings.home.split()]
         clear = self._retract() or (home[:1] if settings.goes_clear else [])
         lines += [*clear, *(self._fill(writer.mode.off_clear) if clear else [])]
         # The spindle stops once the tool is clear.
         lines += [block for block in (dialect.spindle_off, dialect.coolant_off) if block]
         lines += home if settings.retract is not None else home[1:]
+        if self.winding == "modulo" and dialect.modulo is not None:
+            lines += dialect.modulo.off
         return lines + self._fill(dialect.end)
 
     def wound(self, program: ProgramMotion) -> list[str]:
-        """Return notes on rotary axes that end more than a turn from zero and aren't sent home."""
+        """Return notes on rotary axes that end more than a turn from zero, and turn all of it back."""
         machine, ends = self.writer.machine, program.motion.positions[-1:]
         if self.winding != "unwound" or self.writer.coordinates == "vector":
             return []
         degrees = self._by_axes.values(ends)[0]
         return [
-            f"ends with {machine.letters[c]} at {degrees[c]:.0f} deg, from where the next move turns it back"
+            f"ends with {machine.letters[c]} at {degrees[c]:.0f} deg, from where "
+            f"{'home' if machine.letters[c] in self.settings.home else 'the next move'} turns it back"
             for c in machine.rotary_columns
-            if abs(degrees[c]) > TURN and machine.letters[c] not in self.settings.home
+            if abs(degrees[c]) > TURN
         ]
 
     def assumptions(self) -> list[str]:
@@ -256,24 +261,26 @@ class StartAndEnd:
         number = self.writer.dialect.number
         sign = "+" if number.plus else ""
         scale = MILLIMETRES[self.writer.unit]
+        by_axes = self._by_axes
+        templates = dict(zip(by_axes.names, modulo_templates(by_axes, self.winding), strict=True))
         words = (
-            f"{letter}{value / (scale if letter in 'XYZ' else 1.0):{sign}.{number.linear}f}"
+            (templates.get(letter) or "{letter}{value}").format(
+                letter=letter,
+                value=f"{value / (scale if letter in 'XYZ' else 1.0):{sign}.{number.linear}f}",
+            )
             for letter, value in targets.items()
         )
         return self.writer.dialect.machine_move.format(words=" ".join(words))
 
     def _lead(self, words: str, program: ProgramMotion, row: int) -> str:
         """Write a lead-in or lead-out, the linear move to a row."""
-        writer, dialect = self.writer, self.writer.dialect
-        form = feed_form(writer)
-        inches = 1.0 if writer.unit == "mm" else dialect.inch_feed
-        per_minute = float(program.motion.feed[row]) * SECONDS / MILLIMETRES[writer.unit] / inches
+        writer, form = self.writer, feed_form(self.writer)
+        per_minute = float(program.motion.feed[row]) * SECONDS / feed_millimetres(writer)
         inverse = SECONDS / float(program.motion.time[row])
         feed = inverse if writer.mode.feed == "inverse_time" else per_minute
         # Clamped to the control's range, as a lead must not make the program fail.
         feed = min(max(feed, form.least or 0.0), form.most or np.inf)
-        linear = writer.mode.linear or dialect.linear
-        return linear.format(words=words, feed=feed_text(feed, form))
+        return writer.linear.format(words=words, feed=feed_text(feed, form))
 
 
 def name_word(name: str) -> str:
@@ -321,6 +328,11 @@ def cancelled_by(dialect: Dialect) -> tuple[str, dict[str, str]]:
     templates = (*dialect.head, *dialect.safe_start, *dialect.smoothing, *dialect.unclamp)
     lines = [line for template in templates for line in template.format(**fields).splitlines()]
     texts = [line for template in templates for line in template.format(**fields | {"unit": ""}).splitlines()]
+    return _switched_off(dialect, lines, texts)
+
+
+def _switched_off(dialect: Dialect, lines: list[str], texts: list[str]) -> tuple[str, dict[str, str]]:
+    """Return a control's language, and what lines switch off: mode -> the text of the line that does."""
     reader = read_technology(Source(f"program{dialect.suffix}", lines))
     return reader.language.name, {mode: texts[at - 1].strip() for mode, at in reader.cancelled.items()}
 
@@ -345,6 +357,7 @@ class RequiredTechnology:
     technology : spindle and tool as in the settings, offsets and coolant as the control's words for the
         settings put them in force
     cancelled : modes that the control's safe start switches off, with the block that does
+    ended : modes that its end switches off, likewise
     spindle, tool, coolant : whether the settings give them; what they don't give isn't checked
     before, after : mm, where Z may go in machine coordinates before the cuts, and after them; none if
         nobody asked for a retract there
@@ -358,6 +371,7 @@ class RequiredTechnology:
     tool: bool
     coolant: bool
     cancelled: Mapping[str, str]
+    ended: Mapping[str, str]
     before: tuple[float, ...] = ()
     after: tuple[float, ...] = ()
     harmless: tuple[str, ...] = ()
@@ -368,8 +382,9 @@ class RequiredTechnology:
         dialect = writer.dialect
         if dialect.language != "blocks":
             return None
-        source = Source(f"program{dialect.suffix}", StartAndEnd(writer, settings, "unwound").before_cuts())
-        reader = read_technology(source)
+        around = StartAndEnd(writer, settings, "unwound")
+        end = [*around.head(), *around.end()]
+        reader = read_technology(Source(f"program{dialect.suffix}", around.before_cuts()))
         technology = reader.now
         retract = () if settings.retract is None else (settings.retract,)
         # Numbers are those of the settings, whatever the table makes of them.
@@ -386,6 +401,7 @@ class RequiredTechnology:
             tool=settings.tool_number is not None,
             coolant=settings.coolant is not None,
             cancelled=cancelled_by(dialect)[1],
+            ended=_switched_off(dialect, end, end)[1],
             before=retract,
             after=(*retract, *((0.0,) if "Z" in settings.home else ())),
             harmless=dialect.harmless,

@@ -22,7 +22,7 @@ Lines = tuple[str, ...]
 TEMPLATES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "comment": (("",), ()),
     "head": ((), ("name", "number", "unit")),
-    **dict.fromkeys(("safe_start", "smoothing", "unclamp"), ((), ("unit",))),
+    **dict.fromkeys(("safe_start", "smoothing", "unclamp", "after_tcp"), ((), ("unit",))),
     "end": ((), ("name", "number", "unit")),
     "machine_move": (("words",), ()),
     "tool_change": (("tool",), ()),

@@ -65,6 +65,7 @@ class Dialect(StrictModel):
     cycle : s, of the control's clock; a move from rest to rest takes whole cycles
     limited : what the axes' highest speeds and accelerations apply to under TCP control: ``axes``, or the
         program's ``words``
+    after_tcp : blocks after TCP has been switched off, which reset what it may leave on
     machine_move : template of a rapid move to a position in machine coordinates
     tool_change, work_offset, spindle, spindle_left, coolant : templates, and blocks of coolants by name
     work_offsets, default_offset : pattern of the names that the control knows, and the default
@@ -105,6 +106,7 @@ class Dialect(StrictModel):
     blend: float = Field(0.0, ge=0.0)
     cycle: float = Field(0.0, ge=0.0)
     limited: Literal["axes", "words"] = "axes"
+    after_tcp: Lines = ()
     machine_move: str = ""
     tool_change: str = ""
     work_offset: str = ""

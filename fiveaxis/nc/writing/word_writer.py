@@ -44,6 +44,11 @@ class WordWriter:
         return self.dialect.modes[self.coordinates]
 
     @property
+    def linear(self) -> str:
+        """Template of a linear move."""
+        return self.mode.linear or self.dialect.linear
+
+    @property
     def interpolation(self) -> Interpolation:
         """Interpolation of the control between two blocks."""
         return Interpolation.JOINT if self.coordinates == "axes" else Interpolation.TCP

@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from fiveaxis.energy import least_travel_costs, travel_costs
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import feed_times
+from fiveaxis.motion import LEAST_OF_PIVOT, feed_times
 from fiveaxis.posture.bound.cells import HUGE, Cells, cut_cells, enclose
 from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Level
 from fiveaxis.posture.bound.corners import Lattice
@@ -109,18 +109,20 @@ def bound_energy(
     tilt: TiltBounds,
     turns: Array | None = None,
     *,
+    by_tip: bool = False,
     work: float = WORK,
     progress: Progress = unheard,
 ) -> LowerBound:
     """Bound from below ∫P dt of the feed drives over every such path, however fast it is followed.
 
     Travel is charged as little as it can cost (`fiveaxis.energy.least_travel_costs`), and what drives draw at
-    standstill for the time at the programmed feed. Drives with a constant power can't be charged where their
-    highest speed isn't known.
+    standstill for the least time at the programmed feed. Drives with a constant power can't be charged where
+    their highest speed isn't known.
 
     Parameters
     ----------
     toolpath, machine, tilt, turns, work, progress : as for `bound_travel`
+    by_tip : whether the feed is that of the tip, as for `block_times`
 
     Raises
     ------
@@ -130,7 +132,10 @@ def bound_energy(
     *costs, standing = least_travel_costs(machine)
     plus, minus = (np.tile(price, (len(toolpath) - 1, 1)) for price in costs)
     total, used = _least_cost(toolpath, machine, tilt, turns, (plus, minus), work, progress)
-    total += standing * float(feed_times(toolpath)[1:].sum())
+    least = LEAST_OF_PIVOT if by_tip else 1.0
+    # Of a pivot beside the tool's axis the feed holds in cuts only.
+    held = toolpath.cutting[1:] | (not toolpath.zone.offset)
+    total += standing * least * float(feed_times(toolpath)[1:][held].sum())
     return LowerBound(max(total, 0.0), "energy", used)
 
 

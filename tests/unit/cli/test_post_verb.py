@@ -14,6 +14,7 @@ from fiveaxis.job import post_program
 from fiveaxis.machine.files import find_machine
 from fiveaxis.motion import follow
 from fiveaxis.nc import DIALECTS, read_motion, read_program, write_motion
+from fiveaxis.verification import Against
 
 
 @pytest.fixture
@@ -56,6 +57,16 @@ def test_a_motion_is_written_for_every_control(table, tmp_path, trunnion, contro
     )
     assert posted.path is not None
     assert posted.path.read_text() == text
+
+
+def test_a_table_keeps_its_durations_under_tcp_whatever_the_tool(tmp_path, hayashi):
+    positions = np.array([[0.0, 0, 0, 0, 0], [5, 4, 3, 0.2, 0.3], [6, 4, 3, 0.25, 0.6]])
+    time = np.array([0.0, 1.0, 2.0])
+    motion = fx.Motion("XYZAC", positions, np.full(3, 10.0), time, np.zeros(3, int), np.arange(1, 4))
+    table = write_motion(motion, tmp_path / "motion.csv", hayashi)
+    against = Against(tool=fx.Tool.ball(6))
+    posted = post_program(table, hayashi, control="heidenhain", coordinates="tip", against=against)
+    assert posted.made.blocks.time.sum() == pytest.approx(3.0, rel=1e-3)
 
 
 def test_options_reach_the_program(table, tmp_path):

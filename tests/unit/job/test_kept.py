@@ -22,6 +22,8 @@ M30
 %
 """
 
+NAMED = 'G90 G71 G54\nT="BALL_D6"\nM6\nTRAORI\nG0 X30 Y0 Z50 B0 C0\nG1 Z2 F500\nX28 B12 C5\nM30\n'
+
 
 @pytest.fixture
 def placed(tmp_path):
@@ -58,10 +60,27 @@ def test_a_machine_s_own_control_comes_before_the_input_s_and_after_the_job_s(pl
 
 
 def test_what_the_control_cannot_be_given_is_a_finding(placed):
-    sinumerik = 'G90 G71 G54\nT="BALL_D6"\nM6\nTRAORI\nG0 X30 Y0 Z50 B0 C0\nG1 Z2 F500\nX28 B12 C5\nM30\n'
-    found = placed(sinumerik, "part.mpf", control="sinumerik")
+    found = placed(NAMED, "part.mpf", control="sinumerik")
     [lost] = [f for f in found.toolpath.findings if f.code == "not-kept"]
     assert "tool_number BALL_D6" in lost.message
+
+
+def test_what_a_posted_program_cannot_keep_is_the_same_finding(tmp_path):
+    file = tmp_path / "part.mpf"
+    file.write_text(NAMED, encoding="utf-8")
+    machine = fx.load_machine("dmu50ev").with_setup((0.0, 0.0, 100.0)).with_tool_length(100.0)
+
+    def lost(**settings):
+        asked = fx.ProgramSettings(**settings)
+        posted = fx.post_program(
+            file, machine, control="sinumerik", coordinates="tip", rapid=1e4, settings=asked
+        )
+        return [f.message for f in posted.findings if f.code == "not-kept"]
+
+    assert lost() == [
+        "control sinumerik isn't given the input's tool_number BALL_D6; see that it is in force"
+    ]
+    assert lost(tool_number=6) == []
 
 
 def test_a_posted_program_keeps_them_too(tmp_path):

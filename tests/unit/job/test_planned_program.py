@@ -195,4 +195,5 @@ def test_a_program_read_back_costs_what_its_report_says(
     metric = move_energies(hayashi, read.motion)[cuts].sum()
     assert metric == pytest.approx(said.travel, rel=near)
     assert read.by_block[cuts].sum() == pytest.approx(said.total, rel=near)
-    assert read.as_dict()["feed_of"] == "the centre of ball:8"
+    # Under TCP F is the tip's.
+    assert read.as_dict()["feed_of"] == ("the tool's tip" if coordinates == "tip" else "the centre of ball:8")

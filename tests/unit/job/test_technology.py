@@ -61,7 +61,6 @@ def with_word(lines, old, new):
         ("H13", "H3", "length-offset"),
         ("G43.4 H13", "G43.4", "length-offset"),
         ("G55", "G54", "work-offset"),
-        ("G94", "G93", "feed-differs"),
         ("M8", "M7", "coolant-off"),
         ("G53 G0 Z0.0000", "(no retract)", "no-retract"),
         ("G53 G0 Z0.0000", "G53 G0 Z-110.", "no-retract"),
@@ -72,6 +71,11 @@ def with_word(lines, old, new):
 def test_what_differs_from_what_was_asked_for_is_found(lines, check, old, new, code):
     assert check(lines).ok
     assert code in check(with_word(lines, old, new)).counts
+
+
+def test_a_modal_feed_is_not_read_as_the_inverse_of_a_time(lines, check):
+    with pytest.raises(ToolpathError, match="a feed move without F; G93 needs F in each one"):
+        check(with_word(lines, "G94", "G93"))
 
 
 def test_what_was_not_asked_for_is_listed_a_line_each(lines, check):

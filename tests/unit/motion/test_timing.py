@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine
-from fiveaxis.motion import block_times, follow, least_times, rapid_findings
+from fiveaxis.motion import Filling, Interpolation, block_times, follow, least_times, rapid_findings
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 
@@ -34,6 +35,28 @@ def test_the_slowest_axis_stretches_the_move(trunnion):
     assert block_times(path, trunnion, positions)[1] == pytest.approx(0.5)
     positions[1, 4] = np.radians(60.0)
     assert block_times(path, trunnion, positions)[1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("radius", "seconds"), [(6.0, 1.0), (13.0, 1.0), (100.0, 7.7)])
+def test_a_feed_of_the_tip_counts_its_course_but_no_less_than_half_of_the_pivots(hayashi, radius, seconds):
+    """The tip moves 10 mm, and the ball's centre, `radius` above it, 154 mm at most as the tool tilts."""
+    tips, tilt = np.array([[0.0, 0, 0], [10.0, 0, 0]]), np.radians([[0.0, 0.0], [0.0, 90.0]])
+    axes = tool_axes(hayashi, tilt)
+    path = Toolpath.from_tips(tips, axes, Tool.ball(2.0 * radius), feed_mm_min=600)
+    positions = follow(path, hayashi, tilt).positions
+    time = block_times(path, hayashi, positions, by_tip=True)[1]
+    assert time == pytest.approx(max(1.0, path.lengths[1] / 10.0 / 2.0))
+    assert time == pytest.approx(seconds, rel=0.1)
+
+
+def test_under_tcp_a_filled_path_lasts_as_long_as_its_tip_takes(hayashi):
+    tips = np.column_stack([np.linspace(0.0, 40.0, 9), np.full(9, 30.0), np.zeros(9)])
+    angles = np.radians(np.column_stack([np.linspace(0.0, 60.0, 9), np.linspace(20.0, 50.0, 9)]))
+    path = Toolpath.from_tips(tips, tool_axes(hayashi, angles), Tool.ball(8), feed_mm_min=600)
+    motion = follow(path, hayashi, angles)
+    assert motion.time.sum() != pytest.approx(4.0, rel=1e-3)
+    blocks = Filling(Interpolation.TCP).blocks(path, hayashi, motion)
+    assert blocks.time.sum() == pytest.approx(4.0, rel=1e-3)
 
 
 # Rapid moves

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -150,14 +151,31 @@ def test_the_header_says_what_is_not_written():
     assert "operator" not in {f.code for f in full.findings}
 
 
-def test_an_axis_that_ends_turns_away_from_zero_is_told_unless_it_goes_home():
+def test_an_axis_that_ends_turns_away_from_zero_is_told_with_what_turns_it_back():
     wound = motion_of([[0, 0, 0, 0, -3500], [1, 0, 0, 0, -3560]])
     text = compose_program(wound, machine=OPEN, control="fanuc", coordinates="tip").text
     assert "(ENDS WITH C AT -3560 DEG, FROM WHERE THE NEXT MOVE TURNS IT)" in text
     home = ProgramSettings(retract=0.0, home="C")
     again = compose_program(wound, machine=OPEN, control="fanuc", coordinates="tip", settings=home)
-    assert "ENDS WITH" not in again.text
+    assert "(ENDS WITH C AT -3560 DEG, FROM WHERE HOME TURNS IT BACK)" in again.text
     assert again.lines[-3] == "G53 G0 C0.0000"
+
+
+@pytest.mark.parametrize(
+    ("control", "home"),
+    [
+        ("sinumerik", ["SUPA G0 C=DC(0.00000) D0", "M30"]),
+        ("heidenhain", ["L C+0.0000 R0 FMAX M91", "L M127", "L M30"]),
+    ],
+)
+def test_an_axis_of_modulo_words_goes_home_the_shorter_way(control, home):
+    wound = motion_of([[0, 0, 0, 0, -3500], [1, 0, 0, 0, -3560]])
+    settings = ProgramSettings(retract=0.0, home="C")
+    lines = compose_program(
+        wound, machine=OPEN, control=control, coordinates="tip", winding="modulo", settings=settings
+    ).lines
+    texts = [re.sub(r"^\d+ ", "", line) for line in lines if "END PGM" not in line]
+    assert texts[-len(home) :] == home
 
 
 def test_numbers_that_are_not_set_are_assumed_and_reported():
