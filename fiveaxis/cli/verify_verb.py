@@ -137,7 +137,8 @@ def operations_apart(
     """
     from fiveaxis.nc import read_operations
 
-    if whole or reading.get("operation") is not None or program.suffix.lower() == ".csv":
+    one = whole or reading.get("operation") is not None or program.suffix.lower() == ".csv"
+    if one or not program.is_file():  # whoever reads it says that it is missing
         return [(None, dict(reading))]
     found = read_operations(program, machine=machine, **reading)
     if len(found) < 2:

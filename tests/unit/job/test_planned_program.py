@@ -16,7 +16,7 @@ from fiveaxis.energy import motion_energy, move_energies
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, verify_program
 from fiveaxis.job.planned_program import may_thin, plan_program
-from fiveaxis.motion import AXIS_TOLERANCE, Coordinates, filling, follow
+from fiveaxis.motion import AXIS_TOLERANCE, Coordinates, follow
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.posture import Solution
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
@@ -133,12 +133,7 @@ def test_fewer_blocks_cost_no_more(solution):
 
 def test_where_fewer_blocks_fail_verification_all_stay(hayashi, monkeypatch):
     solution = optimise(sampled(ellipse, 240, rings=1), hayashi, effort="quick", **AS_ASKED)
-    careful = filling.thinned
-
-    def careless(*args, **options):
-        return careful(*args, **options, tolerance=0.1)
-
-    monkeypatch.setattr(filling, "thinned", careless)
+    monkeypatch.setattr("fiveaxis.motion.thinning.WRITTEN_TOLERANCE", 0.1)
     program = program_of(solution)
     assert "contact-error" in program.held_back
     assert program.fill.removed == 0

@@ -117,7 +117,7 @@ def test_the_haas_program_is_read_to_its_last_block(data, haas_trunnion):
     turns = [f for path in paths for f in path.findings if f.code == "long-turn" and "feed" in f.message]
     assert [f.place.line for f in turns] == [555, 607, 667, 732, 802, 884]
     assert "machine-zero-moves" in codes(path)
-    assert "cycle-simplified" in codes(path)
+    assert any("cycle-simplified" in codes(path) for path in paths)
     tools = [path.operation.tool for path in paths]
     assert len(tools) == 14
     assert all(tool != after for tool, after in itertools.pairwise(tools))
