@@ -36,8 +36,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
 
     def turn(item: pytest.Item) -> int:
-        inside, room, *_ = item.path.relative_to(Path(__file__).parent).parts
-        return 0 if inside != "unit" else 1 if room in UNCOMPILED else 2
+        parts = set(item.path.parts)
+        return 0 if "unit" not in parts else 1 if UNCOMPILED & parts else 2
 
     items.sort(key=turn)
 
