@@ -133,7 +133,7 @@ def test_fewer_blocks_cost_no_more(solution):
 
 def test_where_fewer_blocks_fail_verification_all_stay(hayashi, monkeypatch):
     solution = optimise(sampled(ellipse, 240, rings=1), hayashi, effort="quick", **AS_ASKED)
-    monkeypatch.setattr("fiveaxis.motion.thinning.WRITTEN_TOLERANCE", 0.1)
+    monkeypatch.setattr("fiveaxis.motion.thinning.FARTHEST", 0.08)
     program = program_of(solution)
     assert "contact-error" in program.held_back
     assert program.fill.removed == 0
