@@ -268,10 +268,10 @@ class OperationText:
 
 def _states(interpreter: Interpreter) -> tuple[object, ...]:
     """Return what is in force in each row: technology, TCP and plane."""
-    lines = interpreter.track.columns().lines
-    track = interpreter.modes.technology.track(lines)
+    steps = interpreter.track.columns().steps
+    track = interpreter.modes.technology.track(steps)
     frames = [begin for begin, _ in interpreter.frames]
-    frame = np.searchsorted(frames, lines, side="right").tolist()
+    frame = np.searchsorted(frames, steps, side="right").tolist()
     return tuple(
         (track.states[state], interpreter.frames[at - 1][1] if at else None)
         for state, at in zip(track.state.tolist(), frame, strict=True)
@@ -539,7 +539,7 @@ class _Reviser:
         numbers = np.array([[float(row[c]) for c in self.letters] for row in words])
         count, nowhere = len(numbers), np.full((len(numbers), 3), np.nan)
         none, zeros = np.full(count, np.nan), np.zeros(count, dtype=np.int64)
-        moved = Columns(self.machine, numbers, zeros, zeros, none, none, zeros, nowhere, nowhere)
+        moved = Columns(self.machine, numbers, zeros, zeros, zeros, none, none, zeros, nowhere, nowhere)
         return travel_of(moved, 1.0).length
 
     def _line(

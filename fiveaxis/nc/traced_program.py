@@ -17,8 +17,8 @@ from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
 from fiveaxis.nc.control.program_reader import read_motion_of
-from fiveaxis.nc.control.technology import TechnologyTrack, read_technology
-from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of
+from fiveaxis.nc.control.technology import TechnologyTrack
+from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of, read_program_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
@@ -241,10 +241,16 @@ def _load_path(
     begin: Array | None = None,
 ) -> TracedProgram:
     """Read a program as a path of the tool, or raise `fault`: why it can't be read as axis values."""
+    lists = lists_locations(source)
+    given = replace(options, tool=options.tool or Tool.ball(POINT))
+    technology: TechnologyTrack | None = None
     try:
-        path = read_path_of(source, replace(options, tool=options.tool or Tool.ball(POINT)))
+        if lists:
+            path = read_path_of(source, given)
+        else:
+            path, technology = read_program_of(source, given)
     except ToolpathError:
-        if lists_locations(source):
+        if lists:
             raise
         raise fault from None
     if not path.has_axes:
@@ -275,14 +281,12 @@ def _load_path(
         source=path.source,
         name=path.name,
     )
-    lists = lists_locations(source)
     if not lists:
         # A block that is too fast for an axis is a finding, not a slower block.
         # F is the tip's.
         by_tip = replace(path, pivot=path.tips(path.axis))
         time = np.where(path.rapid, motion.time, feed_times(by_tip, turns_of(motion, machine)))
         motion = replace(motion, time=time)
-    technology = None if lists else read_technology(source, options.harmless).track(path.source)
     tcp = np.ones(len(path), dtype=bool)
     return TracedProgram(
         motion,

@@ -62,7 +62,7 @@ class Interpreter(RunMoves):
         """
         try:
             for block in self._outside_runs(blocks):
-                self.line = block.line
+                self.line, self.track.step = block.line, block.step or block.line
                 if self.take(block):
                     return block.line
         except BlockError as fault:
@@ -90,7 +90,7 @@ class Interpreter(RunMoves):
         for finding in block.findings:
             self._keep(finding)
         if block.drills:
-            self.drilled.add(block.line)
+            self.drilled.add(self.track.step)
         self.modes.take(block)
         if self.modes.motion not in CYCLES:
             self.cycle = None
@@ -162,7 +162,7 @@ class Interpreter(RunMoves):
             at.plane = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
         at.update()
         turned = None if at.plane.is_unturned else tuple((at.plane.rotation.round(9) + 0.0).ravel().tolist())
-        self.frames.append((block.line, (at.tip_control, turned)))
+        self.frames.append((self.track.step, (at.tip_control, turned)))
         if at.of_tip != was_of_tip:
             in_cut = bool(track.rows) and track.rows.last_kind == CUT
             self.switch = Switch(block.line, in_cut, at.of_tip)

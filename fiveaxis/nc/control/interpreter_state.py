@@ -52,8 +52,8 @@ class InterpreterState:
     tip_words : words that have switched TCP on
     lost : word and line of a move within a motion that ended where only the machine knows
     suspended : line of a retract by G53 under TCP, until TCP is switched again
-    frames : lines that change TCP or a tilted plane, with both from there on
-    drilled : lines that drill a hole
+    frames : steps that change TCP or a tilted plane, with both from there on
+    drilled : steps that drill a hole
     zero_word : work offset in force
     """
 

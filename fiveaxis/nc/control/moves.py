@@ -205,7 +205,7 @@ class Moves(InterpreterState):
             "cycle-simplified",
             f"{word} is read as one move down and one back; pecks, shifts and dwells are left out",
         )
-        self.drilled.add(block.line)
+        self.drilled.add(track.step)
         self._rise(self.cycle.level)
         for height, at_feed in self.cycle.levels(point[2], to_initial=self.modes.to_initial):
             point = [point[0], point[1], height]

@@ -89,13 +89,14 @@ class MachineMove(NamedTuple):
 
     Parameters
     ----------
-    line : of the program
+    line, step : of the program, and its place in the order in which lines run
     word : G53 (also of SUPA and M91), G28 and so on
     axes : letters that it names; empty where the machine alone knows what moves
     height : mm, of Z in machine coordinates; None where Z doesn't move there, or nobody knows how far
     """
 
     line: int
+    step: int
     word: str
     axes: str
     height: float | None = None
@@ -110,10 +111,10 @@ class TechnologyTrack:
     language : of the program; empty for a table
     states : the different states
     state : (n,), which one is in force in the move to a row
-    lines : (n,), of the program
+    steps : (n,), of the program's lines, in the order in which they run
     machine_moves : moves in machine coordinates, in order
-    once : lines and words that act once, where they stand: stops, unknown M words
-    unapproached : lines of machine moves after which the program feeds before it has positioned their axes
+    once : steps, lines and words that act once, where they stand: stops, unknown M words
+    unapproached : steps of machine moves after which the program feeds before it has positioned their axes
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
         Z comes down last
     late_line : that line; 0 for none
@@ -125,9 +126,9 @@ class TechnologyTrack:
     language: str
     states: tuple[Technology, ...]
     state: IntArray
-    lines: IntArray
+    steps: IntArray
     machine_moves: tuple[MachineMove, ...] = ()
-    once: tuple[tuple[int, str], ...] = ()
+    once: tuple[tuple[int, int, str], ...] = ()
     unapproached: frozenset[int] = frozenset()
     late_axes: str = ""
     late_line: int = 0
@@ -146,7 +147,7 @@ class TechnologyTrack:
 
     def at(self, rows: IntArray) -> TechnologyTrack:
         """Return the track of some rows."""
-        return replace(self, state=self.state[rows], lines=self.lines[rows])
+        return replace(self, state=self.state[rows], steps=self.steps[rows])
 
 
 @dataclass
@@ -160,7 +161,8 @@ class TechnologyReader:
     ----------
     language : whose D (Sinumerik), or else H, is the tool's length offset
     accepted : M words that the caller takes for harmless
-    selections : lines and names of selected tools
+    steps : of the changes
+    selections : names of selected tools
     cancelled : modes that are switched off before the first move, with the line
     control : that the header of a program by this package names; empty in others
     """
@@ -169,10 +171,10 @@ class TechnologyReader:
     accepted: Collection[str] = ()
     control: str = ""
     now: Technology = field(default_factory=Technology)
-    lines: list[int] = field(default_factory=list)
+    steps: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
     machine_moves: list[MachineMove] = field(default_factory=list)
-    once: list[tuple[int, str]] = field(default_factory=list)
+    once: list[tuple[int, int, str]] = field(default_factory=list)
     selections: list[str] = field(default_factory=list)
     cancelled: dict[str, int] = field(default_factory=dict)
     cuts: bool = False
@@ -182,7 +184,7 @@ class TechnologyReader:
     _rapid: bool = False
     _down: int = 0
     _diagonals: list[int] = field(default_factory=list)
-    _others: dict[str, int] = field(default_factory=dict)
+    _others: dict[str, tuple[int, int]] = field(default_factory=dict)
     _at_machine: dict[str, int] = field(default_factory=dict)
 
     @classmethod
@@ -217,8 +219,9 @@ class TechnologyReader:
                 target["sense"] = SENSES[word]
             if word in COOLANT:
                 target["coolant"] = COOLANT[word]
-        self._record(block.line, change)
-        self._record(block.line + 1, later)
+        step = block.step or block.line
+        self._record(step, change)
+        self._record(step + 1, later)
 
     def take_run(self, run: Run) -> None:
         """Read a run of plain blocks, which only show the order of the approach."""
@@ -231,22 +234,22 @@ class TechnologyReader:
         for word in block.g:
             self._scale = _UNITS.get(word, self._scale)
             self._incremental = word == "G91" or (self._incremental and word != "G90")
-        axes = "".join(c for c in "XYZABC" if c in block.words)
+        axes, step = "".join(c for c in "XYZABC" if c in block.words), block.step or block.line
         for word in block.g:
             # G53 alone doesn't move; G28 alone moves all axes on LinuxCNC.
             if word in _NOT_IN_PROGRAM and (axes or word != "G53"):
                 known = word == "G53" and "Z" in axes and not (self._incremental or block.increments)
                 height = block.words["Z"] * self._scale if known else None
-                self._move_by_machine(MachineMove(block.line, word, axes, height))
+                self._move_by_machine(MachineMove(block.line, step, word, axes, height))
         for word in (w for w in block.ignored if w in _FIXED_POINTS):
-            self._move_by_machine(MachineMove(block.line, word, ""))
+            self._move_by_machine(MachineMove(block.line, step, word, ""))
 
     def _move_by_machine(self, move: MachineMove) -> None:
         self.machine_moves.append(move)
         if not self.cuts:
             # Z may come down at feed from a retract, but not go back to one once it is down.
             axes = (c for c in move.axes or "XY" if c != "Z" or self._down)
-            self._at_machine |= dict.fromkeys(axes, move.line)
+            self._at_machine |= dict.fromkeys(axes, move.step)
 
     def _of_words(self, block: Block) -> dict[str, Any]:
         words = self.now.words
@@ -255,7 +258,7 @@ class TechnologyReader:
             if group is not None:
                 words = in_force_after(words, word, group)
             elif word not in self.accepted:
-                self.once.append((block.line, word))
+                self.once.append((block.step or block.line, block.line, word))
         return {} if words == self.now.words else {"words": words}
 
     @staticmethod
@@ -297,11 +300,11 @@ class TechnologyReader:
             change["work_offset"] = block.work_offset
         return change
 
-    def _record(self, line: int, change: dict[str, Any]) -> None:
+    def _record(self, step: int, change: dict[str, Any]) -> None:
         new = self.now._replace(**change) if change else self.now
         if new != self.now:
             self.now = new
-            self.lines.append(line)
+            self.steps.append(step)
             self.states.append(new)
 
     def _follow_approach(self, block: Block) -> None:
@@ -318,21 +321,21 @@ class TechnologyReader:
                 continue
             self._at_machine.pop(letter, None)
             if letter == "Z":
-                self._down = block.line
+                self._down = block.step or block.line
             else:
-                self._others.setdefault(letter, block.line)
+                self._others.setdefault(letter, (block.step or block.line, block.line))
 
-    def track(self, lines: IntArray) -> TechnologyTrack:
-        """Return what is in force on lines, (n,), of the moves."""
-        state = np.searchsorted(self.lines, lines, side="right")
-        late = {c: line for c, line in self._others.items() if 0 < self._down < line}
-        first = min(late.values(), default=0)
+    def track(self, steps: IntArray) -> TechnologyTrack:
+        """Return what is in force at steps, (n,), of the moves."""
+        state = np.searchsorted(self.steps, steps, side="right")
+        late = {c: at for c, at in self._others.items() if 0 < self._down < at[0]}
+        _, first = min(late.values(), default=(0, 0))
         states = Technology(), *self.states
         return TechnologyTrack(
             language=self.language.name,
             states=states,
             state=state,
-            lines=lines,
+            steps=steps,
             machine_moves=tuple(self.machine_moves),
             once=tuple(self.once),
             unapproached=frozenset(self._at_machine.values()) if self.cuts else frozenset(),
@@ -354,9 +357,9 @@ def _tool_number(written: str | None) -> str:
     return (written or "").removeprefix("TOOL CALL").removeprefix("T").strip(' ="')
 
 
-def read_technology(source: Source, accepted: Collection[str] = ()) -> TechnologyReader:
-    """Read what a whole program puts in force; M words that are accepted are harmless."""
-    reader = TechnologyReader.of(source, accepted)
+def read_technology(source: Source) -> TechnologyReader:
+    """Read what a whole program puts in force."""
+    reader = TechnologyReader.of(source)
     for block in reader.language.split(source):
         reader.take(block) if isinstance(block, Block) else reader.take_run(block)
     return reader
