@@ -49,7 +49,6 @@ class Sinumerik(Reader):
         if run.points:
             state.angles.clear()
         state.remember(words)
-        state.moved = True
 
     def read(self, line: int, text: str) -> Iterator[Block]:
         """Read a line."""

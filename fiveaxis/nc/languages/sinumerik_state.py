@@ -15,16 +15,14 @@ import numpy as np
 
 from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, Block, BlockError, FrameChange, reasons
 from fiveaxis.nc.languages.expressions import evaluate
+from fiveaxis.nc.languages.holes import Hole
 from fiveaxis.nc.languages.planes import AXES, CoordinateState, Plane, turns
-from fiveaxis.nc.languages.sinumerik_cycles import Hole, Swivel
+from fiveaxis.nc.languages.sinumerik_cycles import Swivel
 
 ROTARY = "ABC"
 
 _TYPE = re.compile(r"\s*(?:REAL|INT|BOOL|(CHAR|STRING|AXIS)\s*(?:\[[^\]]*\])?)(?![A-Z0-9_])")
 _DECLARED = re.compile(r"\s*([A-Z_][A-Z0-9_]*)\s*(?:\[[^\]]*\])?\s*(?:=\s*([^,]*))?(?:,|$)\s*")
-
-# The work offsets that ISO programs have too; "" before the program names one.
-_ISO_ZEROS = ("", "G54", "G55", "G56", "G57")
 
 # G commands with an equivalent in ISO 6983.
 SAME_IN_ISO = {
@@ -199,14 +197,6 @@ class State(CoordinateState):
             step = Plane(rotation=turns("ZYX", [z, y, x]))
         self.program = step if name in ("TRANS", "ROT") else self.program.then(step)
         return self.frame(name)
-
-    def select_zero(self, word: str) -> None:
-        """Set the work offset.
-
-        The interpreter knows the four offsets that ISO programs have too, and before the first move the
-        distance doesn't matter.
-        """
-        self.change_zero(word, known=word in _ISO_ZEROS and self.zero in _ISO_ZEROS)
 
     def remember(self, words: Mapping[str, float], increments: str = "", absolutes: str = "") -> None:
         """Update the feed and the rotary axes' end angles."""

@@ -7,10 +7,10 @@ import re
 from fiveaxis.findings import Severity
 from fiveaxis.nc.languages.block import SPINDLE_M, BlockError, m_number, number_of, put_word
 from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
+from fiveaxis.nc.languages.holes import Hole
 from fiveaxis.nc.languages.planes import AXES, Statement
 from fiveaxis.nc.languages.sinumerik_cycles import (
     HOLES,
-    Hole,
     Swivel,
     Value,
     read_hole,
@@ -203,7 +203,6 @@ class SinumerikStatement(Statement[State]):
             self.apart = True
             draft.ignored.append(word)
         elif number == 500 or 505 <= number <= 599:
-            self.state.select_zero(word)
             draft.work_offset = word
             draft.ignored.append(word)
         elif number in IGNORED_G:
@@ -228,8 +227,6 @@ class SinumerikStatement(Statement[State]):
             state.tool_axis = _TOOL_AXIS[word]
         elif word in ("G90", "G91"):
             state.incremental = word == "G91"
-        elif word in ("G54", "G55", "G56", "G57"):
-            state.select_zero(word)
         self.draft.g.append(word)
         self.draft.cancels += ["cutter compensation (G41, G42)"] if word == "G40" else []
 
@@ -340,10 +337,8 @@ class SinumerikStatement(Statement[State]):
             draft.ignored.append("MCALL")
         if self.machine:
             draft.g.append("G53")
-        elif any(letter in draft.words for letter in AXES):
-            state.moved = True
-            if not called:
-                self.hole = state.hole
+        elif not called and any(letter in draft.words for letter in AXES):
+            self.hole = state.hole
         state.remember(draft.words, draft.increments, draft.absolutes)
         if draft.vector:
             state.angles.clear()

@@ -272,13 +272,10 @@ def test_block_delete_skips_blocks_unread():
     assert [b.skipped for b in found] == [True, True, True, False]
 
 
-def test_work_offsets_may_be_set_before_moves_but_not_changed_after():
-    assert "G54" in blocks_of("G500", "SUPA G0 Z0", "G54", "X1")[2].g
-    assert len(blocks_of("G505", "X1", "G505 X2")) == 3
-    with pytest.raises(ToolpathError, match=r"part\.mpf:3: .*G506 moves the program's zero away from G505"):
-        blocks_of("G505", "X1", "G506")
-    with pytest.raises(ToolpathError, match="G54 moves the program's zero away from G500"):
-        blocks_of("G500", "G0 X=5*2", "G54")
+def test_work_offsets_are_zeros_by_name():
+    assert [b.work_offset or b.g for b in blocks_of("G500", "G54", "G505", "G57")] == [
+        *("G500", ("G54",), "G505", ("G57",)),
+    ]
 
 
 @pytest.mark.parametrize(
