@@ -2,8 +2,8 @@
 
 ISO 6983 and RS274/NGC syntax: upper or lower case, blanks anywhere, numbers without leading zero or sign,
 comments ``( )``, also nested, and ``;``, lines of ``%``, block numbers ``N``, program numbers ``O``, block
-delete ``/``, variables ``#1`` with a value, and expressions in brackets. Anything else is refused with its
-reason: a program is read completely or not at all.
+delete ``/``. `fiveaxis.nc.languages.macro` runs variables, loops, jumps and calls. Anything else is refused
+with its reason: a program is read completely or not at all.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fiveaxis.nc.languages.block import (
     put_word,
     reasons,
 )
-from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
+from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
 from fiveaxis.nc.languages.planes import turns
 from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
@@ -92,24 +92,8 @@ NOT_WORDS = reasons(
 _CHANGES = re.compile("M0*6(?![0-9])")
 # The name of a program: <PART>, O<PART>, :0001, and $PART.MIN% of Okuma.
 _NAMED = re.compile(r"(?:N[0-9]+)?(?:O?<[A-Z0-9_.+-]+>|\$[A-Z0-9_-]+\.MIN%?|:[0-9]+)")
+_DELETED = re.compile("(?:N[0-9]+)?/")
 _DIN_HEAD = re.compile("%[^*]*G7[01]")
-
-_NAME = r"#(?:[0-9]+|<[A-Z0-9_]+>)"
-_ASSIGNED = re.compile(f"({_NAME})=")
-# Value of a word: one variable or one pair of brackets. No control accepts X#1+2.
-_VALUE = re.compile(rf"([A-Z])([+-]?)(?:({_NAME})(?![-+*/=])|(?=\[))")
-_BRACKET = re.compile(r"[\[\]]")
-_FLOW = re.compile(r"IF|WHILE|GOTO|REPEAT|CALL|SUB|DO[0-9#\[]|END[0-9]|[<>]=|\bO<")
-
-
-def compact_code(text: str) -> str:
-    """Return a line without comments and blanks, in upper case: ``x 1. (to)`` is ``X1.``.
-
-    An unclosed opening bracket is kept.
-    """
-    code = text if "(" not in text and ";" not in text else _without_comments(text)
-    # The upper case of characters like the long s is ASCII: only ASCII text may become words.
-    return "".join(code.upper().split()) if code.isascii() else "".join(code.split())
 
 
 class Iso(Reader):
@@ -127,7 +111,7 @@ class Iso(Reader):
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         super().__init__(source, block_delete=block_delete)
-        self.macro, self.tip = Macro(), TipSwitch()
+        self.macros, self.tip = Macros(self.tape), TipSwitch()
 
     def read(self, line: int, text: str) -> list[Block]:
         """Read a line."""
@@ -137,15 +121,12 @@ class Iso(Reader):
             return []
         if _NAMED.fullmatch(code):
             return [Block(line, words={"O": 0.0})]
-        if code[0] == "/":
-            if self.block_delete:
-                return [Block(line, skipped=True)]
-            code = re.sub("^/[1-9]?", "", code)
-        if "#" in code or "[" in code:
-            before = len(self.macro.assigned)
-            code = self.macro.take(code)
-            if not code:
-                return [Block(line, stated=tuple(self.macro.assigned[before:]))]
+        if "/" in code and self.block_delete and _DELETED.match(code):
+            return [Block(line, skipped=True)]
+        code = self.macros.take(without_head(code))
+        if not code:
+            assigned = tuple(f"variable {each}" for each in self.macros.assigned)
+            return [Block(line, stated=assigned)] if assigned else []
         block = _parse_block(line, code)
         if not (block.g or block.m):
             return [block] if block.words else []
@@ -185,25 +166,6 @@ def _timed_by_x(block: Block, text: str) -> Block:
             "settings; write it with a point, or P in s"
         )
     return block._replace(words={"P": block.words["X"]})
-
-
-def _without_comments(text: str) -> str:
-    kept, begin, depth = [], 0, 0
-    for mark in re.finditer("[();]", text):
-        sign = mark[0]
-        if sign == "(":
-            if depth == 0:
-                kept.append(text[begin : mark.start()])
-                begin = mark.start()
-            depth += 1
-        elif sign == ")" and depth > 0:
-            depth -= 1
-            begin = mark.end() if depth == 0 else begin
-        elif sign == ";" and depth == 0:
-            kept.append(text[begin : mark.start()])
-            return "".join(kept)
-    kept.append(text[begin:])
-    return "".join(kept)
 
 
 def _is_title(text: str, code: str) -> bool:
@@ -299,77 +261,3 @@ def set_plane(block: Block) -> Block:
     rotation = turns("ZXZ", [block.words.get(c, 0.0) for c in "IJK"])
     rest = {c: value for c, value in block.words.items() if c not in "XYZIJKP"}
     return block._replace(words=rest, frame=FrameChange((x, y, z), rotation, word))
-
-
-class Macro:
-    """The variables that have a value, and all assignments: ``variable #5=2``."""
-
-    def __init__(self) -> None:
-        self.values: dict[str, float] = {}
-        self.assigned: list[str] = []
-
-    def take(self, code: str) -> str:
-        """Replace variables and brackets by numbers; execute and remove assignments.
-
-        Parameters
-        ----------
-        code : a block without comments and blanks, upper case
-
-        Returns
-        -------
-        Words of letters and numbers. Anything else is left unchanged, for the parser to refuse.
-
-        Raises
-        ------
-        BlockError
-            A variable without a value, a result that isn't a number.
-        """
-        if _FLOW.search(code):
-            return code
-        return self._assign(code) if _ASSIGNED.match(code) else self._fill_in(code)
-
-    def _assign(self, code: str) -> str:
-        """Execute ``#1=5#2=#1+2``: as in RS274/NGC, all values take effect after the block."""
-        found, end, values = _ASSIGNED.match(code), 0, {}
-        while found is not None:
-            values[_key(found[1])], end = evaluate_prefix(code, found.end(), self._look_up)
-            found = _ASSIGNED.match(code, end)
-        if end < len(code):
-            return code[end:] if "=" in code[end:] else f"={code[end:]}"
-        self.values |= values
-        self.assigned += [f"variable {name}={value:g}" for name, value in values.items()]
-        return ""
-
-    def _fill_in(self, code: str) -> str:
-        parts, begin = [], 0
-        while (found := _VALUE.search(code, begin)) is not None:
-            end = found.end() if found[3] else _closing(code, found.end())
-            value = self._look_up(found[3]) if found[3] else evaluate(code[found.end() : end], self._look_up)
-            # Without an exponent, as controls accept it.
-            number = f"{-value if found[2] == '-' else value:.12f}".rstrip("0")
-            parts.append(f"{code[begin : found.start()]}{found[1]}{number}")
-            begin = end
-        return "".join(parts) + code[begin:]
-
-    def _look_up(self, name: str) -> float:
-        try:
-            return self.values[_key(name)]
-        except KeyError:
-            raise BlockError(f"{name} has no value yet; write the number") from None
-
-
-def _key(name: str) -> str:
-    """Return the same key for ``#1`` and ``#001``; KeyError for a name of another language, such as R1."""
-    if name[0] != "#":
-        raise KeyError(name)
-    return name if name[1] == "<" else f"#{int(name[1:20])}"
-
-
-def _closing(code: str, start: int) -> int:
-    """Return the index after the closing bracket; the end of the block if it isn't closed."""
-    depth = 0
-    for sign in _BRACKET.finditer(code, start):
-        depth += 1 if sign[0] == "[" else -1
-        if depth == 0:
-            return sign.end()
-    return len(code)

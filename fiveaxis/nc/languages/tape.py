@@ -177,11 +177,11 @@ class Tape:
             now, end = self.now, len(self.now.text.lines)
             self._push(Stretch(now.text, row, end, count - 1, called=True, line=now.line, row=row))
 
-    def call_file(self, text: Text, leave: Callable[[], None], count: int = 1) -> None:
-        """Run another file, a number of times; its lines count as that of the call."""
+    def call_file(self, text: Text, leave: Callable[[], None] | None, count: int = 1, row: int = 0) -> None:
+        """Run another file from a row on, a number of times; its lines count as that of the call."""
         if count > 0:
-            end = len(text.lines)
-            self._push(Stretch(text, 0, end, count - 1, called=True, line=self.line, leave=leave))
+            end, line = len(text.lines), 0 if text is self.stack[0].text else self.line
+            self._push(Stretch(text, row, end, count - 1, called=True, line=line, row=row, leave=leave))
 
     def leave(self) -> None:
         """Return from the subprogram that is being run, or begin it again."""
@@ -218,6 +218,13 @@ class Tape:
         BlockError
             There is none, or it can't be read.
         """
+        found = self.file_beside(name, suffixes)
+        if found is None:
+            raise BlockError(f"calls {name}, and no such file is beside the program; put it there")
+        return found
+
+    def file_beside(self, name: str, suffixes: tuple[str, ...]) -> Text | None:
+        """Load a file beside the program, as `open_file`; None if there is none."""
         folder = Path(self.source.name).parent
         wanted = [name.lower(), *(f"{name}{suffix}".lower() for suffix in suffixes)]
         beside: dict[str, Path] = {}
@@ -225,7 +232,7 @@ class Tape:
             beside = {path.name.lower(): path for path in sorted(folder.iterdir(), reverse=True)}
         path = next((beside[key] for key in wanted if key in beside), None)
         if path is None:
-            raise BlockError(f"calls {name}, and no such file is beside the program; put it there")
+            return None
         if path not in self._files:
             try:
                 self._files[path] = Text(load_source(path), self._comments)
