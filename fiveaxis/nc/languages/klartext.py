@@ -2,7 +2,8 @@
 
 Supported: straight lines ``L`` with axes and ``LN`` with vectors, poles and circles ``CC C CR``, polar ``LP``
 and ``CP``, increments, Q parameters with simple arithmetic, M128 and FUNCTION TCPM, datum shifts (cycle 7,
-TRANS DATUM), cycle 10, PLANE with spatial angles, Euler angles or vectors. Lines without effect on the path
+TRANS DATUM), presets, cycle 10, PLANE with spatial angles, Euler angles or vectors, drilling cycles, CALL LBL
+with and without REP, CALL PGM of a file beside the program. Lines without effect on the path
 are listed in `Block.ignored`; anything else is refused with its line. After the *User's Manual Klartext
 Programming* of the TNC 640 (Heidenhain 892903-29).
 """

@@ -8,7 +8,7 @@ table is refused: it may be a subprogram or a cycle of the machine builder.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +17,7 @@ from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, Block, BlockError, Fr
 from fiveaxis.nc.languages.expressions import evaluate
 from fiveaxis.nc.languages.holes import Hole
 from fiveaxis.nc.languages.planes import AXES, CoordinateState, Plane, turns
-from fiveaxis.nc.languages.sinumerik_cycles import Swivel
+from fiveaxis.nc.languages.sinumerik_cycles import HOLES, Swivel
 
 ROTARY = "ABC"
 
@@ -86,8 +86,12 @@ _ANGLES = "gives the tool direction by angles whose meaning depends on machine d
 # The first pattern that matches a whole name gives the reason.
 REFUSED = reasons(
     (r"CYCLE[0-9]+|POCKET[0-9]*|SLOT[0-9]|HOLES[0-9]|LONGHOLE", IS_CYCLE),
-    (r"IF|ELSE|ENDIF|GOTO[BFCS]?|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLOOP|REPEATB?|UNTIL|CASE", IS_JUMP),
-    (r"P?CALL|EXTCALL|ISOCALL|SPRINT|INIT|START|REPOS[A-Z]*", IS_JUMP),
+    (r"IF|ELSE|ENDIF|GOTO[BFCS]?|LOOP|ENDLOOP|CASE", IS_JUMP),
+    (
+        r"WHILE|ENDWHILE|FOR|ENDFOR|REPEATB?|UNTIL|CALL|EXTCALL",
+        "has words that don't belong to it; correct it",
+    ),
+    (r"PCALL|ISOCALL|SPRINT|INIT|START|REPOS[A-Z]*", IS_JUMP),
     (r"A?ROTS|CROTS?|TO(ROT|FRAME)[XYZ]?|PAROT", _TURN),
     (r"A?SCALE|A?MIRROR", "scales or mirrors the coordinates, which isn't supported; post without it"),
     (r"TRANSMIT|TRACYL|TRAANG|TRACON|TRAFOON|TRAORI_.*", _KINEMATICS),
@@ -103,13 +107,26 @@ REFUSED = reasons(
 )
 
 
+# Words of several letters that act.
+_ACTING = frozenset(
+    ("DEF", "TRAORI", "TRAFOOF", "SUPA", "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "MIRROR", "MCALL", "RET")
+)
+
+
+def is_word(name: str) -> bool:
+    """Check whether a name is a word of the language, and so no subprogram's."""
+    known = name in IGNORED or name in HOLES or name in _ACTING
+    return known or any(pattern.fullmatch(name) for pattern, _ in REFUSED)
+
+
 def refusal(name: str) -> str:
     """Return the reason why a name is refused."""
     for pattern, reason in REFUSED:
         if pattern.fullmatch(name):
             return f"{name} {reason}"
     return (
-        f"{name} isn't a supported word, and may be a subprogram or an axis; post one program with all moves"
+        f"{name} isn't a supported word, and may be a subprogram or an axis; put its file beside the "
+        "program, or post one program with all moves"
     )
 
 
@@ -119,7 +136,8 @@ class State(CoordinateState):
 
     Parameters
     ----------
-    variables : values of R parameters and declared names
+    variables : values of R parameters and other names
+    declared : names of DEF, which are local to a subprogram
     texts : declared names of texts
     motion, feed : the last ones, restored after a drilled hole
     tool_axis : letter of the axis along which cycles drill
@@ -131,6 +149,7 @@ class State(CoordinateState):
     """
 
     variables: dict[str, float] = field(default_factory=dict)
+    declared: set[str] = field(default_factory=set)
     texts: set[str] = field(default_factory=set)
     motion: str | None = None
     feed: float | None = None
@@ -161,6 +180,7 @@ class State(CoordinateState):
             if found is None:
                 raise BlockError(f"{text[at : at + 20].strip()!r} isn't a name that can be declared")
             initial = (found[2] or "0").strip()
+            self.declared.add(found[1])
             if kind[1]:
                 self.texts.add(found[1])
             elif initial in ("TRUE", "FALSE"):
@@ -168,6 +188,19 @@ class State(CoordinateState):
             else:
                 self.variables[found[1]] = evaluate(initial, self.variables.__getitem__)
             at = found.end()
+
+    def begin_subprogram(self) -> Callable[[], None]:
+        """Put the declared variables aside; return what takes them back."""
+        kept, self.declared = self.declared, set()
+        values = {name: self.variables.pop(name) for name in kept if name in self.variables}
+
+        def leave() -> None:
+            for name in self.declared:
+                self.variables.pop(name, None)
+            self.variables |= values
+            self.declared = set(kept)
+
+        return leave
 
     def swivel_plane(self, swivel: Swivel | None) -> FrameChange:
         """Set or reset the plane of CYCLE800; either deletes the frame of TRANS and ROT."""

@@ -43,12 +43,12 @@ _CENTRE = {"I": "X", "J": "Y", "K": "Z"}
 _TOOL_AXIS = {"G17": "Z", "G18": "Y", "G19": "X"}
 _VECTORS = {"A3": "X", "B3": "Y", "C3": "Z"}
 _NORMALS = {"A5": "X", "B5": "Y", "C5": "Z"}
-_END = {2: "M2", 17: "M30", 30: "M30"}
+_END = {2: "M2", 30: "M30"}
 _TRANSFORMS = ("TRANS", "ATRANS", "ROT", "AROT")
 
 _NO_WORDS = {
-    "L": "calls a subprogram, which isn't run; post one program with all moves",
-    "P": "repeats a subprogram, which isn't run; post one program with all moves",
+    "L": "calls a subprogram, whose file isn't beside the program or which has no block of its own",
+    "P": "repeats a subprogram, and names none; write it behind the name",
     "E": "isn't an axis, and numbers have no exponent here; write the number out",
     **dict.fromkeys("NOQR", "isn't a word here; look up what the post-processor meant, and correct it"),
 }
@@ -59,7 +59,7 @@ class SinumerikStatement(Statement[State]):
 
     def __init__(self, source: Source, line: int, code: str, state: State) -> None:
         super().__init__(source, line, code, state)
-        self.machine = self.modal_call = self.apart = False
+        self.machine = self.modal_call = self.apart = self.returns = False
         self.transform: str | None = None
         self.plane_angle: float | None = None
         self.hole: Hole | None = None
@@ -231,7 +231,9 @@ class SinumerikStatement(Statement[State]):
         self.draft.cancels += ["cutter compensation (G41, G42)"] if word == "G40" else []
 
     def _m(self, number: float) -> None:
-        if m_number(number) in _END:
+        if m_number(number) == 17:
+            self.returns = True
+        elif number in _END:
             self.draft.m.append(_END[int(number)])
         elif number in SPINDLE_M:
             self.draft.m.append(f"M{number:g}")
@@ -262,7 +264,7 @@ class SinumerikStatement(Statement[State]):
         elif name == "MCALL":
             self.modal_call = True
         elif name == "RET":
-            self.draft.m.append("M30")
+            self.returns = True
         elif name in HOLES or name == "CYCLE800":
             self._cycle(name, values)
         elif name in IGNORED:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
 
@@ -163,6 +164,14 @@ class Tape:
                 raise self.error(f"{self.step - own} lines are repeated, too many to be meant; {_ENDLESS}")
         return text
 
+    @cached_property
+    def _beside(self) -> dict[str, Path]:
+        """The files of the program's folder, by their names in lower case."""
+        with suppress(OSError, ValueError):
+            paths = sorted(Path(self.source.name).parent.iterdir(), reverse=True)
+            return {path.name.lower(): path for path in paths}
+        return {}
+
     # What a line may ask for
 
     def repeat(self, begin: int, end: int, count: int) -> None:
@@ -225,12 +234,8 @@ class Tape:
 
     def file_beside(self, name: str, suffixes: tuple[str, ...]) -> Text | None:
         """Load a file beside the program, as `open_file`; None if there is none."""
-        folder = Path(self.source.name).parent
         wanted = [name.lower(), *(f"{name}{suffix}".lower() for suffix in suffixes)]
-        beside: dict[str, Path] = {}
-        with suppress(OSError, ValueError):
-            beside = {path.name.lower(): path for path in sorted(folder.iterdir(), reverse=True)}
-        path = next((beside[key] for key in wanted if key in beside), None)
+        path = next((self._beside[key] for key in wanted if key in self._beside), None)
         if path is None:
             return None
         if path not in self._files:
