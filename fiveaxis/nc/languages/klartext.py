@@ -359,6 +359,8 @@ class Klartext(Reader):
         if called is not None or MOVES.match(code) is not None:
             words = code if called is None else code[called.end() :]
             move = Move(self.source, line, words, self.state)
+            if called is not None and self.state.drilling:
+                raise BlockError("calls a cycle that M89 calls at every position; write M99 before")
             if called is not None:
                 move.code = self._position_of(words) if called[1] else words
                 move.draft.ignored.append("CYCL CALL")

@@ -329,6 +329,16 @@ def test_m89_drills_at_every_position_up_to_m99():
     assert [words for *_, words in found].count({"Z": -14.0, "F": 150.0}) == 3
 
 
+def test_a_cycle_is_not_called_twice_under_m89():
+    with pytest.raises(ToolpathError, match=r"part\.h:11: .*M89 calls at every position; write M99 before"):
+        blocks_of(*DRILL, "L X+1 Y+2 FMAX M89", "CYCL CALL")
+
+
+def test_a_feed_per_revolution_drills_nothing():
+    with pytest.raises(ToolpathError, match=r"part\.h:11: .*a cycle under M136 isn't supported"):
+        blocks_of(*DRILL, "L M136", "L X+1 Y+2 FMAX M99")
+
+
 def test_the_feed_before_a_hole_is_in_force_after_it():
     found = blocks_of(*DRILL, "L X+1 Y+2 F800 M99", "L X+5")
     assert [dict(b.words) for b in found][-2:] == [{"F": 800.0}, {"X": 5.0}]
