@@ -55,6 +55,7 @@ class InterpreterState:
     frames : steps that change TCP or a tilted plane, with both from there on
     drilled : steps that drill a hole
     zero_word : work offset in force
+    table_line : line of G254 in force; 0 for none
     """
 
     source: Source
@@ -79,6 +80,7 @@ class InterpreterState:
     frames: list[tuple[int, tuple[bool, tuple[float, ...] | None]]] = field(default_factory=list)
     drilled: set[int] = field(default_factory=set)
     zero_word: str = DEFAULT_OFFSET
+    table_line: int = 0
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes

@@ -44,6 +44,10 @@ class Moves(InterpreterState):
             self._require_begin()
         if "G53" in block.g and not self._takes_machine_move(axes, block):
             return
+        if self.table_line and any(self.columns[c] in self.track.rotary for c in axes):
+            raise BlockError(
+                f"rotary axes turn under G254 (line {self.table_line}); write G255 before, G254 after"
+            )
         before = self.track.vector
         vector = self._vector(axes, block)
         if vector is None:
@@ -116,7 +120,7 @@ class Moves(InterpreterState):
     def _note_plane(self, target: Values) -> None:
         """Warn that a tilted plane is assumed to turn with the workpiece."""
         at, track = self.coordinates, self.track
-        by_plane = at.turned and not at.tip_control and track.vector is None
+        by_plane = at.turned and not at.tip_control and track.vector is None and not self.table_line
         if by_plane and any(target[i] for i in track.rotary):
             self.note(
                 Severity.WARNING,
@@ -355,6 +359,8 @@ def _arc(modes: Modes, block: Block, begin: Pair, end: Pair, scale: float) -> Ar
     given = {c: block.words[c] * scale for c in "IJKR" if c in block.words}
     centre = block.centre
     wanted = [CENTRE[c] for c in letters]
+    if modes.absolute_centres and centre is None and set(wanted) <= given.keys():
+        centre = {c: block.words[i] for c, i in zip(letters, wanted, strict=True)}
     if max(map(abs, given.values()), default=0.0) > LARGEST_POSITION:
         raise ValueError(f"an arc of more than {LARGEST_POSITION:g} mm; check the decimal points")
     if centre is not None:

@@ -33,11 +33,13 @@ CHANGES = ("M6", "TOOL CALL")
 OF_TOOL = "of the loaded tool"
 LENGTH_ON = ("G43", "G43.4", "G43.5", "G234")
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
-# With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
-NUMBERED_OFFSETS = ("G54.1", "G154")
+# With the number in a word: G54.1 P3 or G54 P3 (Fanuc), G154 P3 (Haas), G15 H3 (Okuma).
+NUMBERED_OFFSETS = {"G54.1": "P", "G54": "P", "G154": "P", "G15": "H"}
 # In force where a program selects none.
 DEFAULT_OFFSET = "G54"
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
+# Words whose axis words aren't where the tool goes on the workpiece.
+_ELSEWHERE = _NOT_IN_PROGRAM | {"G92", "G10"}
 # Moves to points of the machine that the program doesn't give: their words are left out by the reader.
 _FIXED_POINTS = frozenset(("G74", "G75", "M92", "M140", "MB"))
 # mm: length of a word, by the words of the unit.
@@ -198,7 +200,7 @@ class TechnologyReader:
             self._follow_approach(block)
         if not self._moved:
             self.cancelled.update(dict.fromkeys(block.cancels, block.line))
-            on_work = _NOT_IN_PROGRAM.isdisjoint(block.g) and block.frame is None
+            on_work = _ELSEWHERE.isdisjoint(block.g) and block.frame is None
             self._moved = on_work and not _AXES.isdisjoint(block.words)
         if not (block.m or block.ignored or block.stated or block.g or block.tool) and _LETTERS.isdisjoint(
             block.words
@@ -284,7 +286,7 @@ class TechnologyReader:
     def _of_offsets(self, block: Block) -> dict[str, Any]:
         change: dict[str, Any] = {}
         letter = "D" if self.language is SINUMERIK else "H"
-        if letter in block.words:
+        if letter in block.words and "G15" not in block.g:
             number = f"{block.words[letter]:g}"
             change["length"] = "" if number == "0" else number
         elif any(word in LENGTH_ON for word in block.g):
@@ -292,10 +294,8 @@ class TechnologyReader:
         if "G49" in block.g:
             change["length"] = ""
         for word in block.g:
-            if word in WORK_OFFSETS:
-                change["work_offset"] = word
-            elif word in NUMBERED_OFFSETS:
-                change["work_offset"] = f"{word} P{block.words.get('P', 1.0):g}"
+            if (offset := selected_offset(word, block)) is not None:
+                change["work_offset"] = offset
         if block.work_offset:
             change["work_offset"] = block.work_offset
         return change
@@ -312,7 +312,7 @@ class TechnologyReader:
         for word in block.g:
             self._rapid = word == "G0" or (self._rapid and word not in _FEEDS)
             self.cuts = self.cuts or word in _FEEDS
-        if self.cuts or not self._rapid or not _NOT_IN_PROGRAM.isdisjoint(block.g):
+        if self.cuts or not self._rapid or not _ELSEWHERE.isdisjoint(block.g):
             return
         if "Z" in block.words and not {"X", "Y"}.isdisjoint(block.words):
             self._diagonals.append(block.line)
@@ -345,6 +345,17 @@ class TechnologyReader:
             cancelled=self.cancelled,
             control=self.control,
         )
+
+
+def selected_offset(word: str, block: Block) -> str | None:
+    """Return the work offset that a G word selects in its block, ``G54.1 P3``; None if it selects none."""
+    letter = NUMBERED_OFFSETS.get(word, "")
+    if letter in block.words:
+        word = "G54.1" if word == "G54" else word
+        return f"{word} {letter}{block.words[letter]:g}"
+    if word in ("G54.1", "G154"):
+        return f"{word} P1"
+    return word if word in WORK_OFFSETS else None
 
 
 def _written_tool(block: Block) -> str | None:

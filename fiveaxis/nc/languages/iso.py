@@ -9,21 +9,22 @@ with its reason: a program is read completely or not at all.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 import numpy as np
 
+from fiveaxis.geometry import Array
 from fiveaxis.nc.languages.block import (
     IS_CYCLE,
     NO_WORDS,
     Block,
     BlockError,
-    FrameChange,
     number_of,
     put_word,
     reasons,
 )
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
-from fiveaxis.nc.languages.planes import turns
+from fiveaxis.nc.languages.planes import Plane, turns
 from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
 
@@ -62,9 +63,9 @@ CANCELS = {
     "M429": "TCP (M428)",
 }
 # The same where the block has axis words, all 0, and nothing else; these are no positions.
-CANCELS_AT_ZERO = {"G50.1": "mirror (G51.1)", "G52": "shift (G52)", "G100": "mirror (G101)"}
+CANCELS_AT_ZERO = {"G50.1": "mirror (G51.1)", "G100": "mirror (G101)"}
 
-PLANE_WORDS = frozenset(("G68.2", "G53.1", "G69"))
+FRAME_WORDS = ("G52", "G53.1", "G68.2", "G69")
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (
@@ -111,7 +112,7 @@ class Iso(Reader):
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         super().__init__(source, block_delete=block_delete)
-        self.macros, self.tip = Macros(self.tape), TipSwitch()
+        self.macros, self.tip, self.frames = Macros(self.tape), TipSwitch(), Frames()
 
     def read(self, line: int, text: str) -> list[Block]:
         """Read a line."""
@@ -132,7 +133,7 @@ class Iso(Reader):
             return [block] if block.words else []
         block = _cancelling(_without_fast_mode(block._replace(tip_control=self.tip.take(block))))
         block = _timed_by_x(block, text) if "G4" in block.g and "X" in block.words else block
-        return [block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block)]
+        return [block if frozenset(FRAME_WORDS).isdisjoint(block.g) else self.frames.take(block)]
 
 
 def _without_fast_mode(block: Block) -> Block:
@@ -148,7 +149,7 @@ def _without_fast_mode(block: Block) -> Block:
 
 
 def _cancelling(block: Block) -> Block:
-    """Return a block with the modes that it switches off; ``G52 X0 Y0 Z0`` moves nothing."""
+    """Return a block with the modes that it switches off; ``G50.1 X0 Y0 Z0`` moves nothing."""
     for word in CANCELS_AT_ZERO.keys() & set(block.g):
         letters = block.words.keys()
         if len(block.g) == 1 and set("XYZ") <= letters <= set("XYZABC") and not any(block.words.values()):
@@ -232,32 +233,64 @@ class TipSwitch:
         return False
 
 
-def set_plane(block: Block) -> Block:
-    """Return a block with its change of the working plane.
+class Frames:
+    """Shift and tilted plane of an ISO program.
 
-    ``G68.2 X Y Z I J K`` puts the plane at X, Y, Z of the work offset and rotates it by Euler angles: I about
-    Z, J about the new X, K about the new Z. ``G53.1`` turns the tool normal to it. ``G69`` cancels it.
-
-    Raises
-    ------
-    BlockError
-        Another kind of G68.2 (P1 and so on), two of these words in one block.
+    ``G52 X Y Z`` moves the zero of every work offset. ``G68.2 X Y Z I J K`` puts the plane at X, Y, Z of it
+    and rotates it by Euler angles: I about Z, J about the new X, K about the new Z. ``G53.1`` turns the tool
+    normal to it. ``G69`` cancels the plane.
 
     References
     ----------
     Fanuc Series 30i-A, Descriptions B-63942EN, 5.44.
     """
-    present = sorted(PLANE_WORDS.intersection(block.g))
-    if len(present) > 1:
-        raise BlockError(f"{' and '.join(present)} in one block; write one of them")
-    [word] = present
-    if word == "G53.1":
-        return block._replace(vector=(0.0, 0.0, 1.0))
-    if word == "G69":
-        return block._replace(frame=FrameChange((0.0, 0.0, 0.0), np.eye(3), word))
-    if block.words.get("P", 0.0) != 0.0:
-        raise BlockError(f"G68.2 P{block.words['P']:g} isn't supported; post Euler angles I, J, K, without P")
-    x, y, z = (block.words.get(c, 0.0) for c in "XYZ")
-    rotation = turns("ZXZ", [block.words.get(c, 0.0) for c in "IJK"])
-    rest = {c: value for c, value in block.words.items() if c not in "XYZIJKP"}
-    return block._replace(words=rest, frame=FrameChange((x, y, z), rotation, word))
+
+    def __init__(self) -> None:
+        self.shift, self.plane, self.tilted = Plane(), Plane(), False
+
+    def take(self, block: Block) -> Block:
+        """Return a block with its change of the frame.
+
+        Raises
+        ------
+        BlockError
+            G68.2 of points or of several angles about axes (P1 and so on), two of these words in one block.
+        """
+        present = [word for word in FRAME_WORDS if word in block.g]
+        if len(present) > 1:
+            raise BlockError(f"{' and '.join(present)} in one block; write one of them")
+        [word] = present
+        if word == "G53.1":
+            return block._replace(vector=(0.0, 0.0, 1.0))
+        if word == "G52":
+            return self._move_zero(block)
+        rest, self.plane, self.tilted = block.words, Plane(), word == "G68.2"
+        if self.tilted:
+            origin, rotation = np.array([block.words.get(c, 0.0) for c in "XYZ"]), _rotation(block.words)
+            rest = {c: value for c, value in rest.items() if c not in "XYZIJKPQ"}
+            self.plane = Plane(origin, rotation)
+        return block._replace(words=rest, frame=self.shift.then(self.plane).change(word))
+
+    def _move_zero(self, block: Block) -> Block:
+        old, words = self.shift.origin, block.words
+        shift = np.array([words.get(c, before) for c, before in zip("XYZ", old, strict=True)])
+        others = [c for c, value in words.items() if c not in "XYZ" and (c not in "ABC" or value)]
+        if block.g != ("G52",) or others or not words or self.tilted:
+            raise BlockError("G52 is supported for X, Y, Z, in its own block and outside of a tilted plane")
+        cancels = () if shift.any() else ("shift (G92, G52)",)
+        if not old.any() and not shift.any():
+            return Block(block.line, m=block.m, ignored=("G52",), cancels=cancels)
+        self.shift = Plane(shift)
+        return Block(block.line, m=block.m, frame=self.shift.change("G52"), cancels=cancels)
+
+
+def _rotation(words: Mapping[str, float]) -> Array:
+    """Return the rotation, (3, 3), of a plane by G68.2."""
+    kind, angles = words.get("P", 0.0), [words.get(c, 0.0) for c in "IJK"]
+    if kind == 0.0:
+        return turns("ZXZ", angles)
+    if kind == 1.0 and sum(angle != 0.0 for angle in angles) <= 1:
+        return turns("XYZ", angles)
+    raise BlockError(
+        f"G68.2 P{kind:g} isn't supported, except P1 with one angle; post Euler angles I, J, K, without P"
+    )

@@ -436,7 +436,7 @@ def test_a_plane_on_a_rotated_workpiece_is_an_assumption(read, trunnion):
 
 
 def test_other_kinds_of_planes_are_refused(fault):
-    assert "post Euler angles I, J, K, without P" in fault("G68.2 P1 X0 Y0 Z0 I1\n")[1]
+    assert "post Euler angles I, J, K, without P" in fault("G68.2 P2 X0 Y0 Z0 I1\n")[1]
     assert "G53.1 and G68.2 in one block" in fault("G68.2 G53.1 X0\n")[1]
 
 

@@ -1,4 +1,4 @@
-"""Variables, loops, jumps and subprograms of G-code: what runs, where it leads, and which line it belongs to."""
+"""Variables, loops, jumps and subprograms of G-code: what runs, where it leads, which line it belongs to."""
 
 from __future__ import annotations
 
@@ -151,7 +151,8 @@ PATTERN = "O1000\nG91 G1 X#1 Y1.\nG90\nM99\n"
             [5, 5, 5, 7],
         ),
         (
-            "#1=0\nN10 #1=#1+1\nG1 X#1\nIF[#1 LT 2.5]GOTO10\nIF [#1 EQ 3] THEN #2=8\nG1 Y#2\nGOTO 20\nX99\nN20 Z1.\n",
+            "#1=0\n"
+            "N10 #1=#1+1\nG1 X#1\nIF[#1 LT 2.5]GOTO10\nIF [#1 EQ 3] THEN #2=8\nG1 Y#2\nGOTO 20\nX99\nN20 Z1.\n",
             [[1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 8, 0], [3, 8, 1]],
             [4, 4, 4, 7, 10],
         ),
