@@ -27,7 +27,7 @@ MOST_PARTS = 4
 DEEPEST = 20
 # Lines that run beyond those of the file, as many of them as are read one by one, and calls and repetitions:
 # what is more doesn't end. They bound the time to some seconds.
-MOST_REPEATED, MOST_SINGLE, MOST_JUMPS = 1_000_000, 60_000, 50_000
+MOST_REPEATED, MOST_SINGLE, MOST_JUMPS = 1_000_000, 60_000, 25_000
 
 
 class Text:
