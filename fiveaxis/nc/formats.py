@@ -18,6 +18,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
+from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
 from fiveaxis.nc.motion_table import read_motion_path
 from fiveaxis.nc.operations import SAME_AXIS, kind_of_work
@@ -69,13 +70,15 @@ _WORDS = re.compile(r"/?(?:[A-Z][-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+))+\*?")
 
 
 def kind_of(source: Source) -> Kind:
-    """Tell what a file holds: by its content, else by its suffix.
+    """Tell what a file holds: a program if the caller names its language, else by its content, or its suffix.
 
     Raises
     ------
     ToolpathError
         Neither tells.
     """
+    if source.language is not None:
+        return "program"
     return _kind_of_content(source) or _kind_of_name(source)
 
 
@@ -159,7 +162,7 @@ READERS: dict[Kind, Reader] = {
     "motion": read_motion_path,
     "points": read_points,
     "apt": read_apt,
-    "program": read_program_path,
+    "program": lambda source, options: read_program_path(source, options)[0],
 }
 
 
@@ -234,14 +237,25 @@ def read_operations(
 
 def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from a source, as `read_toolpath` does."""
+    source = options.of_language(source)
     kind = kind_of(source)
     logger.info("%s: %d lines, %s", Path(source.name).name, len(source.lines), kind)
-    found = READERS[kind](source, options)
+    return _completed(READERS[kind](source, options), kind, options)
+
+
+def read_program_of(source: Source, options: ReadOptions) -> tuple[Toolpath, TechnologyTrack]:
+    """Read the path of a program, as `read_path_of` does, and what is in force in its moves."""
+    found, technology = read_program_path(options.of_language(source), options)
+    return _completed(found, "program", options), technology
+
+
+def _completed(found: Toolpath, kind: Kind, options: ReadOptions) -> Toolpath:
+    """Return a path with the caller's speed and shape, and with remarks on a program."""
     if kind in ("apt", "program"):
         found = replace(found, findings=found.findings + remark_on(found))
     found = found if options.rapid is None else found.with_rapid(options.rapid)
     found = found if options.path_shape is None else found.shaped(options.path_shape)
-    logger.info("%s: %d locations", Path(source.name).name, len(found))
+    logger.info("%s: %d locations", Path(found.name).name, len(found))
     return found
 
 

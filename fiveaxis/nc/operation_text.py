@@ -54,6 +54,7 @@ class OperationText:
         """
         if options.machine is None:
             raise source.error("can't be revised without the machine that it was written for; name it")
+        source = options.of_language(source)
         interpreter = run_program(source, options.machine, options)
         operation, columns = take_operation(interpreter, options)
         return cls(
@@ -141,10 +142,10 @@ class OperationText:
 
 def _states(interpreter: Interpreter) -> tuple[object, ...]:
     """Return what is in force in each row: technology, TCP and plane."""
-    lines = interpreter.track.columns().lines
-    track = interpreter.modes.technology.track(lines)
+    steps = interpreter.track.columns().steps
+    track = interpreter.modes.technology.track(steps)
     frames = [begin for begin, _ in interpreter.frames]
-    frame = np.searchsorted(frames, lines, side="right").tolist()
+    frame = np.searchsorted(frames, steps, side="right").tolist()
     return tuple(
         (track.states[state], interpreter.frames[at - 1][1] if at else None)
         for state, at in zip(track.state.tolist(), frame, strict=True)

@@ -18,8 +18,8 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
 from fiveaxis.nc.control.axis_track import RAPID
 from fiveaxis.nc.control.program_reader import NAMES_NO_AXES, ReadMotion, read_motion_of
-from fiveaxis.nc.control.technology import read_technology
-from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of
+from fiveaxis.nc.control.technology import TechnologyTrack
+from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of, read_program_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
@@ -238,8 +238,13 @@ def _load_path(
 ) -> TracedProgram:
     """Read a program as a path of the tool, or raise `fault`: why it can't be read as axis values."""
     lists = lists_locations(source)
+    given = replace(options, stand_in=Tool.ball(POINT))
+    technology: TechnologyTrack | None = None
     try:
-        path = read_path_of(source, replace(options, stand_in=Tool.ball(POINT)))
+        if lists:
+            path = read_path_of(source, given)
+        else:
+            path, technology = read_program_of(source, given)
     except ToolpathError:
         if lists:
             raise
@@ -284,7 +289,7 @@ def _load_path(
         name=source.name,
         tcp=np.ones(len(path), dtype=bool),
         from_unknown=np.zeros(len(path), dtype=bool),
-        technology=None if lists else read_technology(source, options.harmless).track(path.source),
+        technology=technology,
         operation=path.operation,
         ignored=path.ignored,
         findings=(assumed, *path.findings),

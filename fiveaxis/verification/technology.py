@@ -160,7 +160,7 @@ def _check_start(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolo
 def _check_end(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     """Check that what the table of the control switches off at the end is off after the last cut."""
     wanted = asked.ended if asked is not None and asked.control == track.control else {}
-    last = int(track.lines[-1]) if len(rows) else 0
+    last = int(track.steps[-1]) if len(rows) else 0
     left = {mode: block for mode, block in wanted.items() if track.ended.get(mode, 0) <= last}
     return violated(
         code="end-state",
@@ -325,11 +325,11 @@ def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
 def _check_retract(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
     if asked is None or not (asked.before or asked.after) or not len(rows):
         return _unasked("no-retract", "retract: none was asked for", "retract")
-    first, last = int(track.lines[0]), int(track.lines[-1])
+    first, last = int(track.steps[0]), int(track.steps[-1])
     moves = [move for move in track.machine_moves if "Z" in move.axes]
     sides = (
-        (int(rows[0]), "before the first cut", asked.before, [m for m in moves if m.line < first]),
-        (int(rows[-1]), "after the last", asked.after, [m for m in moves if m.line > last]),
+        (int(rows[0]), "before the first cut", asked.before, [m for m in moves if m.step < first]),
+        (int(rows[-1]), "after the last", asked.after, [m for m in moves if m.step > last]),
     )
     bad: list[int] = []
     texts: list[str] = []

@@ -76,13 +76,13 @@ def check_words(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolog
         "smoothing, tolerances, overrides, data: in every cut as the control's table writes them",
         severity,
     )
-    first, last = (int(track.lines[0]), int(track.lines[-1])) if len(rows) else (0, -1)
-    once = [(line, word) for line, word in track.once if first <= line <= last and not is_harmless(word)]
+    first, last = (int(track.steps[0]), int(track.steps[-1])) if len(rows) else (0, -1)
+    once = [each for each in track.once if first <= each[0] <= last and not is_harmless(each[2])]
     yield violated(
         "word-in-cut",
-        _cuts_at(track, rows, [line for line, _ in once]),
+        _cuts_at(track, rows, [step for step, _, _ in once]),
         lambda i: (
-            f"line {once[i][0]}: {once[i][1]} stands between the cuts, and {_WRITER} doesn't write it; "
+            f"line {once[i][1]}: {once[i][2]} stands between the cuts, and {_WRITER} doesn't write it; "
             f"{_UNCHECKED}"
         ),
         severity=severity,
@@ -103,13 +103,13 @@ def machine_moves_between(
     Without a path cuts are those of all operations: then a retract is none of these moves if the tool comes
     back at rapid.
     """
-    if not len(track.lines):
+    if not len(track.steps):
         return []
-    first, last = int(track.lines[0]), int(track.lines[-1])
+    first, last = int(track.steps[0]), int(track.steps[-1])
     found = []
     for move in track.machine_moves:
-        if move.line not in whole.placed and (first <= move.line <= last or move.line in track.unapproached):
-            back = int(np.searchsorted(whole.lines, move.line, side="right"))
+        if move.step not in whole.placed and (first <= move.step <= last or move.step in track.unapproached):
+            back = int(np.searchsorted(whole.steps, move.step, side="right"))
             if any_way or back == len(rapid) or not rapid[back]:
                 found.append(move)
     return found
@@ -134,9 +134,9 @@ def check_machine_moves(
             "and back isn't checked; state it (zero, --zero), or write the move in the program's coordinates"
         )
 
-    return violated("rapid-in-cut", _cuts_at(track, rows, [m.line for m in found]), text, severity=severity)
+    return violated("rapid-in-cut", _cuts_at(track, rows, [m.step for m in found]), text, severity=severity)
 
 
-def _cuts_at(track: TechnologyTrack, rows: IntArray, lines: Sequence[int]) -> IntArray:
-    """Return the rows, (m,), of the first cuts from lines on."""
-    return np.asarray(rows[np.searchsorted(track.lines, np.array(lines, dtype=np.int64))])
+def _cuts_at(track: TechnologyTrack, rows: IntArray, steps: Sequence[int]) -> IntArray:
+    """Return the rows, (m,), of the first cuts from steps on."""
+    return np.asarray(rows[np.searchsorted(track.steps, np.array(steps, dtype=np.int64))])

@@ -35,10 +35,19 @@ class Counting(IntEnum):
     TIP = 2  # tip on the workpiece (TCP, a tilted plane)
 
 
-# Values, line, kind, duration in s, feed per s as in `Modes.pace`, `Counting`, tool vector, surface normal,
-# whether the start of the move isn't known.
+# Values, line, step, kind, duration in s, feed per s as in `Modes.pace`, `Counting`, tool vector, surface
+# normal, whether the start of the move isn't known.
 Row = tuple[
-    tuple[float | None, ...], int, int, float | None, float | None, int, Triple | None, Triple | None, bool
+    tuple[float | None, ...],
+    int,
+    int,
+    int,
+    float | None,
+    float | None,
+    int,
+    Triple | None,
+    Triple | None,
+    bool,
 ]
 
 # mm/min, deg/min: of rapid moves of axes without a known speed; only their duration depends on it.
@@ -60,6 +69,7 @@ class AxisTrack:
     vector : tool direction on the workpiece in force, instead of angles
     control_turned : line on which the control began to turn the rotary axes to angles that aren't in the
         program; 0 before
+    step : of the line being run
     """
 
     machine: Machine
@@ -69,6 +79,7 @@ class AxisTrack:
     counting: int = int(Counting.AXES)
     vector: Triple | None = None
     control_turned: int = 0
+    step: int = 0
 
     def __post_init__(self) -> None:
         axes = self.machine.axes
@@ -108,7 +119,8 @@ class AxisTrack:
         """Add a row, and move the axes there."""
         # Angles that the control chose for a direction aren't known.
         lost = None in ([self.now[i] for i in self.linear] if self.control_turned else self.now)
-        self.rows.append((tuple(values), line, kind, time, feed, self.counting, self.vector, normal, lost))
+        counting, vector = self.counting, self.vector
+        self.rows.append((tuple(values), line, self.step, kind, time, feed, counting, vector, normal, lost))
         self.now = values
 
     def columns(self) -> Columns:
@@ -158,7 +170,7 @@ class Rows:
     @property
     def last_kind(self) -> int:
         """Kind of the move that ends at the last row."""
-        return self._last[-1][2] if self._last else int(self._parts[-1].kinds[-1])
+        return self._last[-1][3] if self._last else int(self._parts[-1].kinds[-1])
 
     def columns(self) -> Columns:
         """Return all rows as arrays."""
@@ -174,13 +186,16 @@ class Rows:
     def _pack(self) -> None:
         if not self._last:
             return
-        values, lines, kinds, times, feeds, counting, vectors, normals, lost = zip(*self._last, strict=True)
+        values, lines, steps, kinds, times, feeds, counting, vectors, normals, lost = zip(
+            *self._last, strict=True
+        )
         self._count += len(self._last)
         self._last = []
         part = Columns(
             self._machine,
             np.array(values, dtype=float),
             np.array(lines, dtype=np.int64),
+            np.array(steps, dtype=np.int64),
             np.array(kinds, dtype=np.int64),
             np.array(times, dtype=float),
             np.array(feeds, dtype=float),
@@ -201,6 +216,7 @@ class Columns:
     machine : the machine of the axes
     values : (n, k), mm and deg, control's own sign
     lines, kinds : (n,)
+    steps : (n,), place of the line in the order in which lines run, from 1
     times : (n,), s, if the program gives the duration
     feeds : (n,), per second as in `Modes.pace`, if the program gives a feed
     counting : (n,), `Counting` values
@@ -212,6 +228,7 @@ class Columns:
     machine: Machine
     values: Array
     lines: IntArray
+    steps: IntArray
     kinds: IntArray
     times: Array
     feeds: Array
@@ -231,7 +248,7 @@ class Columns:
         if not same.any():
             return same
         for field in fields(self):
-            if field.name in ("machine", "lines"):
+            if field.name in ("machine", "lines", "steps"):
                 continue
             pair = (getattr(self, field.name), getattr(other, field.name))
             own, others = (np.asarray(values, dtype=float).reshape(len(same), -1) for values in pair)

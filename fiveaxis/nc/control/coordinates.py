@@ -80,8 +80,8 @@ class Coordinates:
         self.plane = Plane()
         columns = {a.letter: i for i, a in enumerate(machine.axes)}
         self.xyz = [columns[c] for c in "XYZ" if c in columns]
-        # deg, shifts of the rotary axes by G92.
-        self.rotary_shifts = [0.0] * len(machine.axes)
+        # mm and deg, shifts by G92.
+        self.shifts = [0.0] * len(machine.axes)
         self.signs = [-1.0 if a.reversed else 1.0 for a in machine.axes]
         self.update()
 
@@ -102,22 +102,24 @@ class Coordinates:
         """
         zero = self.zero
         base_offsets = [0.0] * len(self.machine.axes) if zero is None else list(zero)
-        self.offsets = [p + r for p, r in zip(base_offsets, self.rotary_shifts, strict=True)]
-        base = self._base(zero) if self.of_tip else Plane()
+        self.offsets = [p + r for p, r in zip(base_offsets, self.shifts, strict=True)]
+        base = Plane()
+        if self.of_tip:
+            base = self._base(zero).then(Plane(np.array([self.shifts[c] for c in self.xyz] or [0.0] * 3)))
         self.total = base.then(self.plane)
         self.turned = not self.total.is_unturned
         for i, column in enumerate(self.xyz):
             shift = float(self.total.origin[i])
             self.offsets[column] = shift if self.of_tip else self.offsets[column] + shift
 
-    def shift_rotary(self, column: int, now: float, word: float) -> None:
-        """Shift a rotary axis so that its position `now`, deg, becomes `word` (G92)."""
-        self.rotary_shifts[column] += now - self.offsets[column] - word
+    def shift(self, column: int, now: float, word: float) -> None:
+        """Shift an axis so that its position `now`, mm or deg, becomes `word` (G92)."""
+        self.shifts[column] += now - self.offsets[column] - word
         self.update()
 
-    def reset_rotary(self) -> None:
+    def reset_shifts(self) -> None:
         """Cancel the shifts of G92 (G92.1)."""
-        self.rotary_shifts = [0.0] * len(self.machine.axes)
+        self.shifts = [0.0] * len(self.machine.axes)
         self.update()
 
     def _base(self, zero: list[float] | None) -> Plane:

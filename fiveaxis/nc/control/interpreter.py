@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.control.axis_track import Counting
+from fiveaxis.kinematics import link_poses
+from fiveaxis.machine import BED
+from fiveaxis.nc.control.axis_track import Counting, axis_values
 from fiveaxis.nc.control.interpreter_state import CUT, Switch
 from fiveaxis.nc.control.modal import (
     CYCLES,
@@ -22,6 +24,7 @@ from fiveaxis.nc.control.modal import (
     HARMLESS,
     MOTION,
     PARAMETERS,
+    TABLE_ZERO_WORDS,
     unknown_word,
 )
 from fiveaxis.nc.control.run_moves import RunMoves
@@ -62,7 +65,7 @@ class Interpreter(RunMoves):
         """
         try:
             for block in self._outside_runs(blocks):
-                self.line = block.line
+                self.line, self.track.step = block.line, block.step or block.line
                 if self.take(block):
                     return block.line
         except BlockError as fault:
@@ -92,12 +95,13 @@ class Interpreter(RunMoves):
         for finding in block.findings:
             self._keep(finding)
         if block.drills:
-            self.drilled.add(block.line)
+            self.drilled.add(self.track.step)
         self.modes.take(block)
         if self.modes.motion not in CYCLES:
             self.cycle = None
         if block.shorter is not None:
             self._switch_wrapping(block)
+        block = self._with_table(block)
         self._change_coordinates(block)
         axes = [letter for letter in block.words if self._is_axis(letter, block)]
         self._count(block)
@@ -110,7 +114,7 @@ class Interpreter(RunMoves):
         elif "G28" in block.g or "G30" in block.g:
             self._go_home(axes, block)
         elif not G92_WORDS.isdisjoint(block.g):
-            self._shift_rotary(axes, block)
+            self._shift(axes, block)
         elif axes or block.vector or self._is_arc(block) or self._points(block):
             self._move(axes, block)
         elif "G53" in block.g:
@@ -142,13 +146,15 @@ class Interpreter(RunMoves):
             at.tip_control = block.tip_control
             self.tip_words.update((*block.g, *block.m) if block.tip_control else ())
         if block.frame is not None:
+            if block.frame.word == "G52" and (self.modes.incremental or any(at.shifts)):
+                raise BlockError("G52 under G91 or after G92 depends on the control; write G90, or G92.1")
             scale = MILLIMETRES[self.modes.units.now]
             if any(block.frame.origin):
                 self.modes.units.use(block.line)
             at.plane = Plane(np.array(block.frame.origin) * scale, block.frame.rotation)
         at.update()
         turned = None if at.plane.is_unturned else tuple((at.plane.rotation.round(9) + 0.0).ravel().tolist())
-        self.frames.append((block.line, (at.tip_control, turned)))
+        self.frames.append((self.track.step, (at.tip_control, turned)))
         if at.of_tip != was_of_tip:
             in_cut = bool(track.rows) and track.rows.last_kind == CUT
             self.switch = Switch(block.line, in_cut, at.of_tip)
@@ -156,6 +162,33 @@ class Interpreter(RunMoves):
             track.vector = track.vector if at.of_tip else None
         self.turned_local = at.to_local(track.now)
         self._count_length()
+
+    def _with_table(self, block: Block) -> Block:
+        """Return a block of G254 with its frame: X, Y, Z along the machine's axes, the zero on the table.
+
+        The zero stays on the workpiece while the table is turned; rotary axes must not turn meanwhile.
+
+        References
+        ----------
+        Haas, Mill Operator's Manual, G254 Dynamic Work Offset (DWO).
+        """
+        at, track, [word] = self.coordinates, self.track, [*TABLE_ZERO_WORDS.intersection(block.g), ""][:1]
+        if not word:
+            return block
+        self.table_line, rotation = 0, np.eye(3)
+        if word == "G254":
+            heads = [i for i in track.rotary if track.machine.letters[i] not in track.machine.code.table]
+            if self.stand_in or at.of_tip or any(at.plane.origin) or any(track.now[i] for i in heads):
+                raise BlockError(
+                    "G254 without the machine, with its head tilted, under G52 or TCP isn't supported"
+                )
+            if any(track.now[i] is None for i in track.rotary):
+                raise BlockError("G254 before the rotary axes are known; write them before")
+            values = [v if i in track.rotary else 0.0 for i, v in enumerate(track.now)]
+            poses = link_poses(track.machine, axis_values(track.machine, values, Counting.AXES))
+            rotation = poses[BED][0, :3, :3]
+            self.table_line = block.line
+        return block._replace(frame=Plane(rotation=rotation).change(word))
 
     def _changes_zero(self) -> bool:
         """Check whether another zero comes into force whose distance from the one before isn't known."""
@@ -224,22 +257,29 @@ class Interpreter(RunMoves):
         counted += [letter for letter in block.words if letter in COUNTED]
         self.ignored.update((*counted, *block.ignored))
 
-    def _shift_rotary(self, axes: list[str], block: Block) -> None:
-        """Shift rotary axes (G92), or cancel the shifts; nothing moves."""
+    def _shift(self, axes: list[str], block: Block) -> None:
+        """Shift axes (G92), or cancel the shifts; nothing moves."""
         at, track = self.coordinates, self.track
         if any(word in MOTION for word in block.g):
             raise BlockError("G92 together with a move isn't supported; write it in its own block")
         if "G92" not in block.g:
-            at.reset_rotary()
+            if any(at.plane.origin):
+                raise BlockError("G92.1 cancels G52 on LinuxCNC alone; write G52 X0 Y0 Z0 before")
+            at.reset_shifts()
+            self.turned_local = at.to_local(track.now)
             return
-        if not axes or any(self.columns[letter] not in track.rotary for letter in axes):
-            raise BlockError("G92 is supported for rotary axes only; post without it, or name rotary axes")
+        if not axes or (at.of_tip and any(self.columns[letter] not in track.rotary for letter in axes)):
+            raise BlockError(
+                "G92 shifts named axes, X, Y, Z outside of TCP and tilted planes; post without it"
+            )
         for letter in axes:
             column = self.columns[letter]
             now = track.now[column]
             if now is None:
                 raise BlockError(f"G92 shifts {letter}, whose position isn't in the program yet; set start")
-            at.shift_rotary(column, now, block.words[letter])
+            scale = 1.0 if column in track.rotary else MILLIMETRES[self.modes.units.now]
+            at.shift(column, now, block.words[letter] * scale)
+        self.turned_local = at.to_local(track.now)
 
     def _enter_data(self, axes: list[str], block: Block) -> None:
         """Check data for the control's tables (G10): lengths of tools don't matter here, work offsets do.

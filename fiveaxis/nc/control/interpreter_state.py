@@ -51,9 +51,10 @@ class InterpreterState:
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
     functions : M words
     tip_words : words that have switched TCP on
-    frames : lines that change TCP or a tilted plane, with both from there on
-    drilled : lines that drill a hole
+    frames : steps that change TCP or a tilted plane, with both from there on
+    drilled : steps that drill a hole
     zero_word : work offset in force
+    table_line : line of G254 in force; 0 for none
     unread : last lines of parts that aren't read, still to come
     left_out : these parts, and `original`, the program with their lines
     """
@@ -78,6 +79,7 @@ class InterpreterState:
     frames: list[tuple[int, tuple[bool, tuple[float, ...] | None]]] = field(default_factory=list)
     drilled: set[int] = field(default_factory=set)
     zero_word: str = DEFAULT_OFFSET
+    table_line: int = 0
     unread: tuple[int, ...] = ()
     left_out: tuple[Unread, ...] = ()
     original: Source | None = None

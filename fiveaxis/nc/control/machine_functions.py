@@ -80,12 +80,12 @@ class MachineFunctions:
     ----------
     language : of the program
     accepted : words that the caller takes for harmless
-    unknown : word -> first line and count of those that aren't known
+    unknown : word -> first line and its step, and count of those that aren't known
     """
 
     language: Language = ISO
     accepted: Collection[str] = ()
-    unknown: dict[str, tuple[int, int]] = field(default_factory=dict)
+    unknown: dict[str, tuple[int, int, int]] = field(default_factory=dict)
 
     def take(self, block: Block) -> None:
         """Look at the M words of a block.
@@ -106,8 +106,8 @@ class MachineFunctions:
                     f"here, so write that in its own words, or say that it does nothing here (harmless, "
                     f"--harmless {word})"
                 )
-            line, count = self.unknown.get(word, (block.line, 0))
-            self.unknown[word] = line, count + 1
+            line, step, count = self.unknown.get(word, (block.line, block.step or block.line, 0))
+            self.unknown[word] = line, step, count + 1
 
     def settle(self, source: Source, track: AxisTrack) -> list[Finding]:
         """Return the finding on unknown words.
@@ -119,8 +119,8 @@ class MachineFunctions:
         """
         if not self.unknown:
             return []
-        word, (line, _) = next(iter(self.unknown.items()))
-        turned = self._turned_line(track, line)
+        word, (line, step, _) = next(iter(self.unknown.items()))
+        turned = self._turned_line(track, step)
         if turned:
             raise source.error(
                 f"{word} isn't a known M word, and could switch tool centre point control on: line {turned} "
@@ -128,7 +128,7 @@ class MachineFunctions:
                 f"or say that it does nothing (harmless, --harmless {','.join(self.unknown)})",
                 line,
             )
-        named = [f"{each} ({count})" for each, (_, count) in self.unknown.items()]
+        named = [f"{each} ({count})" for each, (*_, count) in self.unknown.items()]
         more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
         return [
             source.finding(
@@ -137,16 +137,16 @@ class MachineFunctions:
                 f"{', '.join(named[:MOST_NAMED])}{more}: M words that aren't known in {self.language.name}; "
                 "they are taken to move and switch nothing, name them with harmless (--harmless) if so",
                 line,
-                float(sum(count for _, count in self.unknown.values())),
+                float(sum(count for *_, count in self.unknown.values())),
             )
         ]
 
     def _turned_line(self, track: AxisTrack, since: int) -> int:
-        """Return the first line since an unknown word where the meaning of X, Y, Z depends on TCP; else 0."""
+        """Return the first line since a step where the meaning of X, Y, Z depends on TCP; else 0."""
         if self.language != ISO or not track.rows:
             return 0
         columns = track.columns()
         turned = (np.nan_to_num(columns.values[:, track.rotary]) != 0.0).any(axis=1) & (
-            columns.lines >= since
+            columns.steps >= since
         )
         return 0 if columns.of_tip.any() or not turned.any() else int(columns.lines[np.argmax(turned)])

@@ -17,9 +17,10 @@ from fiveaxis.nc.control.technology import (
     NUMBERED_OFFSETS,
     WORK_OFFSETS,
     TechnologyReader,
+    selected_offset,
 )
 from fiveaxis.nc.languages.block import Block, BlockError
-from fiveaxis.nc.languages.iso import TIP_WORDS
+from fiveaxis.nc.languages.iso import FRAME_WORDS, TIP_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
 
@@ -38,6 +39,8 @@ CYCLES = {
 }
 # G92 shifts axes, G92.1 and G92.2 cancel the shifts.
 G92_WORDS = frozenset(("G92", "G92.1", "G92.2"))
+# Haas: the zero goes with the table, and X, Y, Z stay along the machine's axes.
+TABLE_ZERO_WORDS = frozenset(("G254", "G255"))
 LEVELS = ("G98", "G99")
 
 # Words of one group exclude each other in a block.
@@ -46,6 +49,7 @@ GROUPS: tuple[tuple[str, ...], ...] = (
     tuple(PLANES),
     tuple(UNIT),
     ("G90", "G91"),
+    ("G90.1", "G91.1"),
     FEED_MODES,
     (*WORK_OFFSETS, *NUMBERED_OFFSETS),
     (*LENGTH_ON, "G49"),
@@ -54,13 +58,12 @@ GROUPS: tuple[tuple[str, ...], ...] = (
 
 # Word -> why it doesn't move an axis or shift a position.
 HARMLESS = {
-    **dict.fromkeys(("G15", "G40", "G50", "G255", "G269"), "switches off what isn't supported when it is on"),
+    **dict.fromkeys(("G15", "G40", "G50", "G269"), "switches off what isn't supported when it is on"),
     **dict.fromkeys(("G140", "G174"), "switches TCP off if it is on"),
     "G80": "cancels a cycle, and the motion in force",
     **dict.fromkeys(("G43", "G49"), "positions are for the tool length of the machine model"),
     **dict.fromkeys(("G9", "G61", "G61.1", "G64"), "corners are read as programmed, without blending"),
     **dict.fromkeys(("G5.1", "G187"), "smoothing within the control's tolerance"),
-    "G91.1": "I, J, K are relative to the start of the arc, as always here",
     **dict.fromkeys(LEVELS, "return level of cycles"),
     "G97": "S in revolutions per minute",
     "G8": "look-ahead (Fanuc), or radius programming on a lathe (LinuxCNC): neither moves the tip",
@@ -75,8 +78,7 @@ PARAMETERS = {
     "G187": "EP",
     "G43.4": "PQ",
     "G43.5": "PQ",
-    "G54.1": "P",
-    "G154": "P",
+    **NUMBERED_OFFSETS,
     "G10": "LPR",
     "G30": "P",
     "M19": "PRQ",
@@ -94,16 +96,18 @@ REFUSED = {
     **dict.fromkeys(("G41", "G42", "G41.1", "G42.1", "G41.2", "G42.2"), _RADIUS),
     **dict.fromkeys(("G5", "G5.2", "G5.3", "G6.2", "G33", "G33.1", "G33.2"), _CURVE),
     **dict.fromkeys(("G31", "G38.2", "G38.3", "G38.4", "G38.5"), _PROBE),
-    **dict.fromkeys(("G7", "G16", "G50.1", "G51", "G51.1", "G52", "G54.2", "G54.4"), _SHIFT),
-    **dict.fromkeys(("G68", "G68.1", "G68.3", "G68.4", "G92.3"), _SHIFT),
+    **dict.fromkeys(("G7", "G16", "G50.1", "G51", "G51.1", "G54.2"), _SHIFT),
+    **dict.fromkeys(("G68", "G68.1", "G92.3"), _SHIFT),
+    **dict.fromkeys(
+        ("G68.3", "G68.4"), "puts a plane where a parameter of the control says; post G68.2 X Y Z I J K"
+    ),
+    "G54.4": "applies the measured error of the workpiece, which only the control knows; post without it",
     **dict.fromkeys(("G65", "G66", "G67", "M96", "M97", "M98", "M198"), _CALL),
-    "G90.1": "makes I, J, K absolute, which isn't supported; post them relative to the start of the arc",
     "M430": _USER,
 }
 
 # Words of one kind of control, and what they do there; refused as any unknown word is.
 UNSUPPORTED = {
-    **dict.fromkeys(("G254", "G255"), "switches dynamic work offset on or off (Haas)"),
     **dict.fromkeys(("G268", "G269"), "tilts the coordinates, or ends that (Haas)"),
     **dict.fromkeys(("G12.1", "G13.1", "G112", "G113"), "switches polar coordinates on or off (Fanuc, Haas)"),
     **dict.fromkeys(("G7.1", "G107"), "wraps the path around a cylinder (Fanuc, Haas)"),
@@ -113,7 +117,7 @@ UNSUPPORTED = {
 
 ACTING = {
     *(word for group in GROUPS for word in group if word not in HARMLESS),
-    *(*TIP_WORDS, "G53", "G68.2", "G53.1", "G69"),
+    *(*TIP_WORDS, *FRAME_WORDS, *TABLE_ZERO_WORDS, "G53"),
 }
 
 
@@ -135,6 +139,7 @@ class Modes:
     to_initial : G98, cycles return to the initial level instead of R
     compensated : G43, the control adds the tool length
     vectors : G43.5, I, J and K of a straight move are the tool direction
+    absolute_centres : G90.1, I, J and K are the centre of an arc, not the way to it
     knows_motion : whether G0, G1 or another word of motion has been read
     """
 
@@ -150,6 +155,7 @@ class Modes:
     to_initial: bool = True
     compensated: bool = False
     vectors: bool = False
+    absolute_centres: bool = False
     knows_motion: bool = False
 
     @property
@@ -173,6 +179,8 @@ class Modes:
             self._set(word, block)
         if block.feed_step is not None:
             self.feed_step = block.feed_step
+        if block.work_offset:
+            self.work_offset = block.work_offset
         self.technology.take(block)
         if "F" in block.words:
             self.feed = block.words["F"]
@@ -235,16 +243,16 @@ class Modes:
             self.plane = word
         elif word in ("G90", "G91"):
             self.incremental = word == "G91"
+        elif word in ("G90.1", "G91.1"):
+            self.absolute_centres = word == "G90.1"
         elif word in FEED_MODES:
             # F has another meaning in another mode, so controls reset it.
             self.feed = self.feed if word == self.feed_mode else None
             self.feed_mode = word
         elif word in UNIT:
             self.units.state([UNIT[word]], line)
-        elif word in WORK_OFFSETS:
-            self.work_offset = word
-        elif word in NUMBERED_OFFSETS:
-            self.work_offset = f"{word}P{block.words.get('P', 1.0):g}"
+        elif (offset := selected_offset(word, block)) is not None:
+            self.work_offset = "".join(offset.split())
         elif word in LEVELS:
             self.to_initial = word == "G98"
         elif word in ("G43", "G49"):

@@ -44,6 +44,10 @@ class Moves(InterpreterState):
             self._require_begin()
         if "G53" in block.g and not self._takes_machine_move(axes, block):
             return
+        if self.table_line and any(self.columns[c] in self.track.rotary for c in axes):
+            raise BlockError(
+                f"rotary axes turn under G254 (line {self.table_line}); write G255 before, G254 after"
+            )
         before = self.track.vector
         vector = self._vector(axes, block)
         if vector is None:
@@ -72,7 +76,7 @@ class Moves(InterpreterState):
             raise BlockError("G53 needs G0 or G1; write one in its block")
         if self._omit_move("G53", {c: block.words[c] for c in axes}):
             return False
-        self.modes.technology.placed.add(self.line)
+        self.modes.technology.placed.add(self.track.step)
         return True
 
     def _require_begin(self) -> None:
@@ -105,7 +109,7 @@ class Moves(InterpreterState):
     def _note_plane(self, target: Values) -> None:
         """Warn that a tilted plane is assumed to turn with the workpiece."""
         at, track = self.coordinates, self.track
-        by_plane = at.turned and not at.tip_control and track.vector is None
+        by_plane = at.turned and not at.tip_control and track.vector is None and not self.table_line
         if by_plane and any(target[i] for i in track.rotary):
             self.note(
                 Severity.WARNING,
@@ -193,7 +197,7 @@ class Moves(InterpreterState):
             "cycle-simplified",
             f"{word} is read as one move down and one back; pecks, shifts and dwells are left out",
         )
-        self.drilled.add(block.line)
+        self.drilled.add(track.step)
         self._rise(self.cycle.level)
         for height, at_feed in self.cycle.levels(point[2], to_initial=self.modes.to_initial):
             point = [point[0], point[1], height]
@@ -254,7 +258,7 @@ class Moves(InterpreterState):
             return
         if self._omit_move(word, dict.fromkeys(axes, 0.0)):
             return
-        self.modes.technology.placed.add(self.line)
+        self.modes.technology.placed.add(self.track.step)
         home = self.track.now.copy()
         for column in columns:
             home[column] = 0.0
@@ -335,6 +339,8 @@ def _arc(modes: Modes, block: Block, begin: Pair, end: Pair, scale: float) -> Ar
     given = {c: block.words[c] * scale for c in "IJKR" if c in block.words}
     centre = block.centre
     wanted = [CENTRE[c] for c in letters]
+    if modes.absolute_centres and centre is None and set(wanted) <= given.keys():
+        centre = {c: block.words[i] for c, i in zip(letters, wanted, strict=True)}
     if max(map(abs, given.values()), default=0.0) > LARGEST_POSITION:
         raise ValueError(f"an arc of more than {LARGEST_POSITION:g} mm; check the decimal points")
     if centre is not None:

@@ -136,6 +136,7 @@ def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> Re
     FiveAxisError
         As `read_program`.
     """
+    source = options.of_language(source)
     kind = kind_of(source)
     if kind in NO_PROGRAMS:
         raise source.error(NO_PROGRAMS[kind])
@@ -165,7 +166,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
     if not np.isfinite(feed).all():  # dwells only
         raise source.error(why_nothing_moves(track))
     note_assumptions(interpreter, written)
-    _note_turns(interpreter, written, columns.lines)
+    _note_turns(interpreter, written, columns.steps)
     return ReadMotion(
         letters=machine.letters,
         positions=columns.positions(),
@@ -174,9 +175,9 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         kind=columns.kinds,
         source=columns.lines,
         name=source.name,
-        tcp=written.of_tip[np.searchsorted(written.lines, columns.lines)],
+        tcp=written.of_tip[np.searchsorted(written.steps, columns.steps)],
         from_unknown=columns.from_unknown,
-        technology=interpreter.modes.technology.track(columns.lines),
+        technology=interpreter.modes.technology.track(columns.steps),
         operation=operation,
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
@@ -235,7 +236,7 @@ def _on_workpiece(columns: Columns, interpreter: Interpreter, options: ReadOptio
     return replace(columns, values=values)
 
 
-def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> None:
+def _note_turns(interpreter: Interpreter, columns: Columns, steps: IntArray) -> None:
     """Warn of the longest rotation in a feed move, if it is beyond half a turn.
 
     A control that wraps the axis at 360 deg would turn in the shorter direction.
@@ -243,7 +244,7 @@ def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> 
     Parameters
     ----------
     columns : the rows as written
-    lines : (n,), of the motion's rows
+    steps : (n,), of the motion's rows
     """
     track = interpreter.track
     turns = np.abs(np.diff(columns.values[:, track.rotary], axis=0))
@@ -255,14 +256,13 @@ def _note_turns(interpreter: Interpreter, columns: Columns, lines: IntArray) -> 
         return
     move, column = np.unravel_index(np.argmax(turns), turns.shape)
     letter = track.machine.axes[track.rotary[column]].letter
-    line = int(columns.lines[move + 1])
     interpreter.report(
         Severity.WARNING,
         "long-turn",
         f"{letter} turns by {turns[move, column]:.1f} deg in a feed move, the longest of {len(long)} beyond "
         f"{HALF_TURN:g} deg; check it: a control that takes the shorter direction moves differently",
-        line,
-        int(np.flatnonzero(lines == line)[-1]),
+        int(columns.lines[move + 1]),
+        int(np.flatnonzero(steps == columns.steps[move + 1])[-1]),
         float(turns[move, column]),
     )
 
@@ -317,6 +317,7 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
         machine,
         control_values(machine, rows.positions),
         columns.lines[row],
+        columns.steps[row],
         columns.kinds[row],
         time[row],
         np.where(cuts, feed, np.nan)[row],

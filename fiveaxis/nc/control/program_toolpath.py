@@ -21,6 +21,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns, Counting, filled, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
+from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.languages.block import upper_ascii
 from fiveaxis.nc.options import ReadOptions
@@ -53,7 +54,7 @@ _SMOOTHING = re.compile(r"COMP[OCS]|CYCLE832|G0?5(?:\.1|\s*P)|CYCL DEF 32\.1")
 COMMENT = re.compile(r";.*|(?<![A-Z0-9_])(?<!CYCLE832 )\([^)]*\)|\"[^\"]*\"", re.IGNORECASE)
 
 
-def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
+def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, TechnologyTrack]:
     """Read a toolpath from an NC program of any supported language.
 
     The first location is the position to which the first moves have brought all axes. Moves in machine
@@ -65,6 +66,10 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     ----------
     source : the file
     options : tool, feed, unit, machine, frame of the positions, start, program zero
+
+    Returns
+    -------
+    The path, and what is in force in its moves
 
     Raises
     ------
@@ -100,7 +105,7 @@ def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
     smoothed = smoothed_lines(source)
     if smoothed.any():
         path = replace(path, shape="smooth", straight=~smoothed[path.source - 1])
-    return path
+    return path, interpreter.modes.technology.track(columns.steps)
 
 
 def _without_dwells(columns: Columns, interpreter: Interpreter) -> Columns:

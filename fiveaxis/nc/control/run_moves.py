@@ -81,7 +81,7 @@ class RunMoves(Moves):
         if track.vector is not None:
             track.vector = cast("Triple", tuple(state.vectors[-1].tolist()))
         self.ignored[NO_MOVE] += int((state.given & ~state.moves).sum())
-        self.line = int(run.lines[-1])
+        self.line, track.step = int(run.lines[-1]), int(run.steps[-1])
         modes.motion = STRAIGHT[int(state.motions[-1])]
         modes.feed = None if np.isnan(state.held[-1]) else float(state.held[-1])
         return True
@@ -138,6 +138,7 @@ class RunMoves(Moves):
                 track.machine,
                 state.values[rows],
                 run.lines[rows],
+                run.steps[rows],
                 np.where(cuts, CUT, RAPID),
                 pace if timed else none,
                 none if timed else pace,

@@ -230,13 +230,13 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     if not interpreter.track.rows:
         raise source.error(why_nothing_moves(interpreter.track))
     columns = interpreter.track.columns()
-    track, frame = technology.track(columns.lines), rows_of(interpreter.frames, columns.lines)
+    track, frame = technology.track(columns.steps), rows_of(interpreter.frames, columns.steps)
     known = interpreter.coordinates.work_offsets.knows
     tools = _tools(track)
     pairs, state = np.unique(np.stack([track.state, frame]), axis=1, return_inverse=True)
     frames = ((False, None), *(at for _, at in interpreter.frames))
     states = [_in_force(track.states[t], tools[t], frames[f], known) for t, f in pairs.T.tolist()]
-    drilled = np.isin(columns.lines, list(interpreter.drilled))
+    drilled = np.isin(columns.steps, list(interpreter.drilled))
     given = np.isfinite(columns.vectors[:, 0])
     axis = tool_axes(columns.machine, columns.positions()[:, columns.machine.rotary_columns])
     axis[given] = unit_axes(columns.vectors[given], columns.lines[given], source)

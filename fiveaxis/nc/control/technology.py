@@ -33,11 +33,13 @@ CHANGES = ("M6", "TOOL CALL")
 OF_TOOL = "of the loaded tool"
 LENGTH_ON = ("G43", "G43.4", "G43.5", "G234")
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
-# With the number in P: G54.1 P3 (Fanuc), G154 P3 (Haas).
-NUMBERED_OFFSETS = ("G54.1", "G154")
+# With the number in a word: G54.1 P3 or G54 P3 (Fanuc), G154 P3 (Haas), G15 H3 (Okuma).
+NUMBERED_OFFSETS = {"G54.1": "P", "G54": "P", "G154": "P", "G15": "H"}
 # In force where a program selects none.
 DEFAULT_OFFSET = "G54"
 _NOT_IN_PROGRAM = frozenset(("G53", "G28", "G30"))
+# Words whose axis words aren't where the tool goes on the workpiece.
+_ELSEWHERE = _NOT_IN_PROGRAM | {"G92", "G10"}
 # Moves to points of the machine that the program doesn't give: their words are left out by the reader.
 _FIXED_POINTS = frozenset(("G74", "G75", "M92", "M140", "MB"))
 # mm: length of a word, by the words of the unit.
@@ -89,13 +91,14 @@ class MachineMove(NamedTuple):
 
     Parameters
     ----------
-    line : of the program
+    line, step : of the program, and its place in the order in which lines run
     word : G53 (also of SUPA and M91), G28 and so on
     axes : letters that it names; empty where the machine alone knows what moves
     height : mm, of Z in machine coordinates; None where Z doesn't move there, or nobody knows how far
     """
 
     line: int
+    step: int
     word: str
     axes: str
     height: float | None = None
@@ -110,27 +113,27 @@ class TechnologyTrack:
     language : of the program; empty for a table
     states : the different states
     state : (n,), which one is in force in the move to a row
-    lines : (n,), of the program
+    steps : (n,), of the program's lines, in the order in which they run
     machine_moves : moves in machine coordinates, in order
-    placed : lines of those whose ends are among the rows, because the zero is known
-    once : lines and words that act once, where they stand: stops, unknown M words
-    unapproached : lines of machine moves after which the program feeds before it has positioned their axes
+    placed : steps of those whose ends are among the rows, because the zero is known
+    once : steps, lines and words that act once, where they stand: stops, unknown M words
+    unapproached : steps of machine moves after which the program feeds before it has positioned their axes
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
         Z comes down last
     late_line : that line; 0 for none
     diagonals : lines on which the approach moves Z together with X or Y
     cancelled : modes that are switched off before the first move, with the line
-    ended : modes that are switched off after it, with the last line that does
+    ended : modes that are switched off after it, with the last step that does
     control : that the header of a program by this package names; empty in others
     """
 
     language: str
     states: tuple[Technology, ...]
     state: IntArray
-    lines: IntArray
+    steps: IntArray
     machine_moves: tuple[MachineMove, ...] = ()
     placed: frozenset[int] = frozenset()
-    once: tuple[tuple[int, str], ...] = ()
+    once: tuple[tuple[int, int, str], ...] = ()
     unapproached: frozenset[int] = frozenset()
     late_axes: str = ""
     late_line: int = 0
@@ -150,7 +153,7 @@ class TechnologyTrack:
 
     def at(self, rows: IntArray) -> TechnologyTrack:
         """Return the track of some rows."""
-        return replace(self, state=self.state[rows], lines=self.lines[rows])
+        return replace(self, state=self.state[rows], steps=self.steps[rows])
 
 
 @dataclass
@@ -164,10 +167,11 @@ class TechnologyReader:
     ----------
     language : whose D (Sinumerik), or else H, is the tool's length offset
     accepted : M words that the caller takes for harmless
-    placed : lines of moves in machine coordinates whose ends are among the rows, as their interpreter knows
-    selections : lines and names of selected tools
+    placed : steps of moves in machine coordinates whose ends are among the rows, as their interpreter knows
+    steps : of the changes
+    selections : names of selected tools
     cancelled : modes that are switched off before the first move, with the line
-    ended : modes that are switched off after it, with the last line that does
+    ended : modes that are switched off after it, with the last step that does
     control : that the header of a program by this package names; empty in others
     """
 
@@ -175,11 +179,11 @@ class TechnologyReader:
     accepted: Collection[str] = ()
     control: str = ""
     now: Technology = field(default_factory=Technology)
-    lines: list[int] = field(default_factory=list)
+    steps: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
     machine_moves: list[MachineMove] = field(default_factory=list)
     placed: set[int] = field(default_factory=set)
-    once: list[tuple[int, str]] = field(default_factory=list)
+    once: list[tuple[int, int, str]] = field(default_factory=list)
     selections: list[str] = field(default_factory=list)
     cancelled: dict[str, int] = field(default_factory=dict)
     ended: dict[str, int] = field(default_factory=dict)
@@ -190,7 +194,7 @@ class TechnologyReader:
     _rapid: bool = False
     _down: int = 0
     _diagonals: list[int] = field(default_factory=list)
-    _others: dict[str, int] = field(default_factory=dict)
+    _others: dict[str, tuple[int, int]] = field(default_factory=dict)
     _at_machine: dict[str, int] = field(default_factory=dict)
 
     @classmethod
@@ -202,10 +206,10 @@ class TechnologyReader:
         """Read a block."""
         if not self.cuts:
             self._follow_approach(block)
-        off = self.ended if self._moved else self.cancelled
-        off.update(dict.fromkeys(block.cancels, block.line))
+        off, at = (self.ended, block.step or block.line) if self._moved else (self.cancelled, block.line)
+        off.update(dict.fromkeys(block.cancels, at))
         if not self._moved:
-            on_work = _NOT_IN_PROGRAM.isdisjoint(block.g) and block.frame is None
+            on_work = _ELSEWHERE.isdisjoint(block.g) and block.frame is None
             self._moved = on_work and not _AXES.isdisjoint(block.words)
         if not (block.m or block.ignored or block.stated or block.g or block.tool) and _LETTERS.isdisjoint(
             block.words
@@ -226,8 +230,9 @@ class TechnologyReader:
                 target["sense"] = SENSES[word]
             if word in COOLANT:
                 target["coolant"] = COOLANT[word]
-        self._record(block.line, change)
-        self._record(block.line + 1, later)
+        step = block.step or block.line
+        self._record(step, change)
+        self._record(step + 1, later)
 
     def take_run(self, run: Run) -> None:
         """Read a run of plain blocks, which only show the order of the approach."""
@@ -240,22 +245,22 @@ class TechnologyReader:
         for word in block.g:
             self._scale = _UNITS.get(word, self._scale)
             self._incremental = word == "G91" or (self._incremental and word != "G90")
-        axes = "".join(c for c in "XYZABC" if c in block.words)
+        axes, step = "".join(c for c in "XYZABC" if c in block.words), block.step or block.line
         for word in block.g:
             # G53 alone doesn't move; G28 alone moves all axes on LinuxCNC.
             if word in _NOT_IN_PROGRAM and (axes or word != "G53"):
                 known = word == "G53" and "Z" in axes and not (self._incremental or block.increments)
                 height = block.words["Z"] * self._scale if known else None
-                self._move_by_machine(MachineMove(block.line, word, axes, height))
+                self._move_by_machine(MachineMove(block.line, step, word, axes, height))
         for word in (w for w in block.ignored if w in _FIXED_POINTS):
-            self._move_by_machine(MachineMove(block.line, word, ""))
+            self._move_by_machine(MachineMove(block.line, step, word, ""))
 
     def _move_by_machine(self, move: MachineMove) -> None:
         self.machine_moves.append(move)
         if not self.cuts:
             # Z may come down at feed from a retract, but not go back to one once it is down.
             axes = (c for c in move.axes or "XY" if c != "Z" or self._down)
-            self._at_machine |= dict.fromkeys(axes, move.line)
+            self._at_machine |= dict.fromkeys(axes, move.step)
 
     def _of_words(self, block: Block) -> dict[str, Any]:
         words = self.now.words
@@ -264,7 +269,7 @@ class TechnologyReader:
             if group is not None:
                 words = in_force_after(words, word, group)
             elif word not in self.accepted:
-                self.once.append((block.line, word))
+                self.once.append((block.step or block.line, block.line, word))
         return {} if words == self.now.words else {"words": words}
 
     @staticmethod
@@ -290,7 +295,7 @@ class TechnologyReader:
     def _of_offsets(self, block: Block) -> dict[str, Any]:
         change: dict[str, Any] = {}
         letter = "D" if self.language is SINUMERIK else "H"
-        if letter in block.words:
+        if letter in block.words and "G15" not in block.g:
             number = f"{block.words[letter]:g}"
             change["length"] = "" if number == "0" else number
         elif any(word in LENGTH_ON for word in block.g):
@@ -298,19 +303,17 @@ class TechnologyReader:
         if "G49" in block.g:
             change["length"] = ""
         for word in block.g:
-            if word in WORK_OFFSETS:
-                change["work_offset"] = word
-            elif word in NUMBERED_OFFSETS:
-                change["work_offset"] = f"{word} P{block.words.get('P', 1.0):g}"
+            if (offset := selected_offset(word, block)) is not None:
+                change["work_offset"] = offset
         if block.work_offset:
             change["work_offset"] = block.work_offset
         return change
 
-    def _record(self, line: int, change: dict[str, Any]) -> None:
+    def _record(self, step: int, change: dict[str, Any]) -> None:
         new = self.now._replace(**change) if change else self.now
         if new != self.now:
             self.now = new
-            self.lines.append(line)
+            self.steps.append(step)
             self.states.append(new)
 
     def _follow_approach(self, block: Block) -> None:
@@ -318,7 +321,7 @@ class TechnologyReader:
         for word in block.g:
             self._rapid = word == "G0" or (self._rapid and word not in _FEEDS)
             self.cuts = self.cuts or word in _FEEDS
-        if self.cuts or not self._rapid or not _NOT_IN_PROGRAM.isdisjoint(block.g):
+        if self.cuts or not self._rapid or not _ELSEWHERE.isdisjoint(block.g):
             return
         if "Z" in block.words and not {"X", "Y"}.isdisjoint(block.words):
             self._diagonals.append(block.line)
@@ -327,21 +330,21 @@ class TechnologyReader:
                 continue
             self._at_machine.pop(letter, None)
             if letter == "Z":
-                self._down = block.line
+                self._down = block.step or block.line
             else:
-                self._others.setdefault(letter, block.line)
+                self._others.setdefault(letter, (block.step or block.line, block.line))
 
-    def track(self, lines: IntArray) -> TechnologyTrack:
-        """Return what is in force on lines, (n,), of the moves."""
-        state = np.searchsorted(self.lines, lines, side="right")
-        late = {c: line for c, line in self._others.items() if 0 < self._down < line}
-        first = min(late.values(), default=0)
+    def track(self, steps: IntArray) -> TechnologyTrack:
+        """Return what is in force at steps, (n,), of the moves."""
+        state = np.searchsorted(self.steps, steps, side="right")
+        late = {c: at for c, at in self._others.items() if 0 < self._down < at[0]}
+        _, first = min(late.values(), default=(0, 0))
         states = Technology(), *self.states
         return TechnologyTrack(
             language=self.language.name,
             states=states,
             state=state,
-            lines=lines,
+            steps=steps,
             machine_moves=tuple(self.machine_moves),
             placed=frozenset(self.placed),
             once=tuple(self.once),
@@ -355,6 +358,17 @@ class TechnologyReader:
         )
 
 
+def selected_offset(word: str, block: Block) -> str | None:
+    """Return the work offset that a G word selects in its block, ``G54.1 P3``; None if it selects none."""
+    letter = NUMBERED_OFFSETS.get(word, "")
+    if letter in block.words:
+        word = "G54.1" if word == "G54" else word
+        return f"{word} {letter}{block.words[letter]:g}"
+    if word in ("G54.1", "G154"):
+        return f"{word} P1"
+    return word if word in WORK_OFFSETS else None
+
+
 def _written_tool(block: Block) -> str | None:
     """Return the tool that a block selects, as written: ``T1``, ``TOOL CALL 1``; None if it selects none."""
     return block.tool or (f"T{block.words['T']:g}" if "T" in block.words else None)
@@ -365,9 +379,9 @@ def _tool_number(written: str | None) -> str:
     return (written or "").removeprefix("TOOL CALL").removeprefix("T").strip(' ="')
 
 
-def read_technology(source: Source, accepted: Collection[str] = ()) -> TechnologyReader:
-    """Read what a whole program puts in force; M words that are accepted are harmless."""
-    reader = TechnologyReader.of(source, accepted)
+def read_technology(source: Source) -> TechnologyReader:
+    """Read what a whole program puts in force."""
+    reader = TechnologyReader.of(source)
     for block in reader.language.split(source):
         reader.take(block) if isinstance(block, Block) else reader.take_run(block)
     return reader

@@ -96,6 +96,7 @@ class Block(NamedTuple):
     cancels : modes that the block switches off, which an earlier program may have left on
     shorter : whether rotary axes take the shorter direction from here on (M126); None leaves it
     drills : whether it is a move of a drilled hole
+    step : place in the order in which lines run, from 1, where that isn't `line`; else 0
     """
 
     line: int
@@ -120,6 +121,7 @@ class Block(NamedTuple):
     work_offset: str = ""
     drills: bool = False
     cancels: tuple[str, ...] = ()
+    step: int = 0
 
 
 def strip_comment(text: str) -> str:
@@ -180,7 +182,7 @@ class Draft:
 
     def block(self) -> Block | None:
         """Return the complete block; None if nothing was read."""
-        fields = {name: getattr(self, name) for name in Block._fields if name != "skipped"}
+        fields = {name: getattr(self, name) for name in Block._fields if name not in ("skipped", "step")}
         fields |= {name: tuple(value) for name, value in fields.items() if isinstance(value, list)}
         fields |= {"vector": direction_of(self.vector), "normal": direction_of(self.normal)}
         block = Block(**fields | {"centre": self.centre or None})

@@ -1,8 +1,9 @@
-"""Arithmetic of control languages: ``#1+3.5``, ``R1*COS(30)``, ``+Q2 / +4``; nothing else is evaluated.
+"""Arithmetic of control languages: ``#1+3.5``, ``R1*COS(30)``, ``+Q2 / +4``, ``#1 LT 5``; nothing else.
 
 One grammar serves all languages, because their differences don't conflict: brackets are round or square,
 angles are in degrees, and a function may omit its brackets (Heidenhain's ``SIN 30``). Names and functions are
-in upper case; callers convert.
+in upper case; callers convert. Where controls of one language differ (the remainder of negative numbers, a
+comparison within rounding), there is no value.
 """
 
 from __future__ import annotations
@@ -22,23 +23,81 @@ DEEPEST = 40
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>[0-9]+\.?[0-9]*|\.[0-9]+)"
     r"|(?P<name>#[0-9]+|#<[A-Z0-9_ ]+>|[A-Z_$][A-Z0-9_]*)"
-    r"|(?P<sign>\*\*|[-+*/^()\[\]]))"
+    r"|(?P<sign>[-+*/^()\[\]]))"
 )
+# The blanks about a word may be missing: 1LT#2, [1]ANDSIN[30].
+_OPERATOR = re.compile(r"\s*(\*\*|[-+*/^]|(?:MOD|DIV|EQ|NE|LT|LE|GT|GE|AND|OR|XOR)(?=[^A-Z_]|[A-Z]+\[))")
+_ARCTANGENT = re.compile(r"/(?=\[)")
 
 _CLOSING = {"(": ")", "[": "]"}
-_WORDS = {"MOD": "MOD", "DIV": "DIV"}
-_STRENGTH = {"+": 1, "-": 1, "*": 2, "/": 2, "MOD": 2, "DIV": 2, "**": 4, "^": 4}
-_SIGNS = 3  # -2*3 is (-2)*3, and -2**2 is -(2**2)
+_STRENGTH = {
+    **dict.fromkeys(("AND", "OR", "XOR"), 1),
+    **dict.fromkeys(("EQ", "NE", "LT", "LE", "GT", "GE"), 2),
+    **dict.fromkeys("+-", 3),
+    **dict.fromkeys(("*", "/", "MOD", "DIV"), 4),
+    "**": 5,
+    "^": 6,
+}
+_SIGNS = 5  # -2*3 is (-2)*3, -2**2 is (-2)**2 (LinuxCNC), and -2^2 is -(2^2)
+
+# Relative: numbers that differ by less may be equal to a control, which counts in decimals or fewer digits.
+SAME = 1e-6
+
+
+def _compared(compare: Callable[[float, float], bool]) -> Callable[[float, float], float]:
+    def truth(a: float, b: float) -> float:
+        if a != b and abs(a - b) <= SAME * max(1.0, abs(a), abs(b)):
+            raise BlockError(
+                f"{a:.12g} is compared with {b:.12g}, and whether they are the same depends on the control's "
+                "rounding; compare with a number between the steps"
+            )
+        return float(compare(a, b))
+
+    return truth
+
+
+def _joined(join: Callable[[bool, bool], bool]) -> Callable[[float, float], float]:
+    def truth(a: float, b: float) -> float:
+        if not {a, b} <= {0.0, 1.0}:
+            raise BlockError(f"{a:g} and {b:g} are joined, and only comparisons can be; compare them")
+        return float(join(bool(a), bool(b)))
+
+    return truth
+
+
+def _remainder(a: float, b: float) -> float:
+    if a < 0.0 or b < 0.0 or a != int(a) or b != int(b):
+        raise BlockError(f"{a:g} MOD {b:g} depends on the control; only whole numbers from 0 are supported")
+    return math.fmod(a, b)
+
+
+def _whole(toward: Callable[[float], int]) -> Callable[[float], float]:
+    def whole(x: float) -> float:
+        if x != round(x) and (x < 0.0 or abs(x - round(x)) <= SAME):
+            raise BlockError(f"FIX or FUP of {x:.12g}: which way it is rounded depends on the control")
+        return float(toward(x))
+
+    return whole
+
 
 _OPERATORS: dict[str, Callable[[float, float], float]] = {
     "+": operator.add,
     "-": operator.sub,
     "*": operator.mul,
     "/": operator.truediv,
-    "MOD": math.fmod,
+    "MOD": _remainder,
     "DIV": lambda a, b: float(math.trunc(a / b)),
     "**": math.pow,
     "^": math.pow,
+    "EQ": _compared(operator.eq),
+    "NE": _compared(operator.ne),
+    "LT": _compared(operator.lt),
+    "LE": _compared(operator.le),
+    "GT": _compared(operator.gt),
+    "GE": _compared(operator.ge),
+    "AND": _joined(operator.and_),
+    "OR": _joined(operator.or_),
+    "XOR": _joined(operator.xor),
 }
 
 FUNCTIONS: dict[str, Callable[[float], float]] = {
@@ -51,8 +110,10 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "ABS": math.fabs,
     "TRUNC": lambda x: float(math.trunc(x)),
-    "FIX": lambda x: float(math.floor(x)),
-    "FUP": lambda x: float(math.ceil(x)),
+    "FIX": _whole(math.floor),
+    "FUP": _whole(math.ceil),
+    "EXP": math.exp,
+    "LN": math.log,
     "ROUND": lambda x: math.copysign(math.floor(math.fabs(x) + 0.5), x),
 }
 
@@ -111,13 +172,11 @@ class _Parser:
         """Evaluate operands and the operators between them that bind more tightly than `weakest`."""
         left = self.operand()
         while True:
-            found = _TOKEN.match(self.text, self.end)
-            sign = None if found is None else found["sign"] or _WORDS.get(found["name"] or "")
-            strength = 0 if sign is None else _STRENGTH.get(sign, 0)
-            if found is None or sign is None or strength <= weakest:
+            found = _OPERATOR.match(self.text, self.end)
+            if found is None or _STRENGTH[found[1]] <= weakest:
                 return left
             self.end = found.end()
-            left = _OPERATORS[sign](left, self.sum(strength))
+            left = _OPERATORS[found[1]](left, self.sum(_STRENGTH[found[1]]))
 
     def operand(self) -> float:
         found = _TOKEN.match(self.text, self.end)
@@ -150,8 +209,20 @@ class _Parser:
     def _named(self, name: str) -> float:
         function = FUNCTIONS.get(name)
         if function is not None:
-            return function(self.operand())
+            value = function(of := self.operand())
+            ratio = _ARCTANGENT.match(self.text, self.end) if name == "ATAN" else None
+            return value if ratio is None else self._arctangent(of, ratio.end())
         try:
             return self.lookup(name)
         except KeyError:
             raise BlockError(f"{name} has no value yet; write the number") from None
+
+    def _arctangent(self, height: float, at: int) -> float:
+        """Read ``ATAN[y]/[x]``, the angle, deg, of the point x, y."""
+        self.end = at
+        width = self.operand()
+        if height < 0.0:
+            raise BlockError(
+                f"ATAN[{height:g}]/[{width:g}] is negative on LinuxCNC and above 180 on Fanuc; write a number"
+            )
+        return math.degrees(math.atan2(height, width))

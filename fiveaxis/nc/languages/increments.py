@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from fiveaxis.nc.source import Source
 
@@ -37,4 +38,4 @@ def with_points(source: Source, increment: float) -> Source:
         "".join(part if i % 2 else _WITHOUT.sub(point, part) for i, part in enumerate(_COMMENT.split(line)))
         for line in source.lines
     )
-    return Source(source.name, list(lines)) if increment != 1.0 else source
+    return replace(source, lines=list(lines)) if increment != 1.0 else source

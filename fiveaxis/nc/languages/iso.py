@@ -2,28 +2,29 @@
 
 ISO 6983 and RS274/NGC syntax: upper or lower case, blanks anywhere, numbers without leading zero or sign,
 comments ``( )``, also nested, and ``;``, lines of ``%``, block numbers ``N``, program numbers ``O``, block
-delete ``/``, variables ``#1`` with a value, and expressions in brackets. Anything else is refused with its
-reason: a program is read completely or not at all.
+delete ``/``. `fiveaxis.nc.languages.macro` runs variables, loops, jumps and calls. Anything else is refused
+with its reason: a program is read completely or not at all.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 import numpy as np
 
+from fiveaxis.geometry import Array
 from fiveaxis.nc.languages.block import (
     IS_CYCLE,
     NO_WORDS,
     Block,
     BlockError,
-    FrameChange,
     number_of,
     put_word,
     reasons,
 )
-from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
-from fiveaxis.nc.languages.planes import turns
+from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
+from fiveaxis.nc.languages.planes import Plane, turns
 from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
 
@@ -62,9 +63,9 @@ CANCELS = {
     "M429": "TCP (M428)",
 }
 # The same where the block has axis words, all 0, and nothing else; these are no positions.
-CANCELS_AT_ZERO = {"G50.1": "mirror (G51.1)", "G52": "shift (G52)", "G100": "mirror (G101)"}
+CANCELS_AT_ZERO = {"G50.1": "mirror (G51.1)", "G100": "mirror (G101)"}
 
-PLANE_WORDS = frozenset(("G68.2", "G53.1", "G69"))
+FRAME_WORDS = ("G52", "G53.1", "G68.2", "G69")
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (
@@ -92,24 +93,8 @@ NOT_WORDS = reasons(
 _CHANGES = re.compile("M0*6(?![0-9])")
 # The name of a program: <PART>, O<PART>, :0001, and $PART.MIN% of Okuma.
 _NAMED = re.compile(r"(?:N[0-9]+)?(?:O?<[A-Z0-9_.+-]+>|\$[A-Z0-9_-]+\.MIN%?|:[0-9]+)")
+_DELETED = re.compile("(?:N[0-9]+)?/")
 _DIN_HEAD = re.compile("%[^*]*G7[01]")
-
-_NAME = r"#(?:[0-9]+|<[A-Z0-9_]+>)"
-_ASSIGNED = re.compile(f"({_NAME})=")
-# Value of a word: one variable or one pair of brackets. No control accepts X#1+2.
-_VALUE = re.compile(rf"([A-Z])([+-]?)(?:({_NAME})(?![-+*/=])|(?=\[))")
-_BRACKET = re.compile(r"[\[\]]")
-_FLOW = re.compile(r"IF|WHILE|GOTO|REPEAT|CALL|SUB|DO[0-9#\[]|END[0-9]|[<>]=|\bO<")
-
-
-def compact_code(text: str) -> str:
-    """Return a line without comments and blanks, in upper case: ``x 1. (to)`` is ``X1.``.
-
-    An unclosed opening bracket is kept.
-    """
-    code = text if "(" not in text and ";" not in text else _without_comments(text)
-    # The upper case of characters like the long s is ASCII: only ASCII text may become words.
-    return "".join(code.upper().split()) if code.isascii() else "".join(code.split())
 
 
 class Iso(Reader):
@@ -127,7 +112,7 @@ class Iso(Reader):
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         super().__init__(source, block_delete=block_delete)
-        self.macro, self.tip = Macro(), TipSwitch()
+        self.macros, self.tip, self.frames = Macros(self.tape), TipSwitch(), Frames()
 
     def read(self, line: int, text: str) -> list[Block]:
         """Read a line."""
@@ -137,21 +122,18 @@ class Iso(Reader):
             return []
         if _NAMED.fullmatch(code):
             return [Block(line, words={"O": 0.0})]
-        if code[0] == "/":
-            if self.block_delete:
-                return [Block(line, skipped=True)]
-            code = re.sub("^/[1-9]?", "", code)
-        if "#" in code or "[" in code:
-            before = len(self.macro.assigned)
-            code = self.macro.take(code)
-            if not code:
-                return [Block(line, stated=tuple(self.macro.assigned[before:]))]
+        if "/" in code and self.block_delete and _DELETED.match(code):
+            return [Block(line, skipped=True)]
+        code = self.macros.take(without_head(code))
+        if not code:
+            assigned = tuple(f"variable {each}" for each in self.macros.assigned)
+            return [Block(line, stated=assigned)] if assigned else []
         block = _parse_block(line, code)
         if not (block.g or block.m):
             return [block] if block.words else []
         block = _cancelling(_without_fast_mode(block._replace(tip_control=self.tip.take(block))))
         block = _timed_by_x(block, text) if "G4" in block.g and "X" in block.words else block
-        return [block if PLANE_WORDS.isdisjoint(block.g) else set_plane(block)]
+        return [block if frozenset(FRAME_WORDS).isdisjoint(block.g) else self.frames.take(block)]
 
 
 def _without_fast_mode(block: Block) -> Block:
@@ -167,7 +149,7 @@ def _without_fast_mode(block: Block) -> Block:
 
 
 def _cancelling(block: Block) -> Block:
-    """Return a block with the modes that it switches off; ``G52 X0 Y0 Z0`` moves nothing."""
+    """Return a block with the modes that it switches off; ``G50.1 X0 Y0 Z0`` moves nothing."""
     for word in CANCELS_AT_ZERO.keys() & set(block.g):
         letters = block.words.keys()
         if len(block.g) == 1 and set("XYZ") <= letters <= set("XYZABC") and not any(block.words.values()):
@@ -185,25 +167,6 @@ def _timed_by_x(block: Block, text: str) -> Block:
             "settings; write it with a point, or P in s"
         )
     return block._replace(words={"P": block.words["X"]})
-
-
-def _without_comments(text: str) -> str:
-    kept, begin, depth = [], 0, 0
-    for mark in re.finditer("[();]", text):
-        sign = mark[0]
-        if sign == "(":
-            if depth == 0:
-                kept.append(text[begin : mark.start()])
-                begin = mark.start()
-            depth += 1
-        elif sign == ")" and depth > 0:
-            depth -= 1
-            begin = mark.end() if depth == 0 else begin
-        elif sign == ";" and depth == 0:
-            kept.append(text[begin : mark.start()])
-            return "".join(kept)
-    kept.append(text[begin:])
-    return "".join(kept)
 
 
 def _is_title(text: str, code: str) -> bool:
@@ -270,106 +233,64 @@ class TipSwitch:
         return False
 
 
-def set_plane(block: Block) -> Block:
-    """Return a block with its change of the working plane.
+class Frames:
+    """Shift and tilted plane of an ISO program.
 
-    ``G68.2 X Y Z I J K`` puts the plane at X, Y, Z of the work offset and rotates it by Euler angles: I about
-    Z, J about the new X, K about the new Z. ``G53.1`` turns the tool normal to it. ``G69`` cancels it.
-
-    Raises
-    ------
-    BlockError
-        Another kind of G68.2 (P1 and so on), two of these words in one block.
+    ``G52 X Y Z`` moves the zero of every work offset. ``G68.2 X Y Z I J K`` puts the plane at X, Y, Z of it
+    and rotates it by Euler angles: I about Z, J about the new X, K about the new Z. ``G53.1`` turns the tool
+    normal to it. ``G69`` cancels the plane.
 
     References
     ----------
     Fanuc Series 30i-A, Descriptions B-63942EN, 5.44.
     """
-    present = sorted(PLANE_WORDS.intersection(block.g))
-    if len(present) > 1:
-        raise BlockError(f"{' and '.join(present)} in one block; write one of them")
-    [word] = present
-    if word == "G53.1":
-        return block._replace(vector=(0.0, 0.0, 1.0))
-    if word == "G69":
-        return block._replace(frame=FrameChange((0.0, 0.0, 0.0), np.eye(3), word))
-    if block.words.get("P", 0.0) != 0.0:
-        raise BlockError(f"G68.2 P{block.words['P']:g} isn't supported; post Euler angles I, J, K, without P")
-    x, y, z = (block.words.get(c, 0.0) for c in "XYZ")
-    rotation = turns("ZXZ", [block.words.get(c, 0.0) for c in "IJK"])
-    rest = {c: value for c, value in block.words.items() if c not in "XYZIJKP"}
-    return block._replace(words=rest, frame=FrameChange((x, y, z), rotation, word))
-
-
-class Macro:
-    """The variables that have a value, and all assignments: ``variable #5=2``."""
 
     def __init__(self) -> None:
-        self.values: dict[str, float] = {}
-        self.assigned: list[str] = []
+        self.shift, self.plane, self.tilted = Plane(), Plane(), False
 
-    def take(self, code: str) -> str:
-        """Replace variables and brackets by numbers; execute and remove assignments.
-
-        Parameters
-        ----------
-        code : a block without comments and blanks, upper case
-
-        Returns
-        -------
-        Words of letters and numbers. Anything else is left unchanged, for the parser to refuse.
+    def take(self, block: Block) -> Block:
+        """Return a block with its change of the frame.
 
         Raises
         ------
         BlockError
-            A variable without a value, a result that isn't a number.
+            G68.2 of points or of several angles about axes (P1 and so on), two of these words in one block.
         """
-        if _FLOW.search(code):
-            return code
-        return self._assign(code) if _ASSIGNED.match(code) else self._fill_in(code)
+        present = [word for word in FRAME_WORDS if word in block.g]
+        if len(present) > 1:
+            raise BlockError(f"{' and '.join(present)} in one block; write one of them")
+        [word] = present
+        if word == "G53.1":
+            return block._replace(vector=(0.0, 0.0, 1.0))
+        if word == "G52":
+            return self._move_zero(block)
+        rest, self.plane, self.tilted = block.words, Plane(), word == "G68.2"
+        if self.tilted:
+            origin, rotation = np.array([block.words.get(c, 0.0) for c in "XYZ"]), _rotation(block.words)
+            rest = {c: value for c, value in rest.items() if c not in "XYZIJKPQ"}
+            self.plane = Plane(origin, rotation)
+        return block._replace(words=rest, frame=self.shift.then(self.plane).change(word))
 
-    def _assign(self, code: str) -> str:
-        """Execute ``#1=5#2=#1+2``: as in RS274/NGC, all values take effect after the block."""
-        found, end, values = _ASSIGNED.match(code), 0, {}
-        while found is not None:
-            values[_key(found[1])], end = evaluate_prefix(code, found.end(), self._look_up)
-            found = _ASSIGNED.match(code, end)
-        if end < len(code):
-            return code[end:] if "=" in code[end:] else f"={code[end:]}"
-        self.values |= values
-        self.assigned += [f"variable {name}={value:g}" for name, value in values.items()]
-        return ""
-
-    def _fill_in(self, code: str) -> str:
-        parts, begin = [], 0
-        while (found := _VALUE.search(code, begin)) is not None:
-            end = found.end() if found[3] else _closing(code, found.end())
-            value = self._look_up(found[3]) if found[3] else evaluate(code[found.end() : end], self._look_up)
-            # Without an exponent, as controls accept it.
-            number = f"{-value if found[2] == '-' else value:.12f}".rstrip("0")
-            parts.append(f"{code[begin : found.start()]}{found[1]}{number}")
-            begin = end
-        return "".join(parts) + code[begin:]
-
-    def _look_up(self, name: str) -> float:
-        try:
-            return self.values[_key(name)]
-        except KeyError:
-            raise BlockError(f"{name} has no value yet; write the number") from None
+    def _move_zero(self, block: Block) -> Block:
+        old, words = self.shift.origin, block.words
+        shift = np.array([words.get(c, before) for c, before in zip("XYZ", old, strict=True)])
+        others = [c for c, value in words.items() if c not in "XYZ" and (c not in "ABC" or value)]
+        if block.g != ("G52",) or others or not words or self.tilted:
+            raise BlockError("G52 is supported for X, Y, Z, in its own block and outside of a tilted plane")
+        cancels = () if shift.any() else ("shift (G92, G52)",)
+        if not old.any() and not shift.any():
+            return Block(block.line, m=block.m, ignored=("G52",), cancels=cancels)
+        self.shift = Plane(shift)
+        return Block(block.line, m=block.m, frame=self.shift.change("G52"), cancels=cancels)
 
 
-def _key(name: str) -> str:
-    """Return the same key for ``#1`` and ``#001``; KeyError for a name of another language, such as R1."""
-    if name[0] != "#":
-        raise KeyError(name)
-    return name if name[1] == "<" else f"#{int(name[1:20])}"
-
-
-def _closing(code: str, start: int) -> int:
-    """Return the index after the closing bracket; the end of the block if it isn't closed."""
-    depth = 0
-    for sign in _BRACKET.finditer(code, start):
-        depth += 1 if sign[0] == "[" else -1
-        if depth == 0:
-            return sign.end()
-    return len(code)
+def _rotation(words: Mapping[str, float]) -> Array:
+    """Return the rotation, (3, 3), of a plane by G68.2."""
+    kind, angles = words.get("P", 0.0), [words.get(c, 0.0) for c in "IJK"]
+    if kind == 0.0:
+        return turns("ZXZ", angles)
+    if kind == 1.0 and sum(angle != 0.0 for angle in angles) <= 1:
+        return turns("XYZ", angles)
+    raise BlockError(
+        f"G68.2 P{kind:g} isn't supported, except P1 with one angle; post Euler angles I, J, K, without P"
+    )

@@ -14,7 +14,8 @@ import numpy as np
 
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple, number_of
-from fiveaxis.nc.languages.iso import WORD_NUMBER, Iso, compact_code
+from fiveaxis.nc.languages.iso import WORD_NUMBER, Iso
+from fiveaxis.nc.languages.macro import compact_code
 from fiveaxis.nc.languages.planes import Plane, turns
 from fiveaxis.nc.languages.runs import Reader
 from fiveaxis.nc.source import Source

@@ -8,20 +8,18 @@ from __future__ import annotations
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import accumulate
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import ClassVar, cast
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Triple, block_error, upper_ascii
+from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Triple
+from fiveaxis.nc.languages.tape import Tape
 from fiveaxis.nc.source import Source
 
-# Lines that are searched for runs at a time: their arrays fit into the processor's cache.
-PART = 10_000
 # Shorter runs take longer together than block by block.
 SHORTEST = 16
 
@@ -44,12 +42,14 @@ class Run:
     begins : (n + 1,), index of the first word of each block, and their number
     letters : (w,), ASCII codes of G, axes and F, and of the letters of `DIRECTION` and `NORMAL`
     values : (w,), as written
+    steps : (n,), as `Block.step`
     """
 
     lines: IntArray
     begins: IntArray
     letters: NDArray[np.uint8]
     values: Array
+    steps: IntArray
 
     def __len__(self) -> int:
         return len(self.begins) - 1
@@ -81,7 +81,8 @@ class Run:
         motion = given.pop("G", None)
         vector, normal = _pop_direction(given, DIRECTION), _pop_direction(given, NORMAL)
         g = () if motion is None else (_MOTIONS[motion],)
-        return Block(int(self.lines[row]), g, (), given, vector=vector, normal=normal)
+        line, step = int(self.lines[row]), int(self.steps[row])
+        return Block(line, g, (), given, vector=vector, normal=normal, step=0 if step == line else step)
 
     def blocks(self) -> Iterator[Block]:
         """Iterate over its blocks."""
@@ -90,7 +91,8 @@ class Run:
     def since(self, row: int) -> Run:
         """Return the blocks from one on."""
         begins, words = self.begins[row:], self.begins[row]
-        return Run(self.lines[row:], begins - words, self.letters[words:], self.values[words:])
+        lines, steps = self.lines[row:], self.steps[row:]
+        return Run(lines, begins - words, self.letters[words:], self.values[words:], steps)
 
 
 def _pop_direction(given: dict[str, float], letters: str) -> Triple | None:
@@ -172,7 +174,8 @@ class PlainLines:
         count = int(row[order][1:][twice].min()) if twice.any() else plain.count("\n")
         begins = np.searchsorted(row, np.arange(count + 1))
         filled, end = np.flatnonzero(np.diff(begins)), begins[-1]
-        run = Run(line + filled, np.append(begins[filled], end), letters[:end], values[kept][:end])
+        lines, begins = line + filled, np.append(begins[filled], end)
+        run = Run(lines, begins, letters[:end], values[kept][:end], lines)
         return run, count
 
 
@@ -191,6 +194,7 @@ class Reader(ABC):
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         self.source, self.block_delete, self.ended = source, block_delete, False
+        self.tape = Tape(source, self.comments)
 
     @abstractmethod
     def read(self, line: int, text: str) -> Iterable[Block]:
@@ -209,47 +213,47 @@ class Reader(ABC):
         return False
 
     def blocks(self) -> Iterator[Block | Run]:
-        """Yield the blocks of the program, and runs of plain ones in their place.
+        """Yield the blocks of the program in the order in which they run, and runs of plain ones.
 
         Raises
         ------
         ToolpathError
             With file, line and text: a block that can't be read.
         """
-        lines = self._lines_and_runs(self.source.lines)
-        for line, text in lines:
-            if isinstance(text, Run):
-                self.follow(text)
-                yield text
+        tape = self.tape
+        while tape.goes_on():
+            run, count = self._run_here()
+            if run is not None:
+                self.follow(run)
+                yield run
                 continue
-            parts = [text]
-            while self.continues(parts[-1]):
-                # A line on which a block goes on never begins a run.
-                parts.append(cast("str", next(lines, (0, ""))[1]))
-            try:
-                yield from self.read(line, "\n".join(parts))
-            except BlockError as fault:
-                raise block_error(self.source, line, fault) from None
-            if self.ended:
-                return
+            for _ in range(count):
+                tape.goes_on()
+                line, step, parts = tape.line, tape.step + 1, [tape.take()]
+                while self.continues(parts[-1]) and tape.now.row < len(tape.now.text.lines):
+                    parts.append(tape.take())
+                try:
+                    for block in self.read(line, "\n".join(parts)):
+                        yield block._replace(step=step) if tape.jumps else block
+                except BlockError as fault:
+                    raise tape.error(fault) from None
+                if self.ended:
+                    return
 
-    def _lines_and_runs(self, lines: Sequence[str]) -> Iterator[tuple[int, str | Run]]:
-        """Yield each line with its number, and runs of plain ones in their place."""
-        for first in range(0, len(lines), PART):
-            some = lines[first : first + PART]
-            text = self.comments.sub("", upper_ascii("\n".join(some)) + "\n")
-            offsets = [0, *accumulate(len(line) + 1 for line in text.split("\n"))]
-            row = 0
-            while row < len(some):
-                line = first + row + 1
-                run, count = None, 1
-                if self.is_plain and not (line > 1 and self.continues(lines[line - 2])):
-                    run, count = self._run_at(text, offsets[row], line)
-                if run is None:
-                    yield from enumerate(some[row : row + count], start=line)
-                else:
-                    yield line, run
-                row += count
+    def _run_here(self) -> tuple[Run | None, int]:
+        """Take the run that begins at the next line; without one, the number of lines to read one by one."""
+        tape, now = self.tape, self.tape.now
+        if not self.is_plain or (now.row and self.continues(now.text.lines[now.row - 1])):
+            return None, 1
+        text, begin = now.text.plain(now.row)
+        run, count = self._run_at(text, begin, now.row + 1)
+        if run is None or now.row + count > now.end:
+            return None, min(count, now.end - now.row)
+        if tape.jumps:
+            steps = run.lines + (tape.step - now.row)
+            run = replace(run, lines=np.full(len(run), now.line) if now.line else run.lines, steps=steps)
+        tape.take(count)
+        return run, count
 
     def _run_at(self, text: str, begin: int, line: int) -> tuple[Run | None, int]:
         """Return the run that begins at an index of lines without comments, and the number of its lines.

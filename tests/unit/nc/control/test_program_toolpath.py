@@ -438,7 +438,7 @@ def test_a_plane_on_a_rotated_workpiece_is_an_assumption(read, trunnion):
 
 
 def test_other_kinds_of_planes_are_refused(fault):
-    assert "post Euler angles I, J, K, without P" in fault("G68.2 P1 X0 Y0 Z0 I1\n")[1]
+    assert "post Euler angles I, J, K, without P" in fault("G68.2 P2 X0 Y0 Z0 I1\n")[1]
     assert "G53.1 and G68.2 in one block" in fault("G68.2 G53.1 X0\n")[1]
 
 
@@ -569,16 +569,16 @@ def test_g98_from_below_the_level_returns_to_the_level(read):
         ("G81 X1 Y1 Z-5 R2 L3 F60", 2, "G81 L3 repeats the cycle"),
         ("G81 X1 Y1 Z-5 R2", 2, "without F in force"),
         ("G18 G81 X1 Y1 Z-5 R2 F1", 2, "a cycle in G18"),
-        ("M98 P100", 2, "M98 calls or ends a subprogram"),
-        ("G65 P9000", 2, "G65 calls"),
+        ("M98 P100", 2, "calls the program O0100"),
+        ("G65 P9000", 2, "calls the program O9000"),
         ("M430", 2, "user-defined kinematics"),
         ("G1 X1", 2, "without F in force"),
         ("G1 X1 X2 F1", 2, "X has two values"),
         ("G1 X1E3 F1", 2, "no exponent"),
         ("G2 X1 I5 F1", 2, "starts 5 mm from its centre and ends 4 mm"),
         ("X#7", 2, "#7 has no value yet"),
-        ("WHILE [#1 LT 5] DO1", 2, "jumps or repeats"),
-        ("IF [#1 EQ 5] GOTO 9", 2, "jumps or repeats"),
+        ("WHILE [#1 LT 5] DO1", 2, "#1 has no value yet"),
+        ("IF [1 EQ 1] GOTO 9", 2, "goes to block N9"),
     ],
 )
 def test_unsupported_and_wrong_words_are_refused_with_their_line(fault, text, line, fact):

@@ -130,13 +130,12 @@ def test_g92_shifts_a_rotary_axis(tmp_path, hayashi):
 @pytest.mark.parametrize(
     ("block", "message"),
     [
-        ("G92 X0", "G92 is supported for rotary axes only"),
-        ("G92", "G92 is supported for rotary axes only"),
-        ("G92 X0 C0", "G92 is supported for rotary axes only"),
+        ("G92", "G92 shifts named axes"),
+        ("M428 G92 X0 C0", "G92 shifts named axes, X, Y, Z outside of TCP"),
         ("G1 G92 C0", "G92 together with a move"),
     ],
 )
-def test_g92_of_linear_axes_or_with_a_move_is_refused(tmp_path, hayashi, block, message):
+def test_g92_under_tcp_without_axes_or_with_a_move_is_refused(tmp_path, hayashi, block, message):
     with pytest.raises(ToolpathError, match=f"part.nc:2: {message}"):
         turned(tmp_path, SHIFTED.replace("G92 C80", block), hayashi)
 
