@@ -101,3 +101,22 @@ def test_operations_of_a_cl_file(write):
 def test_only_5_axis_cuts_are_leaned(write, machine, text, kind):
     with pytest.raises(JobError, match=f"^[^:]*:[0-9]+: {kind.replace('+', '.')} work is never leaned"):
         fx.optimise(write(f"G21 G90 G54\n{text}M30\n"), machine, tool=BALL, cone=20)
+
+
+def test_a_subprogram_that_two_tools_run_is_two_operations(tmp_path):
+    path = tmp_path / "plate.h"
+    path.write_text(
+        "0 BEGIN PGM PLATE MM\n1 TOOL CALL 1 Z S1000\n2 L X+0 Y+0 Z+50 FMAX M3\n3 CALL LBL 1\n"
+        "4 TOOL CALL 2 Z S2000\n5 CYCL DEF 247 SET Q339=+2\n6 L X+0 Y+0 Z+50 FMAX M3\n7 CALL LBL 1\n8 L M30\n"
+        "9 LBL 1\n10 CYCL DEF 200 D Q200=2 Q201=-5 Q206=100 Q203=0 Q204=50\n11 L X+7 Y+8 FMAX M99\n12 LBL 0\n"
+        "13 END PGM PLATE MM\n"
+    )
+    found = fx.read_operations(path)
+    assert [(o.kind, o.tool, o.spindle, o.work_offset) for o in found] == [
+        ("drilling", "1", 1000.0, ""),
+        ("drilling", "2", 2000.0, "2"),
+    ]
+    for number in (1, 2):
+        read = fx.read_toolpath(path, tool=fx.Tool.ball(4), operation=number)
+        assert read.tips(read.axis)[read.cutting].tolist() == [[7.0, 8.0, -5.0]]
+        assert read.source[read.cutting].tolist() == [12]

@@ -192,3 +192,16 @@ def test_where_the_tool_stands_before_the_first_cut_has_to_be_known(case):
     made = case(head + "G1 X30. Y0. Z2. B30. C0. F900\n" + CUTS + TAIL, number=1)
     with pytest.raises(ToolpathError, match="where B, C stands before the first cut isn't known"):
         made.revised(made.placed())
+
+
+def test_lines_that_another_operation_runs_too_are_not_revised(case):
+    """A subprogram that two tools run: other postures of one would be those of the other."""
+    rows = "\n".join(f"L X+{30 - i} Y+{2 * i} Z+2 B+{30 + i} C+{3 * i} F900" for i in range(4))
+    text = (
+        "BEGIN PGM A MM\nTOOL CALL 3 Z S9000\nL B+30 C+0 FMAX M3\nL M128\nL X+30 Y+0 FMAX\nL Z+50 FMAX\n"
+        "CALL LBL 1\nL Z+50 FMAX\nTOOL CALL 4 Z S9000\nL X+30 Y+0 B+30 C+0 FMAX M3\nCALL LBL 1\nL Z+50 FMAX\n"
+        f"L M30\nLBL 1\n{rows}\nLBL 0\nEND PGM A MM\n"
+    )
+    made = case(text, number=1, name="part.h")
+    with pytest.raises(ToolpathError, match=r"run several times \(a loop, a subprogram\)"):
+        made.revised(made.placed())
