@@ -70,13 +70,15 @@ _WORDS = re.compile(r"/?(?:[A-Z][-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+))+\*?")
 
 
 def kind_of(source: Source) -> Kind:
-    """Tell what a file holds: by its content, else by its suffix.
+    """Tell what a file holds: a program if the caller names its language, else by its content, or its suffix.
 
     Raises
     ------
     ToolpathError
         Neither tells.
     """
+    if source.language is not None:
+        return "program"
     return _kind_of_content(source) or _kind_of_name(source)
 
 
@@ -232,6 +234,7 @@ def read_operations(
 
 def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     """Read a toolpath from a source, as `read_toolpath` does."""
+    source = options.of_language(source)
     kind = kind_of(source)
     logger.info("%s: %d lines, %s", Path(source.name).name, len(source.lines), kind)
     found = _completed(READERS[kind](source, options), kind, options)
@@ -241,7 +244,7 @@ def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
 
 def read_program_of(source: Source, options: ReadOptions) -> tuple[Toolpath, TechnologyTrack]:
     """Read the path of a program, as `read_path_of` does, and what is in force in its moves."""
-    found, technology = read_program_path(source, options)
+    found, technology = read_program_path(options.of_language(source), options)
     return _completed(found, "program", options), technology
 
 

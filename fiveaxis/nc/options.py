@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.machine import Machine
 from fiveaxis.nc.source import Source
-from fiveaxis.options import HIGHEST_FEED, Positions, Reading, Wrap, completed
+from fiveaxis.options import HIGHEST_FEED, Positions, ProgramLanguage, Reading, Wrap, completed
 from fiveaxis.toolpath import PathShape, Tool
 
 
@@ -33,6 +33,7 @@ class ReadOptions:
         `zero` isn't given; else where they end is unknown
     harmless : M words of the machine's builder that move and switch nothing
     path_shape : what lies between locations, ``smooth`` curves or chords; None as the file states it
+    language : of a program; None as its words show
     """
 
     tool: Tool | None = None
@@ -51,6 +52,7 @@ class ReadOptions:
     assume_zero: bool = True
     harmless: tuple[str, ...] = ()
     path_shape: PathShape | None = None
+    language: ProgramLanguage | None = None
 
     def __post_init__(self) -> None:
         feed = self.feed_mm_min
@@ -75,6 +77,10 @@ class ReadOptions:
         """
         given = completed(Reading, reading)
         return cls(**given | {"start": given["start"] or {}, "harmless": tuple(given["harmless"])}, **others)
+
+    def of_language(self, source: Source) -> Source:
+        """Return a file as a program in the caller's language, if there is one."""
+        return source if self.language is None else replace(source, language=self.language)
 
     def tool_or(self, stated: Tool | None, source: Source) -> Tool:
         """Return the caller's tool, or else the one that a file states.

@@ -178,6 +178,7 @@ class OperationText:
             As `read_toolpath`.
         """
         assert options.machine is not None
+        source = options.of_language(source)
         interpreter = run_program(source, options.machine, options, for_motion=False)
         operation, columns = take_operation(interpreter, options)
         return cls(
@@ -349,9 +350,10 @@ class _Reviser:
     # What the words say now.
 
     def _require_one_frame(self) -> None:
-        lines = self.rows.lines
-        if (again := np.flatnonzero(np.diff(lines) < 0)).size:
-            raise self._error("its lines run several times (a loop, a subprogram)", int(again[0]) + 1)
+        lines, own = self.rows.lines, self.text.columns.lines
+        again = np.flatnonzero(np.diff(lines, append=lines[-1]) < 0) + 1
+        if again.size or np.isin(self.text.whole.lines, own).sum() > len(own):
+            raise self._error("its lines run several times (a loop, a subprogram)", int(again[:1].sum()))
         self.last = np.append(np.diff(lines) != 0, True)
         self.first = np.append(True, np.diff(lines) != 0)
         self.arcs = self._arcs()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
 
@@ -36,11 +36,13 @@ class Source:
     name : the path as given by the user
     lines : without line ends; ``lines[0]`` is line 1
     notes : what was left out when it was loaded
+    language : word of the option, if the caller says that it is a program in one
     """
 
     name: str
     lines: list[str]
     notes: tuple[Finding, ...] = ()
+    language: str | None = field(default=None, compare=False)
 
     def error(self, message: str, line: int | None = None) -> ToolpathError:
         """Create the error for a fault on a line, counted from 1."""

@@ -21,7 +21,7 @@ from fiveaxis.options.option import (
     words_of,
 )
 from fiveaxis.options.planning import HIGHEST_FEED, Direction, Order, PlanContour, Planning, Strategy
-from fiveaxis.options.reading import Positions, Reading, ReadProgram, Wrap
+from fiveaxis.options.reading import Positions, ProgramLanguage, Reading, ReadProgram, Wrap
 from fiveaxis.options.search import Objective, Search
 from fiveaxis.options.surroundings import (
     GOUGE_TOLERANCE,
@@ -55,6 +55,7 @@ __all__ = [
     "Planning",
     "Positions",
     "ProgramBounds",
+    "ProgramLanguage",
     "ReadLog",
     "ReadProgram",
     "Reading",

@@ -12,11 +12,20 @@ Positions = Literal["table", "machine"]
 # Meaning of rotary words of axes with more than a turn: unwrapped angles, or angles from 0 to 360 with the
 # shorter turn to them, or with a turn in the direction of the word's sign.
 Wrap = Literal["unwound", "shorter", "signed"]
+# Languages of programs; ISO is G-code of Fanuc, Haas, LinuxCNC and their kind.
+ProgramLanguage = Literal["iso", "klartext", "millplus", "sinumerik"]
 
 
 class ReadProgram(TypedDict, total=False):
     """How an NC program is read."""
 
+    language: Annotated[
+        ProgramLanguage | None,
+        Option(
+            "language of the program; by default as its words, outside comments, or else its suffix show",
+            example="klartext",
+        ),
+    ]
     positions: Annotated[
         Positions | None,
         Option(

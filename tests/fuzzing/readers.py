@@ -200,9 +200,11 @@ def readers() -> list[Reader]:
 
 
 def _programs() -> Iterator[Reader]:
-    iso = Seeds(seeds.parts(*ISO), seeds.BLOCKS)
-    klartext = Seeds(seeds.parts("heidenhain*"), seeds.BLOCKS)
-    sinumerik = Seeds(seeds.parts("sinumerik*", "toolpaths/*.mpf"), seeds.BLOCKS)
+    iso = Seeds((seeds.ISO, *seeds.parts(*ISO)), seeds.BLOCKS + seeds.ISO_WORDS)
+    texts = (seeds.KLARTEXT, *seeds.parts("heidenhain*"))
+    klartext = Seeds(texts, seeds.BLOCKS + seeds.KLARTEXT_WORDS)
+    texts = (seeds.SINUMERIK, *seeds.parts("sinumerik*", "toolpaths/*.mpf"))
+    sinumerik = Seeds(texts, seeds.BLOCKS + seeds.SINUMERIK_WORDS)
     millplus = Seeds((seeds.MILLPLUS, *seeds.parts("toolpaths/*millplus*")), seeds.BLOCKS)
     yield Reader("ISO program", iso, _program(".nc", "linuxcnc-xyzac-trt", "variaxis-630", "umc-750"))
     yield Reader("Klartext", klartext, _program(".h", "dmu50ev"))

@@ -182,6 +182,8 @@ class Modes:
             self._set(word, block)
         if block.feed_step is not None:
             self.feed_step = block.feed_step
+        if block.work_offset:
+            self.work_offset = block.work_offset
         self.technology.take(block)
         if "F" in block.words:
             self.feed = block.words["F"]

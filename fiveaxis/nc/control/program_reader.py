@@ -118,6 +118,7 @@ def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> Re
     FiveAxisError
         As `read_program`.
     """
+    source = options.of_language(source)
     kind = kind_of(source)
     if kind in NO_PROGRAMS:
         raise source.error(NO_PROGRAMS[kind])

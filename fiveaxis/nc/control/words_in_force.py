@@ -28,7 +28,8 @@ _ENDS = frozenset(("M2", "M17", "M30", "M99"))
 _ARGUMENTS = "LPQRE"
 # Words of other languages that are followed: frames, cycles that become moves, labels, normals.
 _FOLLOWED = re.compile(
-    r"PLANE .*|CYCL DEF (?:7|8|9|10|11|19|247)|TRANS DATUM|CC|Q12[0-2]|M128 F|TOOL CALL.*|T|=|FN [0-7]"
+    r"PLANE .*|CYCL DEF (?:7|8|9|10|11|19|2[04][0-9])|TRANS DATUM|CC|Q12[0-2]|M128 F|TOOL CALL.*|T|=|FN [0-7]"
+    r"|LBL|CALL|CALL (?:LBL|PGM)|REPEAT|UNTIL|(?:END)?(?:FOR|WHILE)|(?:BEGIN|END) PGM|CYCL CALL"
     r"|A?TRANS|A?ROT|MCALL|CYCLE(?:8[0-9]|840|800|76)|G8[14]|G5(?:00|0[5-9]|[1-9][0-9])|[ABC]4|OFFN|RNDM|label"
     # Reference moves are the machine moves of `technology`.
     r"|G74|G75|M92|M140|MB"

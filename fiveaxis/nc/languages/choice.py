@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 from pkgutil import resolve_name
 
@@ -21,12 +21,14 @@ class Language:
     Parameters
     ----------
     name : for messages
+    word : of the option that says the language
     reader : module and class of its `Reader`; imported on use
     signs : patterns that occur in no other language, in upper case lines without comments
     suffixes : suffixes that decide if no sign is found
     """
 
     name: str
+    word: str
     reader: str
     signs: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
@@ -49,20 +51,23 @@ class Language:
         yield from reader.blocks()
 
 
-ISO = Language("ISO", "fiveaxis.nc.languages.iso:Iso")
+ISO = Language("ISO", "iso", "fiveaxis.nc.languages.iso:Iso")
 KLARTEXT = Language(
     "Heidenhain Klartext",
+    "klartext",
     "fiveaxis.nc.languages.klartext:Klartext",
     (r"\bBEGIN *PGM\b", r"\bTOOL +CALL\b", r"\bBLK +FORM\b"),
     (".h",),
 )
 MILLPLUS = Language(
     "MillPlus",
+    "millplus",
     "fiveaxis.nc.languages.millplus:MillPlus",
     (r"\bG141 *[LRF][0-9]=", r"\bG7 *[ABC]5=", r"[ABC] *= *E[0-9]", r"\bE[0-9]+ *="),
 )
 SINUMERIK = Language(
     "Sinumerik 840D",
+    "sinumerik",
     "fiveaxis.nc.languages.sinumerik:Sinumerik",
     (
         r"\bTRA(?:ORI|FOOF)\b",
@@ -111,10 +116,12 @@ _CODE = re.compile(r"\s*(?:[#/]|[A-Z] *[-+.0-9])", re.IGNORECASE)
 
 
 def find_language(source: Source) -> Language:
-    """Return the language of a program: by the first line with a sign of one, else by the suffix.
+    """Return the language of a program: the caller's, or by the first line with a sign of one, or the suffix.
 
     Comments and the text before ``%`` are no words of a program.
     """
+    if source.language is not None:
+        return next(language for language in LANGUAGES if language.word == source.language)
     head = [text.upper() for text in head_lines(source)]
     for code in filter(_MAY_HAVE_SIGN.search, map(bare_code, filter(_MAY_HAVE_SIGN.search, head))):
         for language, pattern in _PATTERNS:
@@ -205,7 +212,7 @@ def leader_length(source: Source) -> int:
 def _without_leader(source: Source) -> Source:
     """Return a program with empty lines in place of the text before its ``%``."""
     count = leader_length(source)
-    return Source(source.name, [*([""] * count), *source.lines[count:]]) if count else source
+    return replace(source, lines=[*([""] * count), *source.lines[count:]]) if count else source
 
 
 def _require_lines(source: Source) -> None:

@@ -2,7 +2,8 @@
 
 Supported: straight lines ``L`` with axes and ``LN`` with vectors, poles and circles ``CC C CR``, polar ``LP``
 and ``CP``, increments, Q parameters with simple arithmetic, M128 and FUNCTION TCPM, datum shifts (cycle 7,
-TRANS DATUM), cycle 10, PLANE with spatial angles, Euler angles or vectors. Lines without effect on the path
+TRANS DATUM), presets, cycle 10, PLANE with spatial angles, Euler angles or vectors, drilling cycles, CALL LBL
+with and without REP, CALL PGM of a file beside the program. Lines without effect on the path
 are listed in `Block.ignored`; anything else is refused with its line. After the *User's Manual Klartext
 Programming* of the TNC 640 (Heidenhain 892903-29).
 """
@@ -17,14 +18,21 @@ import numpy as np
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, product
 from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, require_short, strip_comment
+from fiveaxis.nc.languages.klartext_cycles import Cycle, require_drill
 from fiveaxis.nc.languages.klartext_move import MOVES, Move
-from fiveaxis.nc.languages.klartext_state import IGNORED_CYCLES, IGNORED_LINES, VALUE, Line, State, refusal
+from fiveaxis.nc.languages.klartext_state import (
+    END_M,
+    IGNORED_CYCLES,
+    IGNORED_LINES,
+    INCH_FEED,
+    VALUE,
+    Line,
+    State,
+    refusal,
+)
 from fiveaxis.nc.languages.planes import turns
 from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.source import Source
-
-# inch/min: unit of F in inch programs (TNC 640 and TNC7 user's manuals, feed rate F).
-INCH_FEED = 0.1
 
 _PARAMETER = re.compile(r"(?:FN ?([0-7]) ?: ?)?(Q[LR]?[0-9]+) ?= ?(.+)")
 _ANGLE = re.compile(rf"(SP[ABC]|EUL(?:PR|NU|ROT)|[BN][XYZ]) ?({VALUE})")
@@ -34,6 +42,18 @@ _DELTA = re.compile(rf"(?<![A-Z])(DL|DR2?) ?[=:]? ?({VALUE})")
 _TOOL_FEED = re.compile(rf"\bF ?({VALUE})")
 _TOOL_SPEED = re.compile(rf"\bS ?({VALUE})")
 _TEXT = re.compile(r'"[^"]*"')
+_ENDS = frozenset(f"M{number}" for number in END_M)
+_NAME = r'0*([1-9][0-9]*|"[^"]+")'
+_LABEL = re.compile(rf"\s*(?:[0-9]+\s+)?LBL {_NAME}")
+_CALL_LABEL = re.compile(rf"CALL LBL {_NAME}(?: REP ?([0-9]{{1,5}})(?:/[0-9]+)?)?")
+# Folders of the control are beside the point: the file is looked for beside the program.
+_CALL_PROGRAM = re.compile(r'CALL PGM "?(?:[^"]*[\\/:])?([^"\\/:]+)"?')
+_CYCLE_CALL = re.compile(r"CYCL CALL(?! PAT)(?: (POS)(?= ))? ?")
+_AT_ZERO = re.compile(r"(X ?[^IZ]+Y ?[^IZ]+)Z ?[+-]?0+(?:\.0*)?(?![0-9.])(.*)")
+_SIMPLIFIED = (
+    "drilling cycles are read as one move down and one back; pecks, dwells at the top and the disengagement "
+    "in boring are left out"
+)
 _LAST_NUMBER = re.compile(rf"({VALUE})\s*$")
 
 
@@ -62,6 +82,8 @@ class SetUp(Line):
 
     def _set_parameter(self, function: str | None, name: str, text: str) -> None:
         """Read ``Q1 = …`` and the functions 0 to 7, in which DIV means /."""
+        if self.state.cycle is not None and name in self.state.cycle.values:
+            raise BlockError(f"{name} belongs to the cycle in force; write its value in CYCL DEF")
         self.state.parameters[name] = value = self.value(text.replace("DIV", "/"))
         self.draft.stated.append(f"variable {name}={value:g}")
         self.draft.ignored.append("=" if function is None else f"FN {function}")
@@ -70,9 +92,9 @@ class SetUp(Line):
         unit = self.code.split()[-1]
         if unit not in ("MM", "INCH"):
             raise BlockError("BEGIN PGM must end with the unit, MM or INCH; write it")
-        if self.state.begun:
+        if self.state.unit:
             raise BlockError("a second program begins; split the file")
-        self.state.begun = True
+        self.state.unit = unit
         self.draft.g.append("G21" if unit == "MM" else "G20")
         if unit == "INCH":
             self.draft.feed_step = INCH_FEED
@@ -99,7 +121,7 @@ class SetUp(Line):
             self.state.tool_feed = self.value(feed[1])
         speed = _TOOL_SPEED.search(code)
         if speed is not None:
-            self.draft.words["S"] = self.value(speed[1])
+            self.draft.words["S"] = self.state.speed = self.value(speed[1])
         if found is None or found[1] is None:
             self.draft.ignored.append("TOOL CALL without a tool")  # another speed or feed
             return
@@ -185,8 +207,13 @@ class SetUp(Line):
         self._shift(words, increments)
 
     def _shift(self, words: dict[str, float], increments: str) -> None:
-        if self.state.zero.startswith("#"):
-            self.state.change_zero("a datum shift")
+        if self.state.from_table:
+            if set(words) != set("XYZ") or increments:
+                raise BlockError(
+                    "a datum shift from a table is replaced in some axes, and the values of the others are "
+                    "only in the table; write all of X, Y and Z"
+                )
+            self.state.from_table, self.draft.work_offset = False, self.state.preset
         self.state.shift_datum(words, increments)
         if self.state.at_datum == set("XYZ"):
             self.draft.cancels.append("datum shift (cycle 7, TRANS DATUM)")
@@ -200,20 +227,34 @@ class SetUp(Line):
         number, part, rest = int(found[1]), int(found[2] or 0), found[3]
         self.draft.ignored.append(f"CYCL DEF {number}")
         if number == 247:
-            self.draft.work_offset = rest.partition("Q339")[2].strip(" =~+") or rest
-            self.state.change_zero(f"preset {self.draft.work_offset}")
+            self._select_preset(rest.partition("Q339")[2].strip(" =~+") or rest)
         elif number in IGNORED_CYCLES:
             self.draft.stated.append(self.code)
             self.draft.cancels += ["tolerance (cycle 32)"] if (number, part) == (32, 1) else []
         elif number not in (7, 8, 9, 10, 11, 19):
-            raise BlockError(refusal(f"CYCL DEF {number}"))
+            require_drill(number)
+            self.state.drilling = False
+            self.state.cycle = Cycle.read(number, rest, self.value, self.state.tool_feed)
         elif part > 0:
             self._cycle_part(number, rest)
+
+    def _select_preset(self, name: str) -> None:
+        """Read cycle 247, which resets shift and rotation; only the control knows where presets are."""
+        state = self.state
+        if state.is_tilted:
+            raise BlockError("a preset while the plane is tilted; write PLANE RESET before")
+        state.datum, state.shift, state.spin, state.from_table = np.zeros(3), np.zeros(3), 0.0, False
+        state.preset = self.draft.work_offset = name
+        self.draft.frame = state.frame("CYCL DEF 247")
 
     def _cycle_part(self, number: int, rest: str) -> None:
         state = self.state
         if number == 7 and rest.startswith("#"):
-            state.change_zero(rest)
+            if state.is_tilted:
+                raise BlockError("a datum from a table in a tilted plane isn't supported; write PLANE RESET")
+            state.datum, state.from_table, state.at_datum = np.zeros(3), True, set()
+            self.draft.work_offset = f"{state.preset} {rest}".strip()
+            self.draft.frame = state.frame("datum shift")
         elif number == 7:
             self._read_shift(rest)
         elif number == 9:
@@ -271,12 +312,13 @@ class Klartext(Reader):
     @property
     def is_plain(self) -> bool:
         """Whether plain blocks mean what they say."""
-        return self.state.spatial is None and not self.state.positioned
+        return self.state.spatial is None and not self.state.positioned and not self.state.drilling
 
     def follow(self, run: Run) -> None:
         """Remember the last words of a run."""
-        self.state.now.update((c, value) for c, value in run.last_words().items() if c in "XYZABC")
-        self.state.moved = True
+        words = run.last_words()
+        self.state.now.update((c, value) for c, value in words.items() if c in "XYZABC")
+        self.state.feed = words.get("F", self.state.feed)
 
     def continues(self, text: str) -> bool:
         """Whether the line ends with ``~``, which may follow a comment."""
@@ -293,26 +335,107 @@ class Klartext(Reader):
         numbered = _NUMBERED.match(code) if skipped is None else skipped
         code = " ".join(code[0 if numbered is None else numbered.end() :].split())
         if code:
-            read = _read(self.source, line, code, self.state)
-            yield from (b for b in (read.before, read.draft.block(), read.after) if b is not None)
+            yield from self._read(line, code)
+
+    def _read(self, line: int, code: str) -> Iterator[Block]:
+        """Read one block of any kind."""
+        if (word := self._follow_order(code)) is not None:
+            yield Block(line, ignored=(word,))
+            return
+        read = self._line(line, code)
+        if self._in_file and not _ENDS.isdisjoint(read.draft.m):
+            raise BlockError("ends the program within one that is called, which the control doesn't allow")
+        if read.calls:
+            read.draft.note(Severity.NOTE, "cycle-simplified", _SIMPLIFIED)
+        yield from (block for block in (read.before, read.draft.block()) if block is not None)
+        if read.calls:
+            yield from self.state.drill(line)
+        if read.after is not None:
+            yield read.after
         self.ended = code.startswith("END PGM")
 
-
-def _read(source: Source, line: int, code: str, state: State) -> Line:
-    """Read one block of any kind."""
-    if MOVES.match(code) is not None:
-        move = Move(source, line, code, state)
-        move.read()
-        return move
-    setup = SetUp(source, line, code, state)
-    if setup.read():
+    def _line(self, line: int, code: str) -> Line:
+        called = _CYCLE_CALL.match(code)
+        if called is not None or MOVES.match(code) is not None:
+            words = code if called is None else code[called.end() :]
+            move = Move(self.source, line, words, self.state)
+            if called is not None and self.state.drilling:
+                raise BlockError("calls a cycle that M89 calls at every position; write M99 before")
+            if called is not None:
+                move.code = self._position_of(words) if called[1] else words
+                move.draft.ignored.append("CYCL CALL")
+                move.calls = True
+            move.read()
+            return move
+        setup = SetUp(self.source, line, code, self.state)
+        if setup.read():
+            return setup
+        ignored = IGNORED_LINES.match(code)
+        if ignored is None:
+            raise BlockError(refusal(code))
+        setup.draft.ignored.append(ignored[0])
+        setup.draft.stated.append(code)
         return setup
-    ignored = IGNORED_LINES.match(code)
-    if ignored is None:
-        raise BlockError(refusal(code))
-    setup.draft.ignored.append(ignored[0])
-    setup.draft.stated.append(code)
-    return setup
+
+    def _position_of(self, words: str) -> str:
+        """Return the words of CYCL CALL POS without its Z, which shifts the hole unless it is 0."""
+        found = _AT_ZERO.fullmatch(words)
+        if found is None:
+            raise BlockError("CYCL CALL POS needs X, Y and Z+0, with the surface in Q203; write that")
+        near, height = self.state.clearance, self.state.now.get("Z")
+        if near is not None and height is not None and height < near:
+            raise BlockError(
+                f"CYCL CALL POS from Z {height:g}, below the set-up clearance at {near:g}, goes up first, "
+                "which isn't supported; go up before"
+            )
+        return f"{found[1]}{found[2]}"
+
+    # The order of lines
+
+    @property
+    def _in_file(self) -> bool:
+        """Whether a called program is run."""
+        called = self.tape.called
+        return called is not None and called.is_file
+
+    def _follow_order(self, code: str) -> str | None:
+        """Call and end subprograms and repeat parts; return the word that does, None if there is none."""
+        tape = self.tape
+        if (call := _CALL_LABEL.fullmatch(code)) is not None:
+            rows = tape.now.text.labels(_LABEL).get(call[1], [])
+            if len(rows) != 1:
+                raise BlockError(f"calls LBL {call[1]}, which stands in the program {len(rows)} times")
+            if call[2] is None:
+                tape.call(rows[0] + 1)
+            elif not tape.now.begin <= rows[0] < tape.row:
+                raise BlockError(f"repeats from LBL {call[1]}, which isn't before it in the part that runs")
+            else:
+                tape.repeat(rows[0], tape.row, int(call[2]))
+            return "CALL LBL"
+        if (call := _CALL_PROGRAM.fullmatch(code)) is not None:
+            local = {name: value for name, value in self.state.parameters.items() if name[:2] == "QL"}
+            tape.call_file(tape.open_file(call[1], (".h",)), lambda: self._leave(local))
+            self._leave({})
+            return "CALL PGM"
+        if code.startswith("LBL"):
+            if code[3:].strip() == "0" and tape.called is not None and not self._in_file:
+                tape.leave()
+            return "LBL"
+        if self._in_file and code.startswith("BEGIN PGM"):
+            if code.split()[-1] != self.state.unit:
+                raise BlockError(f"the program that calls is in {self.state.unit}; post both in one unit")
+            return "BEGIN PGM"
+        if code.startswith("END PGM") and tape.called is not None:
+            if not self._in_file:
+                raise BlockError("the subprogram that is called isn't ended; write LBL 0")
+            tape.leave()
+            return "END PGM"
+        return None
+
+    def _leave(self, local: dict[str, float]) -> None:
+        """Set the QL parameters, which are local to a program."""
+        others = {name: value for name, value in self.state.parameters.items() if name[:2] != "QL"}
+        self.state.parameters = others | local
 
 
 def _code_of(text: str) -> str:

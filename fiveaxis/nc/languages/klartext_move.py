@@ -116,7 +116,13 @@ class Move(Line):
         elif number == 91:
             self.machine = True
         elif number in (136, 137):
+            self.state.per_revolution = number == 136
             draft.g.append("G95" if number == 136 else "G94")
+        elif number in (89, 99):
+            # M99 in the last positioning ends what M89 began.
+            self.state.drilling = number == 89
+            self.calls = True
+            draft.ignored.append("CYCL CALL")
         else:
             draft.ignored.append(f"M{number}")
             self.omitted = self.omitted or number in (92, 140)
@@ -147,8 +153,9 @@ class Move(Line):
             draft.ignored.append("M91")
         if self.ends_tcp:
             self._end_tcp()
+        state.feed = draft.words.get("F", state.feed)
+        self.calls = self.calls or (state.drilling and bool(axes))
         if not self.machine:
-            state.moved = state.moved or any(letter in "XYZ" for letter in axes)
             state.remember({c: draft.words[c] for c in axes if c != "R"}, draft.increments)
 
     def _name_motion(self) -> None:

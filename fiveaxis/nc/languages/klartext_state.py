@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,6 +26,7 @@ from fiveaxis.nc.languages.block import (
     reasons,
 )
 from fiveaxis.nc.languages.expressions import evaluate
+from fiveaxis.nc.languages.klartext_cycles import Cycle
 from fiveaxis.nc.languages.planes import CoordinateState, Plane, Statement, turns
 
 VALUE = rf"(?:{NUMBER}|[+-]?Q[LR]?[0-9]+)(?![0-9.])"
@@ -34,7 +35,7 @@ _AXIS = re.compile(rf"\s*(I?)([XYZABCUVW]) ?({VALUE})")
 
 # Beginnings of lines without effect on the path.
 IGNORED_LINES = re.compile(
-    r"\*|BLK FORM|TOOL DEF|STOP\b|LBL\b|SEL (?:CORR-)?TABLE|FUNCTION MODE MILL|FUNCTION RESET (?!TCPM)[A-Z]+"
+    r"\*|BLK FORM|TOOL DEF|STOP\b|SEL (?:CORR-)?TABLE|FUNCTION MODE MILL|FUNCTION RESET (?!TCPM)[A-Z]+"
     r"|FUNCTION (?:S-PULSE|FEED|COUNT|DCM|FIXTURE|LIFTOFF|STRLEN|CORRDATA RESET|PROG PATH OFF|AFC)\b"
     r"|FN ?1[56] ?:|FUNCTION PROG PATH IS TCP|MONITORING|QS[0-9]+ ?= ?\"[^\"]*\"$"
 )
@@ -45,9 +46,10 @@ _SYSTEM = "reads data of the control, which the program doesn't contain; write t
 
 # The first pattern that matches the beginning of a line gives the reason.
 REFUSED_LINES = reasons(
-    (r"CALL LBL|CALL PGM|PGM CALL|CALL SELECTED|SEL PGM|CALL|IF\b", IS_JUMP),
+    (r"CALL LBL|CALL PGM", "takes a number or a name, and REP a number; correct it"),
+    (r"PGM CALL|CALL SELECTED|SEL PGM|CALL|IF\b", IS_JUMP),
     (r"FN ?(?:9|1[012]) ?:", IS_JUMP),
-    (r"CYCL CALL|CYCL DEF|TCH PROBE|PATTERN DEF|SEL PATTERN|CONTOUR DEF|SEL CONTOUR", IS_CYCLE),
+    (r"CYCL CALL PAT|CYCL DEF|TCH PROBE|PATTERN DEF|SEL PATTERN|CONTOUR DEF|SEL CONTOUR", IS_CYCLE),
     (r"RND|CHF|APPR|DEP|CT\b|FPOL|FL\b|FC\b|FLT|FCT|FSELECT|SPL", _EXTRA),
     (r"PLANE|TRANS", _TURN),
     (r"FN|SYSREAD|QS", _SYSTEM),
@@ -56,7 +58,6 @@ REFUSED_LINES = reasons(
 
 # M words that change the path or the meaning of other words.
 REFUSED_M = {
-    **dict.fromkeys((89, 99), IS_CYCLE),
     103: "reduces the feed of plunging moves, which isn't supported; write the feeds",
     112: "rounds the path, which isn't supported; post without it",
     114: "compensates the tilted axes as on older controls; post with M128",
@@ -67,6 +68,9 @@ REFUSED_M = {
 }
 
 END_M = (2, 30)
+
+# inch/min: unit of F in inch programs (TNC 640 and TNC7 user's manuals, feed rate F).
+INCH_FEED = 0.1
 
 # Numbers of cycles that only set up the control.
 IGNORED_CYCLES = frozenset((13, 32, 239, 247, 332))
@@ -94,9 +98,15 @@ class State(CoordinateState):
 
     Parameters
     ----------
-    begun : whether BEGIN PGM was read
+    unit : of BEGIN PGM; empty before
     parameters : values of the Q parameters
-    tool_feed : of the last TOOL CALL, for F AUTO
+    tool_feed, speed : of the last TOOL CALL, for F AUTO and taps
+    feed : F in force, restored after a drilled hole
+    per_revolution : whether F is per revolution (M136)
+    cycle : drilling cycle that CYCL CALL, M99 and M89 call
+    drilling : whether every positioning calls it (M89)
+    preset : of the last CYCL DEF 247
+    from_table : whether the datum is shifted by a table, whose values only the control knows
     spatial : A, B and C, deg, if FUNCTION TCPM takes them as spatial angles (AXIS SPAT); else None
     now : last value of each axis word in the frame in force, if known
     pole : X and Y of the last CC
@@ -104,9 +114,16 @@ class State(CoordinateState):
     at_datum : letters whose datum shift the program has set to 0
     """
 
-    begun: bool = False
+    unit: str = ""
     parameters: dict[str, float] = field(default_factory=dict)
     tool_feed: float | None = None
+    speed: float | None = None
+    feed: float | None = None
+    per_revolution: bool = False
+    cycle: Cycle | None = None
+    drilling: bool = False
+    preset: str = ""
+    from_table: bool = False
     spatial: dict[str, float] | None = None
     now: dict[str, float] = field(default_factory=dict)
     pole: tuple[float, float] | None = None
@@ -115,6 +132,27 @@ class State(CoordinateState):
     shift: Array = field(default_factory=lambda: np.zeros(3))
     spin: float = 0.0
     at_datum: set[str] = field(default_factory=set)
+
+    @property
+    def clearance(self) -> float | None:
+        """Height from which the cycle in force feeds down; None without one."""
+        hole = None if self.cycle is None else self.cycle.hole(self.speed, 1.0)
+        return None if hole is None else hole.near
+
+    def drill(self, line: int) -> Iterator[Block]:
+        """Yield the moves of the hole at the present position, then restore the feed that was in force."""
+        if self.cycle is None:
+            raise BlockError("calls a cycle, and none is defined; write CYCL DEF before")
+        if self.per_revolution:
+            raise BlockError("a cycle under M136 isn't supported; write M137 before")
+        hole = self.cycle.hole(self.speed, 1.0 / INCH_FEED if self.unit == "INCH" else 1.0)
+        if hole is None:
+            return
+        for word, words in hole.moves("Z"):
+            yield Block(line, (word,), (), words, drills=True)
+        self.now["Z"] = hole.back
+        if self.feed is not None:
+            yield Block(line, words={"F": self.feed})
 
     @property
     def is_tilted(self) -> bool:
@@ -183,8 +221,9 @@ class State(CoordinateState):
 class Line(Statement[State]):
     """One block with its continuation lines: single blanks, decimal points."""
 
-    # A block to insert after this one.
+    # A block to insert after this one, and whether it calls the cycle.
     after: Block | None = None
+    calls: bool = False
 
     def value(self, text: str) -> float:
         """Evaluate a number, a Q parameter or arithmetic."""

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from fiveaxis.geometry import Array, product, rotation_matrix
-from fiveaxis.nc.languages.block import Block, BlockError, Draft, FrameChange
+from fiveaxis.nc.languages.block import Block, Draft, FrameChange
 from fiveaxis.nc.source import Source
 
 AXES = "XYZ"
@@ -87,23 +87,10 @@ class CoordinateState:
     ----------
     tip_control : whether TCP is in force (TRAORI, M128)
     positioned : whether the control has turned the tool into a plane by angles that aren't in the program
-    zero : the work offset, preset or datum table line in force
-    moved : whether the program has moved relative to it
     """
 
     tip_control: bool = False
     positioned: bool = False
-    zero: str = ""
-    moved: bool = False
-
-    def change_zero(self, name: str, *, known: bool = False) -> None:
-        """Set the zero; raise BlockError after moves if its distance from the last one isn't `known`."""
-        if self.moved and name != self.zero and not known:
-            raise BlockError(
-                f"{name} moves the program's zero away from {self.zero or 'where the program began'}, and "
-                "only the control knows how far; write one program for each"
-            )
-        self.zero = name
 
 
 S = TypeVar("S", bound=CoordinateState)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.nc.languages.block import BlockError
+from fiveaxis.nc.languages.holes import Hole
 from fiveaxis.nc.languages.planes import AXES, Plane, turns
 
 # Argument of a call: a number, a text, or None if empty.
@@ -52,42 +53,6 @@ HOLES = {
     "CYCLE76": HoleKind(),
 }
 _SPIGOT_WIDTH = 6
-
-
-@dataclass(frozen=True)
-class Hole:
-    """A drilling cycle with its planes, program unit, along the tool axis.
-
-    Parameters
-    ----------
-    name : of the cycle
-    back, near, depth : retraction plane, start of the feed move, bottom
-    dwell : s, at the bottom
-    feed_down, feed_back : the cycle's own feeds, 0 for the feed in force
-    out : G0 or G1, how the tool leaves the hole
-    doubts : code and message of what the call leaves open
-    """
-
-    name: str
-    back: float
-    near: float
-    depth: float
-    dwell: float
-    feed_down: float
-    feed_back: float
-    out: str
-    doubts: tuple[tuple[str, str], ...]
-
-    def moves(self, letter: str) -> list[tuple[str, dict[str, float]]]:
-        """Return its moves, each a G word with its other words, for a tool along the axis `letter`."""
-        down = {letter: self.depth} | ({"F": self.feed_down} if self.feed_down else {})
-        out = {letter: self.back}
-        if self.out == "G1" and self.feed_back:
-            out["F"] = self.feed_back
-        moves = [("G0", {letter: self.near}), ("G1", down)]
-        if self.dwell > 0.0:
-            moves.append(("G4", {"P": self.dwell}))
-        return [*moves, (self.out, out)]
 
 
 def split_arguments(code: str, start: int) -> tuple[list[str], int]:

@@ -8,23 +8,21 @@ table is refused: it may be a subprogram or a cycle of the machine builder.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fiveaxis.nc.languages.block import IS_CYCLE, IS_JUMP, Block, BlockError, FrameChange, reasons
 from fiveaxis.nc.languages.expressions import evaluate
+from fiveaxis.nc.languages.holes import Hole
 from fiveaxis.nc.languages.planes import AXES, CoordinateState, Plane, turns
-from fiveaxis.nc.languages.sinumerik_cycles import Hole, Swivel
+from fiveaxis.nc.languages.sinumerik_cycles import HOLES, Swivel
 
 ROTARY = "ABC"
 
 _TYPE = re.compile(r"\s*(?:REAL|INT|BOOL|(CHAR|STRING|AXIS)\s*(?:\[[^\]]*\])?)(?![A-Z0-9_])")
 _DECLARED = re.compile(r"\s*([A-Z_][A-Z0-9_]*)\s*(?:\[[^\]]*\])?\s*(?:=\s*([^,]*))?(?:,|$)\s*")
-
-# The work offsets that ISO programs have too; "" before the program names one.
-_ISO_ZEROS = ("", "G54", "G55", "G56", "G57")
 
 # G commands with an equivalent in ISO 6983.
 SAME_IN_ISO = {
@@ -88,8 +86,12 @@ _ANGLES = "gives the tool direction by angles whose meaning depends on machine d
 # The first pattern that matches a whole name gives the reason.
 REFUSED = reasons(
     (r"CYCLE[0-9]+|POCKET[0-9]*|SLOT[0-9]|HOLES[0-9]|LONGHOLE", IS_CYCLE),
-    (r"IF|ELSE|ENDIF|GOTO[BFCS]?|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLOOP|REPEATB?|UNTIL|CASE", IS_JUMP),
-    (r"P?CALL|EXTCALL|ISOCALL|SPRINT|INIT|START|REPOS[A-Z]*", IS_JUMP),
+    (r"IF|ELSE|ENDIF|GOTO[BFCS]?|LOOP|ENDLOOP|CASE", IS_JUMP),
+    (
+        r"WHILE|ENDWHILE|FOR|ENDFOR|REPEATB?|UNTIL|CALL|EXTCALL",
+        "has words that don't belong to it; correct it",
+    ),
+    (r"PCALL|ISOCALL|SPRINT|INIT|START|REPOS[A-Z]*", IS_JUMP),
     (r"A?ROTS|CROTS?|TO(ROT|FRAME)[XYZ]?|PAROT", _TURN),
     (r"A?SCALE|A?MIRROR", "scales or mirrors the coordinates, which isn't supported; post without it"),
     (r"TRANSMIT|TRACYL|TRAANG|TRACON|TRAFOON|TRAORI_.*", _KINEMATICS),
@@ -105,13 +107,26 @@ REFUSED = reasons(
 )
 
 
+# Words of several letters that act.
+_ACTING = frozenset(
+    ("DEF", "TRAORI", "TRAFOOF", "SUPA", "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "MIRROR", "MCALL", "RET")
+)
+
+
+def is_word(name: str) -> bool:
+    """Check whether a name is a word of the language, and so no subprogram's."""
+    known = name in IGNORED or name in HOLES or name in _ACTING
+    return known or any(pattern.fullmatch(name) for pattern, _ in REFUSED)
+
+
 def refusal(name: str) -> str:
     """Return the reason why a name is refused."""
     for pattern, reason in REFUSED:
         if pattern.fullmatch(name):
             return f"{name} {reason}"
     return (
-        f"{name} isn't a supported word, and may be a subprogram or an axis; post one program with all moves"
+        f"{name} isn't a supported word, and may be a subprogram or an axis; put its file beside the "
+        "program, or post one program with all moves"
     )
 
 
@@ -121,7 +136,8 @@ class State(CoordinateState):
 
     Parameters
     ----------
-    variables : values of R parameters and declared names
+    variables : values of R parameters and other names
+    declared : names of DEF, which are local to a subprogram
     texts : declared names of texts
     motion, feed : the last ones, restored after a drilled hole
     tool_axis : letter of the axis along which cycles drill
@@ -133,6 +149,7 @@ class State(CoordinateState):
     """
 
     variables: dict[str, float] = field(default_factory=dict)
+    declared: set[str] = field(default_factory=set)
     texts: set[str] = field(default_factory=set)
     motion: str | None = None
     feed: float | None = None
@@ -163,6 +180,7 @@ class State(CoordinateState):
             if found is None:
                 raise BlockError(f"{text[at : at + 20].strip()!r} isn't a name that can be declared")
             initial = (found[2] or "0").strip()
+            self.declared.add(found[1])
             if kind[1]:
                 self.texts.add(found[1])
             elif initial in ("TRUE", "FALSE"):
@@ -170,6 +188,19 @@ class State(CoordinateState):
             else:
                 self.variables[found[1]] = evaluate(initial, self.variables.__getitem__)
             at = found.end()
+
+    def begin_subprogram(self) -> Callable[[], None]:
+        """Put the declared variables aside; return what takes them back."""
+        kept, self.declared = self.declared, set()
+        values = {name: self.variables.pop(name) for name in kept if name in self.variables}
+
+        def leave() -> None:
+            for name in self.declared:
+                self.variables.pop(name, None)
+            self.variables |= values
+            self.declared = set(kept)
+
+        return leave
 
     def swivel_plane(self, swivel: Swivel | None) -> FrameChange:
         """Set or reset the plane of CYCLE800; either deletes the frame of TRANS and ROT."""
@@ -199,14 +230,6 @@ class State(CoordinateState):
             step = Plane(rotation=turns("ZYX", [z, y, x]))
         self.program = step if name in ("TRANS", "ROT") else self.program.then(step)
         return self.frame(name)
-
-    def select_zero(self, word: str) -> None:
-        """Set the work offset.
-
-        The interpreter knows the four offsets that ISO programs have too, and before the first move the
-        distance doesn't matter.
-        """
-        self.change_zero(word, known=word in _ISO_ZEROS and self.zero in _ISO_ZEROS)
 
     def remember(self, words: Mapping[str, float], increments: str = "", absolutes: str = "") -> None:
         """Update the feed and the rotary axes' end angles."""

@@ -7,10 +7,10 @@ import re
 from fiveaxis.findings import Severity
 from fiveaxis.nc.languages.block import SPINDLE_M, BlockError, m_number, number_of, put_word
 from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
+from fiveaxis.nc.languages.holes import Hole
 from fiveaxis.nc.languages.planes import AXES, Statement
 from fiveaxis.nc.languages.sinumerik_cycles import (
     HOLES,
-    Hole,
     Swivel,
     Value,
     read_hole,
@@ -43,12 +43,12 @@ _CENTRE = {"I": "X", "J": "Y", "K": "Z"}
 _TOOL_AXIS = {"G17": "Z", "G18": "Y", "G19": "X"}
 _VECTORS = {"A3": "X", "B3": "Y", "C3": "Z"}
 _NORMALS = {"A5": "X", "B5": "Y", "C5": "Z"}
-_END = {2: "M2", 17: "M30", 30: "M30"}
+_END = {2: "M2", 30: "M30"}
 _TRANSFORMS = ("TRANS", "ATRANS", "ROT", "AROT")
 
 _NO_WORDS = {
-    "L": "calls a subprogram, which isn't run; post one program with all moves",
-    "P": "repeats a subprogram, which isn't run; post one program with all moves",
+    "L": "calls a subprogram, whose file isn't beside the program or which has no block of its own",
+    "P": "repeats a subprogram, and names none; write it behind the name",
     "E": "isn't an axis, and numbers have no exponent here; write the number out",
     **dict.fromkeys("NOQR", "isn't a word here; look up what the post-processor meant, and correct it"),
 }
@@ -59,7 +59,7 @@ class SinumerikStatement(Statement[State]):
 
     def __init__(self, source: Source, line: int, code: str, state: State) -> None:
         super().__init__(source, line, code, state)
-        self.machine = self.modal_call = self.apart = False
+        self.machine = self.modal_call = self.apart = self.returns = False
         self.transform: str | None = None
         self.plane_angle: float | None = None
         self.hole: Hole | None = None
@@ -203,7 +203,6 @@ class SinumerikStatement(Statement[State]):
             self.apart = True
             draft.ignored.append(word)
         elif number == 500 or 505 <= number <= 599:
-            self.state.select_zero(word)
             draft.work_offset = word
             draft.ignored.append(word)
         elif number in IGNORED_G:
@@ -228,13 +227,13 @@ class SinumerikStatement(Statement[State]):
             state.tool_axis = _TOOL_AXIS[word]
         elif word in ("G90", "G91"):
             state.incremental = word == "G91"
-        elif word in ("G54", "G55", "G56", "G57"):
-            state.select_zero(word)
         self.draft.g.append(word)
         self.draft.cancels += ["cutter compensation (G41, G42)"] if word == "G40" else []
 
     def _m(self, number: float) -> None:
-        if m_number(number) in _END:
+        if m_number(number) == 17:
+            self.returns = True
+        elif number in _END:
             self.draft.m.append(_END[int(number)])
         elif number in SPINDLE_M:
             self.draft.m.append(f"M{number:g}")
@@ -265,7 +264,7 @@ class SinumerikStatement(Statement[State]):
         elif name == "MCALL":
             self.modal_call = True
         elif name == "RET":
-            self.draft.m.append("M30")
+            self.returns = True
         elif name in HOLES or name == "CYCLE800":
             self._cycle(name, values)
         elif name in IGNORED:
@@ -340,10 +339,8 @@ class SinumerikStatement(Statement[State]):
             draft.ignored.append("MCALL")
         if self.machine:
             draft.g.append("G53")
-        elif any(letter in draft.words for letter in AXES):
-            state.moved = True
-            if not called:
-                self.hole = state.hole
+        elif not called and any(letter in draft.words for letter in AXES):
+            self.hole = state.hole
         state.remember(draft.words, draft.increments, draft.absolutes)
         if draft.vector:
             state.angles.clear()

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
 
@@ -24,8 +25,9 @@ MOST_PARTS = 4
 
 # Subprograms and repetitions within one another: controls allow from 8 (Sinumerik) to 20 (Klartext).
 DEEPEST = 20
-# Lines, and calls and repetitions, beyond those of the file: what is more doesn't end, or isn't a program.
-MOST_REPEATED, MOST_JUMPS = 1_000_000, 50_000
+# Lines that run beyond those of the file, as many of them as are read one by one, and calls and repetitions:
+# what is more doesn't end. They bound the time to some seconds.
+MOST_REPEATED, MOST_SINGLE, MOST_JUMPS = 1_000_000, 60_000, 25_000
 
 
 class Text:
@@ -91,6 +93,11 @@ class Stretch:
     loops: list[tuple[int, float]] = field(default_factory=list)
     leave: Callable[[], None] | None = None
 
+    @property
+    def is_file(self) -> bool:
+        """Whether it is another file that is called."""
+        return self.leave is not None
+
 
 class Tape:
     """Where a program is run.
@@ -112,7 +119,7 @@ class Tape:
         self.stack = [Stretch(text, 0, len(text.lines))]
         self.step, self.jumps = 0, 0
         self._begun = 0
-        self.source, self._most = source, len(text.lines) + MOST_REPEATED
+        self.source, self._single = source, 0
 
     @property
     def now(self) -> Stretch:
@@ -139,7 +146,7 @@ class Tape:
         while self.now.row >= self.now.end:
             if len(self.stack) == 1:
                 return False
-            if self.now.called and self.now.line == 0:
+            if self.now.called and not self.now.is_file:
                 raise self.error("the subprogram that ends here has no return; write it")
             self._end()
         self._begun = self.now.row
@@ -150,9 +157,20 @@ class Tape:
         text = self.now.text.lines[self.now.row]
         self.now.row += count
         self.step += count
-        if self.jumps and self.step > self._most:
-            raise self.error(f"more than {MOST_REPEATED} lines are repeated; {_ENDLESS}")
+        if self.jumps:
+            self._single += count == 1
+            own = len(self.stack[0].text.lines)
+            if self.step > own + MOST_REPEATED or self._single > own + MOST_SINGLE:
+                raise self.error(f"{self.step - own} lines are repeated, too many to be meant; {_ENDLESS}")
         return text
+
+    @cached_property
+    def _beside(self) -> dict[str, Path]:
+        """The files of the program's folder, by their names in lower case."""
+        with suppress(OSError, ValueError):
+            paths = sorted(Path(self.source.name).parent.iterdir(), reverse=True)
+            return {path.name.lower(): path for path in paths}
+        return {}
 
     # What a line may ask for
 
@@ -216,12 +234,8 @@ class Tape:
 
     def file_beside(self, name: str, suffixes: tuple[str, ...]) -> Text | None:
         """Load a file beside the program, as `open_file`; None if there is none."""
-        folder = Path(self.source.name).parent
         wanted = [name.lower(), *(f"{name}{suffix}".lower() for suffix in suffixes)]
-        beside: dict[str, Path] = {}
-        with suppress(OSError, ValueError):
-            beside = {path.name.lower(): path for path in sorted(folder.iterdir(), reverse=True)}
-        path = next((beside[key] for key in wanted if key in beside), None)
+        path = next((self._beside[key] for key in wanted if key in self._beside), None)
         if path is None:
             return None
         if path not in self._files:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.nc import read_toolpath
 from fiveaxis.nc.languages.choice import ISO, KLARTEXT, LONGEST_LINE, find_language
 from fiveaxis.nc.source import Source, load_source
+from fiveaxis.toolpath import Tool
 
 
 def language_of(text, name="part.nc"):
@@ -75,6 +77,31 @@ def test_without_a_sign_the_suffix_decides(file, name):
     assert language_of("G1 X1 F5", file) == name
     # The words take precedence.
     assert language_of("0 BEGIN PGM a MM", file) == "Heidenhain Klartext"
+
+
+@pytest.mark.parametrize(
+    ("lines", "name"),
+    [
+        (("%", "O1 (TOOL CALL 5 Z, TRAORI, BEGIN PGM X MM)", "N1 G1 X1 (G141 R1=0)", "; MSG(TRAORI)"), "ISO"),
+        (("; BEGIN PGM X MM", ";TOOL CALL 1 G43.4", 'MSG("TOOL CALL 1")', "TRAORI", "X=1"), "Sinumerik 840D"),
+        (("0 BEGIN PGM X MM ; TRAORI", "1 ; G43.4 H1 CYCLE81(1)", "2 L X+1 ; R1=5"), "Heidenhain Klartext"),
+        (("N1 G141 R1=0 L1=0 (TRAORI)", "(TOOL CALL 1)"), "MillPlus"),
+    ],
+)
+def test_words_in_comments_and_texts_tell_no_language(lines, name):
+    assert language_of("\n".join(lines), "part") == name
+
+
+def test_the_language_that_is_said_outright_is_taken(tmp_path):
+    path = tmp_path / "part.nc"
+    path.write_text("Q1 = 5\nL X+1 Y+2 Z+3 FMAX\nL X+4 F100\n")
+    read = read_toolpath(path, tool=Tool.ball(6), language="klartext")
+    assert read.tips(read.axis)[-1].tolist() == [4.0, 2.0, 3.0]
+    assert read.operation.language == "Heidenhain Klartext"
+    with pytest.raises(ToolpathError, match=r"part\.nc:1: .*Q1"):
+        read_toolpath(path, tool=Tool.ball(6), language="iso")
+    with pytest.raises(SettingError, match="klartext"):
+        read_toolpath(path, tool=Tool.ball(6), language="heidenhain")
 
 
 def test_words_of_g_code_outweigh_a_foreign_suffix():

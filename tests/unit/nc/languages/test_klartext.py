@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from blocks import about
+from blocks import about, one_by_one
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.nc.languages import tape
 from fiveaxis.nc.languages.choice import KLARTEXT
 from fiveaxis.nc.source import Source
 
 
-def blocks_of(*lines, **options):
-    return list(KLARTEXT.split(Source("part.h", list(lines)), **options))
+def blocks_of(*lines, name="part.h", **options):
+    return list(KLARTEXT.split(Source(name, list(lines)), **options))
 
 
 def last(*lines):
@@ -267,14 +268,217 @@ def test_block_delete_skips_blocks_unread():
     assert [b.skipped for b in found] == [True, True, False]
 
 
-def test_presets_may_be_set_before_moves_but_not_changed_after():
-    assert len(blocks_of("CYCL DEF 247 SET ~", "Q339=+1", "L X+1", "CYCL DEF 247 SET ~", "Q339=+1")) == 3
-    with pytest.raises(
-        ToolpathError, match=r"part\.h:4: .*preset 2 moves the program's zero away from preset 1"
+def test_presets_and_datums_of_tables_are_zeros_by_name():
+    lines = ("CYCL DEF 7.1 X+10", "CYCL DEF 247 SET ~", "Q339=+2", "CYCL DEF 7.1 #5")
+    assert [b.work_offset for b in blocks_of(*lines)] == ["", "2", "2 #5"]
+    # A preset resets the shift, and another shift takes the table's place once it names all axes.
+    found = blocks_of(*lines[:3], "CYCL DEF 7.1 #5", "TRANS DATUM AXIS X+1 Y+2 Z+3")
+    assert [b.frame.origin for b in found] == [(10, 0, 0), (0, 0, 0), (0, 0, 0), (1, 2, 3)]
+    assert found[-1].work_offset == "2"
+    with pytest.raises(ToolpathError, match=r"part\.h:2: .*only in the table; write all of X, Y and Z"):
+        blocks_of("CYCL DEF 7.1 #5", "CYCL DEF 7.1 X+1")
+    with pytest.raises(ToolpathError, match="a preset while the plane is tilted"):
+        blocks_of("PLANE SPATIAL SPA+5 SPB+0 SPC+0 STAY", "CYCL DEF 247 Q339=+1")
+
+
+DRILL = (
+    "CYCL DEF 200 DRILLING ~",
+    "  Q200=+2 ;SET-UP CLEARANCE ~",
+    "  Q201=-15 ;DEPTH ~",
+    "  Q206=+150 ;FEED ~",
+    "  Q202=+5 ;PLUNGING DEPTH ~",
+    "  Q210=+0 ;DWELL AT TOP ~",
+    "  Q203=+1 ;SURFACE ~",
+    "  Q204=+50 ;2ND CLEARANCE ~",
+    "  Q211=+0.5 ;DWELL AT DEPTH",
+)
+# From the surface at 1: 2 above it, down by 15, a dwell, up to 50 above it.
+HOLE = [
+    *(("G0", {"Z": 3.0}), ("G1", {"Z": -14.0, "F": 150.0}), ("G4", {"P": 0.5}), ("G0", {"Z": 51.0})),
+]
+
+
+def holes_of(*lines):
+    """The moves of the holes, and the positions between them."""
+    found = [b for b in blocks_of(*lines) if b.drills or not b.words.keys().isdisjoint("XY")]
+    return [(*b.g, dict(b.words)) for b in found]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        ("L X+10 Y+20 FMAX M99",),
+        ("L X+10 Y+20 FMAX", "CYCL CALL"),
+        ("L X+10 Y+20 FMAX", "CYCL CALL M3"),
+        ("CYCL CALL POS X+10 Y+20 Z+0 FMAX M8",),
+    ],
+)
+def test_a_cycle_is_drilled_where_it_is_called(call):
+    assert holes_of(*DRILL, *call, "L Z+60 FMAX") == [("G0", {"X": 10.0, "Y": 20.0}), *HOLE]
+    one_line = " ".join(line.partition(";")[0].rstrip(" ~") for line in DRILL)
+    assert holes_of(one_line, *call) == holes_of(*DRILL, *call)
+    noted = [f.code for b in blocks_of(*DRILL, *call) for f in b.findings]
+    assert noted == ["cycle-simplified"]
+
+
+def test_m89_drills_at_every_position_up_to_m99():
+    lines = ("L X+1 Y+0 FMAX M89", "L X+2", "L M8", "L X+3 M99", "L X+4")
+    found = holes_of(*DRILL, *lines)
+    assert [words["X"] for *_, words in found if "X" in words] == [1.0, 2.0, 3.0, 4.0]
+    assert found[-1] == ("G1", {"X": 4.0})
+    assert [words for *_, words in found].count({"Z": -14.0, "F": 150.0}) == 3
+
+
+def test_a_cycle_is_not_called_twice_under_m89():
+    with pytest.raises(ToolpathError, match=r"part\.h:11: .*M89 calls at every position; write M99 before"):
+        blocks_of(*DRILL, "L X+1 Y+2 FMAX M89", "CYCL CALL")
+
+
+def test_a_feed_per_revolution_drills_nothing():
+    with pytest.raises(ToolpathError, match=r"part\.h:11: .*a cycle under M136 isn't supported"):
+        blocks_of(*DRILL, "L M136", "L X+1 Y+2 FMAX M99")
+
+
+def test_the_feed_before_a_hole_is_in_force_after_it():
+    found = blocks_of(*DRILL, "L X+1 Y+2 F800 M99", "L X+5")
+    assert [dict(b.words) for b in found][-2:] == [{"F": 800.0}, {"X": 5.0}]
+
+
+@pytest.mark.parametrize(
+    ("number", "values", "back", "out"),
+    [
+        (201, "Q208=+300", "G1", 300.0),
+        (201, "Q208=+0", "G1", 150.0),
+        (202, "Q208=+99 Q214=+1 Q336=+0", "G1", 99.0),
+        (203, "Q208=FMAX", "G0", None),
+        (205, "Q208=+400 Q257=+0", "G1", 400.0),
+        (206, "", "G1", 150.0),
+        (207, "Q239=+1.25", "G1", 1250.0),
+        (209, "Q239=-1.25 Q257=+5", "G1", 1250.0),
+        (240, "Q343=+0 Q344=+0", "G0", None),
+        (241, "Q208=+1000 Q379=+0", "G1", 1000.0),
+    ],
+)
+def test_other_cycles_leave_the_hole_at_their_own_feed(number, values, back, out):
+    text = f"CYCL DEF {number} X Q200=2 Q201=-15 Q206=150 Q203=+1 Q204=20 {values}"
+    found = holes_of("TOOL CALL 1 Z S1000", text, "L X+0 Y+0 FMAX M99")
+    down = 1250.0 if "Q239" in values else 150.0
+    assert found[1:3] == [("G0", {"Z": 3.0}), ("G1", {"Z": -14.0, "F": down})]
+    if back == "G0":
+        assert found[3:] == [("G0", {"Z": 21.0})]
+    else:
+        assert found[3:] == [("G1", {"Z": 3.0, "F": out}), ("G0", {"Z": 21.0})]
+
+
+def test_a_depth_of_zero_and_auto_feeds_are_read():
+    assert len(holes_of("CYCL DEF 200 D Q200=2 Q201=+0 Q206=AUTO Q203=+0 Q204=9".replace("AUTO", "1"))) == 0
+    lines = ("TOOL CALL 1 Z S9 F77", "CYCL DEF 200 D Q200=2 Q201=-1 Q206=AUTO Q203=+0 Q204=9", "L X1 M99")
+    assert holes_of(*lines)[2] == ("G1", {"Z": -1.0, "F": 77.0})
+
+
+@pytest.mark.parametrize(
+    ("lines", "fact"),
+    [
+        (("CYCL DEF 200 D Q200=2", "L X+1 M99"), "cycle 200 needs a number for Q201"),
+        (("CYCL DEF 200 D Q200=2 Q201=5 Q206=1 Q203=0 Q204=9", "CYCL CALL"), "a depth is below 0"),
+        ((f"CYCL DEF 200 D {' '.join(('Q200=2', 'Q201=-5', 'Q395=1'))}", "CYCL CALL"), "with Q395=0"),
+        (("CYCL DEF 207 T Q200=2 Q201=-5 Q239=1 Q203=0 Q204=9", "CYCL CALL"), "S isn't known"),
+        (("CYCL DEF 200 D Q200=2 Q201=-5", "Q200 = 5"), "Q200 belongs to the cycle in force"),
+        (("CYCL DEF 200 D Q200=2", "CYCL CALL POS X+1 Y+2 Z-5 FMAX"), "needs X, Y and Z\\+0"),
+        (("L M136", "L X+1 M99"), "none is defined"),
+        (("L X+1", "CYCL DEF 200 D Q200=2 Q200=3"), "Q200 has two values"),
+        (("L X+1", "CYCL DEF 200 D Q200=PREDEF"), "PREDEF has no value"),
+        (("L X+1", "CYCL DEF 208 BORE MILLING Q335=20"), "CYCL DEF 208 is a cycle, which isn't expanded"),
+    ],
+)
+def test_holes_that_are_not_certain_are_refused(lines, fact):
+    with pytest.raises(ToolpathError, match=rf"part\.h:2: .*{fact}"):
+        blocks_of(*lines)
+
+
+def places_of(blocks):
+    return [(b.line, b.words["X"]) for b in blocks if "X" in b.words]
+
+
+def test_a_subprogram_runs_where_it_is_called_with_the_lines_of_the_file():
+    lines = ("Q1 = 1", "CALL LBL 5", "Q1 = 2", "CALL LBL 5", "L X+9", "M30", "LBL 5", "L X+Q1", "LBL 0")
+    found = blocks_of(*lines)
+    assert places_of(found) == [(8, 1.0), (8, 2.0), (5, 9.0), (8, 2.0)]
+    steps = [b.step or b.line for b in found]
+    assert steps == sorted(steps)
+    assert len(set(steps)) == len(steps)
+
+
+def test_a_part_is_repeated_after_its_first_time():
+    lines = ("L X+0", 'LBL "A"', "L IX+5", 'CALL LBL "A" REP 3/3', "L X+1")
+    assert [line for line, _ in places_of(blocks_of(*lines))] == [1, 3, 3, 3, 3, 5]
+    # Parts within one another: 3 times 2 of the inner one.
+    lines = ("LBL 1", "LBL 2", "L X+1", "CALL LBL 2 REP1", "L X+2", "CALL LBL 1 REP2")
+    assert [x for _, x in places_of(blocks_of(*lines))] == [1.0, 1.0, 2.0] * 3
+
+
+def test_runs_of_plain_lines_are_repeated_as_single_lines_are():
+    plain = [f"L X+{x} Y+1" for x in range(40)]
+    found = list(one_by_one(KLARTEXT.split(Source("part.h", ["LBL 1", *plain, "CALL LBL 1 REP 2"]))))
+    assert [b.words["X"] for b in found if b.words] == [float(x) for x in range(40)] * 3
+    assert [b.line for b in found if b.words] == list(range(2, 42)) * 3
+    assert [b.step or b.line for b in found if b.words][40:42] == [44, 45]
+
+
+def test_a_called_program_has_the_line_of_its_call_and_parameters_of_its_own(tmp_path):
+    (tmp_path / "Sub.H").write_text(
+        "0 BEGIN PGM SUB MM\n1 QL1 = 7\n2 L X+QL1 Y+Q1\n3 CALL LBL 1\n4 LBL 1\n5 L X+3\n6 LBL 0\n7 END PGM\n"
+    )
+    lines = [
+        "BEGIN PGM MAIN MM",
+        "Q1 = 4",
+        "QL1 = 5",
+        "CALL PGM TNC:\\NC\\SUB.H",
+        "L X+QL1",
+        "END PGM MAIN MM",
+    ]
+    found = blocks_of(*lines, name=str(tmp_path / "main.h"))
+    # LBL 1 is run through once more after its call.
+    assert places_of(found) == [(4, 7.0), (4, 3.0), (4, 3.0), (5, 5.0)]
+    assert found[-1].m == ("M30",)
+    (tmp_path / "Sub.H").write_text("0 BEGIN PGM SUB MM\n1 L X+Q9\n2 END PGM SUB MM\n")
+    with pytest.raises(ToolpathError, match=r"main\.h:4: .*in Sub\.H, line 2, '1 L X\+Q9': Q9 has no value"):
+        blocks_of(*lines, name=str(tmp_path / "main.h"))
+    for text, fact in (
+        ("BEGIN PGM SUB INCH", "the program that calls is in MM"),
+        ("L X+1 M30", "ends the program within one that is called"),
+        ("CALL PGM SUB", "more than 20 calls and repetitions within one another"),
+        ("CALL PGM OTHER", "no such file is beside the program"),
     ):
-        blocks_of("CYCL DEF 247 SET ~", "Q339=+1", "L X+1", "CYCL DEF 247 SET ~", "Q339=+2")
-    with pytest.raises(ToolpathError, match="#2 moves the program's zero away from #1"):
-        blocks_of("CYCL DEF 7.1 #1", "L X+1 M8", "CYCL DEF 7.1 #2")
+        (tmp_path / "Sub.H").write_text(text)
+        with pytest.raises(ToolpathError, match=rf"main\.h:4: .*{fact}"):
+            blocks_of(*lines, name=str(tmp_path / "main.h"))
+
+
+@pytest.mark.parametrize(
+    ("lines", "fact"),
+    [
+        (("L X+1", "CALL LBL 1"), "calls LBL 1, which stands in the program 0 times"),
+        (("LBL 1", "CALL LBL 1", "LBL 1"), "calls LBL 1, which stands in the program 2 times"),
+        (("L X+1", "CALL LBL 1 REP 2", "LBL 1", "LBL 0"), "repeats from LBL 1, which isn't before it"),
+        (("LBL 1", "CALL LBL 1", "LBL 0"), "more than 20 calls and repetitions within one another"),
+        (("CALL LBL 1", "END PGM", "LBL 1", "END PGM X MM"), "isn't ended; write LBL 0"),
+        (("L X+1", "CALL LBL Q5"), "takes a number or a name"),
+        (("L X+1", "CALL LBL QS5 REP 2"), "takes a number or a name"),
+    ],
+)
+def test_calls_that_are_not_certain_are_refused_with_their_line(lines, fact):
+    with pytest.raises(ToolpathError, match=fact) as caught:
+        blocks_of(*lines)
+    assert str(caught.value).startswith("part.h:4: " if "END" in lines[1] else "part.h:2: ")
+
+
+@pytest.mark.parametrize("bound", ["MOST_REPEATED", "MOST_SINGLE", "MOST_JUMPS"])
+def test_repetitions_without_end_stop_with_one_error(monkeypatch, bound):
+    monkeypatch.setattr(tape, bound, 500)
+    lines = ("LBL 1", "LBL 2", *["L X+1"] * 20, "CALL LBL 2 REP 99", "CALL LBL 1 REP 65534")
+    with pytest.raises(ToolpathError, match=r"part\.h:[0-9]+: .*(are repeated|more than 500 calls)"):
+        blocks_of(*lines)
 
 
 @pytest.mark.parametrize(
@@ -297,7 +501,7 @@ def test_presets_may_be_set_before_moves_but_not_changed_after():
         ("L X+1 F AUTO", "none was given"),
         ("L X+1 R5", "R5 belongs to CR"),
         ("L X+1 PA+5", "PA belongs to LP and CP"),
-        ("L X+1 M99", "M99 is a cycle, which isn't expanded"),
+        ("L X+1 M99", "calls a cycle, and none is defined"),
         ("L X+1 M118 Z1", "M118 superimposes handwheel moves"),
         ("L M1.5", "isn't an M word"),
         ("C X+1 Y+2 DR+", "there is no pole"),
@@ -313,13 +517,13 @@ def test_presets_may_be_set_before_moves_but_not_changed_after():
         ("RND R5", "RND generates moves"),
         ("CHF 2", "CHF generates moves"),
         ("APPR LCT X+1 R5 RL", "APPR generates moves"),
-        ("CALL LBL 1 REP 5", "CALL LBL jumps, repeats or calls"),
-        ("CALL PGM OTHER", "jumps, repeats or calls"),
+        ("CALL SELECTED PGM", "jumps, repeats or calls"),
         ("FN 9: IF +Q1 EQU +1 GOTO LBL 5", "jumps, repeats or calls"),
         ("FN 18: SYSREAD Q1 = ID270 NR1 IDX1", "reads data of the control"),
         ("FN 8: Q1 = +3 LEN +4", "reads data of the control"),
-        ("CYCL DEF 200 DRILLING", "is a cycle, which isn't expanded"),
-        ("CYCL CALL", "is a cycle, which isn't expanded"),
+        ("CYCL DEF 251 POCKET", "is a cycle, which isn't expanded"),
+        ("CYCL CALL", "calls a cycle, and none is defined"),
+        ("CYCL CALL PAT FMAX", "is a cycle, which isn't expanded"),
         ("TCH PROBE 400", "is a cycle, which isn't expanded"),
         ("CYCL DEF 8.1 X", "mirrors or scales"),
         ("CYCL DEF 11.1 SCL 0.5", "mirrors or scales"),

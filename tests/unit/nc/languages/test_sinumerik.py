@@ -9,12 +9,13 @@ import pytest
 from blocks import about, one_by_one
 
 from fiveaxis.errors import ToolpathError
+from fiveaxis.nc.languages import tape
 from fiveaxis.nc.languages.choice import SINUMERIK
 from fiveaxis.nc.source import Source, load_source
 
 
-def blocks_of(*lines, **options):
-    return list(SINUMERIK.split(Source("part.mpf", list(lines)), **options))
+def blocks_of(*lines, name="part.mpf", **options):
+    return list(SINUMERIK.split(Source(name, list(lines)), **options))
 
 
 def words_of(*lines):
@@ -244,6 +245,83 @@ def test_what_a_cycle_leaves_open_is_reported():
     assert found[0].findings[0].place.line == 1
 
 
+def places_of(blocks):
+    return [(b.line, b.words["X"]) for b in blocks if "X" in b.words]
+
+
+@pytest.mark.parametrize(
+    ("lines", "values"),
+    [
+        (("FOR R1=1 TO 3", "X=R1*10", "ENDFOR", "X=R1"), [10, 20, 30, 4]),
+        (("FOR R1=3 TO 1", "X1", "FOR R2=1 TO 2", "X2", "ENDFOR", "ENDFOR", "X9"), [9]),
+        (("FOR R1=1 TO 2", "FOR R2=1 TO 2", "X=R1*10+R2", "ENDFOR", "ENDFOR"), [11, 12, 21, 22]),
+        (("R1=0", "REPEAT", "R1=R1+2", "X=R1", "UNTIL R1>=5"), [2, 4, 6]),
+        (("R1=5", "WHILE (R1>3)", "X=R1", "R1=R1-1", "ENDWHILE", "X0"), [5, 4, 0]),
+        (("N10 A: X1", "N20 X2", "N30 REPEAT A P=2", "X3"), [1, 2, 1, 2, 1, 2, 3]),
+        (("A: X1", "X2", "ENDLABEL: X4", "X5", "REPEAT A", "X3"), [1, 2, 4, 5, 1, 2, 4, 3]),
+        (("A: X1", "X2", "B: X3", "X4", "REPEAT A B P2"), [1, 2, 3, 4, 1, 2, 3, 1, 2, 3]),
+        (("A: X1", "X2", "REPEATB A P=3"), [1, 2, 1, 1, 1]),
+    ],
+)
+def test_counted_loops_and_repeated_parts_run(lines, values):
+    assert [x for _, x in places_of(blocks_of(*lines))] == values
+
+
+@pytest.mark.parametrize(
+    "call",
+    ["SUB", "SUB P1", 'CALL "SUB"', 'EXTCALL "D:\\NC\\SUB.SPF"', 'EXTCALL("_N_SUB_SPF")', "N5 SUB ; now"],
+)
+def test_a_subprogram_in_a_file_runs_where_it_is_called(tmp_path, call):
+    (tmp_path / "Sub.spf").write_text("PROC SUB DISPLOF\nDEF REAL A1=5\nR1=R1+1\nX=R1 Y=A1\nM17\nX99\n")
+    lines = ("R1=1", "DEF REAL A1=7", call, "X=R1 Y=A1")
+    found = blocks_of(*lines, name=str(tmp_path / "main.mpf"))
+    assert [(b.line, dict(b.words)) for b in found if b.words] == [
+        (3, {"X": 2.0, "Y": 5.0}),
+        (4, {"X": 2.0, "Y": 7.0}),
+    ]
+    assert not any(b.m for b in found)
+
+
+def test_a_subprogram_by_number_runs_as_often_as_p_says(tmp_path):
+    (tmp_path / "L12.SPF").write_text("X=IC(5)\nRET\n")
+    found = blocks_of("X0", "L12 P3", "X1", name=str(tmp_path / "main.mpf"))
+    assert [line for line, _ in places_of(found)] == [1, 2, 2, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("text", "fact"),
+    [
+        ("PROC SUB(REAL X)", "which has parameters or restores modal words"),
+        ("PROC SUB SAVE", "which has parameters or restores modal words"),
+        ("X1 M30", "ends the program within one that is called; end that with M17 or RET"),
+        ("SUB", "more than 20 calls and repetitions within one another"),
+        ("IF R1==1 GOTOB A", "in SUB.SPF, line 1, 'IF R1==1 GOTOB A': IF jumps"),
+    ],
+)
+def test_subprograms_that_are_not_certain_are_refused_with_the_line_of_the_call(tmp_path, text, fact):
+    (tmp_path / "SUB.SPF").write_text(text)
+    with pytest.raises(ToolpathError, match=r"main\.mpf:2: ") as caught:
+        blocks_of("X0", "SUB", name=str(tmp_path / "main.mpf"))
+    assert fact in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("lines", "fact"),
+    [
+        (("REPEAT", "X1", "UNTIL 1>2"), "calls and repetitions"),
+        (("R1=1", "FOR R2=1 TO R1", "R1=R1+1", "ENDFOR"), "the limit of R2 changes in the loop"),
+        (("R1=0.1*3", "WHILE R1<>0.3", "ENDWHILE"), "differ by rounding only"),
+        (("REPEAT B", "B: X1"), "repeats from B, which isn't before it"),
+        (("A: X1", "A: X2", "REPEAT A"), "A, which stands in the program 2 times"),
+        (("FOR R1=1 TO 2", "UNTIL R1>1"), "UNTIL ends no loop"),
+    ],
+)
+def test_loops_that_are_not_certain_are_refused(monkeypatch, lines, fact):
+    monkeypatch.setattr(tape, "MOST_JUMPS", 100)
+    with pytest.raises(ToolpathError, match=fact):
+        blocks_of(*lines)
+
+
 def test_a_helix_has_additional_turns():
     [block] = blocks_of("G3 X10 Y0 Z-5 I-10 J0 TURN=3")
     assert block.turns == 3
@@ -272,13 +350,10 @@ def test_block_delete_skips_blocks_unread():
     assert [b.skipped for b in found] == [True, True, True, False]
 
 
-def test_work_offsets_may_be_set_before_moves_but_not_changed_after():
-    assert "G54" in blocks_of("G500", "SUPA G0 Z0", "G54", "X1")[2].g
-    assert len(blocks_of("G505", "X1", "G505 X2")) == 3
-    with pytest.raises(ToolpathError, match=r"part\.mpf:3: .*G506 moves the program's zero away from G505"):
-        blocks_of("G505", "X1", "G506")
-    with pytest.raises(ToolpathError, match="G54 moves the program's zero away from G500"):
-        blocks_of("G500", "G0 X=5*2", "G54")
+def test_work_offsets_are_zeros_by_name():
+    assert [b.work_offset or b.g for b in blocks_of("G500", "G54", "G505", "G57")] == [
+        *("G500", ("G54",), "G505", ("G57",)),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -320,12 +395,17 @@ def test_work_offsets_may_be_set_before_moves_but_not_changed_after():
         ("TRANSMIT", "is an unsupported transformation"),
         ("GOTOF MARK", "jumps, repeats or calls"),
         ("IF R1==1 GOTOB A", "jumps, repeats or calls"),
-        ("WHILE R1<5", "jumps, repeats or calls"),
-        ("FOR R1=1 TO 5", "jumps, repeats or calls"),
-        ("REPEAT MARK P=3", "jumps, repeats or calls"),
-        ('EXTCALL "PART"', "jumps, repeats or calls"),
-        ("L100", "calls a subprogram"),
-        ("L100 P3", "calls a subprogram"),
+        ("LOOP", "jumps, repeats or calls"),
+        ("WHILE R1<5", "R1 has no value yet"),
+        ("WHILE 5<1", "WHILE has no ENDWHILE"),
+        ("WHILE R1", "isn't a comparison of two numbers"),
+        ("FOR R1=1", "FOR takes a variable"),
+        ("FOR R1=5 TO 1", "FOR has no ENDFOR"),
+        ("ENDFOR", "ENDFOR ends no loop"),
+        ("REPEAT MARK P=3", "MARK, which stands in the program 0 times"),
+        ('EXTCALL "PART"', "no such file is beside the program"),
+        ("L100", "calls a subprogram, whose file isn't beside the program"),
+        ("X1 L100 P3", "or which has no block of its own"),
         ("MYSUB(1,2)", "MYSUB isn't a supported word, and may be a subprogram"),
         ("TURM=5", "TURM isn't a supported word, and may be a subprogram or an axis"),
         ("POCKET3(1,2)", "is a cycle, which isn't expanded"),
