@@ -178,6 +178,7 @@ READING = {
     "positions-doubtful": Code(WARNING, "tip positions look as if they were in the other frame"),
     "reference-without-axes": Code(WARNING, "a move to the reference point names no axis"),
     "rotary-assumed": Code(WARNING, "a rotary axis is assumed to be at 0"),
+    "control-characters": Code(NOTE, "control characters of a tape or a serial line are left out"),
     "setup-read": Code(NOTE, "the workpiece stands where the head of a program by fiveaxis states"),
     "tap-feed-assumed": Code(WARNING, "the feed of a tapping cycle isn't stated"),
     "tool-differs": Code(WARNING, "the given tool isn't the file's"),

@@ -240,7 +240,9 @@ def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     source = options.of_language(source)
     kind = kind_of(source)
     logger.info("%s: %d lines, %s", Path(source.name).name, len(source.lines), kind)
-    return _completed(READERS[kind](source, options), kind, options)
+    found = _completed(READERS[kind](source, options), kind, options)
+    # A program's interpreter has them.
+    return found if kind == "program" else replace(found, findings=(*source.notes, *found.findings))
 
 
 def read_program_of(source: Source, options: ReadOptions) -> tuple[Toolpath, TechnologyTrack]:

@@ -15,6 +15,8 @@ from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 
 # Control characters but tab, line ends, form feed and the end mark of DOS: no text file has them.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
+# But these, of paper tapes and serial lines, are left out: NUL, SI, XON and XOFF with their like, DEL.
+_OF_TAPES = b"\x00\x0f\x11\x12\x13\x14\x7f"
 
 # Lines that are searched for what a header states.
 HEAD = 100
@@ -34,12 +36,14 @@ class Source:
     name : the path as given by the user
     lines : without line ends; ``lines[0]`` is line 1
     unread : last lines of parts that are left out, empty lines in their place
+    notes : what was left out when it was loaded
     language : word of the option, if the caller says that it is a program in one
     """
 
     name: str
     lines: list[str]
     unread: tuple[int, ...] = ()
+    notes: tuple[Finding, ...] = ()
     language: str | None = field(default=None, compare=False)
 
     def error(self, message: str, line: int | None = None) -> ToolpathError:
@@ -71,7 +75,7 @@ def load_source(path: str | Path) -> Source:
     r"""Read a text file, decompressed if its name ends in ``.gz``.
 
     A file that isn't UTF-8 is read as Latin-1: this affects only comments, as the words of every format are
-    ASCII.
+    ASCII. Control characters of paper tapes and serial lines are left out, with a note.
 
     Raises
     ------
@@ -86,9 +90,12 @@ def load_source(path: str | Path) -> Source:
         )
     data = read_input(path, MOST_PATH_BYTES, ToolpathError, unpack=True)
     _require_text(data, path)
+    notes = _notes(data, path)
+    data = data.translate(None, _OF_TAPES) if notes else data
     text = data.decode(_encoding(data)).removeprefix("\ufeff")
     # `splitlines` would also split at form feeds and Unicode separators, which editors don't count.
-    return Source(str(path), text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a").split("\n"))
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a").split("\n")
+    return Source(str(path), lines, notes)
 
 
 def with_lines(source: Source, replaced: Mapping[int, tuple[str, ...]]) -> bytes:
@@ -127,8 +134,25 @@ def _encoding(data: bytes) -> str:
     return "utf-8"
 
 
+def _notes(data: bytes, path: str | Path) -> tuple[Finding, ...]:
+    """Return the note on control characters that are left out."""
+    found = {byte: data.index(byte) for byte in _OF_TAPES if byte in data}
+    if not found:
+        return ()
+    count = sum(data.count(byte) for byte in found)
+    names = ", ".join(f"0x{byte:02x}" for byte in found)
+    message = f"{count} control characters of a tape or a serial line ({names}; the first here) are left out"
+    place = Place(line=_line_of(data, min(found.values())), file=str(path))
+    return (Finding(Severity.NOTE, "control-characters", message, place, float(count)),)
+
+
+def _line_of(data: bytes, offset: int) -> int:
+    """Return the line, from 1, of a byte."""
+    return data[:offset].replace(b"\r\n", b"\n").replace(b"\r", b"\n").count(b"\n") + 1
+
+
 def _require_text(data: bytes, path: str | Path) -> None:
-    """Raise at the first line with a byte that isn't text; UTF-16 is recognised."""
+    """Raise at the first line with a byte that isn't text, nor of a tape; UTF-16 is recognised."""
     offsets = [data.index(byte) for byte in _CONTROL_BYTES if byte in data]
     if not offsets:
         return
@@ -137,10 +161,11 @@ def _require_text(data: bytes, path: str | Path) -> None:
     head = data[:200]
     if head[:2] in _UTF_16 or 0.4 * len(head) < head.count(0) < 0.6 * len(head):
         raise ToolpathError("isn't a text file in UTF-8: it looks like UTF-16; save it as UTF-8", file=path)
-    before = data[:offset].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if all(byte in _OF_TAPES for byte in _CONTROL_BYTES if byte in data):
+        return
     raise ToolpathError(
         f"isn't a text file: it holds the byte 0x{data[offset]:02x}; remove it, or give the original program "
         "file",
         file=path,
-        line=before.count(b"\n") + 1,
+        line=_line_of(data, offset),
     )

@@ -200,7 +200,7 @@ def readers() -> list[Reader]:
 
 
 def _programs() -> Iterator[Reader]:
-    iso = Seeds(seeds.parts(*ISO), seeds.BLOCKS)
+    iso = Seeds((seeds.ISO, *seeds.parts(*ISO)), seeds.BLOCKS + seeds.ISO_WORDS)
     texts = (seeds.KLARTEXT, *seeds.parts("heidenhain*"))
     klartext = Seeds(texts, seeds.BLOCKS + seeds.KLARTEXT_WORDS)
     texts = (seeds.SINUMERIK, *seeds.parts("sinumerik*", "toolpaths/*.mpf"))

@@ -187,6 +187,7 @@ def _run(
         ignored,
         fixed_feed=options.feed_mm_min is not None,
         stand_in=stand_in,
+        findings=list(source.notes),
         wrapping=wrapping,
         functions=MachineFunctions(language, options.harmless),
     )

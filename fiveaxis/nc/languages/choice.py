@@ -108,9 +108,11 @@ _MAY_HAVE_SIGN = re.compile(r"=|[A-Z_]{3}")
 _MARK = re.compile(r'[();]|"[^"]*"')
 # Brackets after a name hold Sinumerik arguments; all others hold comments.
 _NAME_END = re.compile(r"[A-Z_]{3,}[0-9]* *$")
-_BEGINS = re.compile(r"\s*(?:%|[0-9]*\s*BEGIN PGM\b)", re.IGNORECASE)
+_BEGINS = re.compile(r"\s*(?:%|[0-9]*\s*BEGIN PGM\b|(?P<number>[O:] *[0-9]{3,8} *(?:\(|$)))", re.IGNORECASE)
 # A line that moves: text with such a line in it is a program, not a title before one.
 _MOVES = re.compile(r"\s*/?\s*(?:N *[0-9]+)?\s*(?:G *0*[0-9]+|[XYZ] *[-+.0-9])", re.IGNORECASE)
+# Lines of a program before its number, which aren't text of a listing.
+_CODE = re.compile(r"\s*(?:[#/]|[A-Z] *[-+.0-9])", re.IGNORECASE)
 
 
 def find_language(source: Source) -> Language:
@@ -191,15 +193,19 @@ def head_lines(source: Source) -> list[str]:
 
 
 def leader_length(source: Source) -> int:
-    """Count the lines before ``%`` or ``BEGIN PGM`` that are no program: a listing's text, a letter head.
+    """Count the lines before ``%``, ``BEGIN PGM`` or ``O1000`` that are no program: a listing's text.
 
     A control reads from the first ``%`` on. Lines that move, before it, belong to a program that has ``%``
     only at its end.
     """
     lines = [text[:_LONGEST_HEAD] for text in source.lines[:HEAD]]
-    begin = next((i for i, text in enumerate(lines) if _BEGINS.match(text)), 0)
+    begin, found = next(((i, m) for i, m in enumerate(map(_BEGINS.match, lines)) if m), (0, None))
     if any(map(_MOVES.match, lines[:begin])):
         return 0
+    if found is not None and found["number"]:
+        listing = [text for text in lines[:begin] if not re.match(r"\s*(?:$|[(;])", text)]
+        if not listing or any(map(_CODE.match, listing)):
+            return 0
     return begin if any(text.strip() not in ("", "%") for text in source.lines[begin + 1 :]) else 0
 
 

@@ -7,7 +7,7 @@ import gzip
 import pytest
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.nc.source import load_source
+from fiveaxis.nc.source import load_source, with_lines
 
 
 def test_lines_are_counted_as_editors_count_them(tmp_path):
@@ -51,6 +51,16 @@ def test_what_is_not_text_is_refused(tmp_path, name, data, fault):
     with pytest.raises(ToolpathError, match=fault) as caught:
         load_source(path)
     assert caught.value.file == str(path)
+
+
+def test_control_characters_of_tapes_are_left_out_with_a_note_and_stay_in_a_revised_file(tmp_path):
+    path = tmp_path / "part.nc"
+    path.write_bytes(b"\x00\x00%\r\nO1000\x0f\r\n\x12\x13G1 X1.\x7f\x14 Y2.\r\n\x11M30\r\n\x00")
+    source = load_source(path)
+    assert source.lines == ["%", "O1000", "G1 X1. Y2.", "M30", ""]
+    [note] = source.notes
+    assert (note.code, note.place.line, note.value) == ("control-characters", 1, 9.0)
+    assert with_lines(source, {3: ("G1 X5.",)}).startswith(b"\x00\x00%\r\nO1000\x0f\r\nG1 X5.\r\n\x11M30")
 
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path):

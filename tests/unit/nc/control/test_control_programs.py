@@ -252,3 +252,31 @@ def test_faults_that_depend_on_other_blocks_are_refused_with_their_line(tmp_path
     with pytest.raises(ToolpathError) as caught:
         read(tmp_path / name, text)
     assert fact in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("head", "tail"),
+    [
+        ("PROGRAM LISTING   PAGE 1\n\nO1000(NAME)\n", "M30\n%\nEND OF LISTING, 12 LINES\n"),
+        ("MACHINE: VF2\n%\n:1000\n", "M30\n%\n"),
+        ("%\n<BRACKET>\n", "M30\n%\n"),
+        ("$BRACKET.MIN%\nO1000\n", "M02\n"),
+        ("%\nO12345678(MAZAK EIA)\n", "M30\n%\n"),
+        ("%\x00\nO1000;\n", "M30;\n\x13%\x7f\n"),
+        ("%\nO1000" + 74 * " " + "\n", "M30" + 77 * " " + "\n%\n"),
+        ("%\nO1000\n/1 G0 X99.\n/9 X98.\n", "M30\n"),
+    ],
+)
+def test_heads_and_tails_of_files_leave_the_program_as_it_is(head, tail, tmp_path):
+    path = tmp_path / "part.nc"
+    path.write_bytes(f"{head}G21 G90\nG0 X1. Y2. Z3.\nG1 X4. F100\n{tail}".encode("ascii"))
+    found = read_toolpath(path, tool=Tool.ball(4), block_delete=True)
+    np.testing.assert_allclose(found.tips(found.axis), [[1, 2, 3], [4, 2, 3]])
+    assert ("control-characters" in {f.code for f in found.findings}) == ("\x00" in head)
+
+
+def test_code_before_a_program_number_is_not_a_listing(tmp_path):
+    path = tmp_path / "part.nc"
+    path.write_text("T1 M6\nO1000\nG21 G90\nG0 X1. Y2. Z3.\nG1 X4. F100\nM30\n", encoding="ascii")
+    [operation] = read_operations(path)
+    assert operation.tool == "1"

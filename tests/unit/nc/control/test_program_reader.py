@@ -463,7 +463,6 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
         ("G0 X1000001\n", 1, "beyond 1e+06"),
         ("G41 D1 G1 X1 F1\n", 1, "G41 offsets the path by the tool radius"),
         ("G68 X0 Y0 R45\n", 1, "G68 shifts, rotates or scales"),
-        ("G92 X0\n", None, "no block moves an axis"),
         ("M98 P100\n", 1, "calls the program O0100"),
         ("G65 P1\n", 1, "calls the program O0001"),
         ("G1 X1 F1\nG91 G30 Z0\nG90 G1 X5\n", 3, "a feed move, and the position of Z isn't"),
