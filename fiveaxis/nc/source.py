@@ -95,7 +95,7 @@ def load_source(path: str | Path) -> Source:
     text = data.decode(_encoding(data)).removeprefix("\ufeff")
     # `splitlines` would also split at form feeds and Unicode separators, which editors don't count.
     lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a").split("\n")
-    return Source(str(path), lines, notes)
+    return Source(str(path), lines, notes=notes)
 
 
 def with_lines(source: Source, replaced: Mapping[int, tuple[str, ...]]) -> bytes:
