@@ -99,7 +99,7 @@ def compensated(subject: Subject, rng: np.random.Generator) -> Iterator[Text]:
     yield from put(COMPENSATION)(subject, rng)
     if subject.is_klartext:
         moves = [line for line in subject.text.moves if line >= subject.middle]
-        yield subject.text.rewritten(lambda was: was.replace(" R0 ", " RL "), moves)
+        yield subject.text.rewritten(lambda was: re.sub(r" R0\b", " RL", was), moves)
 
 
 def tcp_lost(subject: Subject, _: np.random.Generator) -> Iterator[Text]:

@@ -12,10 +12,10 @@ from planted.words import COMMENT
 from fiveaxis.nc import DIALECTS
 
 # What moves nothing by itself before the next block says G1 again, dwells, sets what only arcs and cycles
-# use, or ends what isn't on; the same in force by another name.
+# use or only their own block does, or ends what isn't on; the same in force by another name.
 NOTHING_NEW = {
     "iso": "G0 G1 G2 G3 G4 G15 G50 G69 G80 G90.1 G91.1 G92.1 G92.2 G97 G98 G99 G255 G269 M13",
-    "sinumerik": "G0 G1 G2 G3 G4 G71 G971 COMPOF DYNNORM FNORM ORISOF M13",
+    "sinumerik": "G0 G1 G2 G3 G4 G53 G71 G153 G971 COMPOF DYNNORM FNORM ORISOF M13",
     "klartext": "M13 M137 CC PLANE|RESET|STAY CYCL|DEF|32.0|T5 CYCL|DEF|332.0|T5",
 }
 # Every twelfth word in the quick run, another part of them for each control.
