@@ -229,7 +229,9 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     """
     source, technology = interpreter.source, interpreter.modes.technology
     if not interpreter.track.rows:
-        raise source.error(why_nothing_moves(interpreter.track))
+        # Where all that moves can't be read, that is why nothing does.
+        nothing = source.error(why_nothing_moves(interpreter.track))
+        raise next((part.fault for part in interpreter.left_out), nothing)
     columns = interpreter.track.columns()
     track, frame = technology.track(columns.steps), rows_of(interpreter.frames, columns.steps)
     known = interpreter.coordinates.work_offsets.knows

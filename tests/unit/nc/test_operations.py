@@ -120,3 +120,9 @@ def test_a_subprogram_that_two_tools_run_is_two_operations(tmp_path):
         read = fx.read_toolpath(path, tool=fx.Tool.ball(4), operation=number)
         assert read.tips(read.axis)[read.cutting].tolist() == [[7.0, 8.0, -5.0]]
         assert read.source[read.cutting].tolist() == [12]
+
+
+def test_where_nothing_can_be_read_the_first_fault_is_the_error(write, machine):
+    file = write("G21 G90 G54\nT1 M6\nG91 G1 X5 F100\nT2 M6\nG91 G1 X5\nM30\n")
+    with pytest.raises(InputError, match=r":3: X by an increment \(G91\) from a position"):
+        fx.read_operations(file, machine=machine)
