@@ -388,8 +388,8 @@ class Reviser:
 
     def _number(self, match: re.Match[str], number: str) -> str:
         """Return the number to write in place of a word's: its own text where it says the same."""
-        own = match["number"]
-        if abs(float(own) - float(number)) <= 0.5001 * 10.0 ** -len(number.partition(".")[2].ljust(1)):
+        own, decimals = match["number"], self.styles[match["name"].upper()].decimals
+        if abs(float(own) - float(number)) <= 0.5001 * 10.0**-decimals:
             return own
         return number.rjust(len(own)) if match["gap"].isspace() else number
 

@@ -128,6 +128,15 @@ def test_words_keep_their_style_comments_and_numbers(case):
         assert re.fullmatch(re.escape(form).replace(r"\{\}", r"-?\d+\.\d{0,3}"), line), line
 
 
+def test_a_number_that_loses_its_zeros_is_not_taken_for_the_one_before(case):
+    """X29.496 becomes X29.5: rounded to the digits that are left both would be the same."""
+    made = case(HEAD + CUTS.replace("X29.5 ", "X29.496 ") + TAIL, number=1)
+    placement = made.placed()
+    placement.tip[1, 0] += 0.004
+    lines = made.revised(placement).revised.lines
+    assert "X29.5 Y2. B31. C3. (NEXT)" in lines
+
+
 def test_line_ends_and_bytes_outside_stay(case, tmp_path):
     text = (HEAD + CUTS + TAIL).replace("(NEXT)", "(PASSÉ)").replace("\n", "\r\n")
     made = case(text, number=1)
