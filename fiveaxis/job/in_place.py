@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.errors import JobError, MissingDependency, ToolpathError
-from fiveaxis.findings import Finding, Severity, sort_findings
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import operation_text
@@ -42,7 +41,7 @@ from fiveaxis.nc.writing.start_and_end import NO_ROW
 from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
 from fiveaxis.toolpath import Toolpath
-from fiveaxis.verification import Against, ReadBack, Report, check_read
+from fiveaxis.verification import Against, ReadBack, check_read
 
 # Rounding of a location's number.
 SAME_ROW = 1e-9
@@ -71,7 +70,7 @@ class RevisedOperation:
 
         Parameters
         ----------
-        toolpath : of the operation, as the job reads it
+        toolpath : cuts of the operation, as the job reads them
         machine : the job's, as it is set up
 
         Raises
@@ -80,7 +79,6 @@ class RevisedOperation:
             As `OperationText.of`.
         """
         text = operation_text(job, toolpath.tool)
-        path = toolpath if len(toolpath) == text.cuts.stop - text.cuts.start else text.path_of(toolpath)
         operation = text.operation
         if operation.control not in DIALECTS:
             raise JobError(
@@ -91,7 +89,7 @@ class RevisedOperation:
         coordinates: Coordinates = "vector" if text.by_direction else "tip" if operation.tcp else "axes"
         wording = require_program(machine, operation.control, coordinates)
         require_stated(machine, coordinates)
-        return cls(text, path, wording, job.reading)
+        return cls(text, toolpath, wording, job.reading)
 
     def make(self, solution: Solution, job: Job) -> tuple[MadeProgram, Revision]:
         """Write a solution's postures into the operation, and verify and price the text.
@@ -117,10 +115,8 @@ class RevisedOperation:
             toolpath=self.path, surroundings=solution.surroundings, constraints=solution.constraints
         )
         gap = job.surrounding["surface_tolerance"]
-        before = load_program(self.text.source, machine, self.path.tool, self.reading)
         try:
             report = check_read(read, machine, against, gap, solution.tolerances)
-            report = _known(report, check_read(before, machine, against, gap, solution.tolerances), revision)
         except MissingDependency as fault:
             report = not_verified(fault)
         gate = Gate.of(report, job.writing["override"])
@@ -209,17 +205,3 @@ def _rows(solution: Solution, row: Array) -> Array:
     found = row if own is None else np.interp(row, np.arange(len(own)), own)
     near = np.rint(found)
     return np.where(np.abs(found - near) <= SAME_ROW, near, found)
-
-
-def _known(report: Report, before: Report, revision: Revision) -> Report:
-    """Turn errors in lines that stay into warnings where the program had them before."""
-    errors = {(f.code, f.place.line) for f in before.findings if f.severity is Severity.ERROR}
-
-    def judged(finding: Finding) -> Finding:
-        line = None if finding.place.line is None else revision.line_before(finding.place.line)
-        if finding.severity is not Severity.ERROR or line is None or (finding.code, line) not in errors:
-            return finding
-        text = f"in a line that stays as it was: {finding.message}"
-        return replace(finding, severity=Severity.WARNING, message=text)
-
-    return replace(report, findings=sort_findings(judged(finding) for finding in report.findings))

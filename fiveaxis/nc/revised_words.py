@@ -16,11 +16,11 @@ import numpy as np
 from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
-from fiveaxis.nc.control.axis_track import Counting, travel_of
+from fiveaxis.nc.control.axis_track import counting_machine, travel_of
 from fiveaxis.nc.languages.choice import KLARTEXT, find_language
 from fiveaxis.nc.revision import Placement, Revision
 from fiveaxis.nc.rows import MILLIMETRES
-from fiveaxis.nc.words import control_values
+from fiveaxis.nc.words import control_values, format_number
 from fiveaxis.toolpath import MoveKind, Toolpath
 
 if TYPE_CHECKING:
@@ -33,8 +33,8 @@ _WORD = re.compile(
     r"(?P<gap>\s*=?\s*)(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))",
     re.IGNORECASE,
 )
-_MOTION = re.compile(r"(?<![A-Z0-9])G0?[0-3](?![0-9.])", re.IGNORECASE)
-_FEED_MODE = re.compile(r"(?<![A-Z0-9])G9[3-5](?![0-9.])", re.IGNORECASE)
+# G words of straight moves and arcs, and of what F means.
+_MOTIONS, _FEED_MODES = (0.0, 1.0, 2.0, 3.0), (93.0, 94.0, 95.0)
 # Words of a tool direction, one triple for each control.
 _DIRECTIONS = (("A3", "B3", "C3"), ("TX", "TY", "TZ"), ("I", "J", "K"))
 # mm or deg: rounding of the sums that lead from words to positions.
@@ -70,9 +70,7 @@ class Style:
 
     def text(self, value: float) -> str:
         """Write a number, never as ``-0.``."""
-        number = f"{value:.{self.decimals}f}"
-        if float(number) == 0.0:
-            number = number.lstrip("-")
+        number = format_number(value, self.decimals)
         if self.bare:
             number = number.rstrip("0")
         if self.whole:
@@ -80,6 +78,22 @@ class Style:
         if self.short and number.rstrip("0.-"):
             number = number.replace("0.", ".", 1) if number.lstrip("-").startswith("0.") else number
         return f"+{number}" if self.plus and not number.startswith("-") else number
+
+
+def words_of(line: str) -> Iterator[re.Match[str]]:
+    """Yield the words of a line that have a number, outside comments and texts."""
+    return (match for match in _WORD.finditer(line) if match["name"] is not None)
+
+
+def names_of(line: str) -> set[str]:
+    """Return the names of a line's words."""
+    return {match["name"].upper() for match in words_of(line)}
+
+
+def g_word(line: str, numbers: tuple[float, ...]) -> re.Match[str] | None:
+    """Return the first G word of a line with one of some numbers."""
+    found = (match for match in words_of(line) if match["name"].upper() == "G")
+    return next((match for match in found if float(match["number"]) in numbers), None)
 
 
 @dataclass(eq=False)
@@ -133,7 +147,7 @@ class Reviser:
             template = self._without_arc(template) if arc else template
             given = given and (not arc or bool(self.first[int(at)]))
             text, now = self._line(template, words[number], now, feeds[number], given=given)
-            if number == 0 and turn_in and not self.klartext and not _MOTION.search(self._code(template)):
+            if number == 0 and turn_in and not self.klartext and g_word(template, _MOTIONS) is None:
                 own.append("G1")
             if text:
                 own.append(text)
@@ -177,8 +191,8 @@ class Reviser:
         if self.klartext:
             return found
         for row in np.flatnonzero(self.first).tolist():
-            motion = _MOTION.search(self._code(self._text(row)))
-            modal = modal if motion is None else motion[0][-1] in "23"
+            motion = g_word(self._text(row), _MOTIONS)
+            modal = modal if motion is None else float(motion["number"]) in _MOTIONS[2:]
             found[row] = modal
         return np.asarray(found[np.maximum.accumulate(np.where(self.first, np.arange(len(found)), 0))])
 
@@ -194,18 +208,17 @@ class Reviser:
         given = np.isfinite(self.rows.vectors[:, 0])
         if not given.any():
             return ()
-        found = self._found(int(np.argmax(given)))
-        return next((names for names in _DIRECTIONS if all(name in found for name in names)), ())
-
-    def _code(self, line: str) -> str:
-        return _WORD.sub(lambda m: "" if m["name"] is None else m[0], line)
+        row = int(np.argmax(given))
+        found = self._found(row)
+        for names in _DIRECTIONS:
+            if all(name in found for name in names):
+                return names
+        raise self._error("the tool's direction isn't in words with numbers", row)
 
     def _found(self, row: int) -> dict[str, re.Match[str]]:
         """Return the words of a row's line by name."""
         words: dict[str, re.Match[str]] = {}
-        for match in _WORD.finditer(self._text(row)):
-            if match["name"] is None:
-                continue
+        for match in words_of(self._text(row)):
             name = match["name"].upper()
             if name in words and (name in self.letters):
                 raise self._error(f"the word {name} stands twice in a block", row)
@@ -290,9 +303,7 @@ class Reviser:
         columns = self.machine.rotary_columns
         positions[:, columns] = place.rotary
         if not self.by_tip:
-            counting = self.rows.counting[0]
-            shorter = counting == Counting.COMPENSATED and self.machine.length_is_along_z
-            used = self.machine.with_tool_length(0.0) if shorter else self.machine
+            used = counting_machine(self.machine, self.rows.counting[0])
             positions = linear_positions(used, place.tip, place.rotary)
         values = control_values(self.machine, positions)
         if self.by_tip:
@@ -321,9 +332,7 @@ class Reviser:
         row, time = self.placement.row, self.placement.time
         owner = np.ceil(row).astype(np.int64)
         # A line that changes the mode does so for itself, not for lines that are added before it.
-        switches = np.array(
-            [_FEED_MODE.search(self._code(self._text(at))) is not None for at in owner.tolist()]
-        )
+        switches = np.array([g_word(self._text(at), _FEED_MODES) is not None for at in owner.tolist()])
         mode = np.where(switches & (row < owner), owner - 1, owner)
         # The chords of an arc have durations in any mode.
         told = np.maximum.accumulate(np.where(self.arcs, 0, np.arange(len(self.arcs))))
@@ -350,7 +359,7 @@ class Reviser:
         self, template: str, words: Mapping[str, str], now: dict[str, str], feed: str | None, *, given: bool
     ) -> tuple[str, dict[str, str]]:
         """Write a row into its own line, or into a new one like it; empty where nothing moves."""
-        found = {m["name"].upper(): m for m in _WORD.finditer(template) if m["name"] is not None}
+        found = {m["name"].upper(): m for m in words_of(template)}
         after = now | dict(words)
         if not given:
             changed = [name for name in words if now.get(name) != words[name]]
@@ -369,7 +378,7 @@ class Reviser:
                 end = sum(map(len, pieces))
         line = "".join(pieces) + template[at:]
         if missing:
-            motion = _MOTION.search(line)
+            motion = g_word(line, _MOTIONS)
             end = end or (len(self._head_of(template)) if motion is None else motion.end())
             added = "".join(f" {self._word(n, wanted[n])}" for n in missing)
             line = line[:end].rstrip() + (added if end else added.lstrip() + " ") + line[end:]
@@ -382,8 +391,9 @@ class Reviser:
             name = (match["name"] or "").upper()
             return "" if name in ("I", "J", "K", "R", "CR") or name in self.letters else match[0]
 
-        straight = _MOTION.sub("G1", template, count=1)
-        straight = straight if straight != template or _MOTION.search(template) else f"G1 {template.lstrip()}"
+        motion = g_word(template, _MOTIONS)
+        begin, end = (0, 0) if motion is None else motion.span()
+        straight = f"{template[:begin]}G1{' ' * (motion is None)}{template[end:]}"
         return re.sub(r"(?<=\S) {2,}(?=\S)", " ", _WORD.sub(kept, straight)).rstrip()
 
     def _number(self, match: re.Match[str], number: str) -> str:
@@ -405,8 +415,8 @@ class Reviser:
         """Write a block of its own; empty where no word changes."""
         if not names:
             return ""
-        found = _MOTION.findall(self._code(template))
-        head = ["L"] if self.klartext else found[:1]
+        motion = g_word(template, _MOTIONS)
+        head = ["L"] if self.klartext else [] if motion is None else [motion[0]]
         tail = [] if feed is None else [self._word("F", feed)]
         return " ".join([*head, *(self._word(n, words[n]) for n in names), *tail])
 
@@ -458,9 +468,7 @@ class Reviser:
         before = self.text.columns.at(slice(row, row + 1))
         if row < 0 or before.counting[0] != self.rows.counting[0] or not np.isfinite(before.values).all():
             raise self._error("where the tool stands before the first cut isn't known", 0)
-        counting = self.rows.counting[0]
-        shorter = counting == Counting.COMPENSATED and self.machine.length_is_along_z
-        used = self.machine.with_tool_length(0.0) if shorter else self.machine
+        used = counting_machine(self.machine, self.rows.counting[0])
         columns = self.machine.rotary_columns
         positions = before.positions()
         tip, _ = tool_poses(used, positions)
@@ -492,7 +500,7 @@ class Reviser:
         row = last
         for at in range(last + 1, len(columns.lines)):
             text = self.source.lines[int(columns.lines[at]) - 1]
-            own = {m["name"].upper() for m in _WORD.finditer(text) if m["name"] is not None}
+            own = names_of(text)
             same = columns.counting[at] == self.rows.counting[0] and columns.kinds[at] == MoveKind.RAPID
             if not same or own & names or columns.lines[at] == columns.lines[at - 1]:
                 break
@@ -516,6 +524,6 @@ class Reviser:
             named: set[str] = set()
             for at in range(last + 1, row + 1):
                 text = self.source.lines[int(columns.lines[at]) - 1]
-                named |= {m["name"].upper() for m in _WORD.finditer(text) if m["name"] is not None}
+                named |= names_of(text)
             moved = [c for c in moved if c not in named]
         return row, [self._rapid(moved, back)] if moved else []

@@ -41,11 +41,6 @@ class Revision:
         counts = [len(self.replaced.get(line + 1, ("",))) for line in range(len(self.source.lines))]
         return np.concatenate([[1], 1 + np.cumsum(counts)])
 
-    def line_before(self, line: int) -> int | None:
-        """Return which line of the program a line of the revised one was; None for a revised one."""
-        at = int(np.searchsorted(self.begins, line, side="right"))
-        return None if self.first <= at <= self.last else at
-
 
 def revised(source: Source, replaced: Mapping[int, tuple[str, ...]]) -> Source:
     """Return a program with other lines in place of some of its own."""

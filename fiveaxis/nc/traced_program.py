@@ -55,6 +55,14 @@ class TracedProgram:
     by_control: bool = False
     by_direction: bool = False
 
+    def placed(self) -> TracedProgram:
+        """Leave out moves by axis words before TCP, if where they are on the workpiece isn't known."""
+        on = int(np.argmax(self.motion.tcp))
+        if not (on and self.motion.tcp[self.motion.cutting].all() and self.motion.from_unknown[on]):
+            return self
+        path = self.path.at(np.arange(on, len(self.path)))
+        return replace(self, motion=self.motion.part(slice(on, None)), path=path)
+
     @property
     def is_table(self) -> bool:
         """Whether it is the table of a motion."""

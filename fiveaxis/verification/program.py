@@ -39,6 +39,11 @@ NOT_CHECKED = (
     risk("the move to the first row: the program doesn't say where the axes stand before it"),
     Gap("acceleration and jerk; durations of rapid moves of axes without a known speed"),
 )
+UNPLACED = risk(
+    "moves by axis words before TCP: the program doesn't say where they are on the workpiece",
+    "zero (--zero)",
+    JOB,
+)
 NO_TOOL = risk(
     "gouges and collisions: no tool was given, so only the path of its tip is checked", "tool (--tool)", JOB
 )
@@ -121,6 +126,7 @@ def check_read(
 ) -> Report:
     """Check a program that was read as `check_program` does."""
     toolpath, around = against.zoned_path, against.surroundings or Surroundings()
+    whole, read = read, read.placed()
     if toolpath is not None:
         read = replace(read, path=read.path.in_zone(toolpath.zone))
     context = _context(read, machine, against.constraints, tolerances or against.tolerances)
@@ -130,6 +136,8 @@ def check_read(
     rows = ProgramRows(read, against, match, surface_tolerance)
     lacking = ((against.cutter, NO_TOOL), (toolpath, NO_PATH))
     left = (*NOT_CHECKED, *(sentence for given, sentence in lacking if given is None))
+    if read is not whole:
+        left = (*left, UNPLACED)
     between = CheckedInterpolation.of_height(read.tcp_height)
     report = examine(Examination(context, around, between, rows=rows), left)
     told = Report.of_findings((*read.motion.findings, *_part_size(around, against)))

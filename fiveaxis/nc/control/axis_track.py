@@ -271,6 +271,12 @@ class Columns:
         return _to_axis_values(self.machine, self.values, self.of_tip)
 
 
+def counting_machine(machine: Machine, counting: int) -> Machine:
+    """Return the machine whose positions rows are: without the tool's length where the control adds it."""
+    adds_length = counting == Counting.COMPENSATED and machine.length_is_along_z
+    return machine.with_tool_length(0.0) if adds_length else machine
+
+
 def axis_values(machine: Machine, values: Sequence[float | None], counting: Counting) -> Array:
     """Convert one row, (k,) mm and deg in the control's own sign, to axis values, (1, k) mm and rad."""
     return _to_axis_values(machine, np.array([values], dtype=float), np.array([counting == Counting.TIP]))

@@ -18,7 +18,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_axes, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.axis_track import Columns, Counting, filled, travel_of
+from fiveaxis.nc.control.axis_track import Columns, Counting, counting_machine, filled, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
 from fiveaxis.nc.control.technology import TechnologyTrack
@@ -124,8 +124,7 @@ def _poses(
     tip, axis = np.empty((len(positions), 3)), np.empty((len(positions), 3))
     for counting in (Counting.AXES, Counting.COMPENSATED):
         rows = columns.counting == counting
-        adds_length = counting == Counting.COMPENSATED and machine.length_is_along_z
-        used = machine.with_tool_length(0.0) if adds_length else machine
+        used = counting_machine(machine, counting)
         if rows.any():
             tip[rows], axis[rows] = tool_poses(used, positions[rows])
     if of_tip.any():
