@@ -103,6 +103,12 @@ class RevisedOperation:
         filling = Filling.of(solution.constraints, self.wording.interpolation)
         fill = filling.fill(solution.toolpath, machine, solution.motion)
         at = _rows(solution, fill.row)
+        if not np.array_equal(at[at == np.floor(at)], np.arange(len(self.path))):
+            raise self.text.source.error(
+                f"operation {self.text.operation.number} can't be revised in place: its result has "
+                "rewinds, or other locations; write it anew for its control (--control)",
+                self.text.operation.first_line,
+            )
         # A location of the program keeps its line.
         fill = filling.thin(fill, at == np.floor(at))
         placement = self._placement(solution, fill)

@@ -243,7 +243,9 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
 def revises(job: Job) -> bool:
     """Check whether a job's postures go into the lines of its input, a program, and no other is asked for."""
     settings: Any = job.nc
+    search = job.search
     asked = {"control", "coordinates"} & job.model_fields_set or settings.model_fields_set
+    asked = asked or search["free_start"] or search["free_direction"]
     if asked or job.program.machine is not None or job.setup.search is not None or is_mesh(job.input):
         return False
     require_input(job.input)

@@ -13,6 +13,7 @@ from fiveaxis.files import remove_leftovers, temporary_folder, unwritable, write
 from fiveaxis.job.revised_program import RevisedProgram
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
+from fiveaxis.nc.formats import PROGRAM_SUFFIXES
 from fiveaxis.posture.mask import Mask
 from fiveaxis.progress import Progress, unheard, within
 from fiveaxis.report import write_json, write_report
@@ -23,7 +24,7 @@ from fiveaxis.viewer import write_preview
 # Folder of a front's solutions, each in a folder named by its number; most solutions of a front.
 FRONT, MOST_OF_FRONT = "front", 50
 # Folder of an operation of a revised program.
-OPERATION = "operation-{number}"
+OPERATION = "operation-"
 FILES = ("motion.csv", "report.json", "report.html", "preview.html")
 
 
@@ -49,46 +50,41 @@ def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) 
     SettingError
         The folder can't be made or written.
     """
-    try:
-        with temporary_folder(require_folder(folder)) as temporary:
-            made = _make_files(outcome, temporary, progress)
-            for number, one in enumerate(outcome.of_front, start=1):
-                inner = temporary / FRONT / str(number)
-                inner.mkdir(parents=True)
-                told = within(progress, f"solution {number} of {len(outcome.of_front)}")
-                made += _make_files(one, inner, told, alone=True)
-            return _move_in(made, temporary, folder)
-    except OSError as fault:
-        raise unwritable(folder, fault) from None
+    with _filled(folder) as (temporary, made):
+        made += _make_files(outcome, temporary, progress)
+        for number, one in enumerate(outcome.of_front, start=1):
+            inner = temporary / FRONT / str(number)
+            inner.mkdir(parents=True)
+            told = within(progress, f"solution {number} of {len(outcome.of_front)}")
+            made += _make_files(one, inner, told, alone=True)
+    return made
 
 
 def write_revised(made: RevisedProgram, folder: Path, progress: Progress = unheard) -> list[Path]:
     """Write a revised program into a folder, and what `write_outcome` writes of each of its operations.
 
-    The files of an operation are in a folder named by its number. Without a program (errors that the job
-    doesn't accept by name), one of an earlier run is removed.
-
-    Returns
-    -------
-    The files, in order of writing.
-
-    Raises
-    ------
-    SettingError
-        The folder can't be made or written.
+    The files of an operation are in a folder named by its number. All else is as for `write_outcome`.
     """
+    with _filled(folder) as (temporary, files):
+        for number, outcome in made.outcomes.items():
+            inner = temporary / f"{OPERATION}{number}"
+            inner.mkdir()
+            told = within(progress, f"operation {number}")
+            files += _make_files(outcome, inner, told, alone=True, with_program=False)
+        if made.ok:
+            suffix = next(iter(made.outcomes.values())).program.text.suffix
+            files.append(write_atomically(temporary / f"program{suffix}", made.data))
+    return files
+
+
+@contextmanager
+def _filled(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
+    """Give a temporary folder, and a list for its files, which are moved into a folder at the end."""
+    made: list[Path] = []
     try:
         with temporary_folder(require_folder(folder)) as temporary:
-            files: list[Path] = []
-            for number, outcome in made.outcomes.items():
-                inner = temporary / OPERATION.format(number=number)
-                inner.mkdir()
-                told = within(progress, f"operation {number}")
-                files += _make_files(outcome, inner, told, alone=True, with_program=False)
-            if made.ok:
-                suffix = next(iter(made.outcomes.values())).program.text.suffix
-                files.append(write_atomically(temporary / f"program{suffix}", made.data))
-            return _move_in(files, temporary, folder)
+            yield temporary, made
+            made[:] = _move_in(made, temporary, folder)
     except OSError as fault:
         raise unwritable(folder, fault) from None
 
@@ -120,8 +116,10 @@ def require_folder(folder: Path) -> Path:
 def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
     """Move finished files into a folder, in place of those of an earlier run."""
     targets = [folder / path.relative_to(source) for path in made]
-    programs = [f"program{dialect.suffix}" for dialect in DIALECTS.values()]
+    suffixes = (*PROGRAM_SUFFIXES, *(dialect.suffix for dialect in DIALECTS.values()))
+    programs = [f"program{suffix}" for suffix in dict.fromkeys(suffixes)]
     earlier = [folder / FRONT / str(number) for number in range(1, MOST_OF_FRONT + 1)]
+    earlier += sorted(folder.glob(f"{OPERATION}[0-9]*"))
     stale = [folder / name for name in programs]
     stale += [inner / name for inner in earlier for name in (*FILES, *programs)]
     taken = next((path for path in (*targets, *stale) if path.is_dir()), None)

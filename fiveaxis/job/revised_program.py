@@ -190,6 +190,8 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
     """
     source = load_source(job.input)
     operations = _operations(job)
+    if (chosen := _chosen(job)) is not None and chosen > len(operations):
+        raise JobError(f"has no operation {chosen}; it holds {len(operations)}", file=job.input)
     tools = _tools(job, source, operations)
     simultaneous = {operation.tool for operation in operations if operation.kind == "simultaneous"}
     for name in tools if job.tool is not None else ():

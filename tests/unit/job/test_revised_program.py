@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import fiveaxis as fx
 from fiveaxis.cli import app
 from fiveaxis.errors import JobError, ToolpathError
-from fiveaxis.job import make_job, revise_operations, takes_operations
+from fiveaxis.job import make_job, revise_operations, takes_operations, write_revised
 from fiveaxis.nc.operation_text import OperationText
 
 QUICK = {"machine": "dmu50ev", "cone": 20.0, "effort": "quick"}
@@ -163,3 +163,30 @@ def test_python_revises_and_writes_a_program_in_one_call(tmp_path):
     assert list(made.outcomes) == [5]
     assert new.read_bytes() == made.data
     assert new.read_bytes() != file.read_bytes()
+
+
+def test_an_operation_that_does_not_exist_is_refused(tmp_path):
+    job = make_job(input=shop_file(tmp_path, "fanuc"), tool="3=ball:6", program={"operation": 9}, **QUICK)
+    with pytest.raises(JobError, match="has no operation 9; it holds 5"):
+        revise_operations(job)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_run_leaves_nothing_of_an_earlier_one_beside_its_results(tmp_path):
+    file, out = shop_file(tmp_path, "fanuc"), tmp_path / "out"
+    stale = (out / "program.tap", out / "operation-7" / "report.html")
+    for path in stale:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("old", encoding="utf-8")
+    write_revised(revise_operations(make_job(input=file, tool="3=ball:6", **QUICK)), out)
+    assert not any(path.exists() for path in stale)
+    assert (out / "program.nc").is_file()
+
+
+def test_axis_words_before_tcp_are_a_risk_where_their_zero_is_unknown(tmp_path):
+    """Counted from the machine's zero, the words of the approach would be beyond the travel."""
+    machine = fx.load_machine("dmu50ev").with_setup((-46.0, 0.0, 162.0))
+    report = fx.verify_program(shop_file(tmp_path, "fanuc"), machine, operation=3, rapid=1e4)
+    assert any("moves by axis words before TCP" in gap.sentence for gap in report.risks)
+    wrong = [f.place.line for f in report.findings if f.code == "axis-limit"]
+    assert all(line > 26 for line in wrong)
