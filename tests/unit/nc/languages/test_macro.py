@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
-from patience import PATIENCE
+from interpreted import canonical, needs_rs274
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.machine import Machine
 from fiveaxis.nc import read_program
 from fiveaxis.toolpath import MoveKind
 
-RS274 = shutil.which("rs274")
 MOVE = re.compile(r"STRAIGHT_FEED\(([^)]*)\)")
 HEAD = "G21 G90 G94 F100\n"
 
@@ -48,17 +45,8 @@ def fault(cuts):
 
 def interpreted(text, folder):
     """Run a program on LinuxCNC's interpreter; return the ends of its cuts, (n, 3) mm."""
-    (folder / "tool.tbl").write_text("T3 P3 Z0 D10\n", encoding="ascii")
-    run = subprocess.run(
-        [str(RS274), "-t", "tool.tbl", "-g", "main.ngc"],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        cwd=folder,
-        check=False,
-    )
-    assert run.returncode == 0, run.stdout[-600:] + run.stderr[-600:]
-    return np.array([[float(v) for v in found[1].split(",")][:3] for found in MOVE.finditer(run.stdout)])
+    run = canonical(folder / "main.ngc")
+    return np.array([[float(v) for v in found[1].split(",")][:3] for found in MOVE.finditer(run)])
 
 
 SUBROUTINES = """
@@ -120,7 +108,7 @@ CALLED = (
 )
 
 
-@pytest.mark.skipif(RS274 is None, reason="rs274 isn't installed (apt-get install linuxcnc-uspace)")
+@needs_rs274
 @pytest.mark.parametrize(
     "text", [SUBROUTINES, LOOPS, FANUC_STYLE, "o<pocket> call [1]\nG1 X5\no<pocket> call [0]\n"]
 )

@@ -1,20 +1,15 @@
-"""LinuxCNC's own stand-alone interpreter, `rs274`, reads what is written for it.
-
-It comes with Debian's linuxcnc-uspace: ``apt-get install -y --no-install-recommends linuxcnc-uspace``.
-"""
+"""LinuxCNC's own stand-alone interpreter, `rs274`, reads what is written for it."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from patience import PATIENCE
+from interpreted import canonical, needs_rs274
 
 from fiveaxis.machine import load_machine, machine_names
 from fiveaxis.motion import Motion
@@ -26,10 +21,6 @@ from fiveaxis.toolpath import MoveKind
 # The lead-out has its own tests: here the last block is the last move.
 compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))
 
-RS274 = shutil.which("rs274")
-needs_rs274 = pytest.mark.skipif(
-    RS274 is None, reason="rs274 isn't installed (apt-get install linuxcnc-uspace)"
-)
 pytestmark = needs_rs274
 
 # The interpreter prints positions with four decimals.
@@ -48,20 +39,11 @@ def interpreted(text, folder, *, wrapped="", ini=()):
     interpreter hasn't: they are left out.
     The axes in `wrapped` are WRAPPED_ROTARY.
     """
-    file, tools = folder / "program.ngc", folder / "tool.tbl"
+    file = folder / "program.ngc"
     file.write_text(SWITCHES.sub("", text), encoding="ascii")
-    tools.write_text("T3 P3 Z0 D10\n", encoding="ascii")
-    run = subprocess.run(
-        [str(RS274), *(ini or _ini_of(wrapped, folder)), "-t", str(tools), "-g", str(file)],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        cwd=folder,
-        check=False,
-    )
-    assert run.returncode == 0, run.stdout[-600:] + run.stderr[-600:]
+    run = canonical(file, *(ini or _ini_of(wrapped, folder)))
     ends, rates, offset, rate = [], [], np.zeros(6), np.nan
-    for line in run.stdout.splitlines():
+    for line in run.splitlines():
         if found := OFFSET.search(line):
             offset = np.array([float(v) for v in found[1].split(",")])
         elif found := RATE.search(line):
