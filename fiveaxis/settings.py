@@ -42,6 +42,7 @@ MUST_BE = {
     **dict.fromkeys(("tuple_type", "list_type"), "a list in square brackets"),
     **dict.fromkeys(("model_type", "dict_type"), "a table of keys and values"),
     "string_too_short": "text that isn't empty",
+    "too_short": "a list of at least {min_length}",
     "too_long": "a list of at most {max_length}",
 }
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 import typer
 from rich.markup import escape
 
-from fiveaxis.cli.terminal import parse_named, parse_numbers, parse_positions, parse_words
+from fiveaxis.cli.terminal import parse_integers, parse_named, parse_numbers, parse_positions, parse_words
 from fiveaxis.options import (
     Bounds,
     Framing,
@@ -24,6 +24,7 @@ from fiveaxis.options import (
     Search,
     Surrounding,
     Writing,
+    is_one_or_more,
     options_of,
     words_of,
 )
@@ -111,7 +112,7 @@ def _read(kind: Any, flag: str, value: Any) -> Any:
     if get_origin(whole) is Mapping:
         return parse_positions(flag, value)
     if _is_list(whole):
-        return tuple(parse_words(value) or ())
+        return parse_integers(flag, value) if is_one_or_more(kind) else tuple(parse_words(value) or ())
     count = len(get_args(whole))
     form, separator = ("MIN:MAX", ":") if count == RANGE else ("X,Y,Z", ",")
     return tuple(parse_numbers(value, count, form, separator))

@@ -148,6 +148,14 @@ def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> lis
     return values
 
 
+def parse_integers(flag: str, text: str) -> tuple[int, ...]:
+    """Parse whole numbers that are separated by commas."""
+    try:
+        return tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise SettingError(f"{flag} {text!r} isn't of the form 3 or 3,5 (whole numbers)") from None
+
+
 _POSITION = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
 
 

@@ -127,9 +127,9 @@ def verify(
 def operations_apart(
     program: Path, machine: Machine, reading: Mapping[str, Any], *, whole: bool = False
 ) -> list[tuple[Operation | None, dict[str, Any]]]:
-    """List the operations of a program that holds several and none was chosen, with how to read each.
+    """List the operations of a program that holds several, all or the chosen ones, with how to read each.
 
-    What can't be read is told and left out.
+    What can't be read is told and left out, unless it is chosen.
 
     Parameters
     ----------
@@ -137,16 +137,21 @@ def operations_apart(
     """
     from fiveaxis.nc import read_operations
 
-    one = whole or reading.get("operation") is not None or program.suffix.lower() == ".csv"
+    given: dict[str, Any] = {name: value for name, value in reading.items() if name != "operation"}
+    chosen = dict.fromkeys(reading.get("operation", ()))
+    one = whole or len(chosen) == 1 or program.suffix.lower() == ".csv"
     if one or not program.is_file():  # whoever reads it says that it is missing
         return [(None, dict(reading))]
-    found = read_operations(program, machine=machine, **reading)
+    found = read_operations(program, machine=machine, **given)
+    if chosen:
+        at = {operation.number: operation for operation in found}
+        return [(at.get(number), {**given, "operation": number}) for number in chosen]
     if len(found) < 2:
-        return [(None, dict(reading))]
+        return [(None, given)]
     for operation in found:
         if operation.kind == "unread":
             err.print(f"operation {operation.number} is left out: {operation}", markup=False, soft_wrap=True)
-    return [(o, {**reading, "operation": o.number}) for o in found if o.kind != "unread"]
+    return [(o, {**given, "operation": o.number}) for o in found if o.kind != "unread"]
 
 
 def load_checked(

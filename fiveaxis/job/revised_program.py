@@ -173,7 +173,7 @@ def revise_program(
 
 
 def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
-    """Revise every simultaneous operation of a job's program whose tool is known, or the one that it names.
+    """Revise every simultaneous operation of a job's program whose tool is known, or those that it names.
 
     Parameters
     ----------
@@ -190,8 +190,8 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
     """
     source = load_source(job.input)
     operations = _operations(job)
-    if (chosen := _chosen(job)) is not None and chosen > len(operations):
-        raise JobError(f"has no operation {chosen}; it holds {len(operations)}", file=job.input)
+    if (last := max(_chosen(job), default=0)) > len(operations):
+        raise JobError(f"has no operation {last}; it holds {len(operations)}", file=job.input)
     tools = _tools(job, source, operations)
     simultaneous = {operation.tool for operation in operations if operation.kind == "simultaneous"}
     for name in tools if job.tool is not None else ():
@@ -225,7 +225,9 @@ def takes_operations(job: Job) -> bool:
     """Check whether a job's program is revised operation by operation, or has to say which tool cuts."""
     if not revises(job):
         return False
-    return job.tool is None or "=" in job.tool or (_chosen(job) is None and len(_operations(job)) > 1)
+    if job.tool is None or "=" in job.tool or len(_chosen(job)) > 1:
+        return True
+    return not _chosen(job) and len(_operations(job)) > 1
 
 
 def _operations(job: Job) -> tuple[Operation, ...]:
@@ -233,11 +235,11 @@ def _operations(job: Job) -> tuple[Operation, ...]:
     return read_operations(job.input, machine=program_machine(job), **reading)
 
 
-def _chosen(job: Job) -> int | None:
-    """Return the number of the operation that a job names."""
+def _chosen(job: Job) -> tuple[int, ...]:
+    """Return the numbers of the operations that a job names; none where it revises all."""
     table: Any = job.program
-    number: int | None = table.operation
-    return number
+    numbers: tuple[int, ...] | None = table.operation
+    return numbers or ()
 
 
 def _tools(job: Job, source: Source, operations: Sequence[Operation]) -> dict[str, str]:
@@ -250,13 +252,13 @@ def _tools(job: Job, source: Source, operations: Sequence[Operation]) -> dict[st
 
 def _of(job: Job, number: int, **changes: Any) -> Job:
     """Return a job on one of its program's operations."""
-    program = job.program.model_copy(update={"operation": number})
+    program = job.program.model_copy(update={"operation": (number,)})
     return job.model_copy(update={"program": program, **changes})
 
 
 def _reason(job: Job, operation: Operation, tool: str | None) -> str:
     """Say why an operation stays as it is; empty where it is revised."""
-    if _chosen(job) not in (None, operation.number):
+    if _chosen(job) and operation.number not in _chosen(job):
         return "another one was chosen"
     if operation.kind == "unread":
         return f"it can't be read: {operation.why}"

@@ -75,9 +75,19 @@ class ReadOptions:
         Raises
         ------
         SettingError
-            An unknown word; a speed that isn't positive; a word that isn't an M word.
+            An unknown word; a speed that isn't positive; a word that isn't an M word; several operations.
         """
         given = completed(Reading, reading)
+        chosen = given["operation"]
+        if isinstance(chosen, list | tuple):
+            if len(chosen) > 1:
+                listed = ",".join(map(str, chosen))
+                raise SettingError(
+                    f"operation = {listed}: operations are never merged into one path; give one number here "
+                    "(`optimise` in the program's own lines, `verify` and `energy` take several, each on its "
+                    "own)"
+                )
+            [given["operation"]] = chosen
         return cls(**given | {"start": given["start"] or {}, "harmless": tuple(given["harmless"])}, **others)
 
     def of_language(self, source: Source) -> Source:

@@ -210,8 +210,8 @@ def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArra
 
 
 def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> ReadOptions:
-    given = {name: value for name, value in reading.items() if value is not None}
-    return ReadOptions(tool=tool, machine=machine, **given)
+    given: Any = {name: value for name, value in reading.items() if value is not None}
+    return ReadOptions.of(given, tool=tool, machine=machine)
 
 
 def _load(

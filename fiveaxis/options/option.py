@@ -8,7 +8,7 @@ import operator
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from fiveaxis.errors import SettingError
 
@@ -92,6 +92,12 @@ def completed(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _require_valid(name: str, kind: Any, option: Option, value: Any) -> None:
+    if isinstance(value, list | tuple):
+        if not value and is_one_or_more(kind):
+            raise SettingError(f"{name} is an empty list; give a number, or leave it out")
+        for each in value:
+            _require_valid(name, kind, option, each)
+        return
     words = words_of(kind)
     if words and value not in words:
         known = " or ".join(repr(word) for word in words)
@@ -134,24 +140,27 @@ def parted(given: Mapping[str, Any], *groups: type) -> tuple[dict[str, Any], ...
 
 def table_of(group: type, base: type[BaseModel]) -> type[BaseModel]:
     """Make a model of settings with a field for each option of a group, after those of a base."""
-    from pydantic import Field, create_model
+    from pydantic import BeforeValidator, Field, create_model
 
-    fields: dict[str, Any] = {
-        name: (
-            kind,
-            Field(
-                option.default,
-                gt=option.above,
-                ge=option.least,
-                lt=option.below,
-                le=option.most,
-                description=option.sentence,
-                examples=None if option.example is None else [option.example],
-            ),
-        )
-        for name, (kind, option) in options_of(group).items()
-    }
+    fields: dict[str, Any] = {}
+    for name, (kind, option) in options_of(group).items():
+        ends: dict[str, Any] = {"gt": option.above, "ge": option.least, "lt": option.below, "le": option.most}
+        if is_one_or_more(kind):
+            several = Annotated[tuple[Annotated[int, Field(**ends)], ...], Field(min_length=1)]
+            kind, ends = Annotated[several | None, BeforeValidator(as_list)], {}
+        shown = None if option.example is None else [option.example]
+        fields[name] = kind, Field(option.default, **ends, description=option.sentence, examples=shown)
     return create_model(group.__name__, __base__=base, __doc__=group.__doc__, **fields)
+
+
+def is_one_or_more(kind: Any) -> bool:
+    """Check whether a type is a whole number or a list of some, of which one that stands alone is a list."""
+    return tuple[int, ...] in get_args(kind)
+
+
+def as_list(value: Any) -> Any:
+    """Return a whole number as a list of one; all else as it is."""
+    return (value,) if isinstance(value, int) else value
 
 
 def section_of(group: type, heading: str) -> str:

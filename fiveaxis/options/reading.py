@@ -63,11 +63,13 @@ class ReadProgram(TypedDict, total=False):
         ),
     ]
     operation: Annotated[
-        int | None,
+        int | tuple[int, ...] | None,
         Option(
-            "number of the operation to read, of an input with several tools, zeros or planes",
+            "number of the operation to read, of an input with several tools, zeros or planes; several where "
+            "each is revised, verified or priced on its own",
             least=1,
-            example=2,
+            written="3,5",
+            example=[3, 5],
         ),
     ]
     increment: Annotated[

@@ -165,6 +165,48 @@ def test_python_revises_and_writes_a_program_in_one_call(tmp_path):
     assert new.read_bytes() != file.read_bytes()
 
 
+def test_a_list_chooses_several_operations(tmp_path):
+    file, tools = shop_file(tmp_path, "fanuc"), "3=ball:6,5=ball:8"
+    made = fx.revise_program(file, tool=tools, operation=[3, 5], **QUICK)
+    assert list(made.outcomes) == [3, 5]
+    # One cutter for both of them.
+    job = make_job(input=file, tool="ball:6", program={"operation": (3, 5)}, **QUICK)
+    assert takes_operations(job)
+    made = fx.revise_program(file, tool="ball:6", operation=(5,), **QUICK)
+    assert [part.why for part in made.parts if part.outcome is None] == ["another one was chosen"] * 4
+
+
+def test_verify_and_energy_take_a_list_of_operations_each_on_its_own(tmp_path):
+    file, on = str(shop_file(tmp_path, "linuxcnc")), ["-m", "dmu50ev", "--rapid", "10000"]
+    result = CliRunner().invoke(app, ["verify", file, *on, "--operation", "5,3", "--json"])
+    told = json.loads(result.stdout)["operations"]
+    assert [each["operation"]["number"] for each in told] == [5, 3]
+    one = CliRunner().invoke(app, ["verify", file, *on, "--operation", "3", "--json"])
+    alone = json.loads(one.stdout)
+    assert told[1] == {"operation": told[1]["operation"]} | {n: alone[n] for n in alone if n in told[1]}
+    result = CliRunner().invoke(app, ["energy", file, *on, "--operation", "3,5", "--json"])
+    assert [each["operation"]["number"] for each in json.loads(result.stdout)] == [3, 5]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--operation 3,9", "has no operation 9; it holds 5"),
+        ("--operation 3,x", "--operation '3,x' isn't of the form 3 or 3,5"),
+        ("--operation 3,0", "program.operation[1] = 0 must be at least 1"),
+        (
+            "--operation 3,5 --control heidenhain",
+            "operation = 3,5: operations are never merged",
+        ),
+    ],
+)
+def test_a_list_of_operations_that_cannot_be_is_refused(words, message, tmp_path):
+    on = ["-m", "dmu50ev", "--tool", "ball:6", "--cone", "20"]
+    result = CliRunner().invoke(app, ["optimise", str(shop_file(tmp_path, "fanuc")), *on, *words.split()])
+    assert result.exit_code == 2
+    assert message in " ".join(result.output.split())
+
+
 def test_an_operation_that_does_not_exist_is_refused(tmp_path):
     job = make_job(input=shop_file(tmp_path, "fanuc"), tool="3=ball:6", program={"operation": 9}, **QUICK)
     with pytest.raises(JobError, match="has no operation 9; it holds 5"):
