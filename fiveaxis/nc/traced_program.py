@@ -64,6 +64,11 @@ class TracedProgram:
         return replace(self, motion=self.motion.part(slice(on, None)), path=path)
 
     @property
+    def is_placed(self) -> bool:
+        """Whether it is known where its moves are on the machine: not of axis words from an unknown zero."""
+        return bool(self.motion.tcp.any()) or not self.motion.zero_unknown
+
+    @property
     def is_table(self) -> bool:
         """Whether it is the table of a motion."""
         return self.motion.technology is None and not self.by_control

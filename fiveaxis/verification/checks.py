@@ -49,11 +49,22 @@ def check_finite(context: CheckContext) -> Result:
     )
 
 
-def check_limits(context: CheckContext) -> Result:
-    """Check every axis value against its limits."""
+def check_limits(context: CheckContext, *, placed: bool = True) -> Result:
+    """Check every axis value against its limits.
+
+    Parameters
+    ----------
+    placed : whether it is known where the linear axes are; else only how far each goes is held to its travel
+    """
     machine, tolerances = context.machine, context.tolerances
     overrun = np.maximum(context.positions - machine.high, machine.low - context.positions)
     rotary = np.array([a.is_rotary for a in machine.axes])
+    farthest = np.fmax.reduce(context.positions)
+    stroke, travel = farthest - np.fmin.reduce(context.positions), machine.high - machine.low
+    if not placed:
+        ends = np.full_like(overrun, -np.inf)
+        ends[np.argmax(context.positions == farthest, axis=0), range(len(travel))] = stroke - travel
+        overrun = np.where(rotary, overrun, ends)
     rows, columns = np.nonzero(overrun > np.where(rotary, tolerances.angle, tolerances.length))
     shown = machine.shown(overrun)
     limited = ", ".join(a.letter for a in machine.axes if not a.limits.unlimited)
@@ -67,6 +78,12 @@ def check_limits(context: CheckContext) -> Result:
 
     def message(i: int) -> str:
         axis, value = machine.axes[columns[i]], context.positions[rows[i], columns[i]]
+        if not (placed or axis.is_rotary):
+            way, most = (axis.shown(sizes[columns[i]]) for sizes in (stroke, travel))
+            return (
+                f"{axis.letter} goes over {way:.6g} {axis.unit}, beyond its travel of {most:g} {axis.unit}, "
+                "wherever the zero is; divide the work"
+            )
         side, bound = ("above", axis.limits.high) if value > axis.limits.high else ("below", axis.limits.low)
         return (
             f"{axis.letter} = {axis.shown(value):.6g} {axis.unit} is {side} the limit "
@@ -83,7 +100,9 @@ def check_limits(context: CheckContext) -> Result:
             "limit_overrun_mm": _overrun_figure(shown[:, ~rotary]),
             "limit_overrun_deg": _overrun_figure(shown[:, rotary]),
         },
-        checked=(f"axis limits of {limited} at every location",) if limited else (),
+        checked=(f"axis limits of {limited} at every location" + " (how far linear axes go)" * (not placed),)
+        if limited
+        else (),
         not_checked=tuple(
             risk(f"{what} of {', '.join(letters)}: {why}", what_to_add, MACHINE_FILE)
             for what, letters, why, what_to_add in (

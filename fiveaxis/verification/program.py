@@ -40,7 +40,8 @@ NOT_CHECKED = (
     Gap("acceleration and jerk; durations of rapid moves of axes without a known speed"),
 )
 UNPLACED = risk(
-    "moves by axis words before TCP: the program doesn't say where they are on the workpiece",
+    "limits of linear axes, gouges and collisions in moves by axis words: the program doesn't say where they "
+    "are on the machine",
     "zero (--zero)",
     JOB,
 )
@@ -127,6 +128,8 @@ def check_read(
     """Check a program that was read as `check_program` does."""
     toolpath, around = against.zoned_path, against.surroundings or Surroundings()
     whole, read = read, read.placed()
+    # A path that it follows, or leaves, shows where its zero is.
+    placed = read.is_placed or toolpath is not None
     if toolpath is not None:
         read = replace(read, path=read.path.in_zone(toolpath.zone))
     context = _context(read, machine, against.constraints, tolerances or against.tolerances)
@@ -136,10 +139,10 @@ def check_read(
     rows = ProgramRows(read, against, match, surface_tolerance)
     lacking = ((against.cutter, NO_TOOL), (toolpath, NO_PATH))
     left = (*NOT_CHECKED, *(sentence for given, sentence in lacking if given is None))
-    if read is not whole:
+    if read is not whole or not placed:
         left = (*left, UNPLACED)
     between = CheckedInterpolation.of_height(read.tcp_height)
-    report = examine(Examination(context, around, between, rows=rows), left)
+    report = examine(Examination(context, around, between, rows=rows, placed=placed), left)
     told = Report.of_findings((*read.motion.findings, *_part_size(around, against)))
     return report.merge(told, *(() if against.program is None else (unsaid(read.motion.findings),)))
 

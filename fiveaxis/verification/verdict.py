@@ -150,6 +150,7 @@ class Examination:
     accelerations : whether accelerations follow from the blocks' speeds; not if moves were divided
     text : of one of our own programs, with what was planned
     rows : of a program; None where the rows are locations
+    placed : whether it is known where the rows are on the machine
     """
 
     context: CheckContext
@@ -158,6 +159,11 @@ class Examination:
     accelerations: bool = True
     text: WrittenText | None = None
     rows: ProgramRows | None = None
+    placed: bool = True
+
+
+def _limits(e: Examination) -> Iterable[Result]:
+    yield check_limits(e.context, placed=e.placed)
 
 
 def _positions(e: Examination) -> Iterable[Result]:
@@ -253,11 +259,12 @@ def _planes(e: Examination) -> Iterable[Result]:
 
 
 def _gouges(e: Examination) -> Iterable[Result]:
-    yield check_gouges(e.context, e.surroundings.part, e.interpolation)
+    if e.placed:
+        yield check_gouges(e.context, e.surroundings.part, e.interpolation)
 
 
 def _collisions(e: Examination) -> Iterable[Result]:
-    if e.rows is None or e.rows.against.cutter is not None:
+    if e.placed and (e.rows is None or e.rows.against.cutter is not None):
         yield from check_collisions(e.context, e.surroundings, tcp_height=e.interpolation.of_collisions)
 
 
@@ -280,7 +287,9 @@ BODY_CHECKS: tuple[CheckFunction, ...] = (_gouges, _collisions)
 # All checks, in the order of the report.
 CHECKS: tuple[CheckFunction, ...] = (
     _figures,
-    lambda e: (check_finite(e.context), check_limits(e.context), check_hold(e.context)),
+    lambda e: (check_finite(e.context),),
+    _limits,
+    lambda e: (check_hold(e.context),),
     _positions,
     _lean,
     _turns,

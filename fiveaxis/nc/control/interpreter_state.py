@@ -57,6 +57,7 @@ class InterpreterState:
     table_line : line of G254 in force; 0 for none
     unread : last lines of parts that aren't read, still to come
     left_out : these parts, and `original`, the program with their lines
+    zero_unknown : whether words of axes count from a zero that nobody says, and no cut shows
     """
 
     source: Source
@@ -83,6 +84,7 @@ class InterpreterState:
     unread: tuple[int, ...] = ()
     left_out: tuple[Unread, ...] = ()
     original: Source | None = None
+    zero_unknown: bool = False
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes

@@ -66,6 +66,8 @@ class ReadMotion(Motion):
         aren't known; it has no `moves`, and the time of a straight one. Of the first row, a feed move to it
     technology : spindle, tool, offsets and coolant in force in that move; None for another source
     operation : that was read
+    zero_unknown : whether moves by axis words count from a zero that nobody says: where they are on the
+        machine and the workpiece isn't known
     ignored : counts of unused words, and of blocks and lines that aren't in the motion
     findings : assumptions and omissions, with their lines
     """
@@ -75,6 +77,7 @@ class ReadMotion(Motion):
     from_unknown: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
     technology: TechnologyTrack | None = None
     operation: Operation | None = None
+    zero_unknown: bool = False
     ignored: Mapping[str, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
@@ -179,6 +182,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         from_unknown=columns.from_unknown,
         technology=interpreter.modes.technology.track(columns.steps),
         operation=operation,
+        zero_unknown=interpreter.zero_unknown,
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),
     )

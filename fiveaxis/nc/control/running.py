@@ -28,7 +28,7 @@ from fiveaxis.nc.control.technology import (
     TechnologyTrack,
 )
 from fiveaxis.nc.control.wrapping import find_wrapping
-from fiveaxis.nc.control.zero_evidence import judge_zero
+from fiveaxis.nc.control.zero_evidence import depends_on_zero, judge_zero
 from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_language, leader_length
 from fiveaxis.nc.languages.increments import LEAST_INCREMENT, has_points, with_points
 from fiveaxis.nc.operations import Work, rows_of
@@ -110,7 +110,9 @@ def _run_judged(source: Source, machine: Machine, options: ReadOptions, *, stand
         options = replace(options, unit=unit)
         interpreter = _run(source, machine, options, stand_in=stand_in)
     if options.zero is None and not stand_in and interpreter.track.rows:
-        settled = judge_zero(source, interpreter.track.columns())
+        columns = interpreter.track.columns()
+        settled = judge_zero(source, columns)
+        interpreter.zero_unknown = settled is None and depends_on_zero(source, columns)
         if settled is not None:
             zero, told = settled
             if zero:

@@ -12,7 +12,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.axis_track import Columns, Counting
+from fiveaxis.nc.control.axis_track import Columns, Counting, counting_machine
 from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind
@@ -34,16 +34,13 @@ def judge_zero(source: Source, columns: Columns) -> tuple[dict[str, float], Find
     is by this package, whose words count from the machine model's zero. An empty zero is the machine model's.
     """
     machine, turns = columns.machine, np.abs(np.diff(columns.values, axis=0))
-    rotary, linear = machine.rotary_columns, [machine.column(c) for c in "XYZ" if c in machine.letters]
+    rotary, linear = machine.rotary_columns, _linear(machine)
     cuts = (columns.kinds[1:] == MoveKind.CUT) & ~columns.of_tip[1:] & ~columns.of_tip[:-1]
     cuts &= (np.nan_to_num(turns[:, rotary]) > LEAST_TURN).any(axis=1)
-    if not cuts.any() or len(linear) < 3 or stated_control(source)[0]:
+    if not cuts.any() or not depends_on_zero(source, columns):
         return None
-    adds_length = bool((columns.counting == Counting.COMPENSATED).any()) and machine.length_is_along_z
-    used = machine.with_tool_length(0.0) if adds_length else machine
-    home = linear_positions(used, np.zeros((1, 3)), np.zeros((1, len(rotary))))[0, linear]
-    if not np.isfinite(home).all() or np.abs(home).max() <= SAME:
-        return None
+    used = _used(columns)
+    home = _home(used)
     positions = columns.positions()
     shifted = positions.copy()
     shifted[:, linear] += home
@@ -63,6 +60,33 @@ def judge_zero(source: Source, columns: Columns) -> tuple[dict[str, float], Find
     severity = Severity.NOTE if by_model else Severity.WARNING
     line = int(columns.lines[1:][cuts][0])
     return (zero if by_part else {}), source.finding(severity, code, text, line)
+
+
+def depends_on_zero(source: Source, columns: Columns) -> bool:
+    """Check whether the machine model's zero and the workpiece's are two, and the program says neither.
+
+    A program by this package counts from the machine model's.
+    """
+    if len(_linear(columns.machine)) < 3 or stated_control(source)[0]:
+        return False
+    home = _home(_used(columns))
+    return bool(np.isfinite(home).all() and np.abs(home).max() > SAME)
+
+
+def _linear(machine: Machine) -> list[int]:
+    return [machine.column(c) for c in "XYZ" if c in machine.letters]
+
+
+def _used(columns: Columns) -> Machine:
+    """Return the machine of the rows, without the tool's length where the control adds it."""
+    compensated = bool((columns.counting == Counting.COMPENSATED).any())
+    return counting_machine(columns.machine, Counting.COMPENSATED if compensated else Counting.AXES)
+
+
+def _home(machine: Machine) -> Array:
+    """Return where X, Y and Z are when the tip is at the workpiece's zero and the rotary axes are at 0."""
+    rotary = np.zeros((1, len(machine.rotary_columns)))
+    return linear_positions(machine, np.zeros((1, 3)), rotary)[0, _linear(machine)]
 
 
 def _steps(machine: Machine, positions: Array) -> Array:

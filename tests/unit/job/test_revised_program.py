@@ -229,6 +229,28 @@ def test_axis_words_before_tcp_are_a_risk_where_their_zero_is_unknown(tmp_path):
     """Counted from the machine's zero, the words of the approach would be beyond the travel."""
     machine = fx.load_machine("dmu50ev").with_setup((-46.0, 0.0, 162.0))
     report = fx.verify_program(shop_file(tmp_path, "fanuc"), machine, operation=3, rapid=1e4)
-    assert any("moves by axis words before TCP" in gap.sentence for gap in report.risks)
+    assert any("in moves by axis words" in gap.sentence for gap in report.risks)
     wrong = [f.place.line for f in report.findings if f.code == "axis-limit"]
     assert all(line > 26 for line in wrong)
+
+
+@pytest.mark.parametrize("control", SHOPS)
+def test_operations_by_axis_words_are_judged_only_where_their_zero_is_known(control, tmp_path):
+    file, machine = shop_file(tmp_path, control), fx.load_machine("dmu50ev")
+    for number in (1, 2):
+        given = {"operation": number, "rapid": 1e4}
+        report = fx.verify_program(file, machine, **given)
+        assert "axis-limit" not in report.counts
+        assert any("in moves by axis words" in gap.sentence for gap in report.risks)
+        known = fx.verify_program(file, machine, zero={"X": -250, "Y": -200, "Z": -20}, **given)
+        assert "Z = 30 mm is above the limit 0 mm" in " ".join(f.message for f in known.findings)
+        assert not any("in moves by axis words" in gap.sentence for gap in known.risks)
+
+
+def test_a_way_beyond_the_travel_is_found_from_any_zero(tmp_path):
+    file, machine = shop_file(tmp_path, "fanuc"), fx.load_machine("dmu50ev")
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text.replace("\nX40.\n", "\nX460.5\n"), encoding="utf-8")
+    report = fx.verify_program(file, machine, operation=1, rapid=1e4)
+    [found] = [f for f in report.findings if f.code == "axis-limit"]
+    assert found.message.startswith("X goes over 500.5 mm, beyond its travel of 500 mm")
