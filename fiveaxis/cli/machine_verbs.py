@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,9 +10,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.options import AsJson, takes
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.verify_verb import PROGRAM, reading_of
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_suffix
@@ -64,7 +65,9 @@ def import_machine(
             print_written(save_machine(machine, output))
 
 
+@takes(PROGRAM)
 def info(
+    context: typer.Context,
     machine: Annotated[
         str | None,
         typer.Argument(
@@ -80,11 +83,16 @@ def info(
         str | None, typer.Option("--machine", "-m", help="machine of a program, for its rotary words")
     ] = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
     """Show a machine (chain, branches, limits, powers, every figure's source), or a program's operations."""
     with errors_explained(as_json):
+        reading = reading_of(context.params)
         if machine is not None and code is None and _is_program(Path(machine)):
-            return _print_operations(Path(machine), written_for, as_json=as_json)
+            return _print_operations(Path(machine), written_for, reading, as_json=as_json)
+        if reading or written_for is not None:
+            what = ", ".join(reading) or "--machine"
+            raise SettingError(f"{what} is for programs, and none is named; leave it out")
         if (machine is None) == (code is None):
             raise SettingError("give either a machine (`fiveaxis machines` lists the names) or --code")
         with shown_work(err, hidden=as_json):
@@ -103,14 +111,14 @@ def _is_program(path: Path) -> bool:
     return path.suffix.lower() not in (".toml", ".ini", ".urdf", ".mch", ".xml") and holds_path(path)
 
 
-def _print_operations(path: Path, machine: str | None, *, as_json: bool) -> None:
+def _print_operations(path: Path, machine: str | None, reading: Mapping[str, Any], *, as_json: bool) -> None:
     """Print the operations of a program or CL file as a table."""
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import measure_operations
 
     with shown_work(err, hidden=as_json):
         used = None if machine is None else load_machine(machine)
-        found = measure_operations(path, machine=used)
+        found = measure_operations(path, machine=used, **reading)
     if as_json:
         return print_json({"program": str(path), "operations": [each.as_dict() for each in found]})
     heads = ("", "lines", "kind", "tool", "S", "coolant", "zero", "rows", "cut mm", "cut s")

@@ -11,7 +11,7 @@ from fiveaxis.nc.formats import STAND_IN, read_operations, read_path_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.stated_tools import stated_tools
-from fiveaxis.options import Reading, spelled_out
+from fiveaxis.options import Reading, as_list, spelled_out
 from fiveaxis.toolpath import Operation, Tool
 
 
@@ -44,7 +44,7 @@ class OperationFacts:
 def measure_operations(
     path: str | Path, *, machine: Machine | None = None, **reading: Unpack[Reading]
 ) -> tuple[OperationFacts, ...]:
-    """List the operations of a program or CL file as `read_operations` does, and how much each does.
+    """List the operations of a program or CL file, all or the chosen ones, and how much each does.
 
     Raises
     ------
@@ -53,7 +53,12 @@ def measure_operations(
     """
     given: dict[str, Any] = {name: value for name, value in reading.items() if name != "operation"}
     source, found = load_source(path), []
-    for operation in read_operations(path, machine=machine, **given):
+    operations = read_operations(path, machine=machine, **given)
+    chosen: Any = as_list(reading.get("operation"))
+    for number in chosen or ():
+        if number > len(operations):
+            raise source.error(f"has no operation {number}; it holds {len(operations)}")
+    for operation in operations if chosen is None else [operations[number - 1] for number in chosen]:
         if operation.kind == "unread":
             found.append(OperationFacts(operation, None, 0, 0.0, 0.0))
             continue

@@ -11,6 +11,7 @@ from fiveaxis.options.machines import OnMachine, Placing
 from fiveaxis.options.meshes import CREASE, Meshes
 from fiveaxis.options.option import (
     Option,
+    as_list,
     completed,
     defaults,
     is_one_or_more,
@@ -68,6 +69,7 @@ __all__ = [
     "Workpiece",
     "Wrap",
     "Writing",
+    "as_list",
     "completed",
     "defaults",
     "is_one_or_more",

@@ -107,6 +107,23 @@ def test_info_lists_the_operations_of_a_program(tmp_path):
     assert "simultaneous, TCP" in shown.output
 
 
+def test_info_reads_a_program_as_the_other_commands_do(tmp_path):
+    """From a known start the way to the first cut is in the path, and a unit scales all lengths."""
+    text = "G21 G90 G54\nT1 M6\nS100 M3\nG1 X10. F500.\nX40. Y40.\nM30\n"
+    file = tmp_path / "line.nc"
+    file.write_text(text, encoding="utf-8")
+    told = []
+    for words in ("", "--start X0,Y0,Z5", "--start X0,Y0,Z5 --zero X1,Y2,Z3 --unit inch --operation 1"):
+        result = CliRunner().invoke(app, ["info", str(file), "--json", *words.split()])
+        assert result.exit_code == (0 if words else 2), result.output
+        told.append(json.loads(result.stdout)["operations"][0]["cut_length"] if words else None)
+    assert told[1] == pytest.approx(60.0)
+    assert told[2] == pytest.approx(25.4 * 60.0)
+    refused = CliRunner().invoke(app, ["info", "dmu50ev", "--zero", "X0"])
+    assert refused.exit_code == 2
+    assert "zero is for programs" in refused.output
+
+
 MACRO = ("T9 M6", "S500 M3", "G65 P9001 X10. Y10.", "IF [#1 EQ 0] GOTO 10", "M5")
 
 
