@@ -9,11 +9,7 @@ with its reason: a program is read completely or not at all.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 
-import numpy as np
-
-from fiveaxis.geometry import Array
 from fiveaxis.nc.languages.block import (
     IS_CYCLE,
     NO_WORDS,
@@ -23,8 +19,8 @@ from fiveaxis.nc.languages.block import (
     put_word,
     reasons,
 )
+from fiveaxis.nc.languages.iso_frames import FRAME_WORDS, Frames, is_unfinished
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
-from fiveaxis.nc.languages.planes import Plane, turns
 from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
 
@@ -64,8 +60,6 @@ CANCELS = {
 }
 # The same where the block has axis words, all 0, and nothing else; these are no positions.
 CANCELS_AT_ZERO = {"G50.1": "mirror (G51.1)", "G100": "mirror (G101)"}
-
-FRAME_WORDS = ("G52", "G53.1", "G68.2", "G69")
 
 _PLAIN = "post the program with plain numbers"
 _DIN = (
@@ -114,8 +108,13 @@ class Iso(Reader):
         super().__init__(source, block_delete=block_delete)
         self.macros, self.tip, self.frames = Macros(self.tape), TipSwitch(), Frames()
 
+    def continues(self, text: str) -> bool:
+        """Whether a plane goes on after this line, with its next point or vector."""
+        return "68.2" in text and is_unfinished(compact_code(text))
+
     def read(self, line: int, text: str) -> list[Block]:
-        """Read a line."""
+        """Read a line, or those of a plane by points or vectors."""
+        text, *rest = text.split("\n")
         code = compact_code(text)
         if not code or code[0] == "%" or _is_title(text, code):
             _require_no_din(code)
@@ -133,7 +132,10 @@ class Iso(Reader):
             return [block] if block.words else []
         block = _cancelling(_without_fast_mode(block._replace(tip_control=self.tip.take(block))))
         block = _timed_by_x(block, text) if "G4" in block.g and "X" in block.words else block
-        return [block if frozenset(FRAME_WORDS).isdisjoint(block.g) else self.frames.take(block)]
+        if frozenset(FRAME_WORDS).isdisjoint(block.g):
+            return [block]
+        more = [_parse_block(line, self.macros.take(without_head(compact_code(part)))) for part in rest]
+        return [self.frames.take(block, more)]
 
 
 def _without_fast_mode(block: Block) -> Block:
@@ -231,66 +233,3 @@ class TipSwitch:
             return None
         self.word = None
         return False
-
-
-class Frames:
-    """Shift and tilted plane of an ISO program.
-
-    ``G52 X Y Z`` moves the zero of every work offset. ``G68.2 X Y Z I J K`` puts the plane at X, Y, Z of it
-    and rotates it by Euler angles: I about Z, J about the new X, K about the new Z. ``G53.1`` turns the tool
-    normal to it. ``G69`` cancels the plane.
-
-    References
-    ----------
-    Fanuc Series 30i-A, Descriptions B-63942EN, 5.44.
-    """
-
-    def __init__(self) -> None:
-        self.shift, self.plane, self.tilted = Plane(), Plane(), False
-
-    def take(self, block: Block) -> Block:
-        """Return a block with its change of the frame.
-
-        Raises
-        ------
-        BlockError
-            G68.2 of points or of several angles about axes (P1 and so on), two of these words in one block.
-        """
-        present = [word for word in FRAME_WORDS if word in block.g]
-        if len(present) > 1:
-            raise BlockError(f"{' and '.join(present)} in one block; write one of them")
-        [word] = present
-        if word == "G53.1":
-            return block._replace(vector=(0.0, 0.0, 1.0))
-        if word == "G52":
-            return self._move_zero(block)
-        rest, self.plane, self.tilted = block.words, Plane(), word == "G68.2"
-        if self.tilted:
-            origin, rotation = np.array([block.words.get(c, 0.0) for c in "XYZ"]), _rotation(block.words)
-            rest = {c: value for c, value in rest.items() if c not in "XYZIJKPQ"}
-            self.plane = Plane(origin, rotation)
-        return block._replace(words=rest, frame=self.shift.then(self.plane).change(word))
-
-    def _move_zero(self, block: Block) -> Block:
-        old, words = self.shift.origin, block.words
-        shift = np.array([words.get(c, before) for c, before in zip("XYZ", old, strict=True)])
-        others = [c for c, value in words.items() if c not in "XYZ" and (c not in "ABC" or value)]
-        if block.g != ("G52",) or others or not words or self.tilted:
-            raise BlockError("G52 is supported for X, Y, Z, in its own block and outside of a tilted plane")
-        cancels = () if shift.any() else ("shift (G92, G52)",)
-        if not old.any() and not shift.any():
-            return Block(block.line, m=block.m, ignored=("G52",), cancels=cancels)
-        self.shift = Plane(shift)
-        return Block(block.line, m=block.m, frame=self.shift.change("G52"), cancels=cancels)
-
-
-def _rotation(words: Mapping[str, float]) -> Array:
-    """Return the rotation, (3, 3), of a plane by G68.2."""
-    kind, angles = words.get("P", 0.0), [words.get(c, 0.0) for c in "IJK"]
-    if kind == 0.0:
-        return turns("ZXZ", angles)
-    if kind == 1.0 and sum(angle != 0.0 for angle in angles) <= 1:
-        return turns("XYZ", angles)
-    raise BlockError(
-        f"G68.2 P{kind:g} isn't supported, except P1 with one angle; post Euler angles I, J, K, without P"
-    )

@@ -11,7 +11,7 @@ from fiveaxis.geometry import Array, product
 from fiveaxis.nc.languages.block import BlockError
 from fiveaxis.nc.languages.klartext_cycles import Cycle, require_drill
 from fiveaxis.nc.languages.klartext_state import IGNORED_CYCLES, INCH_FEED, VALUE, Line, refusal
-from fiveaxis.nc.languages.planes import turns
+from fiveaxis.nc.languages.planes import rotation_onto, turns
 
 _PARAMETER = re.compile(r"(?:FN ?([0-7]) ?: ?)?(Q[LR]?[0-9]+) ?= ?(.+)")
 _ANGLE = re.compile(rf"(SP[ABC]|EUL(?:PR|NU|ROT)|[BN][XYZ]) ?({VALUE})")
@@ -143,19 +143,9 @@ class SetUp(Line):
             [(key, angle)] = angles.items()
             return product(self.state.tilt, turns("XYZ"["ABC".index(key[-1])], [angle]))
         if kind == "VECTOR":
-            return self._rotation_of(need("BX", "BY", "BZ"), need("NX", "NY", "NZ"))
+            base, normal = need("BX", "BY", "BZ"), need("NX", "NY", "NZ")
+            return rotation_onto(np.array(base), np.array(normal), "PLANE VECTOR")
         raise BlockError(refusal("PLANE"))
-
-    def _rotation_of(self, base: list[float], normal: list[float]) -> Array:
-        """Return the rotation of Z into the normal, and of X into the base vector's part across it."""
-        z = np.array(normal)
-        x = np.array(base)
-        z = z / (np.linalg.norm(z, axis=-1) or 1.0)
-        x = x - product(x, z) * z
-        if not z.any() or np.linalg.norm(x, axis=-1) < 1e-9:
-            raise BlockError("PLANE VECTOR needs a base vector across its normal; correct them")
-        x = x / np.linalg.norm(x, axis=-1)
-        return np.column_stack([x, np.cross(z, x), z])
 
     def _trans_datum(self) -> None:
         words = self.code.split()

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from fiveaxis.geometry import Array, product, rotation_matrix
-from fiveaxis.nc.languages.block import Block, Draft, FrameChange
+from fiveaxis.nc.languages.block import Block, BlockError, Draft, FrameChange
 from fiveaxis.nc.source import Source
 
 AXES = "XYZ"
@@ -77,6 +77,27 @@ def turns(axes: str, angles: Sequence[float]) -> Array:
     for axis, angle in zip(axes, angles, strict=True):
         rotation = product(rotation, turn_about(axis, angle))
     return rotation
+
+
+def rotation_onto(base: Array, normal: Array, word: str) -> Array:
+    """Return the rotation, (3, 3), of Z into a normal, and of X into the part of a base vector across it.
+
+    Parameters
+    ----------
+    base, normal : (3,), of any length
+    word : that states them
+
+    Raises
+    ------
+    BlockError
+        A vector of no length, or both along one line.
+    """
+    z = normal / (np.linalg.norm(normal, axis=-1) or 1.0)
+    x = base - product(base, z) * z
+    if not z.any() or np.linalg.norm(x, axis=-1) < 1e-9:
+        raise BlockError(f"{word} needs a base vector across its normal; correct them")
+    x = x / np.linalg.norm(x, axis=-1)
+    return np.column_stack([x, np.cross(z, x), z])
 
 
 @dataclass

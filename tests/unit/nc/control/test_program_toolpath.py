@@ -416,6 +416,22 @@ def test_a_tilted_plane_lies_on_the_workpiece(read):
     np.testing.assert_allclose(path.axis, [[1, 0, 0]] * 3, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        # X is the old Y; the third point is on the side of Y, the old Z.
+        ("P2 Q1 X10 Y20 Z30", "P2 Q2 X10 Y25 Z30", "P2 Q3 X10 Y18 Z37"),
+        ("P3 Q1 X10 Y20 Z30 I0 J2 K0", "P3 Q2 I3 J0 K0"),
+        ("P3. Q1. X10. Y20. Z30. I0. J2. K0. (X)", "P3. Q2. I3. J0. K0. (Z)"),
+    ],
+)
+def test_a_plane_by_points_or_vectors_is_the_same_as_by_euler_angles(lines, read):
+    plane = "".join(f"N{n}0 G68.2 {line}\n" for n, line in enumerate(lines, start=1))
+    path = read(plane + "G53.1\nG0 X1 Y2 Z3\nG1 X5 F60\nZ0\nG69\n")
+    np.testing.assert_allclose(tips(path), [[13, 21, 32], [13, 25, 32], [10, 25, 32]], atol=1e-12)
+    np.testing.assert_allclose(path.axis, [[1, 0, 0]] * 3, atol=1e-12)
+
+
 def test_arcs_lie_in_the_tilted_plane(read):
     text = "G68.2 X0 Y0 Z0 I90 J90 K0\nG53.1\nG0 X10 Y0 Z0\nG3 X-10 I-10 F60\n"
     points = tips(read(text))
@@ -438,7 +454,13 @@ def test_a_plane_on_a_rotated_workpiece_is_an_assumption(read, trunnion):
 
 
 def test_other_kinds_of_planes_are_refused(fault):
-    assert "post Euler angles I, J, K, without P" in fault("G68.2 P2 X0 Y0 Z0 I1\n")[1]
+    assert "post Euler angles I, J, K, without P" in fault("G68.2 P4 X0 Y0 Z0 I1\n")[1]
+    points = "G68.2 P2 Q1 X0 Y0 Z0\nG68.2 P2 Q2 X{}\nG68.2 P2 Q3 X{}\n"
+    assert "in lines after one another: Q1 X Y Z, Q2" in fault("G68.2 P2 Q0 X0 Y0 Z0\n")[1]
+    assert "in lines after one another" in fault("G68.2 P2 Q1 X0 Y0 Z0\nG0 X9\n")[1]
+    assert "in lines after one another" in fault(points.format("5 Y0", "0 Y1 Z0"))[1]
+    assert "lie on one line" in fault(points.format("5 Y1 Z0", "15 Y3 Z0"))[1]
+    assert "aren't perpendicular" in fault("G68.2 P3 Q1 X0 Y0 Z0 I1 J0 K0\nG68.2 P3 Q2 I1 J0 K9\n")[1]
     assert "G53.1 and G68.2 in one block" in fault("G68.2 G53.1 X0\n")[1]
 
 
