@@ -80,14 +80,23 @@ class RevisedOperation:
         """
         text = operation_text(job, toolpath.tool)
         operation = text.operation
-        if operation.control not in DIALECTS:
+        # Words of axes alone don't tell an ISO control.
+        control = operation.control or job.stated_control
+        if control is None:
             raise JobError(
-                f"the program is one of {operation.control or 'an unknown control'!r}, whose words aren't "
-                f"revised; name the control of a new program (--control): {', '.join(DIALECTS)}",
+                "the program's words don't tell its control; state it in the machine's file (control), or "
+                f"name the control of a new program (--control): {', '.join(DIALECTS)}",
+                file=job.input,
+                line=operation.first_line,
+            )
+        if operation.control and control not in DIALECTS:
+            raise JobError(
+                f"the program is one of {control!r}, whose words aren't revised; name the control of a new "
+                f"program (--control): {', '.join(DIALECTS)}",
                 file=job.input,
             )
         coordinates: Coordinates = "vector" if text.by_direction else "tip" if operation.tcp else "axes"
-        wording = require_program(machine, operation.control, coordinates)
+        wording = require_program(machine, control, coordinates)
         require_stated(machine, coordinates)
         return cls(text, toolpath, wording, job.reading)
 

@@ -259,7 +259,7 @@ def _of(job: Job, number: int, **changes: Any) -> Job:
 def _reason(job: Job, operation: Operation, tool: str | None) -> str:
     """Say why an operation stays as it is; empty where it is revised."""
     if _chosen(job) and operation.number not in _chosen(job):
-        return "another one was chosen"
+        return "it wasn't chosen"
     if operation.kind == "unread":
         return f"it can't be read: {operation.why}"
     if operation.kind != "simultaneous":

@@ -6,6 +6,7 @@ import json
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from shop import SHOPS, Shop, wall
 from typer.testing import CliRunner
@@ -14,6 +15,7 @@ import fiveaxis as fx
 from fiveaxis.cli import app
 from fiveaxis.errors import JobError, ToolpathError
 from fiveaxis.job import make_job, revise_operations, takes_operations, write_revised
+from fiveaxis.machine import machine_text
 from fiveaxis.nc.operation_text import OperationText
 
 QUICK = {"machine": "dmu50ev", "cone": 20.0, "effort": "quick"}
@@ -190,7 +192,7 @@ def test_a_list_chooses_several_operations(tmp_path):
     job = make_job(input=file, tool="ball:6", program={"operation": (3, 5)}, **QUICK)
     assert takes_operations(job)
     made = fx.revise_program(file, tool="ball:6", operation=(5,), **QUICK)
-    assert [part.why for part in made.parts if part.outcome is None] == ["another one was chosen"] * 4
+    assert [part.why for part in made.parts if part.outcome is None] == ["it wasn't chosen"] * 4
 
 
 def test_verify_and_energy_take_a_list_of_operations_each_on_its_own(tmp_path):
@@ -222,6 +224,23 @@ def test_a_list_of_operations_that_cannot_be_is_refused(words, message, tmp_path
     result = CliRunner().invoke(app, ["optimise", str(shop_file(tmp_path, "fanuc")), *on, *words.split()])
     assert result.exit_code == 2
     assert message in " ".join(result.output.split())
+
+
+def test_words_that_tell_no_control_are_revised_as_those_of_the_machine_s(tmp_path):
+    turn = np.linspace(0.0, 90.0, 9)
+    rows = [f"X{30 - t / 9:.3f} Y{t / 9:.3f} Z-5. A-{30 + t / 9:.3f} C{t:.3f}" for t in turn]
+    text = ["G21 G90 G94 G54", "T1 M6", "S5000 M3", "G0 X30. Y0. Z50. A-30. C0.", f"G1 {rows[0]} F500."]
+    text += [*rows[1:], "G0 Z50.", "M30"]
+    file, machine = tmp_path / "wall.nc", fx.load_machine("hayashi-640123")
+    file.write_text("\n".join(text), encoding="utf-8")
+    given = {"cone": 20.0, "effort": "quick", "tool": "1=ball:6"}
+    with pytest.raises(JobError, match="don't tell its control; state it in the machine's file"):
+        fx.revise_program(file, "hayashi-640123", **given)
+    own = tmp_path / "mill.toml"
+    own.write_text(machine_text(replace(machine, control="haas")), encoding="utf-8")
+    made = fx.revise_program(file, own, **given)
+    assert made.ok
+    assert list(made.outcomes) == [1]
 
 
 def test_an_operation_that_does_not_exist_is_refused(tmp_path):
