@@ -30,6 +30,7 @@ from fiveaxis.toolpath.tool import tools_by_number
 
 # Stands for a tool that isn't known yet: its size moves nothing in a program's text.
 STAND_IN = Tool.ball(1.0)
+NOT_CHOSEN = "it wasn't chosen"
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +216,8 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
         parts.append(Part(operation, outcome))
     made = RevisedProgram(source, tuple(parts))
     if not made.outcomes:
-        each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in parts)
+        asked = [p for p in parts if p.why != NOT_CHOSEN]
+        each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in asked)
         raise JobError(f"no operation can be revised:{each}", file=job.input)
     _require_together(job, made)
     return made
@@ -259,7 +261,7 @@ def _of(job: Job, number: int, **changes: Any) -> Job:
 def _reason(job: Job, operation: Operation, tool: str | None) -> str:
     """Say why an operation stays as it is; empty where it is revised."""
     if _chosen(job) and operation.number not in _chosen(job):
-        return "it wasn't chosen"
+        return NOT_CHOSEN
     if operation.kind == "unread":
         return f"it can't be read: {operation.why}"
     if operation.kind != "simultaneous":

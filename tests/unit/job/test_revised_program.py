@@ -210,6 +210,10 @@ def test_verify_and_energy_take_a_list_of_operations_each_on_its_own(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (
+            "--operation 2,1",
+            "be revised: 1: lines 8-11, 3-axis, tool 1, length offset 1, S2000 M3, G54: 3-axis",
+        ),
         ("--operation 3,9", "has no operation 9; it holds 5"),
         ("--operation 3,x", "--operation '3,x' isn't of the form 3 or 3,5"),
         ("--operation 3,0", "program.operation[1] = 0 must be at least 1"),
