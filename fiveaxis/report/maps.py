@@ -62,7 +62,7 @@ ANGLE_STEPS = (15.0, 30.0, 45.0, 60.0, 90.0, 180.0)
 # A figure of several maps side by side, points.
 SIDE_BY_SIDE, MAPS_TOP = 792.0, 60.0
 # A light line with a dark rim is visible on any colour.
-RIM, FLOOR = "#000000", "#888888"
+RIM = "#000000"
 # Okabe & Ito's palette without blue and yellow, which are the map's; the first program is the result.
 PROGRAMS = (LIGHT, "#D55E00", "#56B4E9", "#CC79A7", "#009E73", RIM)
 DASHES = ("", "6 2", "6 2 1 2", "1 2", "8 1.5 1.5 1.5 1.5 1.5", "1 4")
@@ -126,37 +126,32 @@ def draw_location(surface: LocationSurface, parts: Mapping[str, Array]) -> str:
 def draw_valley(valley: Valley) -> str:
     """Draw the least energy over path and first rotary angle with the programs' postures in it.
 
-    Below is S_W of each program's posture along the path. Grey: no posture is admissible; hatched where only
-    collisions forbid them.
+    Below is what each program's moves cost there, smaller is better: how high a posture lies costs nothing.
+    Grey: no posture is admissible; hatched where only collisions forbid them.
     """
     along = valley.locations.astype(float)
     reached = [np.column_stack([along, np.degrees(angles)]) for angles in valley.postures.values()]
     heat = HeatMap(along, np.degrees(valley.first), valley.cost, np.concatenate(reached))
     upper = heat.panel
-    floor = np.where(np.isnan(valley.cost), np.inf, valley.cost).min(axis=1)
-    floor[np.isinf(floor)] = np.nan
-    lower = Panel(upper.bottom + 12.0, 110.0, upper.x, widened(floor, *valley.heights.values()), WIDE)
+    lower = Panel(upper.bottom + 12.0, 110.0, upper.x, widened(np.zeros(1), *valley.spent.values()), WIDE)
     parts = [
         text(f"Least S_W of each {valley.letter}: {valley.title}", LEFT, 12.0, bold=True),
         *heat.draw(valley.colliding),
         upper.frame(f"{valley.letter} (deg)", y_ticks=_angle_ticks(upper.y), grid=False),
-        lower.frame("S_W of the posture (J)", LOCATION_LABEL),
-        lower.line(along, floor, FLOOR, 1.2),
+        lower.frame("the moves cost (J/mm)", LOCATION_LABEL),
     ]
     numbers = {name: number for number, name in enumerate(valley.postures)}
     for name, number in reversed(numbers.items()):
         # A wrapped angle jumps by a turn, and no line goes there.
         parts += _curve(upper, along, break_jumps(np.degrees(valley.postures[name]), 180.0), number)
-        parts += _curve(lower, along, valley.heights[name], number)
+        parts += _curve(lower, along, valley.spent[name], number)
 
     def sample(name: str, x: float, y: float) -> str:
         ends, level = Panel(y - 1.0, 2.0, (0.0, 1.0), (-1.0, 1.0), 15.0, x - 8.0), np.zeros(2)
-        if name not in numbers:
-            return ends.line(np.arange(2.0), level, FLOOR, 1.2)
         return "".join(_curve(ends, np.arange(2.0), level, numbers[name]))
 
     below = lower.bottom + BELOW + 8.0
-    names = dict.fromkeys(["floor of the valley", *numbers], INK)
+    names = dict.fromkeys(numbers, INK)
     parts.append(legend(names, WIDTH - RIGHT, below, sample))
     if valley.elsewhere:
         words = f"not shown, with locations of their own: {', '.join(valley.elsewhere)}"

@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fiveaxis.energy import PowerSurface, posture_costs, power_surface
+from fiveaxis.energy import PowerSurface, move_powers, posture_costs, power_surface
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, angle_between, every_pair, normalise
 from fiveaxis.kinematics import lean_range, linear_positions, require_orienting, rotary_angles, tool_axes
 from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion
 from fiveaxis.posture import RESULT, Solution
 from fiveaxis.report.landscape import (
     Admits,
@@ -110,6 +111,8 @@ class LocationSurface(Drawn):
 class Valley(PostureMap, Drawn):
     """The energy of postures along a path: its floor is where cheap postures lie.
 
+    A program is cheap if it moves little, wherever its postures lie: `spent`, not `heights`.
+
     Parameters
     ----------
     title : which path
@@ -117,6 +120,7 @@ class Valley(PostureMap, Drawn):
     position : (m,), mm, of the pivot along the path
     postures : (m,), rad, first rotary angle of each program
     heights : (m,), J, S_W of each program's posture, without whole turns of rotary axes
+    spent : (m,), J/mm, ∫P dt of each program's moves since the row before, over their path; NaN at the first
     elsewhere : baselines with locations of their own, which can't be shown on this path
     """
 
@@ -125,6 +129,7 @@ class Valley(PostureMap, Drawn):
     position: Array
     postures: Mapping[str, Array]
     heights: Mapping[str, Array]
+    spent: Mapping[str, Array]
     elsewhere: tuple[str, ...]
 
     def __repr__(self) -> str:
@@ -136,7 +141,8 @@ class Valley(PostureMap, Drawn):
         Returns
         -------
         ``location``, ``position_mm``, the angle (``C_deg``), ``S_W_J`` (NaN where no posture is admissible);
-        and of each program at the location its angle (``optimised_C_deg``) and ``optimised_S_W_J``
+        and of each program at the location its angle (``optimised_C_deg``), ``optimised_S_W_J`` and
+        ``optimised_J_per_mm``
         """
         count = len(self.first)
         found: dict[str, NDArray[Any]] = {
@@ -148,10 +154,11 @@ class Valley(PostureMap, Drawn):
         for name, angles in self.postures.items():
             found[f"{name}_{self.letter}_deg"] = np.repeat(np.degrees(angles), count)
             found[f"{name}_S_W_J"] = np.repeat(self.heights[name], count)
+            found[f"{name}_J_per_mm"] = np.repeat(self.spent[name], count)
         return found
 
     def figure(self) -> str:
-        """Draw the valley from above with the programs in it, and their heights below."""
+        """Draw the valley from above with the programs in it, and what their moves cost below."""
         return draw_valley(self)
 
 
@@ -230,8 +237,8 @@ def location_surface(
     leans = (Lean(angle_between(axes, b.reference[at]), b.low, b.high, b.text) for b in solution.tilt.all)
     columns = machine.rotary_columns
     postures = {
-        name: _with_other_branch(machine, positions[at, columns])
-        for name, positions in _programs(solution).items()
+        name: _with_other_branch(machine, motion.positions[at, columns])
+        for name, motion in _programs(solution).items()
     }
     return LocationSurface(
         title=f"{Path(path.name).name}, location {at} of {len(path)}",
@@ -256,27 +263,39 @@ def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
     machine, path = solution.machine, solution.toolpath
     found, programs = posture_map(solution, admits), _programs(solution)
     letter, rows = machine.rotaries[0], found.locations
-    columns, feed, postures, heights = machine.rotary_columns, feed_mm_min(solution), {}, {}
-    for name, given in programs.items():
-        positions = given[rows]
+    columns, feed, position = machine.rotary_columns, feed_mm_min(solution), np.cumsum(path.lengths)[rows]
+    postures, heights, spent = {}, {}, {}
+    for name, motion in programs.items():
+        positions = motion.positions[rows]
         positions[:, columns] = _without_turns(machine, positions[:, columns])
         postures[name] = positions[:, columns[0]]
         heights[name] = posture_costs(machine, positions, feed).sum(axis=-1)
+        joules = np.cumsum((move_powers(machine, motion) * motion.time[:, None]).sum(axis=1))[rows]
+        spent[name] = _slopes(joules, position)
     return Valley(
         **vars(found),
         title=f"{Path(path.name).name} on {machine.name}",
         letter=letter,
-        position=np.cumsum(path.lengths)[rows],
+        position=position,
         postures=postures,
         heights=heights,
+        spent=spent,
         elsewhere=tuple(name for name in solution.compared if name not in programs),
     )
 
 
-def _programs(solution: Solution) -> dict[str, Array]:
-    """Return the positions, (n, k), of the result and of the baselines at the same locations."""
-    same = {name: b.motion.positions for name, b in solution.compared.items() if b.toolpath is None}
-    return {RESULT: solution.motion.positions, **same}
+def _programs(solution: Solution) -> dict[str, Motion]:
+    """Return the motions of the result and of the baselines at the same locations."""
+    same = {name: b.motion for name, b in solution.compared.items() if b.toolpath is None}
+    return {RESULT: solution.motion, **same}
+
+
+def _slopes(values: Array, along: Array) -> Array:
+    """Divide the changes of values, (m,), from row to row by those of another quantity; NaN where unknown."""
+    steps = np.diff(along, prepend=np.nan)
+    return np.divide(
+        np.diff(values, prepend=np.nan), steps, out=np.full_like(values, np.nan), where=steps > 0.0
+    )
 
 
 def _without_turns(machine: Machine, rotary: Array) -> Array:

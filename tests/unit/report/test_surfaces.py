@@ -131,6 +131,19 @@ def test_the_floor_of_the_valley_is_the_cheapest_admissible_posture(solution):
     assert valley.position[-1] == pytest.approx(float(solution.toolpath.lengths.sum()))
 
 
+def test_what_the_moves_cost_along_the_valley_is_the_programs_energy(solution):
+    valley = fx.path_valley(solution)
+    lengths = np.diff(valley.position)
+    motions = {"optimised": solution.motion} | {n: b.motion for n, b in solution.compared.items()}
+    for name, spent in valley.spent.items():
+        assert np.isnan(spent[0])
+        expected = motion_energy(solution.machine, motions[name]).total
+        assert np.nansum(spent[1:] * lengths) == pytest.approx(expected)
+    assert np.nanmean(valley.spent["optimised"]) < min(
+        np.nanmean(spent) for name, spent in valley.spent.items() if name != "optimised"
+    )
+
+
 def test_the_programs_lie_in_the_valley_at_their_own_height(solution):
     valley, machine = fx.path_valley(solution), solution.machine
     for name, motion in (("optimised", solution.motion), ("normal", solution.compared["normal"].motion)):
