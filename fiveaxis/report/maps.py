@@ -126,24 +126,28 @@ def draw_location(surface: LocationSurface, parts: Mapping[str, Array]) -> str:
 def draw_valley(valley: Valley) -> str:
     """Draw the least energy over path and first rotary angle with the programs' postures in it.
 
-    Below is what each program's moves cost there, smaller is better: how high a posture lies costs nothing.
-    Grey: no posture is admissible; hatched where only collisions forbid them.
+    Below is what each program's moves cost, per mm and from the start on: how high a posture lies costs
+    nothing. Grey: no posture is admissible; hatched where only collisions forbid them.
     """
     along = valley.locations.astype(float)
     reached = [np.column_stack([along, np.degrees(angles)]) for angles in valley.postures.values()]
     heat = HeatMap(along, np.degrees(valley.first), valley.cost, np.concatenate(reached))
     upper = heat.panel
-    lower = Panel(upper.bottom + 12.0, 110.0, upper.x, widened(np.zeros(1), *valley.spent.values()), WIDE)
+    rates = valley.rates()
+    middle = Panel(upper.bottom + 12.0, 80.0, upper.x, widened(np.zeros(1), *rates.values()), WIDE)
+    lower = Panel(middle.bottom + 12.0, 110.0, upper.x, widened(*valley.spent.values()), WIDE)
     parts = [
         text(f"Least S_W of each {valley.letter}: {valley.title}", LEFT, 12.0, bold=True),
         *heat.draw(valley.colliding),
         upper.frame(f"{valley.letter} (deg)", y_ticks=_angle_ticks(upper.y), grid=False),
-        lower.frame("the moves cost (J/mm)", LOCATION_LABEL),
+        middle.frame("moves (J/mm)"),
+        lower.frame("spent so far (J)", LOCATION_LABEL),
     ]
     numbers = {name: number for number, name in enumerate(valley.postures)}
     for name, number in reversed(numbers.items()):
         # A wrapped angle jumps by a turn, and no line goes there.
         parts += _curve(upper, along, break_jumps(np.degrees(valley.postures[name]), 180.0), number)
+        parts += _curve(middle, along, rates[name], number)
         parts += _curve(lower, along, valley.spent[name], number)
 
     def sample(name: str, x: float, y: float) -> str:

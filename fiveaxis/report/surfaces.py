@@ -120,7 +120,7 @@ class Valley(PostureMap, Drawn):
     position : (m,), mm, of the pivot along the path
     postures : (m,), rad, first rotary angle of each program
     heights : (m,), J, S_W of each program's posture, without whole turns of rotary axes
-    spent : (m,), J/mm, ∫P dt of each program's moves since the row before, over their path; NaN at the first
+    spent : (m,), J, ∫P dt of each program's moves from the start to the row
     elsewhere : baselines with locations of their own, which can't be shown on this path
     """
 
@@ -142,7 +142,7 @@ class Valley(PostureMap, Drawn):
         -------
         ``location``, ``position_mm``, the angle (``C_deg``), ``S_W_J`` (NaN where no posture is admissible);
         and of each program at the location its angle (``optimised_C_deg``), ``optimised_S_W_J`` and
-        ``optimised_J_per_mm``
+        ``optimised_spent_J``
         """
         count = len(self.first)
         found: dict[str, NDArray[Any]] = {
@@ -154,8 +154,18 @@ class Valley(PostureMap, Drawn):
         for name, angles in self.postures.items():
             found[f"{name}_{self.letter}_deg"] = np.repeat(np.degrees(angles), count)
             found[f"{name}_S_W_J"] = np.repeat(self.heights[name], count)
-            found[f"{name}_J_per_mm"] = np.repeat(self.spent[name], count)
+            found[f"{name}_spent_J"] = np.repeat(self.spent[name], count)
         return found
+
+    def rates(self) -> dict[str, Array]:
+        """Compute what the moves to each row cost, (m,) J/mm of path, by program; NaN where unknown."""
+        steps = np.diff(self.position, prepend=np.nan)
+        return {
+            name: np.divide(
+                np.diff(joules, prepend=np.nan), steps, out=np.full_like(steps, np.nan), where=steps > 0.0
+            )
+            for name, joules in self.spent.items()
+        }
 
     def figure(self) -> str:
         """Draw the valley from above with the programs in it, and what their moves cost below."""
@@ -263,20 +273,19 @@ def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
     machine, path = solution.machine, solution.toolpath
     found, programs = posture_map(solution, admits), _programs(solution)
     letter, rows = machine.rotaries[0], found.locations
-    columns, feed, position = machine.rotary_columns, feed_mm_min(solution), np.cumsum(path.lengths)[rows]
+    columns, feed = machine.rotary_columns, feed_mm_min(solution)
     postures, heights, spent = {}, {}, {}
     for name, motion in programs.items():
         positions = motion.positions[rows]
         positions[:, columns] = _without_turns(machine, positions[:, columns])
         postures[name] = positions[:, columns[0]]
         heights[name] = posture_costs(machine, positions, feed).sum(axis=-1)
-        joules = np.cumsum((move_powers(machine, motion) * motion.time[:, None]).sum(axis=1))[rows]
-        spent[name] = _slopes(joules, position)
+        spent[name] = np.cumsum((move_powers(machine, motion) * motion.time[:, None]).sum(axis=1))[rows]
     return Valley(
         **vars(found),
         title=f"{Path(path.name).name} on {machine.name}",
         letter=letter,
-        position=position,
+        position=np.cumsum(path.lengths)[rows],
         postures=postures,
         heights=heights,
         spent=spent,
@@ -288,14 +297,6 @@ def _programs(solution: Solution) -> dict[str, Motion]:
     """Return the motions of the result and of the baselines at the same locations."""
     same = {name: b.motion for name, b in solution.compared.items() if b.toolpath is None}
     return {RESULT: solution.motion, **same}
-
-
-def _slopes(values: Array, along: Array) -> Array:
-    """Divide the changes of values, (m,), from row to row by those of another quantity; NaN where unknown."""
-    steps = np.diff(along, prepend=np.nan)
-    return np.divide(
-        np.diff(values, prepend=np.nan), steps, out=np.full_like(values, np.nan), where=steps > 0.0
-    )
 
 
 def _without_turns(machine: Machine, rotary: Array) -> Array:
