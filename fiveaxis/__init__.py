@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fiveaxis.findings import Finding
     from fiveaxis.job import (
         Solution,
+        cutting_power,
         post_program,
         program_energy,
         revise_program,
@@ -53,6 +54,7 @@ _ROOMS = {
     "findings": ("Finding",),
     "job": (
         "Solution",
+        "cutting_power",
         "optimise",
         "post_program",
         "program_energy",
@@ -85,6 +87,7 @@ __all__ = [
     "Tool",
     "Toolpath",
     "calibrate_drive",
+    "cutting_power",
     "find_contacts",
     "load_machine",
     "location_surface",

@@ -1,4 +1,4 @@
-"""Cutting power in milling from its handbook formula and from measured forces.
+"""Power of a cut from the wrench that a dynamometer measures: functions of the milling paper.
 
 Olteanu, Bîșu and Tănase measure the wrench (force R and moment M at a point) on the workpiece and multiply it
 by the cutter's twist (velocity v of that point and angular velocity ω). This gives two powers:
@@ -7,10 +7,7 @@ by the cutter's twist (velocity v of that point and angular velocity ω). This g
   *and* velocity belong to the same one: a shift by d changes the moment's share by ``-(d × R)·ω`` and the
   velocity's by the opposite.
 - `absolute_sum_power`, the paper's Eq. (17), adds the magnitudes ``|F_x v_x| + |F_y v_y| + |M_z ω_z|``.
-  Magnitudes don't cancel, so it depends on the point: the paper therefore finds 0.84 kW at the cutter's
-  centre and 1.22 kW at the tooth tip with the Kistler dynamometer, and 0.87 and 1.26 kW with the QZZ2. Its
-  force records aren't printed, so these four figures can't be recomputed; the formulas are tested with
-  identities and synthetic records instead.
+  Magnitudes don't cancel, so it depends on the point.
 
 References
 ----------
@@ -24,10 +21,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fiveaxis.energy.bounds import require_finite, require_not_negative, require_positive
+from fiveaxis.energy.engagement import WATT
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
 
-WATT = 1e3  # N·mm/s, the unit of force times velocity, and of moment times angular velocity
 ROUNDING = 1e-9  # share of a turn that a record may lack at its end, from rounded time stamps
 
 

@@ -17,6 +17,7 @@ from fiveaxis.cli.terminal import (
     errors_explained,
     load_powered,
     out,
+    print_budget,
     print_causes,
     print_json,
     print_written,
@@ -55,6 +56,13 @@ def energy(
     control: Annotated[
         str | None, typer.Option("--control", help="whose times; default: the one that the header names")
     ] = None,
+    process: Annotated[
+        Path | None,
+        typer.Option(
+            "--process",
+            help="TOML file of the cut, with the keys of a job's [process]: adds the energy of all consumers",
+        ),
+    ] = None,
     output: Annotated[
         list[Path] | None,
         typer.Option(
@@ -81,7 +89,7 @@ def energy(
                 require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
             used = _machine(context.params)
             given = reading_of(context.params)
-            how: Any = {"corners": _corners(corners), "control": control}
+            how: Any = {"corners": _corners(corners), "control": control, "process": process}
             how["tool"] = None if tool is None else parse_tool(tool)
 
             def compute(step: Progress) -> Iterator[ProgramEnergy]:
@@ -103,6 +111,9 @@ def energy(
         if len(found) == 1:
             _print_blocks(found[0])
         _print_totals(found)
+        for program in found:
+            if program.budget is not None:
+                print_budget(program.budget, f"{_name(program, found)}: whole program")
 
 
 def _write(path: Path, found: Sequence[ProgramEnergy]) -> Path:

@@ -34,6 +34,7 @@ from fiveaxis.cli.terminal import (
     errors_explained,
     out,
     parse_words,
+    print_budget,
     print_causes,
     print_filled,
     print_first_run,
@@ -57,7 +58,6 @@ KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 if TYPE_CHECKING:
     from fiveaxis.cli.work import Work
     from fiveaxis.contour import PlanReport
-    from fiveaxis.energy import Budget
     from fiveaxis.job import Job, Outcome, RevisedProgram
     from fiveaxis.posture import Solution
     from fiveaxis.report import Answer, ReportDocument
@@ -316,7 +316,7 @@ def _print_details(outcome: Outcome) -> None:
     if program.energy is not None:
         spent = f"program energy: {program.energy.total:.0f} J of its words, approach and retract included"
         out.print(f"{spent}, as `fiveaxis energy` gives it", soft_wrap=True, markup=False)
-    _print_budget(outcome.budget)
+    print_budget(outcome.budget)
     for name, baseline in solution.compared.items():
         if baseline.note:
             out.print(f"baseline {name}: {escape(baseline.note)}", soft_wrap=True)
@@ -433,14 +433,3 @@ def _print_setup(found: SetupSearched) -> None:
     saved = "can't be followed" if found.saved is None else f"costs {given.energy:.0f} J"
     share = "" if found.saved is None else f", {100.0 * found.saved:.1f} % saved"
     out.print(f"set the part up at {values}: the given setup {saved}{share}", markup=False, soft_wrap=True)
-
-
-def _print_budget(budget: Budget) -> None:
-    """Print the energy of the whole job."""
-    known = [share for share in budget.shares if share.energy is not None]
-    parts = ", ".join(f"{share.name} {share.energy:.0f} J ({share.basis})" for share in known)
-    money = "" if budget.cost is None else f"; {budget.cost:.4f} {budget.factors.currency}"
-    emitted = "" if budget.co2 is None else f"; {1000.0 * budget.co2:.1f} g CO2"
-    unknown = [share.name for share in budget.shares if share.energy is None]
-    rest = f"; not known: {', '.join(unknown)}" if unknown else ""
-    out.print(f"whole job {budget.total:.0f} J: {parts}{money}{emitted}{rest}", markup=False, soft_wrap=True)

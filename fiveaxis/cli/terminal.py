@@ -22,6 +22,7 @@ from fiveaxis.errors import FiveAxisError, Infeasible, SettingError, Unverified
 from fiveaxis.findings import Cause, group_findings
 
 if TYPE_CHECKING:
+    from fiveaxis.energy import Budget
     from fiveaxis.job import Gate
     from fiveaxis.machine import Machine
 
@@ -106,6 +107,17 @@ def print_release(gate: Gate) -> None:
             f"[bold red]verification found errors[/]: no NC program was written, because of {codes}: "
             f"{escape(worst.worst.remedy)}; or accept each code by name (--override)"
         )
+
+
+def print_budget(budget: Budget, what: str = "whole job") -> None:
+    """Print the energy of a whole job or program."""
+    known = [share for share in budget.shares if share.energy is not None]
+    parts = ", ".join(f"{share.name} {share.energy:.0f} J ({share.basis})" for share in known)
+    money = "" if budget.cost is None else f"; {budget.cost:.4f} {budget.factors.currency}"
+    emitted = "" if budget.co2 is None else f"; {1000.0 * budget.co2:.1f} g CO2"
+    unknown = [share.name for share in budget.shares if share.energy is None]
+    rest = f"; not known: {', '.join(unknown)}" if unknown else ""
+    out.print(f"{what} {budget.total:.0f} J: {parts}{money}{emitted}{rest}", markup=False, soft_wrap=True)
 
 
 def print_first_run(kernel: Any) -> None:

@@ -6,19 +6,13 @@ from fiveaxis.energy.calibration import calibrate_drive
 from fiveaxis.energy.calibration_record import Calibration, RunEnergy
 from fiveaxis.energy.cutting_forces import (
     CuttingCoefficients,
-    CuttingRecord,
-    cutting_record,
     mean_cutting_power,
 )
 from fiveaxis.energy.drilling import (
     Drill,
-    DrillCoefficients,
-    DrillingLoad,
     auxiliary_power,
-    drilling_load,
-    drilling_power,
-    drilling_removal_rate,
     idle_power,
+    mean_drilling_power,
 )
 from fiveaxis.energy.drives import (
     axis_powers,
@@ -29,18 +23,6 @@ from fiveaxis.energy.drives import (
     travel_costs,
 )
 from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
-from fiveaxis.energy.milling import (
-    absolute_sum_power,
-    cutter_positions,
-    net_power,
-    revolution_average,
-    rotation_angles,
-    tooth_positions,
-    tooth_velocities,
-    transport_moment,
-    transport_velocity,
-    wrench_power,
-)
 from fiveaxis.energy.path_feed import path_feed
 from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
 from fiveaxis.energy.totals import (
@@ -62,10 +44,7 @@ __all__ = [
     "Calibration",
     "Cut",
     "CuttingCoefficients",
-    "CuttingRecord",
     "Drill",
-    "DrillCoefficients",
-    "DrillingLoad",
     "EndMill",
     "Energy",
     "Factors",
@@ -75,17 +54,11 @@ __all__ = [
     "RunEnergy",
     "Share",
     "Timing",
-    "absolute_sum_power",
     "auxiliary_power",
     "axis_powers",
     "block_costs",
     "calibrate_drive",
-    "cutter_positions",
     "cutting_energy",
-    "cutting_record",
-    "drilling_load",
-    "drilling_power",
-    "drilling_removal_rate",
     "drive_power",
     "energy_draws",
     "gravity_forces",
@@ -95,22 +68,15 @@ __all__ = [
     "least_travel_costs",
     "lifting_costs",
     "mean_cutting_power",
+    "mean_drilling_power",
     "motion_energy",
     "move_energies",
     "move_powers",
     "moved_weights",
-    "net_power",
     "path_feed",
     "posture_costs",
     "power_surface",
     "removal_rate",
-    "revolution_average",
-    "rotation_angles",
     "swept_surface",
-    "tooth_positions",
-    "tooth_velocities",
-    "transport_moment",
-    "transport_velocity",
     "travel_costs",
-    "wrench_power",
 ]

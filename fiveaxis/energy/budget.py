@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from fiveaxis.energy.cutting_forces import CuttingCoefficients, mean_cutting_power
-from fiveaxis.energy.drilling import auxiliary_power, idle_power
+from fiveaxis.energy.drilling import Drill, auxiliary_power, idle_power, mean_drilling_power
 from fiveaxis.energy.engagement import Cut, EndMill
 from fiveaxis.energy.path_feed import path_lengths
 from fiveaxis.energy.totals import motion_energy
 from fiveaxis.errors import MachineError, SettingError
-from fiveaxis.geometry import product
+from fiveaxis.geometry import Array, product
 from fiveaxis.machine import FrictionDrive, Machine, Provenance, WeightDrive
 from fiveaxis.motion import STANDSTILL, Motion
 
@@ -27,22 +27,43 @@ class Process:
 
     Parameters
     ----------
-    mill : the cutter
-    depth : mm, along the surface normal
-    width : mm, between neighbouring passes
+    mill : the cutter, an end mill or a drill
+    depth : mm, along the surface normal; of an end mill
+    width : mm, between neighbouring passes; of an end mill
     spindle : rad/s
     coefficients : of cutter and material
     basis : of the coefficients: ``measured``, ``fitted`` or ``assumed``
     source : where the coefficients come from
+    feed_force : N, of an end mill's cut against the feed; None where it isn't known
     """
 
-    mill: EndMill
+    mill: EndMill | Drill
     depth: float
     width: float
     spindle: float
     coefficients: CuttingCoefficients
     basis: str = "assumed"
     source: str = ""
+    feed_force: float | None = None
+
+    def power(self, feeds: Array) -> Array:
+        """Compute the mean power of the cut, (n,) W, at feeds, (n,) mm/s.
+
+        A drill's includes what its thrust takes. An end mill's is linear in the feed, ``K_tc MRR + K_te A
+        Zω/2π`` with MRR in proportion to it, so two feeds determine it.
+
+        Raises
+        ------
+        SettingError, ToolError
+            The engagement is impossible at one of them.
+        """
+        mill, spindle, k = self.mill, self.spindle, self.coefficients
+        if isinstance(mill, Drill):
+            return mean_drilling_power(mill, k, feeds, spindle)
+        high = float(feeds.max())
+        cuts = (Cut(mill, self.depth, self.width, feed, spindle) for feed in (high / 2.0, high))
+        low, most = (mean_cutting_power(cut, k) for cut in cuts)
+        return most + (most - low) * (feeds - high) / (high / 2.0)
 
 
 @dataclass(frozen=True)
@@ -135,11 +156,13 @@ def job_budget(
     process: Process | None = None,
     factors: Factors | None = None,
     rounding: float = 0.0,
+    integral: Array | None = None,
 ) -> Budget:
     """Add up the electricity of a job: base, spindle idle, feed drives, cut, auxiliary.
 
-    The feed drives take the power integral of the motion. The spindle idles all the time; the cut takes the
-    mean power of the engagement at each cutting move's feed, and causes the spindle drive's load loss.
+    The feed drives take the power integral of the motion, against the cut's feed force where it is known. The
+    spindle idles all the time; the cut takes the mean power of the engagement at each cutting move's feed,
+    and causes the spindle drive's load loss.
 
     Parameters
     ----------
@@ -147,7 +170,7 @@ def job_budget(
     motion : axis values and times
     process : the engagement; without it spindle, cut and auxiliary are unknown
     factors : price and emission of a kWh
-    rounding : mm, as for `motion_energy`
+    rounding, integral : as for `motion_energy`
 
     Raises
     ------
@@ -160,14 +183,15 @@ def job_budget(
     ----------
     Wang et al. (2019): ``P = P_idle(n) + P_cutting + P_aux``; Olteanu et al., Eq. (1), for the cut.
     """
-    energy = motion_energy(machine, motion, rounding=rounding)
+    force = None if process is None else process.feed_force
+    energy = motion_energy(machine, motion, integral, rounding, force or 0.0)
     sources = {p.figure: p for p in machine.provenance}
     drives = [sources[name] for name in _drive_figures(machine) if name in sources]
+    texts = sorted({p.text for p in drives})
+    against = "without the cut's feed force" if force is None else f"against a feed force of {force:g} N"
     shares = [
         _share("base", energy.base, sources.get("base_power"), "the machine's base power isn't known"),
-        Share(
-            "feed drives", energy.total, _weakest_basis(drives), "; ".join(sorted({p.text for p in drives}))
-        ),
+        Share("feed drives", energy.total, _weakest_basis(drives), "; ".join([*texts, against])),
         *_spindle_shares(machine, motion, process, sources),
     ]
     budget = Budget(tuple(shares), energy.time, factors or Factors())
@@ -189,8 +213,7 @@ def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[
 
     The feed of a move is the path length of the ball's centre, or of a flat end's tip, over the move's
     duration: an axis at its highest speed stretches the move, and the chips get thinner. A dwell cuts
-    nothing. The mean power is linear in the feed, ``K_tc MRR + K_te A Zω/2π`` with MRR in proportion to it,
-    so two feeds determine it.
+    nothing.
 
     Returns
     -------
@@ -200,19 +223,13 @@ def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[
     ----------
     Olteanu et al., Eq. (1); `mean_cutting_power`.
     """
-    length = path_lengths(machine, motion, process.mill.radius if process.mill.shape == "ball" else 0.0)
+    ball = isinstance(process.mill, EndMill) and process.mill.shape == "ball"
+    length = path_lengths(machine, motion, process.mill.diameter / 2.0 if ball else 0.0)
     cutting = motion.cutting & (motion.time > 0.0) & (length > STANDSTILL)
     if not cutting.any():
         return 0.0, 0.0
-    feeds, times = length[cutting] / motion.time[cutting], motion.time[cutting]
-    high = float(feeds.max())
-    ends = [
-        mean_cutting_power(
-            Cut(process.mill, process.depth, process.width, feed, process.spindle), process.coefficients
-        )
-        for feed in (high / 2.0, high)
-    ]
-    power = ends[1] + (ends[1] - ends[0]) * (feeds - high) / (high / 2.0)
+    times = motion.time[cutting]
+    power = process.power(length[cutting] / times)
     return float(product(power, times)), float(product(power**2, times))
 
 

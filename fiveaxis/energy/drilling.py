@@ -4,11 +4,7 @@
 spindle speed, the cutting power an integral over the lips, the auxiliary power a fitted share of the cutting
 power.
 
-The paper's tables are reproduced from their own cutting powers (`examples/drilling/reproduce.py`). The
-printed force coefficients don't yield these cutting powers, since the drill's point isn't printed in full:
-the nearest web and point angle are 3 % off the table, so the integral is tested against its closed form
-instead. Two printed fits aren't the least-squares fits of the printed data: C0 of the auxiliary power, and
-Model-2.
+`examples/papers/drilling.py` reproduces the paper's tables, and says what of them doesn't reproduce.
 
 References
 ----------
@@ -17,15 +13,17 @@ Wang, Zhang, Chen, Zhang, Wu (2019), Appl. Sci. 9(22), 4801, doi 10.3390/app9224
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
-from fiveaxis.energy.milling import WATT
+from fiveaxis.energy.cutting_forces import CuttingCoefficients
+from fiveaxis.energy.engagement import WATT
 from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.geometry import Array, product
+from fiveaxis.geometry import Array
 
 
 @dataclass(frozen=True)
@@ -64,115 +62,46 @@ class Drill:
             raise ToolError(f"number of lips is {self.lips!r}; give a whole number, at least 1")
 
 
-@dataclass(frozen=True)
-class DrillCoefficients:
-    """Cutting and edge coefficients of the lips, as the paper prints them.
-
-    Parameters
-    ----------
-    tangential : N/mm², K_tc, positive
-    tangential_edge : N/mm, K_te, not negative
-    thrust : N/mm², K_zc, not negative
-    thrust_edge : N/mm, K_ze, not negative
-
-    Raises
-    ------
-    SettingError
-        A coefficient is out of its range.
-    """
-
-    tangential: float
-    tangential_edge: float = 0.0
-    thrust: float = 0.0
-    thrust_edge: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_positive("tangential cutting coefficient", self.tangential, "N/mm²")
-        require_not_negative("tangential edge coefficient", self.tangential_edge, "N/mm")
-        require_not_negative("thrust cutting coefficient", self.thrust, "N/mm²")
-        require_not_negative("thrust edge coefficient", self.thrust_edge, "N/mm")
-
-
-@dataclass(frozen=True)
-class DrillingLoad:
-    """Forces and powers of a cut.
-
-    Parameters
-    ----------
-    thrust : N, against the feed
-    torque : N·mm
-    turning : W, torque times spindle speed
-    feeding : W, thrust times feed
-    """
-
-    thrust: float
-    torque: float
-    turning: float
-    feeding: float
-
-    @property
-    def power(self) -> float:
-        """W, of the whole cut: ``f ΣdF_z + ΣV dF_t``."""
-        return self.turning + self.feeding
-
-
-def drilling_load(
-    drill: Drill, coefficients: DrillCoefficients, feed: float, spindle: float, *, elements: int = 50
-) -> DrillingLoad:
-    """Integrate the forces over the lips (Wang et al. 2019).
+def mean_drilling_power(
+    drill: Drill, coefficients: CuttingCoefficients, feed: ArrayLike, spindle: float
+) -> Array:
+    """Compute the power of a drill's lips: ``f ΣdF_z + ΣV(r) dF_t`` (Wang et al. 2019), in closed form.
 
     ``dF = (K_c h + K_e) db`` on each lip, with the chip thickness ``h = (c/Z) sinκ`` of a feed per turn c
-    shared by Z lips, and the lip's length ``db = dr/sinκ``. Then ``P = f ΣdF_z + ΣV(r) dF_t``, ``V = ωr``.
+    shared by Z lips, and the lip's length ``db = dr/sinκ`` from the web r0 to the corner R. So the torque is
+    ``(R² - r0²)/2 (K_tc c + Z K_te/sinκ)`` and the thrust ``(R - r0) (K_zc c + Z K_ze/sinκ)``.
 
     Parameters
     ----------
     drill : its lips
     coefficients : of drill and material
-    feed : mm/s
+    feed : (...), mm/s
     spindle : rad/s, magnitude
-    elements : parts of a lip
-
-    Raises
-    ------
-    SettingError
-        Feed or speed isn't positive, the feed per turn is above the diameter, or there is no element.
-    """
-    require_positive("feed", feed, "mm/s")
-    require_positive("spindle speed", spindle, "rad/s")
-    advance = 2.0 * np.pi * feed / spindle
-    require_at_most(
-        "feed per turn", advance, drill.diameter, "mm", "check the units: feed mm/s, spindle rad/s"
-    )
-    if elements < 1:
-        raise SettingError(f"a lip has {elements} elements; take at least 1")
-    ends = np.linspace(drill.web / 2.0, drill.diameter / 2.0, elements + 1)
-    radius, length = (ends[:-1] + ends[1:]) / 2.0, np.diff(ends) / np.sin(drill.half_point)
-    chip = advance / drill.lips * np.sin(drill.half_point)
-    k = coefficients
-    tangential = drill.lips * (k.tangential * chip + k.tangential_edge) * length
-    thrust = float(np.sum(drill.lips * (k.thrust * chip + k.thrust_edge) * length))
-    torque = float(product(radius, tangential))
-    return DrillingLoad(thrust, torque, torque * spindle / WATT, thrust * feed / WATT)
-
-
-def drilling_removal_rate(diameter: ArrayLike, feed: ArrayLike) -> Array:
-    """Compute the material removal rate: ``MRR = π d² f/4`` (Wang et al. 2019).
-
-    Parameters
-    ----------
-    diameter, feed : (...), mm and mm/s
 
     Returns
     -------
-    (...), mm³/s
+    (...), W
 
     Raises
     ------
     SettingError
-        A diameter isn't positive, or a feed is below 0.
+        Feed or speed isn't positive, or the feed per turn is above the diameter.
     """
-    across = require_positive("drill diameter", diameter, "mm")
-    return np.pi / 4.0 * across**2 * require_not_negative("feed", feed, "mm/s")
+    require_positive("spindle speed", spindle, "rad/s")
+    speed = require_positive("feed", feed, "mm/s")
+    advance = 2.0 * np.pi * speed / spindle
+    require_at_most(
+        "feed per turn",
+        float(advance.max()),
+        drill.diameter,
+        "mm",
+        "check the units: feed mm/s, spindle rad/s",
+    )
+    k, outer, inner = coefficients, drill.diameter / 2.0, drill.web / 2.0
+    edges = drill.lips / math.sin(drill.half_point)
+    torque = (outer**2 - inner**2) / 2.0 * (k.tangential * advance + edges * k.tangential_edge)
+    thrust = (outer - inner) * (k.thrust * advance + edges * k.thrust_edge)
+    return (torque * spindle + thrust * speed) / WATT
 
 
 def idle_power(spindle: ArrayLike, coefficients: ArrayLike) -> Array:
@@ -224,28 +153,3 @@ def auxiliary_power(cutting: ArrayLike, linear: float, quadratic: float = 0.0) -
     power = require_not_negative("cutting power", cutting, "W")
     require_finite("auxiliary coefficient", (linear, quadratic), "W/W")
     return power * (linear + quadratic * power)
-
-
-def drilling_power(
-    spindle: ArrayLike, cutting: ArrayLike, idle: ArrayLike, auxiliary: tuple[float, float]
-) -> Array:
-    """Compute the machine's power while it drills: ``P_idle(ω) + P_c + P_aux(P_c)`` (Wang et al. 2019).
-
-    Parameters
-    ----------
-    spindle : (...), rad/s, magnitude
-    cutting : (...), W, power of the cut (`drilling_load`)
-    idle : (3,), coefficients of `idle_power`
-    auxiliary : C0 in W/W and C1 in 1/W of `auxiliary_power`
-
-    Returns
-    -------
-    (...), W
-
-    Raises
-    ------
-    SettingError
-        As `idle_power` and `auxiliary_power`.
-    """
-    power = require_not_negative("cutting power", cutting, "W")
-    return idle_power(spindle, idle) + power + auxiliary_power(power, *auxiliary)

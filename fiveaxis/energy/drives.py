@@ -9,7 +9,7 @@ import numpy as np
 
 from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array, BoolArray, inverse_transform, product
-from fiveaxis.kinematics import link_poses
+from fiveaxis.kinematics import jacobian, link_poses
 from fiveaxis.machine import (
     BED,
     AffineDrive,
@@ -39,11 +39,14 @@ def drive_power(
     gravity: Array | float = 0.0,
     weight: float = 0.0,
     inertia: float = 0.0,
+    cutting: Array | float = 0.0,
 ) -> Array:
     """Compute the electrical power of a drive.
 
-    A power that doesn't depend on speed was measured up to some speed (`Measured.measured_to`). A faster axis
-    pays for its travel as at that speed: the constant part is then in proportion to speed.
+    The force of the cut takes its mechanical power ``F_f v_f`` on top of a table's power; a friction drive
+    has it among its forces. A power that doesn't depend on speed was measured up to some speed
+    (`Measured.measured_to`). A faster axis pays for its travel as at that speed: the constant part is then in
+    proportion to speed.
 
     Parameters
     ----------
@@ -53,6 +56,7 @@ def drive_power(
     gravity : (n,), J/mm or J/rad, the load that the axis holds against gravity (`gravity_forces`)
     weight : N, moved weight of a linear axis
     inertia : J per (mm/s)², moved mass of a linear axis; a rotary drive has its own inertia
+    cutting : (n,), J/mm or J/rad, load of the cut while the value grows (`cutting_loads`)
 
     Returns
     -------
@@ -63,7 +67,9 @@ def drive_power(
     Directional: Hayashi et al. (2018), power table. Affine and weight: Edem & Balogun (2018), Eqs. (5) and
     (1). Friction: the mechanics of `FrictionDrive`.
     """
-    power = _power(drive, _State(speed, acceleration, gravity, weight, inertia))
+    force = cutting if isinstance(drive, FrictionDrive) else 0.0
+    power = _power(drive, _State(speed, acceleration, gravity + force, weight, inertia))
+    power = power + (cutting - force) * speed
     if drive.measured_to is None:
         return power
     beyond = np.abs(speed) / drive.measured_to - 1.0
@@ -149,7 +155,11 @@ def is_proportional(drive: Drive) -> bool:
 
 
 def axis_powers(
-    machine: Machine, positions: Array, speeds: Array, accelerations: Array | None = None
+    machine: Machine,
+    positions: Array,
+    speeds: Array,
+    accelerations: Array | None = None,
+    feed_force: Array | None = None,
 ) -> Array:
     """Compute the electrical power of every feed drive.
 
@@ -159,6 +169,7 @@ def axis_powers(
     positions : (n, k), mm and rad; gravity's torques depend on them
     speeds : (n, k), mm/s and rad/s; an axis slower than `standing_speeds` counts as standing
     accelerations : (n, k), mm/s² and rad/s²; zero by default
+    feed_force : (n,), N, of the cut against the tool's motion; none by default
 
     Returns
     -------
@@ -171,7 +182,9 @@ def axis_powers(
     """
     drives, forces, weights = _loads(machine, positions)
     speeds = np.where(np.abs(speeds) >= standing_speeds(machine), speeds, 0.0)
-    powers = np.empty_like(speeds)
+    powers, cutting = np.empty_like(speeds), np.zeros_like(speeds)
+    if feed_force is not None:
+        cutting = cutting_loads(machine, positions, speeds, feed_force)
     for i, (drive, axis) in enumerate(zip(drives, machine.axes, strict=True)):
         powers[:, i] = drive_power(
             drive,
@@ -180,8 +193,35 @@ def axis_powers(
             gravity=forces[:, i],
             weight=float(weights[i]),
             inertia=_inertia(axis, float(weights[i])),
+            cutting=cutting[:, i],
         )
     return powers
+
+
+def cutting_loads(machine: Machine, positions: Array, speeds: Array, force: Array) -> Array:
+    """Share a force against the tool's motion out among the axes: their loads take ``F_f v_f`` together.
+
+    By virtual work an axis has the load ``F_f (∂r/∂q)·v/|v|``, with the velocity v of the tip r in the
+    workpiece frame.
+
+    Parameters
+    ----------
+    positions, speeds : (n, k), mm and rad, mm/s and rad/s
+    force : (n,), N
+
+    Returns
+    -------
+    (n, k), J/mm and J/rad, as `gravity_forces`
+
+    References
+    ----------
+    Edem & Balogun (2018), Eqs. (1) and (5), whose moves have one axis.
+    """
+    slopes = jacobian(machine, positions).tip
+    velocity = np.einsum("nik,nk->ni", slopes, speeds)
+    length = np.linalg.norm(velocity, axis=1)
+    share = np.divide(force / 1000.0, length, out=np.zeros_like(length), where=length > 0.0)
+    return share[:, None] * np.einsum("ni,nik->nk", velocity, slopes)
 
 
 def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) -> tuple[Array, Array]:

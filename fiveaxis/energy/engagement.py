@@ -21,8 +21,9 @@ import numpy as np
 
 from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
 from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.geometry import Array, BoolArray, arcsin, normalise, product
+from fiveaxis.geometry import Array, arcsin, normalise, product
 
+WATT = 1e3  # N·mm/s, the unit of force times velocity, and of torque times angular velocity
 # Grid lines in each direction on the engaged surface, to find its highest point and to integrate its area.
 SURFACE_LINES = 97
 TOUCHING = 1e-9  # sine of the angle by which rounding may lift the engaged surface above the ball's equator
@@ -179,27 +180,6 @@ class Cut:
                 f"{self.depth:g} mm, lead {np.degrees(self.lead):g} and lean {np.degrees(self.lean):g} deg; "
                 "lean less, lean back or to the free side, or cut less deep"
             )
-
-
-def engaged(cut: Cut, normals: Array) -> BoolArray:
-    """Check which points of the cutter's envelope are in the material.
-
-    Parameters
-    ----------
-    cut : the cut
-    normals : (..., 3), outward unit normals of the envelope, feed axes; on a ball they define the point, on a
-        flat end its angle only: its height must be below the depth
-
-    Returns
-    -------
-    (...)
-    """
-    facing = normals[..., 0] > 0.0
-    chord = np.sqrt(np.maximum(1.0 - normals[..., 2] ** 2, 0.0))
-    fresh = cut.free_side * normals[..., 1] <= cut.width / cut.mill.radius - chord
-    if cut.mill.shape == "flat":
-        return facing & fresh
-    return facing & fresh & (normals[..., 2] <= cut.depth / cut.mill.radius - 1.0)
 
 
 def removal_rate(cut: Cut) -> float:

@@ -187,7 +187,11 @@ def energy_draws(machine: Machine) -> Array | None:
 
 
 def motion_energy(
-    machine: Machine, motion: Motion, integral: Array | None = None, rounding: float = 0.0
+    machine: Machine,
+    motion: Motion,
+    integral: Array | None = None,
+    rounding: float = 0.0,
+    feed_force: float = 0.0,
 ) -> Energy:
     """Add up the cost of a motion and its travel metric (Hayashi et al. 2018, Eq. 1); count its starts.
 
@@ -197,6 +201,7 @@ def motion_energy(
     motion : axis values and times
     integral : (n, k), J, ∫P dt by move and axis from a time law (`law_energies`); from mean speeds by default
     rounding : mm, travel of a linear axis up to which it counts as standing
+    feed_force : N, of the cut against the feed in cutting moves; not part of the travel metric
 
     Raises
     ------
@@ -205,10 +210,11 @@ def motion_energy(
     """
     charged, least, most = move_energies(machine, motion), None, None
     if integral is None:
-        integral = move_powers(machine, motion, rounding) * motion.time[:, None]
-        least = float((integral * _shares_of_slow(machine, motion)).sum())
+        integral = move_powers(machine, motion, rounding, feed_force) * motion.time[:, None]
+        idle = move_powers(machine, motion, rounding) * motion.time[:, None] if feed_force else integral
+        least = float((integral - idle * (1.0 - _shares_of_slow(machine, motion))).sum())
         if rounding:
-            most = float((move_powers(machine, motion) * motion.time[:, None]).sum())
+            most = float((move_powers(machine, motion, feed_force=feed_force) * motion.time[:, None]).sum())
     travel, spent = charged.sum(axis=0), integral.sum(axis=0)
     time = float(motion.time.sum())
     return Energy(
@@ -265,7 +271,7 @@ def move_energies(machine: Machine, motion: Motion) -> Array:
     return plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0)
 
 
-def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0) -> Array:
+def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0, feed_force: float = 0.0) -> Array:
     """Compute the drives' power in every move, at the move's mean speeds.
 
     Parameters
@@ -273,6 +279,7 @@ def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0) -> Arra
     machine : every axis with a drive
     motion : axis values and times
     rounding : mm, travel of a linear axis up to which it counts as standing
+    feed_force : N, of the cut against the feed in cutting moves
 
     Returns
     -------
@@ -287,7 +294,8 @@ def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0) -> Arra
     real = machine.is_rotary | (np.abs(motion.moves) > rounding)
     speeds = np.where(real, motion.moves, 0.0)[row] / motion.time[row, None]
     powers = np.zeros_like(motion.moves)
-    np.add.at(powers, row, axis_powers(machine, middles, speeds) / parts[row, None])
+    force = np.where(motion.cutting[row], feed_force, 0.0) if feed_force else None
+    np.add.at(powers, row, axis_powers(machine, middles, speeds, feed_force=force) / parts[row, None])
     return powers
 
 
@@ -299,7 +307,7 @@ def _parts(machine: Machine, moves: Array) -> IntArray:
     return np.maximum(1, np.ceil(turns / TORQUE_STEP)).astype(np.int64)
 
 
-def law_energies(machine: Machine, law: TimeLaw) -> Array:
+def law_energies(machine: Machine, law: TimeLaw, feed_force: float = 0.0) -> Array:
     """Integrate the drives' power over a time law, with its speeds and accelerations.
 
     Returns
@@ -310,7 +318,8 @@ def law_energies(machine: Machine, law: TimeLaw) -> Array:
     start, _, _ = law.at(phases.start)
     end, _, _ = law.at(phases.start + phases.duration)
     samples = law.sampled(_parts(machine, end - start))
-    powers = axis_powers(machine, samples.position, samples.speed, samples.acceleration)
+    force = np.where(law.motion.cutting[samples.block], feed_force, 0.0) if feed_force else None
+    powers = axis_powers(machine, samples.position, samples.speed, samples.acceleration, force)
     energies = np.zeros((len(law.motion), len(machine.axes)))
     np.add.at(energies, samples.block, powers * samples.weight[:, None])
     return energies

@@ -22,6 +22,7 @@ from fiveaxis.job.loading import (
 )
 from fiveaxis.job.placement import PlacedJob, load_placed
 from fiveaxis.job.posting import Posted, make_of_motion, post_program, write_program
+from fiveaxis.job.process import cutting_power
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_costs import ProgramEnergy, program_energy
 from fiveaxis.job.program_options import ProgramOptions
@@ -51,6 +52,7 @@ __all__ = [
     "Solution",
     "build_job",
     "choose_search",
+    "cutting_power",
     "is_mesh",
     "load_job_machine",
     "load_job_passes",

@@ -115,15 +115,23 @@ class FixtureFile(StrictModel):
 
 
 class ProcessTable(StrictModel):
-    """The cut, the same along the whole path; for the energy of the whole job."""
+    """The cut, the same along the whole path; for the energy of the whole job and `fiveaxis energy`."""
 
     spindle_rpm: float = Field(gt=0.0, description="speed of the spindle, rev/min")
-    teeth: int = Field(ge=1, description="teeth of the cutter")
+    teeth: int = Field(ge=1, description="teeth of the cutter, or lips of the drill")
     helix: float = Field(0.0, gt=-90.0, lt=90.0, description="helix angle of the teeth, deg")
-    depth: float = Field(ge=0.0, description="depth of cut along the surface normal, mm")
-    width: float = Field(ge=0.0, description="distance of the passes, mm")
+    depth: float | None = Field(
+        None, ge=0.0, description="depth of cut along the surface normal, mm; of end mills"
+    )
+    width: float | None = Field(None, ge=0.0, description="distance of the passes, mm; of end mills")
+    web: float | None = Field(None, ge=0.0, description="diameter of a drill's core, mm; 0 by default")
+    feed_force: float | None = Field(
+        None, ge=0.0, description="force of the cut against the feed, N; of end mills"
+    )
     tangential: float = Field(gt=0.0, description="cutting coefficient K_tc, N/mm2")
     tangential_edge: float = Field(0.0, ge=0.0, description="edge coefficient K_te, N/mm")
+    thrust: float | None = Field(None, ge=0.0, description="thrust coefficient K_zc, N/mm2; of drills")
+    thrust_edge: float = Field(0.0, ge=0.0, description="thrust's edge coefficient K_ze, N/mm; of drills")
     basis: Literal["measured", "fitted", "assumed"] = Field(description="what the coefficients rest on")
     source: str = Field(min_length=1, description="where the coefficients come from, or why they are assumed")
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import Plan, PlanReport, path_quality, plan_passes
-from fiveaxis.energy import Cut, CuttingCoefficients, EndMill, Factors, Process
-from fiveaxis.errors import JobError, SettingError, ToolError
+from fiveaxis.energy import Factors
+from fiveaxis.errors import JobError, SettingError
 from fiveaxis.job.description import TOOL_FILE, Job
 from fiveaxis.job.part_evidence import find_settled_contacts
 from fiveaxis.job.reading import require_input
@@ -138,43 +137,6 @@ def take_path(
     if around.part is None or path.has_normals:
         return path
     return find_settled_contacts(path, around.part, tolerance, read, set(), crease=CREASE)
-
-
-def load_process(job: Job, tool: Tool, feed: float) -> Process | None:
-    """Make the engagement of a job's cut; None where the job gives none.
-
-    Parameters
-    ----------
-    tool : of the path
-    feed : mm/s, highest of the path
-
-    Raises
-    ------
-    JobError
-        An impossible engagement.
-    """
-    table = job.process
-    if table is None:
-        return None
-    shape: Literal["ball", "flat"] = "ball" if tool.cutter.shape == "ball" else "flat"
-    if tool.cutter.shape != shape:
-        raise JobError(
-            f"process: cutting forces are known for ball and flat end mills only; the tool is {tool}"
-        )
-    try:
-        process = Process(
-            mill=EndMill(shape, tool.diameter, table.teeth, math.radians(table.helix)),
-            depth=table.depth,
-            width=table.width,
-            spindle=table.spindle_rpm * 2.0 * math.pi / 60.0,
-            coefficients=CuttingCoefficients(table.tangential, tangential_edge=table.tangential_edge),
-            basis=table.basis,
-            source=table.source,
-        )
-        Cut(process.mill, process.depth, process.width, feed, process.spindle)  # checks it
-    except (SettingError, ToolError) as fault:
-        raise JobError(f"process: {fault.message}") from None
-    return process
 
 
 def load_factors(job: Job) -> Factors | None:

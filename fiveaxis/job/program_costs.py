@@ -11,10 +11,21 @@ from typing import Any, Literal, Unpack
 
 import numpy as np
 
-from fiveaxis.energy import Energy, Timing, law_energies, motion_energy, move_powers, path_feed
+from fiveaxis.energy import (
+    Budget,
+    Energy,
+    Process,
+    Timing,
+    job_budget,
+    law_energies,
+    motion_energy,
+    move_powers,
+    path_feed,
+)
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.job.process import ProcessFigures, make_process, read_process
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
@@ -55,6 +66,7 @@ class ProgramEnergy:
     law : how the motion runs under the axes' accelerations; None where times are programmed or predicted
     texts : (n,), the blocks as written
     tool : the programmed feed is the speed of its centre; None for the tip
+    budget : electricity of the whole program by consumer; None without the cut (``process``)
     findings : what was assumed or left out while reading, and where axes are too fast or too slow
     """
 
@@ -65,6 +77,7 @@ class ProgramEnergy:
     law: TimeLaw | None
     texts: tuple[str, ...]
     tool: Tool | None
+    budget: Budget | None
     findings: tuple[Finding, ...]
 
     def __repr__(self) -> str:
@@ -112,6 +125,7 @@ class ProgramEnergy:
             "timing": self.energy.timing,
             "feed_of": "the tool's tip" if self.tool is None else f"the centre of {self.tool}",
             "energy": self.energy.as_dict(),
+            "budget": None if self.budget is None else self.budget.as_dict(),
             "blocks": self.rows,
             "ignored": dict(self.motion.ignored),
             "summary": [cause.as_dict() for cause in self.summary],
@@ -127,6 +141,7 @@ def program_energy(
     tool: Tool | None = None,
     corners: Corners = "control",
     control: str | Path | None = None,
+    process: ProcessFigures | None = None,
     **reading: Unpack[Reading],
 ) -> ProgramEnergy:
     """Compute the energy that an NC program costs the feed drives, block by block and by axis.
@@ -146,17 +161,21 @@ def program_energy(
         these in any case. ``exact-stop`` or a tolerance in mm runs the program under a time law
         (`time_motion`), along which accelerations take power too
     control : whose times these are; by default the one that a program of fiveaxis names in its header
+    process : the cut of `tool`, as for `cutting_power`: the feed drives work against its feed force, and the
+        result has the budget of the whole program
 
     Raises
     ------
     FiveAxisError
-        As `read_program` and `time_motion`; an unknown control; an axis without known power.
+        As `read_program` and `time_motion`; an unknown control; an axis without known power; as
+        `cutting_power`; a process without a tool.
 
     References
     ----------
     Edem & Balogun (2018), Eq. (1), for weight drives; Hayashi et al. (2018) for tables of power.
     """
-    return price_program(load_source(path), machine, reading, tool=tool, corners=corners, control=control)
+    how: Any = {"tool": tool, "corners": corners, "control": control, "process": process}
+    return price_program(load_source(path), machine, reading, **how)
 
 
 def price_program(
@@ -167,6 +186,7 @@ def price_program(
     tool: Tool | None = None,
     corners: Corners = "control",
     control: str | Path | None = None,
+    process: ProcessFigures | None = None,
 ) -> ProgramEnergy:
     """Compute the energy of a program's text as `program_energy` does that of a file."""
     machine, stands = set_up_as_stated(machine, source)
@@ -184,11 +204,14 @@ def price_program(
     if corners in ("programmed", "control"):
         read, taken = _whole_blocks(read, machine, taken)
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
+    cutter = tool or stated_tool(source)
     # Under TCP F is the tip's.
-    tool = None if read.tcp.any() else tool or stated_tool(source)
+    tool = None if read.tcp.any() else cutter
     rounding = word_rounding(read, texts)
     feed, taken_over = _feeds(machine, read, tool, stated_feed(source), rounding)
     motion = replace(read, feed=feed)
+    cut = None if process is None else _cut(process, cutter, motion)
+    force = 0.0 if cut is None else cut.feed_force or 0.0
     law, integral = None, None
     lost = read.from_unknown
     feed_time = float(read.time[~lost].sum())
@@ -196,7 +219,7 @@ def price_program(
         motion = replace(motion, time=taken.times)
     if corners in ("programmed", "control"):
         motion = replace(motion, time=np.where(lost, 0.0, motion.time))
-        by_block = move_powers(machine, motion, rounding) * motion.time[:, None]
+        by_block = move_powers(machine, motion, rounding, force) * motion.time[:, None]
     elif isinstance(corners, str) and corners != "exact-stop":
         what = "control, programmed, exact-stop, or a tolerance in mm"
         raise SettingError(f"corners {corners!r}: write {what}")
@@ -204,11 +227,13 @@ def price_program(
         # The durations of blocks that only turn follow from their own feed words.
         law = time_motion(read, machine, corners=corners)
         motion = replace(motion, time=np.where(lost, 0.0, law.motion.time))
-        by_block = np.where(lost[:, None], 0.0, law_energies(machine, law))
+        by_block = np.where(lost[:, None], 0.0, law_energies(machine, law, force))
         integral = by_block
     timed = law is not None if taken is None else taken.basis == "accelerations"
     timing: Timing = "accelerations" if timed else "programmed"
-    energy = replace(motion_energy(machine, motion, integral, rounding), feed_time=feed_time, timing=timing)
+    spent = motion_energy(machine, motion, integral, rounding, force)
+    energy = replace(spent, feed_time=feed_time, timing=timing)
+    budget = None if cut is None else job_budget(machine, motion, cut, None, rounding, integral)
     coordinates: Coordinates = "tip" if read.tcp.any() else "axes"
     # What axis words cost doesn't depend on where the tool goes.
     unknown = figure_findings(machine, coordinates)
@@ -219,7 +244,17 @@ def price_program(
     if taken is not None and taken.assumed:
         findings += (Finding(Severity.NOTE, "corners-assumed", taken.assumed, Place(file=motion.name)),)
     shown = tuple(text[:BLOCK_TEXT] for text in texts)
-    return ProgramEnergy(machine, motion, by_block, energy, law, shown, tool, findings)
+    return ProgramEnergy(machine, motion, by_block, energy, law, shown, tool, budget, findings)
+
+
+def _cut(process: ProcessFigures, tool: Tool | None, motion: ReadMotion) -> Process:
+    """Make the cut of a program's tool, checked at its fastest cut."""
+    if tool is None:
+        raise SettingError("the process needs the cutter; name it (--tool flat:10)")
+    cuts = motion.feed[motion.cutting & np.isfinite(motion.feed)]
+    if not cuts.size:
+        raise SettingError(f"{motion.name} has no cutting move with a known feed; leave out the process")
+    return make_process(read_process(process), tool, float(cuts.max()))
 
 
 def _feeds(

@@ -24,12 +24,12 @@ from fiveaxis.job.loading import (
     load_factors,
     load_job_machine,
     load_job_passes,
-    load_process,
     load_surroundings,
     part_unit,
     require_writable,
     revises,
 )
+from fiveaxis.job.process import make_process
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
@@ -174,7 +174,8 @@ def run_stages(
         job, toolpath = keep_stated(job, toolpath)
     wording = job.program_options.wording(machine) if operation is None else operation.wording
     progress("reading part and stock", 0, 1)
-    process = load_process(job, toolpath.tool, float(toolpath.feed.max()))
+    fastest = float(toolpath.feed.max())
+    process = None if job.process is None else make_process(job.process, toolpath.tool, fastest)
     factors = load_factors(job)
     around = load_surroundings(job)
     constraints = job.constraints

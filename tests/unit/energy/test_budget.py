@@ -20,8 +20,8 @@ from fiveaxis.energy import (
     motion_energy,
 )
 from fiveaxis.errors import JobError, MachineError
-from fiveaxis.job import make_job, read_job
-from fiveaxis.job.loading import load_process
+from fiveaxis.job import read_job
+from fiveaxis.job.process import make_process
 from fiveaxis.machine import Machine, Provenance
 from fiveaxis.motion import Motion
 from fiveaxis.toolpath import MoveKind, Tool
@@ -189,8 +189,7 @@ def test_a_wrong_figure_of_the_process_is_named_with_its_line(tmp_path, old, new
 def test_an_impossible_engagement_is_refused_before_the_optimisation(tmp_path):
     job = read_job(write_job(tmp_path, JOB.replace("width = 0.3", "width = 7")))
     with pytest.raises(JobError, match="process: width of cut is 7 mm"):
-        load_process(job, Tool.ball(6), 1000.0 / 60.0)
-    assert load_process(make_job(input="x.csv", tool="ball:6"), Tool.ball(6), 1.0) is None
+        make_process(job.process, Tool.ball(6), 1000.0 / 60.0)
 
 
 def test_an_axis_that_slows_the_move_makes_the_chips_thinner_but_not_the_cut_costlier(machine, motion):

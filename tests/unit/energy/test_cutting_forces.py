@@ -4,21 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cutting_forces import CuttingRecord, ForceCoefficients, cutting_record
 from scipy.integrate import quad
+from wrench import net_power, revolution_average, wrench_power
 
-from fiveaxis.energy.cutting_forces import (
-    CuttingCoefficients,
-    CuttingRecord,
-    cutting_record,
-    mean_cutting_power,
-)
+from fiveaxis.energy.cutting_forces import mean_cutting_power
 from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
-from fiveaxis.energy.milling import net_power, revolution_average, wrench_power
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.posture.baselines import leaned
 
 # Figures of the size of a titanium alloy's; no paper's.
-STEEL = CuttingCoefficients(1800.0, 700.0, 300.0, 20.0, 15.0, 5.0)
+STEEL = ForceCoefficients(1800.0, 20.0, radial=700.0, axial=300.0, radial_edge=15.0, axial_edge=5.0)
 SHARP = replace(STEEL, tangential_edge=0.0, radial_edge=0.0, axial_edge=0.0)
 # Teeth enter and leave between two samples of the record: 720 a turn miss up to 1 % of a straight edge's cut,
 # 0.3 % where helix or ball spread the entry.
@@ -282,7 +278,9 @@ def test_a_sharp_mill_obeys_units():
     """Twice the length unit: K in N/mm² falls by 4, mm and mm/s double, N stay, power stays in its unit."""
     cut = CUTS["ball down"]
     bigger = Cut(replace(BALL, diameter=20.0), 4.0, 8.0, 40.0, 500.0, "down")
-    scaled = CuttingCoefficients(1800.0 / 4, 700.0 / 4, 300.0 / 4, 20.0 / 2, 15.0 / 2, 5.0 / 2)
+    scaled = ForceCoefficients(
+        1800.0 / 4, 20.0 / 2, radial=700.0 / 4, axial=300.0 / 4, radial_edge=15.0 / 2, axial_edge=5.0 / 2
+    )
     here, there = cutting_record(cut, STEEL), cutting_record(bigger, scaled)
     np.testing.assert_allclose(there.force, here.force, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(there.torque, 2.0 * here.torque, rtol=1e-9, atol=1e-9)
@@ -349,7 +347,7 @@ def test_an_impossible_mill_is_refused(arguments, message):
 )
 def test_impossible_coefficients_are_refused(arguments, message):
     with pytest.raises(SettingError, match=message):
-        CuttingCoefficients(**{"tangential": 1800.0} | arguments)
+        ForceCoefficients(**{"tangential": 1800.0} | arguments)
 
 
 def test_too_few_samples_are_refused():

@@ -16,7 +16,7 @@ from fiveaxis.energy import (
     travel_costs,
 )
 from fiveaxis.errors import MachineError
-from fiveaxis.kinematics import link_poses
+from fiveaxis.kinematics import link_poses, tool_poses
 from fiveaxis.machine import AffineDrive, Chain, DirectionalDrive, FrictionDrive, Line, Machine, WeightDrive
 from fiveaxis.motion import Motion, time_motion
 
@@ -54,6 +54,27 @@ def test_a_friction_drive_pays_for_inertia_friction_and_losses():
     force = 200.0 * -5.0 + 150.0 + 400.0 * v
     power = drive_power(drive, np.array([1e3 * v]), acceleration=-5e3, inertia=200e-6)
     np.testing.assert_allclose(power, force * v * 0.5 + 1e-4 * force**2 + 12.0)
+
+
+def test_a_feed_force_adds_its_power_to_a_table_and_its_force_to_a_friction_drive():
+    """F_f v_f of Edem & Balogun, Eqs. (1) and (5): 200 N at 0.05 m/s are 10 W in either direction."""
+    speed, load = np.array([50.0, -50.0, 0.0]), np.array([0.2, -0.2, 0.2])
+    for drive in (AffineDrive((8.54, 88.82), (6.502, 75.12)), WeightDrive(0.3, 0.05)):
+        idle, cut = (drive_power(drive, speed, weight=3678.0, cutting=c) for c in (0.0, load))
+        np.testing.assert_allclose(cut - idle, [10.0, 10.0, 0.0], atol=1e-12)
+    drive = FrictionDrive(friction=0.15, efficiency=0.8)
+    np.testing.assert_allclose(drive_power(drive, speed, cutting=load), [0.35 * 50 / 0.8] * 2 + [0.0])
+
+
+def test_a_feed_force_is_shared_out_by_virtual_work(hayashi):
+    """All axes together take F_f times the speed of the tip in the workpiece's frame."""
+    positions, speeds = RNG.uniform(-1.0, 1.0, (20, 5)) * 30.0, RNG.uniform(-1.0, 1.0, (20, 5))
+    speeds[0] = 0.0
+    force, h = np.full(20, 80.0), 1e-6
+    idle, cut = (axis_powers(hayashi, positions, speeds, feed_force=f) for f in (None, force))
+    ends = [tool_poses(hayashi, positions + sign * h * speeds)[0] for sign in (1.0, -1.0)]
+    velocity = np.linalg.norm(ends[0] - ends[1], axis=1) / (2.0 * h)
+    np.testing.assert_allclose((cut - idle).sum(axis=1), 80.0 * velocity / 1000.0, rtol=1e-6, atol=1e-9)
 
 
 def test_at_rest_a_friction_drive_holds_against_gravity_and_the_counterbalance_helps():

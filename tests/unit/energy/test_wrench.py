@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.integrate import quad
-
-from fiveaxis.energy.milling import (
+from wrench import (
     absolute_sum_power,
     cutter_positions,
     net_power,
@@ -21,6 +20,7 @@ from fiveaxis.energy.milling import (
     transport_velocity,
     wrench_power,
 )
+
 from fiveaxis.errors import SettingError
 
 # The paper's face mill: 63 mm, one tooth, 120 m/min, 0.1 mm/rev.

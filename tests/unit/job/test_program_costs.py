@@ -1,9 +1,9 @@
-"""Energy of NC programs: the printed one, the paper's strategies, and totals that add up."""
+"""Energy of NC programs: the printed one, the cut, and totals that add up."""
 
 import csv
 import json
-import subprocess
-import sys
+import re
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,10 +14,9 @@ from written import write_text
 
 import fiveaxis as fx
 from fiveaxis.cli import app
-from fiveaxis.errors import MachineError, SettingError, ToolpathError
+from fiveaxis.errors import JobError, MachineError, SettingError, ToolpathError
 from fiveaxis.machine import load_machine
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "pocket" / "reproduce.py"
 # Edem & Balogun (2018), the zigzag program of Table 1; N16 is misprinted there (Y43).
 ZIGZAG = (
     """G90 G21
@@ -101,8 +100,6 @@ def test_a_heavier_vice_costs_in_proportion_to_the_moved_weight(zigzag, takisawa
 
 
 def test_stops_and_accelerations_cost_time_and_the_energy_follows_the_time_law(zigzag, takisawa):
-    from dataclasses import replace
-
     axes = tuple(replace(a, max_acceleration=500.0) for a in takisawa.axes)
     limited = replace(takisawa, axes=axes)
     programmed = fx.program_energy(zigzag, limited)
@@ -115,31 +112,80 @@ def test_stops_and_accelerations_cost_time_and_the_energy_follows_the_time_law(z
     assert stopping.by_block.sum() == pytest.approx(stopping.energy.total)
 
 
-@pytest.fixture(scope="module")
-def printed() -> str:
-    """What the example prints."""
-    return subprocess.run([sys.executable, EXAMPLE], capture_output=True, text=True, check=True).stdout
+FIGURES = {"spindle_rpm": 4000, "teeth": 4, "depth": 0.5, "width": 6, "tangential": 800, "feed_force": 60}
 
 
-def test_the_papers_strategies_are_ranked_as_measured(printed):
-    rows = {line.split()[0]: line.split()[1:] for line in printed.splitlines() if line.strip()}
-    # The last rows of zag and zigzag are shares of the contour: energy, paper's, time, paper's, in percent.
-    for name in ("zag", "zigzag"):
-        energy, energy_paper, time, time_paper = (float(v) for v in rows[name] if v != "%")
-        assert energy > 0.0
-        assert abs(energy - energy_paper) < 3.0
-        assert abs(time - time_paper) < 3.0
-    x, x_paper, y, y_paper, time, time_paper = map(float, rows["contour"])
-    assert y > x
-    assert (x, y) == pytest.approx((x_paper, y_paper), rel=0.02)
-    assert time == pytest.approx(time_paper, rel=0.01)
+@pytest.mark.parametrize("corners", ["control", "exact-stop"])
+def test_a_feed_force_takes_its_work_along_the_cuts_and_none_in_rapid(zigzag, takisawa, corners):
+    """F_f v_f of Eqs. (1) and (5) over time is F_f times the path of the G01 blocks."""
+    axes = tuple(replace(axis, max_acceleration=500.0) for axis in takisawa.axes)
+    machine, tool = replace(takisawa, axes=axes), fx.Tool.flat(8)
+    free = fx.program_energy(zigzag, machine, tool=tool, corners=corners).energy
+    cut = fx.program_energy(zigzag, machine, tool=tool, corners=corners, process=FIGURES).energy
+    work = {"X": 9 * 114.0, "Y": 48.0, "Z": 0.5}
+    for letter, length in work.items():
+        assert cut.by_axis[letter] - free.by_axis[letter] == pytest.approx(60.0 * length / 1000.0, rel=1e-6)
+    assert cut.travel == free.travel
+    if corners == "control":
+        assert cut.least - free.least == pytest.approx(60.0 * sum(work.values()) / 1000.0, rel=1e-6)
 
 
-def test_the_machine_file_holds_what_the_example_fits(printed, takisawa):
-    for letter in "XY":
-        words = next(line for line in printed.splitlines() if line.startswith(f"{letter}: a")).split()
-        drive = takisawa.axis(letter).drive
-        assert (drive.a, drive.b) == (float(words[3]), float(words[8]))
+def test_the_budget_of_a_program_has_the_cut_at_its_feeds(zigzag, takisawa):
+    found = fx.program_energy(zigzag, takisawa, tool=fx.Tool.flat(8), process=FIGURES)
+    shares = {share.name: share.energy for share in found.budget.shares}
+    plunge = fx.cutting_power("flat:8", FIGURES, 300) * 0.1
+    moving = fx.cutting_power("flat:8", FIGURES, 500) * (9 * 114.0 + 48.0) / (500.0 / 60.0)
+    assert shares["cutting"] == pytest.approx(plunge + moving)
+    assert shares["feed drives"] == pytest.approx(found.energy.total)
+    assert shares["spindle idle"] is None
+    assert found.as_dict()["budget"]["complete"] is False
+    assert fx.program_energy(zigzag, takisawa).budget is None
+
+
+def test_the_verb_prints_the_whole_program_with_a_process(zigzag, tmp_path):
+    file = tmp_path / "cut.toml"
+    lines = [f"{key} = {value}" for key, value in FIGURES.items()]
+    file.write_text("\n".join([*lines, 'basis = "assumed"', 'source = "trial"', ""]))
+    words = ("energy", zigzag, "-m", "takisawa-mac-v3", "--process", file)
+    text = " ".join(run(*words, "--tool", "flat:8").stdout.split())
+    assert "zigzag.nc: whole program" in text
+    assert "not known: spindle idle, auxiliary" in text
+    failed = run(*words)
+    assert failed.exit_code == 2
+    assert "the process needs the cutter; name it (--tool flat:10)" in failed.stderr
+    file.write_text(file.read_text().replace("teeth", "tooth"))
+    failed = run(*words, "--tool", "flat:8")
+    assert "cut.toml:2" in failed.stderr
+    assert "the nearest known one is 'teeth'" in " ".join(failed.stderr.split())
+
+
+def test_a_cut_has_the_handbooks_power_in_the_shops_units():
+    """a_p a_e v_f k_c/60 000 W with mm, mm/min and N/mm², and C0-free drilling: torque times speed."""
+    sharp = FIGURES | {"feed_force": 0}
+    assert fx.cutting_power("flat:8", sharp, 500) == pytest.approx(0.5 * 6 * 500 * 800 / 60_000)
+    drill = {"spindle_rpm": 550, "teeth": 2, "tangential": 4196.8, "thrust": 0.0}
+    assert fx.cutting_power("drill:10:118", drill, 60.5) == pytest.approx(
+        4196.8 * np.pi / 4.0 * 100.0 * 60.5 / 60_000
+    )
+
+
+@pytest.mark.parametrize(
+    ("tool", "figures", "feed", "message"),
+    [
+        ("flat:8", {"depht": 1}, 500, "unknown key 'depht'; the nearest known one is 'depth'"),
+        ("flat:8", {"depth": None}, 500, "the cut of flat:8 needs depth; add it"),
+        ("flat:8", {"thrust": 1.0}, 500, "thrust isn't a figure of flat:8; leave it out"),
+        ("drill:8:118", {}, 500, "the cut of drill:8:118 needs thrust; add it"),
+        ("drill:8:118", {"thrust": 1.0}, 500, "depth, width, feed_force isn't a figure of drill:8:118"),
+        ("bull:8:1", {}, 500, "cutting power is known for ball and flat end mills and for drills"),
+        ("flat:8", {"width": 9}, 500, "width of cut is 9 mm, above 8 mm"),
+        ("flat:8", {}, 0.0, "feed is 0 mm/s"),
+        ("flat:8", {"spindle_rpm": 40}, 1500, "check the units of feed"),
+    ],
+)
+def test_an_impossible_process_is_named(tool, figures, feed, message):
+    with pytest.raises(JobError, match=re.escape(message)):
+        fx.cutting_power(tool, FIGURES | figures, feed)
 
 
 def test_a_figure_of_a_program_in_deep_folders_has_room(zigzag, tmp_path):
