@@ -337,9 +337,9 @@ def paper() -> Paper:
         tables(),
         misprints(),
         (
-            "The cutting powers from the lips (Eqs. 3-10): web and point angle aren't printed, and with none "
-            "do the printed coefficients give the printed powers. The nearest drill is in the last table; "
-            "its web would be more than half the drill.",
+            "The cutting powers from the lips (Eqs. 3-10): the drill's point isn't printed in full, and with "
+            "no web and point angle do the printed coefficients give the printed powers. The nearest drill "
+            "is in the last table; its web would be more than half the drill.",
             "The benchmark models row by row: of their printed predictions only the one above is at hand. "
             "What their printed coefficients give stands in the tables.",
             "The measurements and the cutting powers of Experiment II: they are taken from the tables.",

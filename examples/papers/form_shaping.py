@@ -40,7 +40,7 @@ POWERS = {
 }
 FEEDS = (250.0, 500.0, 750.0, 1000.0)  # mm/min, deg/min
 FEED = 1000.0  # mm/min
-TIP = (30.0, 10.0, 20.0)  # mm, where the surfaces are drawn; the paper's place isn't printed
+TIP = (30.0, 10.0, 20.0)  # mm, where the surfaces are drawn; the paper's place isn't known here
 SAVED = 69.0  # %, of the paper's case study
 # The stand-in: three turns on the underside of a dome.
 RADIUS, CENTRE, TURNS, POINTS = 30.0, (40.0, 0.0, 30.0), 3, 180
@@ -338,7 +338,7 @@ def paper() -> Paper:
         misprints(),
         (
             f"The {SAVED:g} % of the case study: part, CAM settings, tilt limits and feed aren't printed.",
-            "The place of Figs. 2 and 3: surfaces are drawn for a tip of our own.",
+            "The numbers of Figs. 2, 3 and 5: surfaces are of a tip of our own, bars of the stand-in.",
         ),
         {f"form-shaping-{name}": draw for name, draw in figures.items()},
     )

@@ -350,7 +350,7 @@ def paper() -> Paper:
             "changes rapid moves of x and y alone: a v + b at F500 is a row of Table 1.",
             f"N01: {TABLE_1['N01'][0]:g} J, where Eq. (5) gives {z_power(APPROACH, PLUNGE) / 10.0:.2f} J.",
             "The feed force isn't printed; if there was one, what is fitted contains it.",
-            "Measured energies: only their ratio of y to x is printed as numbers.",
+            "Measured energies: of them only the ratio of y to x is at hand.",
         ),
         {
             "pocket-energies": draw_energies,

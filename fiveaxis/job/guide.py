@@ -21,8 +21,8 @@ from fiveaxis.settings import models_in
 
 # Units as descriptions write them, at their start or after a comma; the longest first.
 _UNIT = re.compile(
-    r"(?:^|, )(mm and deg|mm/min|deg/mm|deg/min|rev/min|J/mm|J/rad2|N/mm2|N/mm|kg of CO2 per kWh|deg|mm|kg|W)"
-    r"(?=$|[,;.: ])"
+    r"(?:^|, )(mm and deg|mm/min|deg/mm|deg/min|rev/min|J/mm|J/rad2|N/mm2|N/mm|kg of CO2 per kWh|deg|mm|kg|W"
+    r"|N)(?=$|[,;.: ])"
 )
 _BOUNDS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _PLAIN = {float: "number", int: "whole number", bool: "true or false", str: "text", Path: "file"}
@@ -42,7 +42,10 @@ EXAMPLES: Mapping[str, Any] = {
     "process.teeth": 2,
     "process.depth": 0.3,
     "process.width": 0.5,
+    "process.web": 1.5,
+    "process.feed_force": 60,
     "process.tangential": 800,
+    "process.thrust": 1500,
     "process.basis": "assumed",
     "process.source": "where the coefficients come from",
     "factors.price": 0.3,
