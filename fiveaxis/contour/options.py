@@ -62,6 +62,7 @@ class PlanOptions:
     stepover: float | None
     scallop: float | None
     raster_angle: float | None
+    faces: str | None
     spacing: float
     overhang: bool
     spiral: bool
@@ -74,6 +75,8 @@ class PlanOptions:
     feed_mm_min: float
     clearance: float
     crease: float
+    mesh_tolerance: float
+    body: str | None
 
     @classmethod
     def of(cls, **options: Unpack[PlanContour]) -> PlanOptions:

@@ -65,7 +65,7 @@ def plan_contour(
     part: str | Path | trimesh.Trimesh,
     tool: Tool,
     *,
-    unit: Unit = "mm",
+    unit: Unit | None = None,
     progress: Progress | None = None,
     **options: Unpack[PlanContour],
 ) -> Toolpath:
@@ -90,7 +90,7 @@ def plan_contour(
     ----------
     part : mesh file or mesh, workpiece frame with z up
     tool : ball end mill or lollipop
-    unit : of a mesh file: ``mm``, ``inch`` or ``m``; a mesh is in mm
+    unit : of a file: ``mm``, ``inch`` or ``m``; by default what it states, or mm; a mesh is in mm
     progress : called with the sections done and their number
 
     Returns
@@ -118,7 +118,7 @@ def plan_passes(
     part: str | Path | trimesh.Trimesh,
     tool: Tool,
     *,
-    unit: Unit = "mm",
+    unit: Unit | None = None,
     progress: Progress | None = None,
     **given: Unpack[PlanContour],
 ) -> Plan:
@@ -126,16 +126,24 @@ def plan_passes(
     options = PlanOptions.of(**given)
     options.check_tool(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
-    mesh = take_mesh(part, name=name, unit=unit, allow_open=options.allow_open)
+    mesh = take_mesh(
+        part,
+        name=name,
+        unit=unit,
+        allow_open=options.allow_open,
+        tolerance=options.mesh_tolerance,
+        body=options.body,
+    )
     surface = Surface.from_mesh(mesh, crease=np.radians(options.crease))
-    sized = size_findings(mesh_size(mesh), unit=unit, diameter=tool.diameter, name=name)
+    read: Unit = unit or "mm"
+    sized = size_findings(mesh_size(mesh), unit=read, diameter=tool.diameter, name=name)
     extent = float(mesh_size(mesh).max())
     options.check_size(extent, float(mesh.area), tool.radius)
     if tool.diameter > extent:
         raise MeshError(
-            f"the part measures {size_text(mesh_size(mesh))}, read in {unit}, and the cutter "
+            f"the part measures {size_text(mesh_size(mesh))}, read in {read}, and the cutter "
             f"{tool.diameter:g} mm: take a smaller one (--tool), or say in which unit the file is (--unit): "
-            f"{other_sizes(mesh_size(mesh), unit)}",
+            f"{other_sizes(mesh_size(mesh), unit or 'mm')}",
             file=name,
         )
     space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)

@@ -1,5 +1,7 @@
-"""Meshes of parts and bodies: files, distances, smooth normals."""
+"""Meshes of parts and bodies: files, distances, smooth normals, exact surfaces of CAD files."""
 
+from fiveaxis.mesh.cad.loading import CAD_SUFFIXES
+from fiveaxis.mesh.cad.model import Face, Foot, Model, model_of
 from fiveaxis.mesh.distance import TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.mesh.loading import (
     SUFFIXES,
@@ -17,7 +19,11 @@ from fiveaxis.mesh.surface import Surface, facet_normals
 from fiveaxis.options import Unit
 
 __all__ = [
+    "CAD_SUFFIXES",
     "SUFFIXES",
+    "Face",
+    "Foot",
+    "Model",
     "Surface",
     "TriangleTree",
     "Unit",
@@ -26,6 +32,7 @@ __all__ = [
     "kept_by_mesh",
     "load_mesh",
     "mesh_size",
+    "model_of",
     "other_sizes",
     "read_solid",
     "require_solid",

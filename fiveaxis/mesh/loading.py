@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import logging
 import warnings
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,14 +14,16 @@ from fiveaxis.errors import MeshError, SettingError
 from fiveaxis.files import MOST_MESH_BYTES, read_input, require_file
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.options import Unit
+from fiveaxis.mesh.cad.loading import CAD_SUFFIXES, FACTORS, load_model
+from fiveaxis.mesh.cad.model import model_of, with_model
+from fiveaxis.options import MESH_TOLERANCE, Unit
 
 if TYPE_CHECKING:
     import trimesh
 
     from fiveaxis.mesh.surface import Surface
 
-SUFFIXES = (".stl", ".ply", ".obj", ".off")
+SUFFIXES = (".stl", ".ply", ".obj", ".off", *CAD_SUFFIXES)
 # Bytes of a binary STL: its header, whose last four are the number of triangles, and one triangle.
 STL_HEAD, STL_TRIANGLE = 84, 50
 DAMAGED = "it is damaged, truncated, or of another format; export it again"
@@ -39,22 +40,29 @@ FARTHEST = 1e7
 logger = logging.getLogger(__name__)
 # trimesh logs the tracebacks of what it can't parse; without a handler Python would print them.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
-MILLIMETRES: Mapping[Unit, float] = {"mm": 1.0, "inch": 25.4, "m": 1000.0}
 # mm: parts of five-axis machines are larger than the first, and smaller than the second.
 SMALLEST_PART, LARGEST_PART = 5.0, 5000.0
 
 
 def load_mesh(
-    path: str | Path, *, unit: Unit = "mm", allow_open: bool = False, turn: bool = True
+    path: str | Path,
+    *,
+    unit: Unit | None = None,
+    allow_open: bool = False,
+    turn: bool = True,
+    tolerance: float = MESH_TOLERANCE,
+    body: str | None = None,
 ) -> trimesh.Trimesh:
-    """Read a part mesh.
+    """Read a part: a mesh, or the mesh of a CAD file, whose exact surfaces `model_of` returns.
 
     Parameters
     ----------
-    path : an STL, PLY, OBJ or OFF file
-    unit : of the file's coordinates: ``mm``, ``inch`` or ``m``
+    path : an STL, PLY, OBJ or OFF file, or a STEP or IGES file
+    unit : of the file's coordinates: ``mm``, ``inch`` or ``m``; by default what a CAD file states, or mm
     allow_open : accept a mesh that isn't watertight
-    turn : turn the normals of a watertight mesh outward
+    turn : turn the normals of a watertight mesh outward; those of CAD solids always are
+    tolerance : mm, chords of the mesh of a CAD file
+    body : of a CAD file, the one that is taken, by name or number from 1; by default all
 
     Returns
     -------
@@ -73,11 +81,14 @@ def load_mesh(
     if file.suffix.lower() not in SUFFIXES:
         known = ", ".join(SUFFIXES)
         raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
-    if unit not in MILLIMETRES:
-        raise SettingError(f"unit = {unit!r} must be {', '.join(MILLIMETRES)}")
-    parsed = _parse(file)
-    if unit != "mm":
-        parsed.vertices = MILLIMETRES[unit] * np.asarray(parsed.vertices, dtype=float)
+    if unit is not None and unit not in FACTORS:
+        raise SettingError(f"unit = {unit!r} must be {', '.join(FACTORS)}")
+    if file.suffix.lower() in CAD_SUFFIXES:
+        parsed = load_model(file, unit=unit, tolerance=tolerance, body=body).mesh()
+    else:
+        parsed = _parse(file)
+        if unit not in (None, "mm"):
+            parsed.vertices = FACTORS[unit] * np.asarray(parsed.vertices, dtype=float)
     mesh = check_mesh(parsed, name=str(file), allow_open=allow_open, turn=turn)
     logger.info("%s: %d triangles, %s", file.name, len(mesh.faces), size_text(mesh_size(mesh)))
     return mesh
@@ -109,7 +120,7 @@ def check_mesh(
 
 
 def _merged(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return the triangles of a mesh with merged vertices.
+    """Return the triangles of a mesh with merged vertices, and its exact model if it has one.
 
     Vertices with the same bits are merged first: trimesh sorts the rest, which for the triangles of an STL
     file would take most of the time.
@@ -122,27 +133,39 @@ def _merged(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     first, number = kernels.merge_rows(vertices)
     merged = trimesh.Trimesh(vertices[first], number[np.asarray(mesh.faces)], process=False)
     merged.merge_vertices(merge_tex=True, merge_norm=True)
-    return merged
+    return with_model(merged, model_of(mesh))
 
 
 def take_mesh(
-    part: str | Path | trimesh.Trimesh, *, name: str = "mesh", unit: Unit = "mm", allow_open: bool = False
+    part: str | Path | trimesh.Trimesh,
+    *,
+    name: str = "mesh",
+    unit: Unit | None = None,
+    allow_open: bool = False,
+    tolerance: float = MESH_TOLERANCE,
+    body: str | None = None,
 ) -> trimesh.Trimesh:
-    """Read a mesh file of a unit (`load_mesh`), or check a mesh in mm without one (`check_mesh`)."""
+    """Read a part's file (`load_mesh`), or check a mesh in mm (`check_mesh`)."""
     if isinstance(part, str | Path):
-        return load_mesh(part, unit=unit, allow_open=allow_open)
+        return load_mesh(part, unit=unit, allow_open=allow_open, tolerance=tolerance, body=body)
     return check_mesh(part, name=name, allow_open=allow_open)
 
 
-def read_solid(file: str | Path, unit: Unit = "mm") -> trimesh.Trimesh:
-    """Read a mesh of a unit for collision checks: normals aren't turned, holes are allowed.
+def read_solid(
+    file: str | Path,
+    unit: Unit | None = None,
+    *,
+    tolerance: float = MESH_TOLERANCE,
+    body: str | None = None,
+) -> trimesh.Trimesh:
+    """Read a part for collision checks (`load_mesh`): normals of meshes aren't turned, holes are allowed.
 
     Raises
     ------
     MeshError
         The file can't be read, or `require_solid` refuses the mesh.
     """
-    mesh = load_mesh(file, unit=unit, allow_open=True, turn=False)
+    mesh = load_mesh(file, unit=unit, allow_open=True, turn=False, tolerance=tolerance, body=body)
     require_solid(mesh, str(file))
     return mesh
 
@@ -281,8 +304,8 @@ def size_text(size: Array) -> str:
 def other_sizes(size: Array, unit: Unit) -> str:
     """Write what extents, (3,) mm, that were read in a unit are in the other units."""
     return ", ".join(
-        f"{other} makes it {size_text(size * MILLIMETRES[other] / MILLIMETRES[unit])}"
-        for other in MILLIMETRES
+        f"{other} makes it {size_text(size * FACTORS[other] / FACTORS[unit])}"
+        for other in FACTORS
         if other != unit
     )
 

@@ -6,8 +6,8 @@ from typing import Annotated, TypedDict
 
 from fiveaxis.options.option import Option
 
-# deg
-CREASE = 30.0
+# deg; mm
+CREASE, MESH_TOLERANCE = 30.0, 0.01
 
 
 class Meshes(TypedDict, total=False):
@@ -22,4 +22,17 @@ class Meshes(TypedDict, total=False):
             above=0.0,
             most=90.0,
         ),
+    ]
+    mesh_tolerance: Annotated[
+        float,
+        Option(
+            "how far the mesh of a CAD file may be off its surfaces; contacts and normals stay exact",
+            unit="mm",
+            default=MESH_TOLERANCE,
+            least=0.001,
+        ),
+    ]
+    body: Annotated[
+        str | None,
+        Option("name or number of the body of a CAD file that is the part; by default all", example="blade"),
     ]

@@ -51,6 +51,15 @@ class Planning(TypedDict, total=False):
         float | None,
         Option("direction of a raster, from X towards Y; by default 0", unit="deg", example=0),
     ]
+    faces: Annotated[
+        str | None,
+        Option(
+            "faces of a CAD file that are cut: numbers as fiveaxis info shows them, #rrggbb or a layer; the "
+            "others are only kept clear of",
+            written="12,13",
+            example="12,13",
+        ),
+    ]
     spacing: Annotated[
         float,
         Option("largest distance of contact points along a pass", unit="mm", default=0.5, above=0.0),

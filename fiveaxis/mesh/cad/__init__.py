@@ -1,0 +1,1 @@
+"""CAD files with exact surfaces: STEP and IGES."""
