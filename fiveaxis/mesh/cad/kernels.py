@@ -26,6 +26,10 @@ STARTS, BINS = 24, 4
 STEPS, HALVINGS, BORDER_STEPS = 30, 12, 8
 SETTLED, AT_REST = 1e-10, 1e-12
 
+# mm: where the whole range of a parameter is no longer, there is a pole; directions tried around it, and how far
+# beside it, as a share of the way to the middle.
+POLE, AROUND, BESIDE = 1e-6, 16, 1e-3
+
 Scratch: TypeAlias = tuple[Array, Array, Array, Array]
 
 
@@ -251,20 +255,12 @@ def newton_step(q: Array, values: Array) -> tuple[float, float]:
 
 
 @compiled
-def project(
-    face: int, q: Array, u: float, v: float, box: Array, border: Array, surfaces: Surfaces, work: Scratch
-) -> tuple[float, float, bool]:
-    """Find the point of a trimmed face that is nearest to q, from parameters near it, by Newton's method.
+def descend(
+    face: int, q: Array, u: float, v: float, box: Array, surfaces: Surfaces, work: Scratch
+) -> tuple[float, float]:
+    """Follow Newton's steps, damped, from parameters to a nearest point within the box of a face.
 
-    Parameters
-    ----------
-    q : (3,), mm
-    box : (4,), u0, u1, v0, v1 of the face
-    border : (s, 10), its border
-
-    Returns
-    -------
-    u, v, and whether they lie on the border; the values there are in `work`
+    The values there are left in `work`.
     """
     values = work[0]
     surface(face, u, v, surfaces, work)
@@ -285,6 +281,64 @@ def project(
         u, v = new_u, new_v
         if moved < SETTLED:
             break
+    return u, v
+
+
+@compiled
+def leave_pole(
+    face: int, q: Array, u: float, v: float, box: Array, surfaces: Surfaces, work: Scratch
+) -> tuple[float, float]:
+    """Return parameters beside a pole in the direction of q; the given ones where there is no pole.
+
+    At a pole one parameter changes nothing, so no step leads out of it.
+    """
+    values = work[0]
+    wide, high = box[1] - box[0], box[3] - box[2]
+    pole_in_u = dot(values[1], values[1]) * wide**2 < POLE**2
+    if not pole_in_u and not dot(values[2], values[2]) * high**2 < POLE**2:
+        return u, v
+    best, best_u, best_v = np.inf, u, v
+    for i in range(AROUND):
+        share = (i + 0.5) / AROUND
+        if pole_in_u:
+            new_u, new_v = box[0] + share * wide, v + BESIDE * (0.5 * (box[2] + box[3]) - v)
+        else:
+            new_u, new_v = u + BESIDE * (0.5 * (box[0] + box[1]) - u), box[2] + share * high
+        surface(face, new_u, new_v, surfaces, work)
+        r = values[0] - q
+        gap = dot(r, r)
+        if gap < best:
+            best, best_u, best_v = gap, new_u, new_v
+    return best_u, best_v
+
+
+@compiled
+def project(
+    face: int, q: Array, u: float, v: float, box: Array, border: Array, surfaces: Surfaces, work: Scratch
+) -> tuple[float, float, bool]:
+    """Find the point of a trimmed face that is nearest to q, from parameters near it.
+
+    Parameters
+    ----------
+    q : (3,), mm
+    box : (4,), u0, u1, v0, v1 of the face
+    border : (s, 10), its border
+
+    Returns
+    -------
+    u, v, and whether they lie on the border; the values there are in `work`
+    """
+    u, v = descend(face, q, u, v, box, surfaces, work)
+    r = work[0][0] - q
+    gap = dot(r, r)
+    beside_u, beside_v = leave_pole(face, q, u, v, box, surfaces, work)
+    if beside_u != u or beside_v != v:
+        new_u, new_v = descend(face, q, beside_u, beside_v, box, surfaces, work)
+        r = work[0][0] - q
+        if dot(r, r) < gap:
+            u, v = new_u, new_v
+        else:
+            surface(face, u, v, surfaces, work)
     trimmed = not inside(u, v, border) and len(border) > 0
     if trimmed:
         u, v = onto_border(face, q, border, surfaces, work)
