@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, product
-from fiveaxis.mesh import TriangleTree
+from fiveaxis.mesh import Model, TriangleTree
 from fiveaxis.toolpath.passes import PassEnd
 
 # mm: the ball may sink this deep into the surface, with 1e-6 mm left for rounding.
@@ -41,15 +41,22 @@ class BallSpace:
     ----------
     tree : the part's triangles
     radius : mm
+    model : the part's exact surfaces, which decide where the mesh is too near to the limit to do so
     """
 
     tree: TriangleTree
     radius: float
+    model: Model | None = None
+
+    @property
+    def part(self) -> TriangleTree | Model:
+        """What distances are measured to."""
+        return self.model or self.tree
 
     def fits(self, centres: Array) -> BoolArray:
         """Check whether the ball sinks by at most `GOUGE` at centres, (n, 3) mm."""
         limit = self.radius - GOUGE
-        return self.tree.distances(centres, bound=limit) >= limit
+        return self.part.distances(centres, bound=limit) >= limit
 
     def rooms(self, points: Array, normals: Array) -> Array:
         """Find the radius of the largest ball that touches the surface at points without gouging elsewhere.
@@ -95,13 +102,13 @@ class BallSpace:
         parts = max(2, int(np.ceil(length.max(initial=0.0) / CHORD_STEP)))
         inner = np.arange(1, parts)[:, None, None] / parts
         samples = start + inner * (end - start)
-        gaps = self.tree.distances(samples.reshape(-1, 3), bound=limit)
+        gaps = self.part.distances(samples.reshape(-1, 3), bound=limit)
         lowest: Array = gaps.reshape(parts - 1, -1).min(axis=0)
         return lowest >= limit
 
     def reach(self, start: Array, end: Array) -> float:
         """Compute how far, mm, the ball can move from start towards end; −1 if it gouges at the start."""
-        return self.tree.reach(start, end, self.radius - GOUGE, LINK_STEP)
+        return self.part.reach(start, end, self.radius - GOUGE, LINK_STEP)
 
     def clear(self, *centres: Array) -> bool:
         """Check whether the ball can follow a polyline of centres, (3,) mm each."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,7 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
     Parameters
     ----------
     loop : section curve, material to its right
+    surface : the part; contacts lie on its exact faces where it has a model
     radius, spacing : mm
 
     Returns
@@ -86,17 +87,36 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
     solid = np.linalg.norm(facets, axis=1) > 0.5
     if not solid.any():
         return None
-    facets = facets[solid]
-    lean = lean_limit(radius)
-    both, smooth = np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3)
-    points, normals = loop.points[solid].reshape(-1, 3), lean_normals(both, smooth, lean)
-    smooth = lean_normals(both, smooth, np.pi)
-    sharp = angle_between(facets, np.roll(facets, -1, axis=0)) > surface.crease
+    facets, faces, points = facets[solid], loop.faces[solid], loop.points[solid].reshape(-1, 3)
+    if surface.model is None:
+        both, smooth = np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3)
+        normals, smooth = (lean_normals(both, smooth, limit) for limit in (lean_limit(radius), np.pi))
+        before, after = facets, np.roll(facets, -1, axis=0)
+    else:
+        points, normals = surface.onto(points, np.repeat(faces, 2))
+        smooth, before, after = normals, normals[1::2], np.roll(normals[::2], -1, axis=0)
+    sharp = angle_between(before, after) > surface.crease
     if loop.closed:
         points, normals, smooth = (np.vstack([nodes, nodes[:1]]) for nodes in (points, normals, smooth))
     nodes = Contacts(points, normals, smooth, np.zeros(len(points), dtype=bool), closed=False)
     curve = _Curve.through(nodes, sharp, radius=radius, spacing=spacing)
-    return _resample(curve, closed=loop.closed, radius=radius)
+    stations = _stations(curve, closed=loop.closed, radius=radius)
+    contacts = curve.at(stations, closed=loop.closed)
+    return contacts if surface.model is None else _moved_onto(surface, contacts, curve, stations, faces)
+
+
+def _moved_onto(
+    surface: Surface, contacts: Contacts, curve: _Curve, stations: Array, faces: IntArray
+) -> Contacts:
+    """Move contacts between nodes onto the exact surfaces of their triangles' faces.
+
+    Those at an edge, between the normals of two faces, stay.
+    """
+    interval = curve.interval(stations)
+    points, normals = contacts.points.copy(), contacts.normals.copy()
+    rows = np.flatnonzero(interval % 2 == 0)
+    points[rows], normals[rows] = surface.onto(points[rows], faces[interval[rows] // 2])
+    return replace(contacts, points=points, normals=normals, smooth=normals)
 
 
 def lean_limit(radius: float) -> float:
@@ -164,10 +184,14 @@ class _Curve:
         needs = np.maximum(lengths / spacing, _convex_turn(nodes.points, nodes.normals) / largest_turn)
         return cls(nodes, np.concatenate([[0.0], np.cumsum(needs)]), jump)
 
+    def interval(self, wanted: Array) -> IntArray:
+        """Find the intervals of nodes, (n,), in which stations lie; even ones are segments."""
+        k = np.searchsorted(self.stations, wanted, side="right") - 1
+        return np.clip(k, 0, len(self.jump) - 1)
+
     def at(self, wanted: Array, *, closed: bool) -> Contacts:
         """Return the contacts at stations, (n,) ascending."""
-        k = np.searchsorted(self.stations, wanted, side="right") - 1
-        k = np.clip(k, 0, len(self.jump) - 1)
+        k = self.interval(wanted)
         length = np.maximum(self.stations[k + 1] - self.stations[k], 1e-12)
         share = np.clip((wanted - self.stations[k]) / length, 0.0, 1.0)
         rolling = self.jump[k] & (share > 0.0) & (share < 1.0)
@@ -175,12 +199,12 @@ class _Curve:
         return before.blended(after, share, rolling)
 
 
-def _resample(curve: _Curve, *, closed: bool, radius: float) -> Contacts:
-    """Follow a curve in equal steps of length and turning, then refine."""
+def _stations(curve: _Curve, *, closed: bool, radius: float) -> Array:
+    """Return stations along a curve in equal steps of length and turning, refined."""
     total = curve.stations[-1]
     count = max(3, int(np.ceil(total - 1e-9)))
     stations = _refine(curve, np.linspace(0.0, total, count + 1), radius)
-    return curve.at(stations[:-1] if closed else stations, closed=closed)
+    return stations[:-1] if closed else stations
 
 
 def _refine(curve: _Curve, stations: Array, radius: float) -> Array:

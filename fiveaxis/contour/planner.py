@@ -32,12 +32,13 @@ from fiveaxis.mesh import (
     TriangleTree,
     Unit,
     mesh_size,
+    model_of,
     other_sizes,
     size_findings,
     size_text,
     take_mesh,
 )
-from fiveaxis.mesh.surface import surface_normals
+from fiveaxis.mesh.cad.choice import of_faces
 from fiveaxis.options import PlanContour, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 from fiveaxis.toolpath.passes import Passes
@@ -134,7 +135,9 @@ def plan_passes(
         tolerance=options.mesh_tolerance,
         body=options.body,
     )
-    surface = Surface.from_mesh(mesh, crease=np.radians(options.crease))
+    model = model_of(mesh)
+    surface = Surface.from_mesh(mesh, crease=np.radians(options.crease), model=model)
+    chosen = surface if options.faces is None else surface.part(of_faces(model, options.faces, name))
     read: Unit = unit or "mm"
     sized = size_findings(mesh_size(mesh), unit=read, diameter=tool.diameter, name=name)
     extent = float(mesh_size(mesh).max())
@@ -146,21 +149,21 @@ def plan_passes(
             f"{other_sizes(mesh_size(mesh), unit or 'mm')}",
             file=name,
         )
-    space = BallSpace(TriangleTree.build(surface.triangles), tool.radius)
-    levels, left_out = _cut_levels(surface, space, options, progress)
+    space = BallSpace(TriangleTree.build(surface.triangles), tool.radius, model)
+    levels, left_out = _cut_levels(chosen, space, options, progress)
     linker = Linker(space, surface.bounds, options.clearance)
     if options.spiral:
-        turns = Turns(surface, space, options.spacing)
+        turns = Turns(chosen, space, options.spacing)
         levels, apart = join_spirals(levels, turns, options.frame[2], lambda ring: free_start(ring, linker))
         left_out += apart
     opened = _opened(levels, linker, options)
     linked = opened.joined()
     left_out += opened.left_out
     if not linked:
-        _refuse(surface, space, left_out, tool, name, overhang=options.overhang)
+        _refuse(chosen, space, left_out, tool, name, overhang=options.overhang)
     path, first, last = _toolpath(linked, tool, options, name, left_out)
     found = left_out.findings(space, sum(len(p.cut.touching()) for p in linked), name)
-    path = replace(path, findings=(*sized, *found))
+    path = replace(path, findings=(*sized, *found), normals_from=surface.normals_from)
     relink = Relinker.like(opened, options.lead_in, options.lead_out)
     return Plan(path, Passes(first, last, len(path), relink))
 
@@ -252,7 +255,11 @@ def _refuse(
 
 
 def _toolpath(
-    linked: list[LinkedPass], tool: Tool, options: PlanOptions, name: str, left_out: LeftOut
+    linked: list[LinkedPass],
+    tool: Tool,
+    options: PlanOptions,
+    name: str,
+    left_out: LeftOut,
 ) -> tuple[Toolpath, IntArray, IntArray]:
     """Build one path of passes and links; return the first and last row of each pass with it."""
     pivot, contact, normal, kind = (
@@ -269,7 +276,6 @@ def _toolpath(
         kind=kind,
         source=np.arange(1, n + 1),
         name=name,
-        normals_from=surface_normals(options.crease),
         ignored=dict(sorted(left_out.counts.items())),
     )
     in_air = path.kind[1:] == MoveKind.LINK

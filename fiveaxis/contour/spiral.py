@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -106,14 +107,19 @@ class Turns:
 
     Parameters
     ----------
-    surface : the part
-    space : where the ball fits; built from the surface's triangles, in their order
+    surface : what is cut of the part
+    space : where the ball fits
     spacing : mm, largest distance of contacts
     """
 
     surface: Surface
     space: BallSpace
     spacing: float
+
+    @cached_property
+    def tree(self) -> TriangleTree:
+        """The surface's triangles in a tree."""
+        return TriangleTree.build(self.surface.triangles)
 
     def between(self, upper: Pass, lower: Pass) -> tuple[Pass, Pass] | None:
         """Find the turn from one ring to the next.
@@ -170,10 +176,11 @@ class Turns:
         Where the ball rolls about an edge, or the nearest facet lies beyond the edge, the normals stay.
         """
         surface, radius = self.surface, self.space.radius
-        foot, triangle, _ = self.space.tree.nearest(near.points)
+        foot, triangle, _ = self.tree.nearest(near.points)
         facets = surface.facet_normals[triangle]
-        smooth = surface.normals_at(foot, triangle)
-        normals = lean_normals(facets, smooth, lean_limit(radius))
+        foot, smooth = surface.onto(foot, triangle)
+        limit = lean_limit(radius) if surface.model is None else np.pi
+        normals = lean_normals(facets, smooth, limit)
         keep = near.rolling | (angle_between(facets, near.normals) > surface.crease)
         normals = np.where(keep[:, None], near.normals, normals)
         smooth = np.where(keep[:, None], near.smooth, lean_normals(facets, smooth, np.pi))

@@ -13,9 +13,8 @@ from fiveaxis.contour.contacts import lean_limit, lean_normals
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpendicular
-from fiveaxis.mesh import Surface, Unit, take_mesh, tree_of
+from fiveaxis.mesh import Surface, Unit, model_of, take_mesh, tree_of
 from fiveaxis.mesh.distance import AT_SURFACE, SignedSurface
-from fiveaxis.mesh.surface import surface_normals
 from fiveaxis.options import CREASE, SURFACE_TOLERANCE, Meshes, completed
 from fiveaxis.toolpath import MoveKind, Toolpath, Zone
 from fiveaxis.toolpath.cutter import ROUNDING
@@ -83,16 +82,16 @@ def find_contacts(
     *,
     tolerance: float = SURFACE_TOLERANCE,
     crease: float = CREASE,
-    unit: Unit = "mm",
+    unit: Unit | None = None,
 ) -> Toolpath:
     """Find the surface normal at every cut of a programmed path.
 
     The cutter touches where, at its programmed tip and axis, it comes nearest to the part. The normal there
-    is that of the mesh, smoothed across its facets; at a crease it points from there to a ball's centre and
-    isn't the mean of the faces' normals. For cutters other than balls the angle around the axis is searched
-    first, and the normal differs from that of the touched facet only so far that the cutter, turned about its
-    contact, sinks into the facet by at most 0.005 mm. A feed move that ends farther than the tolerance from
-    the surface becomes a link.
+    is that of the model's surface or, without one, that of the mesh, smoothed across its facets; at a crease
+    it points from there to a ball's centre and isn't the mean of the faces' normals. For cutters other than
+    balls the angle around the axis is searched first, and on a mesh the normal differs from that of the
+    touched facet only so far that the cutter, turned about its contact, sinks into the facet by at most
+    0.005 mm. A feed move that ends farther than the tolerance from the surface becomes a link.
 
     Parameters
     ----------
@@ -124,7 +123,9 @@ def find_contacts(
     completed(Meshes, {"crease": crease})
     rows = np.flatnonzero(toolpath.cutting)
     mesh = take_mesh(part, name="part", unit=unit, allow_open=True)
-    touch = _touches(toolpath.at(rows), SignedSurface.of(mesh))
+    model = model_of(mesh)
+    surface = Surface.from_mesh(mesh, crease=math.radians(crease), model=model)
+    touch = _touches(toolpath.at(rows), SignedSurface.of(mesh, model))
     apart = touch.gap > tolerance
     several = ~apart & ~touch.single
     sunk = ~apart & (touch.gap < -tolerance)
@@ -142,7 +143,7 @@ def find_contacts(
             file=toolpath.name,
         )
     normal = np.full_like(toolpath.axis, np.nan)
-    normal[rows[touched]] = _smoothed(toolpath.at(rows), touch, mesh, crease)[touched]
+    normal[rows[touched]] = _smoothed(toolpath.at(rows), touch, mesh, surface)[touched]
     kind = toolpath.kind.copy()
     kind[rows[~touched]] = MoveKind.LINK
     known = replace(toolpath, kind=kind).touching_at(normal)
@@ -159,19 +160,20 @@ def find_contacts(
         for code, (bad, text) in texts.items()
         if bad.any()
     ]
-    return replace(known, findings=(*toolpath.findings, *found), normals_from=surface_normals(crease))
+    return replace(known, findings=(*toolpath.findings, *found), normals_from=surface.normals_from)
 
 
-def _smoothed(path: Toolpath, touch: _Touch, mesh: trimesh.Trimesh, crease: float) -> Array:
-    """Return the normals of the smoothed surface where cutters touch it, (n, 3).
+def _smoothed(path: Toolpath, touch: _Touch, mesh: trimesh.Trimesh, surface: Surface) -> Array:
+    """Return the normals of the smoothed or exact surface where cutters touch it, (n, 3).
 
     The touched facet's normal stays at a crease, and where the tool axis is at an angle to the smoothed one
     at which another zone of the profile would touch.
     """
-    surface = Surface.from_mesh(mesh, crease=math.radians(crease))
     foot, triangle, _ = tree_of(mesh).nearest(touch.foot)
     limits, low, high = np.array([(_largest_lean(z), z.least, z.high) for z in path.tool.cutter.zones]).T
-    smooth = lean_normals(touch.normal, surface.normals_at(foot, triangle), limits[touch.zone])
+    if surface.model is not None:
+        limits[:] = math.pi
+    smooth = lean_normals(touch.normal, surface.onto(foot, triangle)[1], limits[touch.zone])
     angle = angle_between(path.axis, smooth)
     kept = surface.on_crease(foot, triangle) | (angle < low[touch.zone]) | (angle > high[touch.zone])
     return np.where(kept[:, None], touch.normal, smooth)
@@ -229,7 +231,7 @@ def _touch(path: Toolpath, number: int, surface: SignedSurface) -> _Touch:
     else:
         centre = tip + zone.height * path.axis
         pivot = centre if zone.offset == 0.0 else _nearest_on_ring(centre, path.axis, zone, surface)
-        normal, foot, distance = surface.nearest(pivot)
+        normal, foot, distance = surface.nearest_exactly(pivot)
         gap = distance - zone.radius
     angle = angle_between(path.axis, normal)
     single = (angle >= zone.least - ROUNDING) & (angle <= zone.high + ROUNDING)

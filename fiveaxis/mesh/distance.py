@@ -16,6 +16,8 @@ from fiveaxis.mesh.surface import facet_normals
 if TYPE_CHECKING:
     import trimesh
 
+    from fiveaxis.mesh.cad.model import Model
+
 T = TypeVar("T")
 # Triangles in a leaf of the tree.
 LEAF = 4
@@ -111,16 +113,33 @@ def tree_of(mesh: trimesh.Trimesh) -> TriangleTree:
 
 @dataclass(frozen=True, eq=False)
 class SignedSurface:
-    """A mesh with the tree and the normals, (f, 3), of its triangles; distances are negative inside."""
+    """A mesh with the tree and the normals, (f, 3), of its triangles; distances are negative inside.
+
+    It may have a model of its exact surfaces.
+    """
 
     mesh: trimesh.Trimesh
     tree: TriangleTree
     facets: Array
+    model: Model | None = None
 
     @classmethod
-    def of(cls, mesh: trimesh.Trimesh) -> SignedSurface:
+    def of(cls, mesh: trimesh.Trimesh, model: Model | None = None) -> SignedSurface:
         """Build the tree of a mesh in mm."""
-        return cls(mesh, tree_of(mesh), facet_normals(np.asarray(mesh.triangles, dtype=float)))
+        return cls(mesh, tree_of(mesh), facet_normals(np.asarray(mesh.triangles, dtype=float)), model)
+
+    def nearest_exactly(self, points: Array) -> tuple[Array, Array, Array]:
+        """Find the same as `nearest` on the exact surfaces where there is a model of them."""
+        normal, foot, signed = self.nearest(points)
+        if self.model is None:
+            return normal, foot, signed
+        exact = self.model.nearest(points)
+        offset = points - exact.point
+        # At an edge of faces, beside none of them, the mesh knows on which side a point is.
+        side = np.where(exact.on_border, np.sign(signed), np.sign(np.sum(offset * exact.normal, axis=1)))
+        off = exact.on_border & (exact.distance > AT_SURFACE)
+        towards = offset / np.where(off, side * exact.distance, 1.0)[:, None]
+        return np.where(off[:, None], towards, exact.normal), exact.point, side * exact.distance
 
     def nearest(self, points: Array) -> tuple[Array, Array, Array]:
         """Find normals, feet and signed distances, (n, 3) each and (n,) mm, negative inside the mesh."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,8 @@ from fiveaxis.options import CREASE
 
 if TYPE_CHECKING:
     import trimesh
+
+    from fiveaxis.mesh.cad.model import Model
 
 # Facets at a larger angle meet at an edge of the part; smaller angles come from the tessellation.
 SHARP_EDGE = np.radians(CREASE)
@@ -34,6 +37,7 @@ class Surface:
     facet_normals : (f, 3), unit vectors, zero for triangles without area
     corner_normals : (f, 3, 3), unit vectors by face and corner
     crease : rad; normals are smoothed over facets that meet at a smaller angle
+    model : the exact surfaces of these triangles, in their order, where they are known
     """
 
     vertices: Array
@@ -41,17 +45,20 @@ class Surface:
     facet_normals: Array
     corner_normals: Array
     crease: float = SHARP_EDGE
+    model: Model | None = None
 
     @classmethod
-    def from_mesh(cls, mesh: trimesh.Trimesh, *, crease: float = SHARP_EDGE) -> Surface:
+    def from_mesh(
+        cls, mesh: trimesh.Trimesh, *, crease: float = SHARP_EDGE, model: Model | None = None
+    ) -> Surface:
         """Smooth the normals of a mesh over facets that meet at less than an angle, rad."""
         vertices = np.array(mesh.vertices, dtype=float)
         faces = np.array(mesh.faces, dtype=np.int64)
         facets = _by_parts(facet_normals, vertices, faces)
-        return cls(vertices, faces, facets, corner_normals(vertices, faces, facets, crease), crease)
+        return cls(vertices, faces, facets, corner_normals(vertices, faces, facets, crease), crease, model)
 
     def turned(self, frame: Array) -> Surface:
-        """Express the surface in another frame, whose axes are the rows of a (3, 3)."""
+        """Express the triangles in another frame, whose axes are the rows of a (3, 3)."""
         return Surface(
             product(self.vertices, frame.T),
             self.faces,
@@ -59,6 +66,37 @@ class Surface:
             product(self.corner_normals, frame.T),
             self.crease,
         )
+
+    def part(self, kept: BoolArray) -> Surface:
+        """Return the surface of some triangles, (f,), only; their normals stay."""
+        used, faces = np.unique(self.faces[kept], return_inverse=True)
+        model = None if self.model is None else self.model.part(kept)
+        return Surface(
+            self.vertices[used],
+            faces.reshape(-1, 3),
+            self.facet_normals[kept],
+            self.corner_normals[kept],
+            self.crease,
+            model,
+        )
+
+    def onto(self, points: Array, faces: IntArray) -> tuple[Array, Array]:
+        """Return points and unit normals of the surface at points of triangles, (n, 3) mm and (n,).
+
+        With a model they are the nearest points of the triangles' own faces; otherwise the given points with
+        the smoothed normals there.
+        """
+        if self.model is None:
+            return points, self.normals_at(points, faces)
+        foot = self.model.onto(points, faces)
+        return foot.point, foot.normal
+
+    @property
+    def normals_from(self) -> str:
+        """Which normals these are, in words."""
+        if self.model is not None:
+            return f"of the model's surfaces ({PurePath(self.model.name).name})"
+        return f"of the mesh, smoothed across facets that meet at less than {np.degrees(self.crease):g} deg"
 
     def normals_at(self, points: Array, faces: IntArray) -> Array:
         """Interpolate the smoothed normals at points of triangles, (n, 3) mm and (n,); (n, 3) unit vectors.
@@ -80,13 +118,7 @@ class Surface:
         return np.asarray(on_edge | at_end)
 
     def _weights(self, points: Array, faces: IntArray) -> Array:
-        """Compute the barycentric coordinates of points of triangles, (n, 3)."""
-        a, b, c = np.moveaxis(self.vertices[self.faces[faces]], 1, 0)
-        # Twice the areas opposite the corners, as vectors along the triangle's normal.
-        whole = np.cross(b - a, c - a)
-        size = np.maximum(np.einsum("ij,ij->i", whole, whole), 1e-300)
-        parts = [np.cross(q - p, points - p) for p, q in ((b, c), (c, a), (a, b))]
-        return np.stack([np.einsum("ij,ij->i", part, whole) / size for part in parts], axis=1)
+        return barycentric(points, self.vertices[self.faces[faces]])
 
     @cached_property
     def sharp(self) -> BoolArray:
@@ -116,6 +148,16 @@ class Surface:
     def bounds(self) -> Array:
         """(2, 3), mm: lowest and highest coordinates."""
         return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+
+def barycentric(points: Array, triangles: Array) -> Array:
+    """Compute the barycentric coordinates of points in triangles, (n, 3) mm and (n, 3, 3) mm; (n, 3)."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    # Twice the areas opposite the corners, as vectors along the triangle's normal.
+    whole = np.cross(b - a, c - a)
+    size = np.maximum(np.einsum("ij,ij->i", whole, whole), 1e-300)
+    parts = [np.cross(q - p, points - p) for p, q in ((b, c), (c, a), (a, b))]
+    return np.stack([np.einsum("ij,ij->i", part, whole) / size for part in parts], axis=1)
 
 
 def facet_normals(triangles: Array) -> Array:
@@ -191,11 +233,6 @@ def triangle_areas(triangles: Array) -> Array:
     """Compute the areas of triangles, (f, 3, 3) mm → (f,) mm²."""
     doubled = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     return np.asarray(np.linalg.norm(doubled, axis=1) / 2.0)
-
-
-def surface_normals(crease: float) -> str:
-    """Say in words which normals a surface of a crease angle in degrees has."""
-    return f"of the mesh, smoothed across facets that meet at less than {crease:g} deg"
 
 
 def _by_parts(function: Callable[[Array], Array], vertices: Array, faces: IntArray) -> Array:

@@ -14,7 +14,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.mesh.kernels import STACK, box_gap, push_children, triangle_gap
 
 if TYPE_CHECKING:
-    from fiveaxis.mesh.cad.model import Surfaces
+    from fiveaxis.mesh.cad.model import Surfaces, Triangles, Trims
 
 # Kinds of surfaces, as numbers of `fiveaxis.mesh.cad.model.KINDS`.
 PLANE, CYLINDER, CONE, SPHERE, TORUS, SPLINE = range(6)
@@ -25,9 +25,8 @@ STARTS, BINS = 24, 4
 # Steps of Newton's method, halvings of one, steps along a border; mm and shares at which they end.
 STEPS, HALVINGS, BORDER_STEPS = 30, 12, 8
 SETTLED, AT_REST = 1e-10, 1e-12
-
-# mm: where the whole range of a parameter is no longer, there is a pole; directions tried around it, and how far
-# beside it, as a share of the way to the middle.
+# mm: where the whole range of a parameter is no longer, there is a pole; directions tried around it, and how
+# far beside it, as a share of the way to the middle.
 POLE, AROUND, BESIDE = 1e-6, 16, 1e-3
 
 Scratch: TypeAlias = tuple[Array, Array, Array, Array]
@@ -379,39 +378,29 @@ def weights(q: Array, triangle: Array) -> Array:
 
 
 @compiled
-def nearest_of_face(q: Array, face: int, triangles: Array, boxes: Array, owner: IntArray) -> float:
-    """Compute the distance, mm, from q to the triangles of a face, or of all where the face is −1."""
-    leaves = len(boxes) // 2
-    width = len(triangles) // leaves
-    best = np.inf
+def nearest_of_face(q: Array, face: int, mesh: Triangles, bound: float) -> float:
+    """Compute the distance, mm, at most a bound, from q to the triangles of a face, or of all if it is −1."""
+    leaves = len(mesh.boxes) // 2
+    width = len(mesh.corners) // leaves
+    best = bound * bound
     waiting = np.empty(STACK, np.int64)
     waiting[0], count = 1, 1
     while count > 0:
         count -= 1
         node = waiting[count]
-        if box_gap(q, boxes[node]) >= best:
+        if box_gap(q, mesh.boxes[node]) >= best:
             continue
         if node < leaves:
-            count = push_children(q, boxes, node, waiting, count)
+            count = push_children(q, mesh.boxes, node, waiting, count)
             continue
         for k in range((node - leaves) * width, (node - leaves + 1) * width):
-            if face < 0 or owner[k] == face:
-                best = min(best, triangle_gap(q, triangles[k]))
+            if face < 0 or mesh.owner[k] == face:
+                best = min(best, triangle_gap(q, mesh.corners[k]))
     return float(np.sqrt(best))
 
 
 @compiled
-def starts_near(
-    q: Array,
-    face: int,
-    limit: float,
-    triangles: Array,
-    boxes: Array,
-    owner: IntArray,
-    uv: Array,
-    box: Array,
-    starts: Array,
-) -> int:
+def starts_near(q: Array, face: int, limit: float, mesh: Triangles, box: Array, starts: Array) -> int:
     """Collect where to search from: each face's nearest place within a limit, in each of its 4 × 4 bins.
 
     Both sides of a seam and all around a pole are begun from, so that none of them is missed.
@@ -419,35 +408,34 @@ def starts_near(
     Parameters
     ----------
     limit : mm, from q to triangles
-    triangles, boxes, owner, uv : of the tree, in its order
-    box : (f, 4)
+    box : (f, 4), u0, u1, v0, v1
     starts : (`STARTS`, 4), filled with key (face and bin), distance, u, v
 
     Returns
     -------
     How many there are
     """
-    leaves = len(boxes) // 2
-    width = len(triangles) // leaves
+    leaves = len(mesh.boxes) // 2
+    width = len(mesh.corners) // leaves
     waiting = np.empty(STACK, np.int64)
     waiting[0], count, found = 1, 1, 0
     while count > 0:
         count -= 1
         node = waiting[count]
-        if box_gap(q, boxes[node]) > limit * limit:
+        if box_gap(q, mesh.boxes[node]) > limit * limit:
             continue
         if node < leaves:
-            count = push_children(q, boxes, node, waiting, count)
+            count = push_children(q, mesh.boxes, node, waiting, count)
             continue
         for k in range((node - leaves) * width, (node - leaves + 1) * width):
-            f = owner[k]
-            if (face >= 0 and f != face) or triangle_gap(q, triangles[k]) > limit * limit:
+            f, triangle, uv = mesh.owner[k], mesh.corners[k], mesh.uv[k]
+            if (face >= 0 and f != face) or triangle_gap(q, triangle) > limit * limit:
                 continue
-            w = weights(q, triangles[k])
-            r = w[0] * triangles[k, 0] + w[1] * triangles[k, 1] + w[2] * triangles[k, 2] - q
+            w = weights(q, triangle)
+            r = w[0] * triangle[0] + w[1] * triangle[1] + w[2] * triangle[2] - q
             distance = np.sqrt(dot(r, r))
-            u = w[0] * uv[k, 0, 0] + w[1] * uv[k, 1, 0] + w[2] * uv[k, 2, 0]
-            v = w[0] * uv[k, 0, 1] + w[1] * uv[k, 1, 1] + w[2] * uv[k, 2, 1]
+            u = w[0] * uv[0, 0] + w[1] * uv[1, 0] + w[2] * uv[2, 0]
+            v = w[0] * uv[0, 1] + w[1] * uv[1, 1] + w[2] * uv[2, 1]
             column = min(int(BINS * (u - box[f, 0]) / max(box[f, 1] - box[f, 0], 1e-300)), BINS - 1)
             row = min(int(BINS * (v - box[f, 2]) / max(box[f, 3] - box[f, 2], 1e-300)), BINS - 1)
             key = float((f * BINS + column) * BINS + row)
@@ -465,19 +453,48 @@ def starts_near(
 
 
 @compiled
-def nearest_all(
-    points: Array,
-    faces: IntArray,
-    slack: float,
-    triangles: Array,
-    boxes: Array,
-    owner: IntArray,
-    uv: Array,
-    box: Array,
-    border: Array,
-    first: IntArray,
+def nearest_foot(
+    q: Array,
+    face: int,
+    limit: float,
+    mesh: Triangles,
+    trims: Trims,
     surfaces: Surfaces,
-) -> tuple[Array, IntArray, Array, BoolArray]:
+    work: Scratch,
+    starts: Array,
+    foot: Array,
+) -> tuple[float, int, bool]:
+    """Find the exact surface's point nearest to q, (3,) mm, on faces with a triangle within a limit, mm.
+
+    Parameters
+    ----------
+    face : the one that is asked, −1 for all
+    starts : (`STARTS`, 4), room
+    foot : (5,), filled with X, Y, Z, u, v
+
+    Returns
+    -------
+    Distance, mm, infinite where no triangle is within the limit; face; whether the foot is on its border
+    """
+    count = starts_near(q, face, limit, mesh, trims.box, starts)
+    best, found, on_border = np.inf, -1, False
+    for i in range(count):
+        f = int(starts[i, 0]) // (BINS * BINS)
+        border = trims.border[trims.first[f] : trims.first[f + 1]]
+        u, v, trimmed = project(f, q, starts[i, 2], starts[i, 3], trims.box[f], border, surfaces, work)
+        r = work[0][0] - q
+        gap = dot(r, r)
+        if gap < best:
+            best, found, on_border = gap, f, trimmed
+            foot[:3] = work[0][0]
+            foot[3], foot[4] = u, v
+    return float(np.sqrt(best)), found, on_border
+
+
+@compiled
+def nearest_all(
+    points: Array, faces: IntArray, slack: float, mesh: Triangles, trims: Trims, surfaces: Surfaces
+) -> tuple[Array, IntArray, BoolArray]:
     """Find the exact surface's point nearest to each of the given ones.
 
     Every face with a triangle within the mesh's distance and a slack is searched, and the nearest foot wins.
@@ -487,34 +504,101 @@ def nearest_all(
     points : (n, 3), mm
     faces : (n,), the face that is asked, −1 for all
     slack : mm, twice the mesh's deviation from the surfaces
-    triangles, boxes, owner, uv : of the tree, in its order
-    box : (f, 4), u0, u1, v0, v1
-    border, first : (s, 10) rows of all borders, and where those of each face begin, (f + 1,)
 
     Returns
     -------
-    feet : (n, 3), mm
+    feet : (n, 5), X, Y, Z, u, v
     found : (n,), face
-    parameters : (n, 2)
     on_border : (n,), whether the foot lies on the face's border
     """
     n = len(points)
-    feet, found, parameters = np.empty((n, 3)), np.empty(n, np.int64), np.empty((n, 2))
-    on_border = np.empty(n, np.bool_)
+    feet, found, on_border = np.empty((n, 5)), np.empty(n, np.int64), np.empty(n, np.bool_)
     work, starts = scratch(), np.empty((STARTS, 4))
     for k in range(n):
-        q = points[k]
-        limit = nearest_of_face(q, faces[k], triangles, boxes, owner) + slack
-        count = starts_near(q, faces[k], limit, triangles, boxes, owner, uv, box, starts)
-        best = np.inf
-        for i in range(count):
-            f = int(starts[i, 0]) // (BINS * BINS)
-            edge = border[first[f] : first[f + 1]]
-            u, v, trimmed = project(f, q, starts[i, 2], starts[i, 3], box[f], edge, surfaces, work)
-            r = work[0][0] - q
-            gap = dot(r, r)
-            if gap < best:
-                best = gap
-                feet[k], found[k], on_border[k] = work[0][0], f, trimmed
-                parameters[k, 0], parameters[k, 1] = u, v
-    return feet, found, parameters, on_border
+        limit = nearest_of_face(points[k], faces[k], mesh, np.inf) + slack
+        _, found[k], on_border[k] = nearest_foot(
+            points[k], faces[k], limit, mesh, trims, surfaces, work, starts, feet[k]
+        )
+    return feet, found, on_border
+
+
+@compiled
+def onto_all(
+    points: Array, faces: IntArray, uv: Array, trims: Trims, surfaces: Surfaces
+) -> tuple[Array, IntArray, BoolArray]:
+    """Move points, (n, 3) mm, onto their faces, (n,), from parameters near them, (n, 2); as `nearest_all`."""
+    n = len(points)
+    feet, on_border, work = np.empty((n, 5)), np.empty(n, np.bool_), scratch()
+    for k in range(n):
+        f = faces[k]
+        border = trims.border[trims.first[f] : trims.first[f + 1]]
+        feet[k, 3], feet[k, 4], on_border[k] = project(
+            f, points[k], uv[k, 0], uv[k, 1], trims.box[f], border, surfaces, work
+        )
+        feet[k, :3] = work[0][0]
+    return feet, faces, on_border
+
+
+@compiled
+def gap(
+    q: Array,
+    limit: float,
+    bound: float,
+    deviation: float,
+    mesh: Triangles,
+    trims: Trims,
+    surfaces: Surfaces,
+    work: Scratch,
+    starts: Array,
+    foot: Array,
+) -> float:
+    """Compute the distance from q, mm, at most a bound, so that it is on the right side of a limit.
+
+    The mesh's distance is taken unless it is nearer to the limit than the mesh's deviation.
+    """
+    flat = nearest_of_face(q, -1, mesh, bound + deviation)
+    if abs(flat - limit) > deviation:
+        return flat
+    return nearest_foot(q, -1, flat + 2.0 * deviation, mesh, trims, surfaces, work, starts, foot)[0]
+
+
+@compiled
+def gaps_all(
+    points: Array, limit: float, deviation: float, mesh: Triangles, trims: Trims, surfaces: Surfaces
+) -> Array:
+    """Compute `gap` for each row of points, (n, 3) → (n,) mm, no farther than the limit needs."""
+    gaps = np.empty(len(points))
+    work, starts, foot = scratch(), np.empty((STARTS, 4)), np.empty(5)
+    for i in range(len(points)):
+        gaps[i] = gap(
+            points[i], limit, limit + deviation, deviation, mesh, trims, surfaces, work, starts, foot
+        )
+    return gaps
+
+
+@compiled
+def reach(
+    start: Array,
+    end: Array,
+    limit: float,
+    finest: float,
+    deviation: float,
+    mesh: Triangles,
+    trims: Trims,
+    surfaces: Surfaces,
+) -> float:
+    """Compute how far a point can move with the surfaces `limit` away, as `fiveaxis.mesh.kernels.reach`."""
+    work, starts, foot = scratch(), np.empty((STARTS, 4)), np.empty(5)
+    length = np.sqrt(np.sum((end - start) ** 2))
+    done, clear = 0.0, -1.0
+    while True:
+        share = 0.0 if length == 0.0 else done / length
+        ahead = length - done
+        q = start + share * (end - start)
+        free = gap(q, limit, limit + max(ahead, finest), deviation, mesh, trims, surfaces, work, starts, foot)
+        if free < limit:
+            return clear
+        clear = done
+        if ahead <= 0.0:
+            return clear
+        done = min(length, done + max(free - deviation - limit, finest))

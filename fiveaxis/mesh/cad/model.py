@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -12,6 +12,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.mesh.distance import TriangleTree
+from fiveaxis.mesh.surface import barycentric
 from fiveaxis.threads import at_once
 
 if TYPE_CHECKING:
@@ -51,6 +52,36 @@ class Surfaces(NamedTuple):
     form: IntArray
     knots: Array
     poles: Array
+
+
+class Trims(NamedTuple):
+    """The parts of surfaces that are faces.
+
+    Parameters
+    ----------
+    box : (f, 4), u0, u1, v0, v1
+    border : (s, 10), segments: u0, v0, u1, v1 and both ends in mm
+    first : (f + 1,), where the segments of each face begin
+    """
+
+    box: Array
+    border: Array
+    first: IntArray
+
+
+class Triangles(NamedTuple):
+    """Triangles in the order of a tree, with their faces and parameters.
+
+    Parameters
+    ----------
+    corners, uv, owner : (leaves * `fiveaxis.mesh.distance.LEAF`, …), of `Model`
+    boxes : (2 * leaves, 2, 3), mm, as in `TriangleTree`
+    """
+
+    corners: Array
+    uv: Array
+    owner: IntArray
+    boxes: Array
 
 
 @dataclass(frozen=True)
@@ -114,8 +145,7 @@ class Model:
     surfaces : of the faces
     corners, corners_uv : (t, 3, 3), mm, and (t, 3, 2): the triangles, anticlockwise seen from outside
     owner : (t,), face of each triangle
-    border, first : (s, 10) segments of the faces' borders: u0, v0, u1, v1 and both ends in mm; where those of
-        each face begin, (f + 1,)
+    trims : their borders
     shared : (k, 2), faces that share an edge
     """
 
@@ -125,8 +155,7 @@ class Model:
     corners: Array
     corners_uv: Array
     owner: IntArray
-    border: Array
-    first: IntArray
+    trims: Trims
     shared: IntArray
 
     @classmethod
@@ -148,8 +177,7 @@ class Model:
             corners=corners[whole],
             corners_uv=arrays["uv"][arrays["triangles"]][whole],
             owner=arrays["owner"][whole],
-            border=np.ascontiguousarray(np.hstack([border, *ends])),
-            first=np.searchsorted(own, np.arange(len(faces) + 1)),
+            trims=Trims(box, np.hstack([border, *ends]), np.searchsorted(own, np.arange(len(faces) + 1))),
             shared=arrays["shared"],
         )
 
@@ -163,14 +191,15 @@ class Model:
         return np.where([face.reversed for face in self.faces], -1.0, 1.0)
 
     @cached_property
-    def box(self) -> Array:
-        """(f, 4): u0, u1, v0, v1 of the faces."""
-        return np.array([face.box for face in self.faces])
-
-    @cached_property
     def tree(self) -> TriangleTree:
         """Its triangles in a tree."""
         return TriangleTree.build(self.corners)
+
+    @cached_property
+    def triangles(self) -> Triangles:
+        """Its triangles in the order of the tree."""
+        order = self.tree.order
+        return Triangles(self.tree.triangles, self.corners_uv[order], self.owner[order], self.tree.boxes)
 
     @cached_property
     def deviation(self) -> float:
@@ -187,8 +216,8 @@ class Model:
             # Off the facet's plane: more than the distance at poles, whose parameters don't run evenly.
             flat = self.corners[:, middle].mean(axis=1)
             far = np.flatnonzero(np.abs(np.sum((exact - flat) * facets, axis=1)) > largest)
-            foot, *_ = self._feet(flat[far], self.owner[far], 2.0 * largest)
-            largest = max(largest, float(np.linalg.norm(foot - flat[far], axis=1).max(initial=0.0)))
+            feet, *_ = self._feet(flat[far], self.owner[far], 2.0 * largest)
+            largest = max(largest, float(np.linalg.norm(feet[:, :3] - flat[far], axis=1).max(initial=0.0)))
         return largest
 
     @cached_property
@@ -240,9 +269,46 @@ class Model:
         """
         points = np.ascontiguousarray(points, float)
         asked = _all(-1 if faces is None else faces, len(points))
-        point, face, uv, on_border = self._feet(points, asked, 2.0 * self.deviation)
-        distance = np.linalg.norm(points - point, axis=1)
-        return Foot(point, self.normals(face, uv), face, uv, distance, on_border)
+        return self._foot(points, *self._feet(points, asked, 2.0 * self.deviation))
+
+    def onto(self, points: Array, triangles: IntArray) -> Foot:
+        """Move points of triangles, (n, 3) mm and (n,), onto the surface of each triangle's own face."""
+        from fiveaxis.mesh.cad import kernels
+
+        shares = barycentric(points, self.corners[triangles])
+        uv = np.sum(shares[:, :, None] * self.corners_uv[triangles], axis=1)
+        points, faces = np.ascontiguousarray(points, float), self.owner[triangles]
+        return self._foot(
+            points,
+            *_in_parts(
+                lambda r: kernels.onto_all(points[r], faces[r], uv[r], self.trims, self.surfaces), len(points)
+            ),
+        )
+
+    def distances(self, points: Array, bound: float) -> Array:
+        """Compute the distance to the surfaces where it decides whether points, (n, 3) mm, are in a bound.
+
+        Elsewhere it is that to the mesh, or any beyond the bound; (n,) mm.
+        """
+        from fiveaxis.mesh.cad import kernels
+
+        points = np.ascontiguousarray(points, float)
+        rest = bound, self.deviation, self.triangles, self.trims, self.surfaces
+        (gaps,) = _in_parts(lambda rows: (kernels.gaps_all(points[rows], *rest),), len(points))
+        return gaps
+
+    def reach(self, start: Array, end: Array, limit: float, finest: float) -> float:
+        """Compute how far, mm, a point can move from start to end with all surfaces `limit` away."""
+        from fiveaxis.mesh.cad import kernels
+
+        rest = self.deviation, self.triangles, self.trims, self.surfaces
+        return kernels.reach(start, end, limit, finest, *rest)
+
+    def part(self, kept: BoolArray) -> Model:
+        """Return the model with some of its triangles, (t,), only; its faces keep their numbers."""
+        return replace(
+            self, corners=self.corners[kept], corners_uv=self.corners_uv[kept], owner=self.owner[kept]
+        )
 
     def intervals(self, face: int, along: Literal["u", "v"], value: float) -> Array:
         """Find where a line of a face lies inside its border.
@@ -256,7 +322,7 @@ class Model:
         -------
         (k, 2), beginning and end of each piece in the running parameter, ascending
         """
-        border = self.border[self.first[face] : self.first[face + 1]]
+        border = self.trims.border[self.trims.first[face] : self.trims.first[face + 1]]
         run, stay = (0, 1) if along == "u" else (1, 0)
         a, b = border[:, stay], border[:, 2 + stay]
         cut = (a > value) != (b > value)
@@ -268,14 +334,13 @@ class Model:
         """Run `kernels.nearest_all` in threads."""
         from fiveaxis.mesh.cad import kernels
 
-        order = self.tree.order
-        rest = (self.tree.triangles, self.tree.boxes, self.owner[order], self.corners_uv[order], self.box)
-        return _in_parts(
-            lambda rows: kernels.nearest_all(
-                points[rows], faces[rows], slack, *rest, self.border, self.first, self.surfaces
-            ),
-            len(points),
-        )
+        rest = slack, self.triangles, self.trims, self.surfaces
+        return _in_parts(lambda rows: kernels.nearest_all(points[rows], faces[rows], *rest), len(points))
+
+    def _foot(self, points: Array, feet: Array, faces: IntArray, on_border: BoolArray) -> Foot:
+        point, uv = feet[:, :3].copy(), feet[:, 3:].copy()
+        distance = np.linalg.norm(points - point, axis=1)
+        return Foot(point, self.normals(faces, uv), faces, uv, distance, on_border)
 
     def _beside_poles(self, faces: IntArray, uv: Array) -> Array:
         """Evaluate as `evaluate` does, at poles a little way towards the middle of the face."""
@@ -283,7 +348,7 @@ class Model:
         size = np.linalg.norm(np.cross(values[:, 1], values[:, 2]), axis=1)
         poles = np.flatnonzero(size <= 1e-9 * np.sum(values[:, 1:3] ** 2, axis=(1, 2)))
         if len(poles):
-            middle = self.box[faces[poles]].reshape(-1, 2, 2).mean(axis=2)
+            middle = self.trims.box[faces[poles]].reshape(-1, 2, 2).mean(axis=2)
             inwards = uv[poles] + OFF_POLE * (middle - uv[poles])
             values[poles] = self.evaluate(faces[poles], inwards)
         return values
