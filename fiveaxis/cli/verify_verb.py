@@ -34,7 +34,7 @@ from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings, group_gaps
-from fiveaxis.options import OnMachine, Placing, ProgramBounds, ReadProgram, Workpiece, completed
+from fiveaxis.options import Meshes, OnMachine, Placing, ProgramBounds, ReadProgram, Workpiece, completed
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ CHECKING: Mapping[str, Any] = {
     **{name: ON_MACHINE[name] for name in ("machine", "assume", "tool_length")},
     **PLACING,
     "tool": PLANNING["tool"],
-    "crease": PLANNING["crease"],
+    **flags_of(Meshes),
     **flags_of(Workpiece),
     **{name: POSTURE[name] for name in ("fixtures", "path_shape")},
     **PROGRAM_BOUNDS,
@@ -179,7 +179,7 @@ def load_checked(
         around = around or load_surroundings(job)
         given = job.bounds | given
         gouge = gouge or job.surrounding["gouge_tolerance"]
-        meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job)} | meshes
+        meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job) or "mm"} | meshes
         asked = ProgramOptions.of(job.nc, control=options["control"] or job.writing["control"])
     else:
         given_to = read_flags(OnMachine, options)
@@ -240,7 +240,16 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     fixtures = tuple(table.build() for table in found.get("fixture") or ())
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
-    return Surroundings.load(part, stock, fixtures, clearances, unit=options["part_unit"] or "mm")
+    taken = completed(Meshes, read_flags(Meshes, options))
+    return Surroundings.load(
+        part,
+        stock,
+        fixtures,
+        clearances,
+        unit=options["part_unit"],
+        tolerance=taken["mesh_tolerance"],
+        body=taken["body"],
+    )
 
 
 def _print_report(report: Report) -> None:

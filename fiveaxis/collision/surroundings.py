@@ -15,6 +15,7 @@ from fiveaxis.geometry import normalise
 from fiveaxis.machine.bodies import Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import Triple, as_triple
 from fiveaxis.mesh import Unit, read_solid, require_solid
+from fiveaxis.options import MESH_TOLERANCE
 from fiveaxis.settings import StrictModel
 
 if TYPE_CHECKING:
@@ -216,13 +217,16 @@ class Surroundings:
         fixtures: tuple[Fixture, ...] = (),
         clearances: Clearances | None = None,
         *,
-        unit: Unit = "mm",
+        unit: Unit | None = None,
+        tolerance: float = MESH_TOLERANCE,
+        body: str | None = None,
     ) -> Surroundings:
         """Build surroundings from meshes or their files; parameters as for the class.
 
         Parameters
         ----------
-        unit : of the files of part and stock: ``mm``, ``inch`` or ``m``
+        unit : of the files of part and stock: ``mm``, ``inch`` or ``m``; by default what they state, or mm
+        tolerance, body : of the part's CAD file, as of `load_mesh`
 
         Raises
         ------
@@ -232,7 +236,9 @@ class Surroundings:
             Two fixtures of one name.
         """
         return cls(
-            part=read_solid(part, unit) if isinstance(part, str | Path) else part,
+            part=read_solid(part, unit, tolerance=tolerance, body=body)
+            if isinstance(part, str | Path)
+            else part,
             stock=read_solid(stock, unit) if isinstance(stock, str | Path) else stock,
             fixtures=tuple(fixtures),
             clearances=Clearances() if clearances is None else clearances,

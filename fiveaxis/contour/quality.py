@@ -13,7 +13,7 @@ from fiveaxis.contour.options import PlanOptions, Walls
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, product
 from fiveaxis.mesh import TriangleTree, Unit, facet_normals, mesh_size, take_mesh, tree_of
-from fiveaxis.options import Strategy
+from fiveaxis.options import MESH_TOLERANCE, Strategy
 from fiveaxis.toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -59,8 +59,10 @@ def path_quality(
     strategy: Strategy = "waterline",
     raster_angle: float | None = None,
     overhang: bool = False,
-    unit: Unit = "mm",
+    unit: Unit | None = None,
     allow_open: bool = False,
+    tolerance: float = MESH_TOLERANCE,
+    body: str | None = None,
 ) -> PlanReport:
     """Measure ridges and chords of a path of contacts.
 
@@ -75,7 +77,7 @@ def path_quality(
     toolpath : cuts of a ball, with contacts and normals
     part : mesh file or mesh, workpiece frame
     strategy, raster_angle, overhang : as given to `plan_contour`; they select the walls that count
-    unit : of a mesh file: ``mm``, ``inch`` or ``m``; a mesh is in mm
+    unit, tolerance, body : of the part's file, as of `load_mesh`
     allow_open : accept a mesh that isn't watertight
 
     Raises
@@ -89,7 +91,7 @@ def path_quality(
     """
     if not toolpath.tool.cutter.is_ball:
         raise ToolError(f"tool {toolpath.tool}: ridges are measured for balls only; give for example ball:10")
-    mesh = take_mesh(part, unit=unit, allow_open=allow_open)
+    mesh = take_mesh(part, unit=unit, allow_open=allow_open, tolerance=tolerance, body=body)
     tree, facets = tree_of(mesh), facet_normals(np.array(mesh.triangles, dtype=float))
     options = PlanOptions.of(strategy=strategy, raster_angle=raster_angle, overhang=overhang)
     cuts = _Cuts.of(toolpath, tree)

@@ -99,7 +99,7 @@ def find_contacts(
     part : mesh file or mesh, workpiece frame
     tolerance : mm, largest gap or depth between cutter and part that counts as touching
     crease : **degrees**; facets that meet at a smaller angle are one smooth surface
-    unit : of a mesh file: ``mm``, ``inch`` or ``m``; a mesh is in mm
+    unit : of a file: ``mm``, ``inch`` or ``m``; by default what it states, or mm; a mesh is in mm
 
     Returns
     -------

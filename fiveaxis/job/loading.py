@@ -194,7 +194,7 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
     given = {name for name, value in job.reading.items() if name in ("unit", "positions") and value}
     return find_settled_contacts(
         toolpath,
-        load_mesh(around["part"], unit=part_unit(job), allow_open=True),
+        load_mesh(around["part"], unit=part_unit(job), allow_open=True, **cad_options(job)),
         around["surface_tolerance"],
         lambda settings: _read_as(job, tool, settings),
         given,
@@ -281,7 +281,7 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan
     if job.feed is not None:
         options["feed_mm_min"] = job.feed
     report = partial(progress, "planning passes")
-    return plan_passes(job.input, tool, unit=job.unit or "mm", progress=report, **options)
+    return plan_passes(job.input, tool, unit=job.unit, progress=report, **options)
 
 
 def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
@@ -293,8 +293,9 @@ def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
         strategy=plan["strategy"],
         raster_angle=plan["raster_angle"],
         overhang=plan["overhang"],
-        unit=job.unit or "mm",
+        unit=job.unit,
         allow_open=plan["allow_open"],
+        **cad_options(job),
     )
 
 
@@ -315,8 +316,8 @@ def load_surroundings(job: Job) -> Surroundings:
     """
     fixtures = tuple(table.build() for table in job.fixture)
     file, around = part_of(job), job.surrounding
-    unit = part_unit(job) if around["part"] else job.unit or "mm"
-    part = None if file is None else read_solid(file, unit)
+    unit = part_unit(job) if around["part"] else job.unit
+    part = None if file is None else read_solid(file, unit, **cad_options(job))
     return Surroundings.load(part, around["stock"], fixtures, job.clearance.build(), unit=part_unit(job))
 
 
@@ -326,9 +327,14 @@ def part_of(job: Job) -> Path | None:
     return Path(str(part)) if part else job.input if is_mesh(job.input) else None
 
 
-def part_unit(job: Job) -> Unit:
-    """Return the unit of a job's part and stock: the given one, else that of an input mesh, else mm."""
-    return job.surrounding["part_unit"] or (job.unit if is_mesh(job.input) else None) or "mm"
+def part_unit(job: Job) -> Unit | None:
+    """Return the unit of a job's part and stock: the given one, else that of an input mesh, if any."""
+    return job.surrounding["part_unit"] or (job.unit if is_mesh(job.input) else None)
+
+
+def cad_options(job: Job) -> dict[str, Any]:
+    """Return how a job's CAD files are taken, as keywords of `load_mesh`."""
+    return {"tolerance": job.meshes["mesh_tolerance"], "body": job.meshes["body"]}
 
 
 def describe_inputs(job: Job) -> list[InputFile]:

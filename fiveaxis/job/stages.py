@@ -239,7 +239,7 @@ def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolp
     if around.part is None or file is None:
         return toolpath
     size, diameter = mesh_size(around.part), toolpath.tool.diameter
-    found = size_findings(size, unit=part_unit(job), diameter=diameter, name=str(file))
+    found = size_findings(size, unit=part_unit(job) or "mm", diameter=diameter, name=str(file))
     return replace(toolpath, findings=(*toolpath.findings, *found))
 
 

@@ -15,7 +15,6 @@ from fiveaxis.options import (
     Meshes,
     ProgramBounds,
     Reading,
-    Unit,
     Workpiece,
     completed,
     parted,
@@ -93,15 +92,23 @@ def verify_program(
     program_asked = (
         None if settings is None else ProgramOptions.of(settings, control=control_for(machine, control))
     )
-    unit: Unit = around["part_unit"] or "mm"
+    taken = completed(Meshes, meshes)
     against = Against(
         toolpath,
         tool,
-        Surroundings.load(around["part"], around["stock"], fixtures, clearances, unit=unit),
+        Surroundings.load(
+            around["part"],
+            around["stock"],
+            fixtures,
+            clearances,
+            unit=around["part_unit"],
+            tolerance=taken["mesh_tolerance"],
+            body=taken["body"],
+        ),
         constraints,
         program=program_asked,
-        part_unit=unit,
-        **completed(Meshes, meshes),
+        part_unit=around["part_unit"] or "mm",
+        crease=taken["crease"],
     )
     allowed = tolerances.with_gouge(around["gouge_tolerance"])
     return check_program(program, machine, against, reading, around["surface_tolerance"], allowed)

@@ -83,6 +83,8 @@ def load_mesh(
         raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
     if unit is not None and unit not in FACTORS:
         raise SettingError(f"unit = {unit!r} must be {', '.join(FACTORS)}")
+    if body is not None and file.suffix.lower() not in CAD_SUFFIXES:
+        raise MeshError(f"body = {body!r} is for CAD files, and this is a mesh; leave body out", file=file)
     if file.suffix.lower() in CAD_SUFFIXES:
         parsed = load_model(file, unit=unit, tolerance=tolerance, body=body).mesh()
     else:

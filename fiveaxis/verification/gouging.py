@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ import numpy as np
 from fiveaxis.collision.scene import LENGTH, WATERTIGHT
 from fiveaxis.findings import JOB, risk
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
-from fiveaxis.mesh import TriangleTree, load_mesh, mesh_size, size_text, tree_of
+from fiveaxis.mesh import Model, TriangleTree, load_mesh, mesh_size, model_of, size_text, tree_of
 from fiveaxis.verification.check_context import CheckContext, Tolerances
 from fiveaxis.verification.checks import largest
 from fiveaxis.verification.cutting_body import CuttingBody
@@ -101,9 +101,12 @@ def _what_was_checked(
 ) -> str:
     point = f"the point {tcp_height:g} mm above its tip" if tcp_height else "its tip"
     how = "with all axes linear in time" if tcp_height is None else f"with {point} moving straight"
-    size = size_text(mesh_size(mesh))
+    size, what, model = size_text(mesh_size(mesh)), "the part's mesh", model_of(mesh)
+    if model is not None:
+        what += f", which is within {model.deviation:.2g} mm of the model's surfaces"
+        what += ", and where that leaves a doubt against these" * body.pieces[0].is_ball
     return (
-        f"{name}, up to {body.height:g} mm above its tip, against the part's mesh ({size}) at every location "
+        f"{name}, up to {body.height:g} mm above its tip, against {what} ({size}) at every location "
         f"and, {how}, between them: every {body.finest:.3g} mm where the surface is near; at most "
         f"{allowed:.4g} mm deep at a location, {tolerances.chord_gouge:g} mm between "
         f"(gouge tolerance {tolerances.gouge:g} mm)"
@@ -191,6 +194,45 @@ class MovePoses:
         return bend
 
 
+@dataclass(frozen=True, eq=False)
+class PartDepths:
+    """Measures how deep a cutter reaches into a part; balls in exact surfaces where the mesh leaves a doubt.
+
+    Parameters
+    ----------
+    body : the cutter
+    tree : the part's triangles
+    model : the part's exact surfaces; None where only the mesh is known, or the cutter is no ball
+    doubtful : mm, depths between which the mesh doesn't tell whether they are allowed
+    """
+
+    body: CuttingBody
+    tree: TriangleTree
+    model: Model | None
+    doubtful: tuple[float, float]
+
+    @classmethod
+    def of(cls, body: CuttingBody, mesh: trimesh.Trimesh, tolerances: Tolerances) -> PartDepths:
+        """Prepare the measurement in a mesh in mm."""
+        model = model_of(mesh) if body.pieces[0].is_ball else None
+        margin = 0.0 if model is None else model.deviation
+        allowed = tolerances.gouge, tolerances.location_gouge, tolerances.row_gouge, tolerances.chord_gouge
+        return cls(body, tree_of(mesh), model, (min(allowed) - margin, max(allowed) + margin))
+
+    def measure(self, tips: Array, axes: Array, floors: Array) -> Array:
+        """Measure depths as `CuttingBody.depths` does."""
+        depths = self.body.depths(tips, axes, self.tree, floors)
+        if self.model is None:
+            return depths
+        near = np.flatnonzero((depths > self.doubtful[0]) & (depths < self.doubtful[1]))
+        ball, *others = self.body.pieces
+        radius, height = ball.zones[0, [0, 2]]
+        sunk = radius - self.model.nearest(tips[near] + height * axes[near]).distance
+        shank = replace(self.body, pieces=tuple(others))
+        depths[near] = shank.depths(tips[near], axes[near], self.tree, np.maximum(sunk, floors[near]))
+        return depths
+
+
 def gouge_depths(
     context: CheckContext, mesh: trimesh.Trimesh, *, tcp_height: float | None = None
 ) -> tuple[Array, Array]:
@@ -206,7 +248,7 @@ def gouge_depths(
     within : (n,), mm, the largest in the move to the location; −∞ if nothing was near
     """
     body = CuttingBody.of(context.toolpath.tool)
-    tree = tree_of(mesh)
+    depths = PartDepths.of(body, mesh, context.tolerances)
     outline = context.toolpath.tool.cutter.outline()
     moves = MovePoses(context, tcp_height, np.vstack([outline, [body.radius, body.height]]))
     known: BoolArray = np.logical_and.reduce(np.isfinite(context.tip), axis=1)
@@ -215,10 +257,10 @@ def gouge_depths(
     floors = np.zeros(len(known))
     for ends in (parts.row - 1, parts.row):
         np.minimum.at(floors, ends, -parts.movement)
-    here[known] = body.depths(context.tip[known], context.axis[known], tree, floors[known])
-    _search(moves, parts, here, within, body, tree)
+    here[known] = depths.measure(context.tip[known], context.axis[known], floors[known])
+    _search(moves, parts, here, within, depths)
     if mesh.is_watertight:
-        _sink_enclosed(here, within, context, body, mesh, tree)
+        _sink_enclosed(here, within, context, body, mesh)
     return here, within
 
 
@@ -259,15 +301,12 @@ def _divide(moves: MovePoses, known: BoolArray) -> MoveParts:
     return MoveParts(owner, low, high, moves.movement(one, two) + bends)
 
 
-def _search(
-    moves: MovePoses, parts: MoveParts, here: Array, within: Array, body: CuttingBody, tree: TriangleTree
-) -> None:
+def _search(moves: MovePoses, parts: MoveParts, here: Array, within: Array, part: PartDepths) -> None:
     """Halve parts of moves while they may contain a gouge; writes the largest depths into `within`."""
-    limit = min(moves.context.tolerances.gouge, moves.context.tolerances.chord_gouge)
 
     def measure(row: IntArray, share: Array, floors: Array) -> Array:
         poses = moves.poses(row, share)
-        depths = body.depths(poses.tip, poses.axis, tree, floors)
+        depths = part.measure(poses.tip, poses.axis, floors)
         np.maximum.at(within, row, depths)
         return depths
 
@@ -281,7 +320,7 @@ def _search(
     for _ in range(MOST_ROUNDS):
         # Depth can rise from one end and fall to the other by no more than the movement.
         hidden = 0.5 * (first + last + parts.movement)
-        going = (hidden > limit) & (parts.movement > body.finest)
+        going = (hidden > part.doubtful[0]) & (parts.movement > part.body.finest)
         if not going.any():
             break
         parts, first, last = parts.at(going), first[going], last[going]
@@ -303,7 +342,6 @@ def _sink_enclosed(
     context: CheckContext,
     body: CuttingBody,
     mesh: trimesh.Trimesh,
-    tree: TriangleTree,
 ) -> None:
     """Compute the depth of locations deep inside the part, beyond the reach of any triangle.
 
@@ -319,4 +357,4 @@ def _sink_enclosed(
     inside = np.asarray(mesh.contains(hearts[starts]))
     sunk = np.flatnonzero(free)[inside[run[free]]]
     # The distance to the surface adds to the radius instead of making room.
-    here[sunk] = body.radius + tree.distances(hearts[sunk])
+    here[sunk] = body.radius + tree_of(mesh).distances(hearts[sunk])
