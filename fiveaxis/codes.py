@@ -135,6 +135,7 @@ PLANNING = {
     "contacts-left-out": Code(
         ERROR, "no pass reaches some contacts on the walls; a warning if they are at most half of all"
     ),
+    "several-bodies": Code(NOTE, "a CAD file's bodies are taken together as the part"),
     "part-size": Code(WARNING, "the part is so small or large that its unit is doubtful"),
     "override-unused": Code(WARNING, "an accepted code didn't occur"),
     "no-acceleration": Code(WARNING, "the machine states no acceleration of some axes"),

@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.options import AsJson, takes
+from fiveaxis.cli.part_verb import print_faces
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
@@ -18,6 +19,7 @@ from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import Severity
+from fiveaxis.mesh import CAD_SUFFIXES
 
 if TYPE_CHECKING:
     from fiveaxis.machine import FormShapingCode
@@ -71,8 +73,8 @@ def info(
     machine: Annotated[
         str | None,
         typer.Argument(
-            help="machine, by name or file (.toml, .ini, .urdf, .mch); or a program or CL file",
-            metavar="MACHINE|PROGRAM",
+            help="machine, by name or file (.toml, .ini, .urdf, .mch); a program or CL file; or a CAD file",
+            metavar="MACHINE|PROGRAM|PART",
             show_default=False,
         ),
     ] = None,
@@ -82,17 +84,25 @@ def info(
     written_for: Annotated[
         str | None, typer.Option("--machine", "-m", help="machine of a program, for its rotary words")
     ] = None,
+    tool: Annotated[
+        str | None, typer.Option("--tool", help="ball that is held against the hollows of a part's faces")
+    ] = None,
+    body: Annotated[str | None, typer.Option("--body", help="of a CAD file, by name or number")] = None,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
-    """Show a machine (chain, branches, limits, powers, every figure's source), or a program's operations."""
+    """Show a machine (chain, limits, powers, figures' sources), a program's operations, or a part's faces."""
     with errors_explained(as_json):
         reading = reading_of(context.params)
+        if machine is not None and code is None and Path(machine).suffix.lower() in CAD_SUFFIXES:
+            return print_faces(Path(machine), tool, reading.get("unit"), body, as_json=as_json)
         if machine is not None and code is None and _is_program(Path(machine)):
             return _print_operations(Path(machine), written_for, reading, as_json=as_json)
         if reading or written_for is not None:
             what = ", ".join(reading) or "--machine"
             raise SettingError(f"{what} is for programs, and none is named; leave it out")
+        if tool is not None or body is not None:
+            raise SettingError("--tool and --body are for CAD files, and none is named; leave them out")
         if (machine is None) == (code is None):
             raise SettingError("give either a machine (`fiveaxis machines` lists the names) or --code")
         with shown_work(err, hidden=as_json):

@@ -31,6 +31,7 @@ from fiveaxis.mesh import (
     Surface,
     TriangleTree,
     Unit,
+    body_findings,
     mesh_size,
     model_of,
     other_sizes,
@@ -163,7 +164,9 @@ def plan_passes(
         _refuse(chosen, space, left_out, tool, name, overhang=options.overhang)
     path, first, last = _toolpath(linked, tool, options, name, left_out)
     found = left_out.findings(space, sum(len(p.cut.touching()) for p in linked), name)
-    path = replace(path, findings=(*sized, *found), normals_from=surface.normals_from)
+    path = replace(
+        path, findings=(*sized, *body_findings(mesh, name), *found), normals_from=surface.normals_from
+    )
     relink = Relinker.like(opened, options.lead_in, options.lead_out)
     return Plan(path, Passes(first, last, len(path), relink))
 

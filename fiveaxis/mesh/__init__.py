@@ -5,6 +5,7 @@ from fiveaxis.mesh.cad.model import Face, Foot, Model, model_of
 from fiveaxis.mesh.distance import TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.mesh.loading import (
     SUFFIXES,
+    body_findings,
     check_mesh,
     load_mesh,
     mesh_size,
@@ -27,6 +28,7 @@ __all__ = [
     "Surface",
     "TriangleTree",
     "Unit",
+    "body_findings",
     "check_mesh",
     "facet_normals",
     "kept_by_mesh",

@@ -86,7 +86,15 @@ def load_mesh(
     if body is not None and file.suffix.lower() not in CAD_SUFFIXES:
         raise MeshError(f"body = {body!r} is for CAD files, and this is a mesh; leave body out", file=file)
     if file.suffix.lower() in CAD_SUFFIXES:
-        parsed = load_model(file, unit=unit, tolerance=tolerance, body=body).mesh()
+        model = load_model(file, unit=unit, tolerance=tolerance, body=body)
+        if model.meeting and not allow_open:
+            one, two = (f"{number} {model.bodies[number]!r}" for number in model.meeting[0])
+            raise MeshError(
+                f"bodies {one} and {two} touch or reach into each other, so they aren't one solid; choose one "
+                "(--body), unite them where they were made, or take them as they are (--allow-open)",
+                file=file,
+            )
+        parsed = model.mesh()
     else:
         parsed = _parse(file)
         if unit not in (None, "mm"):
@@ -310,6 +318,18 @@ def other_sizes(size: Array, unit: Unit) -> str:
         for other in FACTORS
         if other != unit
     )
+
+
+def body_findings(mesh: trimesh.Trimesh, name: str) -> tuple[Finding, ...]:
+    """Return the finding that several bodies of a CAD file are taken together as the part."""
+    model = model_of(mesh)
+    if model is None or len(model.bodies) < 2:
+        return ()
+    listed = ", ".join(f"{number} {text!r}" for number, text in list(model.bodies.items())[:10])
+    message = (
+        f"its {len(model.bodies)} bodies together are the part ({listed}); choose one with body (--body)"
+    )
+    return (Finding(Severity.NOTE, "several-bodies", message, Place(file=name)),)
 
 
 def size_findings(size: Array, *, unit: Unit, diameter: float, name: str) -> tuple[Finding, ...]:

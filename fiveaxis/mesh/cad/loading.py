@@ -121,10 +121,10 @@ def _load(asked: _Asked) -> Model:
             facts = json.loads(str(arrays["facts"]))
             _require_whole(facts, asked)
             found = tuple(
-                Face(number=i, kind=KINDS[kind], **{**face, "box": tuple(face["box"])})
-                for i, (face, kind) in enumerate(zip(facts["faces"], arrays["kind"], strict=True), start=1)
+                Face(kind=KINDS[kind], **{**face, "box": tuple(face["box"])})
+                for face, kind in zip(facts["faces"], arrays["kind"], strict=True)
             )
-            return Model.of(str(asked.file), arrays, found)
+            return Model.of(str(asked.file), arrays, found, tuple(map(tuple, facts["meeting"])))
 
 
 def _run(asked: _Asked, output: Path) -> None:

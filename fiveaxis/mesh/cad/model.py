@@ -90,7 +90,7 @@ class Face:
 
     Parameters
     ----------
-    number : from 1, in the order of the file
+    number : from 1, in the order of the file, of all its bodies
     body, body_name : number of its body, from 1, and its name
     kind : one of `KINDS`
     area : mm²
@@ -136,7 +136,7 @@ class Foot:
 class Model:
     """Faces with exact surfaces, and the triangles of their mesh.
 
-    Faces are numbered from 0 here; `Face.number` counts from 1.
+    Faces are counted from 0 here, those of the bodies that were taken; `Face.number` is what users see.
 
     Parameters
     ----------
@@ -147,6 +147,7 @@ class Model:
     owner : (t,), face of each triangle
     trims : their borders
     shared : (k, 2), faces that share an edge
+    meeting : pairs of bodies, by number, that touch or reach into each other
     """
 
     name: str
@@ -157,9 +158,16 @@ class Model:
     owner: IntArray
     trims: Trims
     shared: IntArray
+    meeting: tuple[tuple[int, int], ...] = ()
 
     @classmethod
-    def of(cls, name: str, arrays: Mapping[str, Any], faces: tuple[Face, ...]) -> Model:
+    def of(
+        cls,
+        name: str,
+        arrays: Mapping[str, Any],
+        faces: tuple[Face, ...],
+        meeting: tuple[tuple[int, int], ...] = (),
+    ) -> Model:
         """Make a model of the arrays that `fiveaxis.mesh.cad.reader` writes."""
         surfaces = Surfaces(*(np.ascontiguousarray(arrays[field]) for field in Surfaces._fields))
         box = np.array([face.box for face in faces])
@@ -179,11 +187,17 @@ class Model:
             owner=arrays["owner"][whole],
             trims=Trims(box, np.hstack([border, *ends]), np.searchsorted(own, np.arange(len(faces) + 1))),
             shared=arrays["shared"],
+            meeting=meeting,
         )
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Model:
         """Return itself: nothing of it changes, and copies of a mesh copy its metadata."""
         return self
+
+    @cached_property
+    def bodies(self) -> dict[int, str]:
+        """Names of its bodies, by number."""
+        return {face.body: face.body_name for face in self.faces}
 
     @cached_property
     def sign(self) -> Array:

@@ -8,6 +8,7 @@ script that imports nothing of the package, whose libraries would take seconds t
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import os
 import sys
@@ -23,6 +24,8 @@ ANGLE = 0.35
 FINER = 8
 # mm: faces of a file without solids are sewn where their edges are so near.
 SEWN = 1e-3
+# mm: bodies that are nearer touch.
+TOUCHING = 1e-4
 # Numbers of `fiveaxis.mesh.cad.model.KINDS`: Open Cascade's class, and the methods that say its sizes.
 ANALYTIC = {
     "Geom_Plane": (0, ()),
@@ -253,7 +256,7 @@ class Collector:
         where, area, index = TopLoc_Location(), GProp_GProps(), len(self.faces)
         mesh = BRep_Tool.Triangulation_s(face, where)
         if mesh is None or not mesh.NbTriangles():
-            place = f"face {index + 1} (of body {facts['body']})"
+            place = f"face {facts['number']} (of body {facts['body']})"
             raise Unreadable(f"{place} can't be meshed: its border is damaged; repair it where it was made")
         reversed_ = (face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED) != turned
         BRepGProp.SurfaceProperties_s(face, area)
@@ -331,6 +334,25 @@ def is_inside_out(body: Any) -> bool:
     return bool(volume.Mass() < 0.0)
 
 
+def meeting(bodies: list[Any]) -> list[tuple[int, int]]:
+    """Find the pairs of meshed bodies, by their place in the list, that touch or reach into each other."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepExtrema import BRepExtrema_ShapeProximity
+
+    boxes = [Bnd_Box() for _ in bodies]
+    for body, box in zip(bodies, boxes, strict=True):
+        BRepBndLib.Add_s(body, box)
+    found = []
+    for i, j in itertools.combinations(range(len(bodies)), 2):
+        if not boxes[i].IsOut(boxes[j]):
+            near = BRepExtrema_ShapeProximity(bodies[i], bodies[j], TOUCHING)
+            near.Perform()
+            if near.OverlapSubShapes1().Size():
+                found.append((i, j))
+    return found
+
+
 def placed(shape: Any, place: Any, factor: float) -> Any:
     """Move a shape to its place, and scale it.
 
@@ -390,13 +412,17 @@ def convert(path: Path, tolerance: float, factor: float, wanted: str) -> tuple[d
         return facts, collector
     for number in chosen or numbers.values():
         name, body, labels, shape, origin = bodies[number - 1]
+        number_of_face = 1 + sum(len(body[4]) for body in bodies[: number - 1])
         BRepMesh_IncrementalMesh(body, tolerance, False, ANGLE, True)
         turned = is_inside_out(body)
-        for face, old in zip(explore(body, "FACE"), origin, strict=True):
+        for i, (face, old) in enumerate(zip(explore(body, "FACE"), origin, strict=True)):
             holders = [old, shape, *labels]
-            known = {"body": number, "body_name": name, "colour": document.colour(holders)}
-            collector.add(TopoDS.Face(face), turned, {**known, "layer": document.layer(holders)})
-    return facts, collector
+            known = {"number": number_of_face + i, "body": number, "body_name": name}
+            known |= {"colour": document.colour(holders), "layer": document.layer(holders)}
+            collector.add(TopoDS.Face(face), turned, known)
+    taken = list(chosen or numbers.values())
+    pairs = meeting([bodies[number - 1][1] for number in taken])
+    return facts | {"meeting": [(taken[i], taken[j]) for i, j in pairs]}, collector
 
 
 def main() -> int:

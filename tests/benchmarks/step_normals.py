@@ -1,0 +1,81 @@
+"""Passes on a STEP file and on meshes made of it: normals, tilt held against the exact surface, energy.
+
+usage: python tests/benchmarks/step_normals.py [--stepdown 8] [--quick]
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import fiveaxis as fx
+from fiveaxis.errors import FiveAxisError
+from fiveaxis.geometry import angle_between
+from fiveaxis.mesh import Model, load_mesh, model_of
+
+PART = Path(__file__).parents[3] / "shared/data/step/propeller_d.step"
+BALL, TILT, MACHINE = 4.0, (15.0, 75.0), "hayashi-640123"
+# mm, chord tolerances of the meshes.
+MESHES = (0.1, 0.05, 0.01)
+# deg: smaller overruns of the tilt are rounding.
+ROUNDING = 1e-4
+
+
+def measure(name: str, part: Path, exact: Model, stepdown: float, *, optimise: bool) -> str:
+    """Plan on a part, optimise, and hold the contacts' normals and the tilt against the exact surfaces."""
+    begun = time.perf_counter()
+    path = fx.plan_contour(part, fx.Tool.ball(BALL), stepdown=stepdown)
+    seconds = time.perf_counter() - begun
+    cuts = np.flatnonzero(path.cutting)
+    foot = exact.nearest(path.contact[cuts])
+    error = np.degrees(angle_between(path.normal[cuts], foot.normal))
+    median, most = np.percentile(error, [50.0, 95.0])
+    row = f"| {name} | {len(cuts)} | {seconds:.1f} | {median:.3f} | {most:.3f} | {error.max():.2f} "
+    if not optimise:
+        return row + "|"
+    try:
+        solution = fx.optimise(path, fx.load_machine(MACHINE), tilt=TILT)
+    except FiveAxisError as fault:
+        return row + f"| {fault} |"
+    given = solution.toolpath
+    rows = np.flatnonzero(given.cutting)
+    normal = exact.nearest(given.contact[rows]).normal
+    lean = np.degrees(angle_between(solution.axis[rows], normal))
+    over = np.maximum(TILT[0] - lean, lean - TILT[1])
+    count = int((over > ROUNDING).sum())
+    return row + f"| {count} of {len(rows)} | {max(over.max(), 0.0):.2f} | {solution.energy.total:.1f} |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--stepdown", type=float, default=8.0, help="mm")
+    parser.add_argument("--quick", action="store_true", help="only plan")
+    given = parser.parse_args()
+    begun = time.perf_counter()
+    exact = model_of(load_mesh(PART))
+    assert exact is not None
+    print(f"{len(exact.faces)} faces read in {time.perf_counter() - begun:.1f} s; mesh within "
+          f"{exact.deviation:.4f} mm")  # fmt: skip
+    heads = "part", "contacts", "planned in s", "normals off, median deg", "95 % deg", "most deg"
+    heads += () if given.quick else ("tilt violated", "by most deg", "energy J")
+    print("|", " | ".join(heads), "|")
+    print("|" + "---|" * len(heads))
+    with tempfile.TemporaryDirectory() as folder:
+        parts = {"STEP": PART}
+        for tolerance in MESHES:
+            parts[f"STL, {tolerance:g} mm"] = file = Path(folder) / f"{tolerance:g}.stl"
+            load_mesh(PART, tolerance=tolerance).export(file)
+        for name, part in parts.items():
+            print(measure(name, part, exact, given.stepdown, optimise=not given.quick), flush=True)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    child = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    print(f"memory at most {peak:.0f} MB here, {child:.0f} MB in the reader")
+
+
+if __name__ == "__main__":
+    main()
