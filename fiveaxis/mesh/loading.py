@@ -90,8 +90,8 @@ def load_mesh(
         if model.meeting and not allow_open:
             one, two = (f"{number} {model.bodies[number]!r}" for number in model.meeting[0])
             raise MeshError(
-                f"bodies {one} and {two} touch or reach into each other, so they aren't one solid; choose one "
-                "(--body), unite them where they were made, or take them as they are (--allow-open)",
+                f"bodies {one} and {two} touch or reach into each other, so they aren't one solid; choose "
+                "one (--body), unite them where they were made, or take them as they are (--allow-open)",
                 file=file,
             )
         parsed = model.mesh()
