@@ -56,7 +56,7 @@ def _table(sheets: tuple[FaceSheet, ...], radius: float | None) -> Table:
     for sheet in sheets:
         face = sheet.face
         row = [str(face.number), str(face.body), face.kind, f"{face.area:.2f}"]
-        row += [" ".join(f"{value + 0.0:.2f}" for value in sheet.normal), f"{sheet.spread:.1f}"]
+        row += [" ".join(f"{round(value, 2) + 0.0:.2f}" for value in sheet.normal), f"{sheet.spread:.1f}"]
         row += [f"{100.0 * sheet.overhang:.0f}"]
         row += [f"{sheet.hollow:.2f}" if math.isfinite(sheet.hollow) else ""]
         if radius is not None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.geometry import Array, angle_between
+from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.mesh.cad.model import Face, Model
 
 # A wall overhangs where its normal points at least this far below the horizontal, as the planner takes it.
@@ -79,7 +79,9 @@ def survey(model: Model) -> tuple[FaceSheet, ...]:
     )
 
 
-def _sheet(face: Face, rows: Array, normals: Array, bends: Array, areas: Array, corners: Array) -> FaceSheet:
+def _sheet(
+    face: Face, rows: IntArray, normals: Array, bends: Array, areas: Array, corners: Array
+) -> FaceSheet:
     weights, middles = areas[rows] / max(float(areas[rows].sum()), 1e-300), corners[rows].mean(axis=1)
     mean = weights @ normals[rows, 3]
     known = float(np.linalg.norm(mean)) > 1e-3
