@@ -103,8 +103,6 @@ def info(
             raise SettingError(f"{what} is for programs, and none is named; leave it out")
         if tool is not None or body is not None:
             raise SettingError("--tool and --body are for CAD files, and none is named; leave them out")
-        if tool is not None or body is not None:
-            raise SettingError("--tool and --body are for CAD files, and none is named; leave them out")
         if (machine is None) == (code is None):
             raise SettingError("give either a machine (`fiveaxis machines` lists the names) or --code")
         with shown_work(err, hidden=as_json):

@@ -101,12 +101,12 @@ def _what_was_checked(
 ) -> str:
     point = f"the point {tcp_height:g} mm above its tip" if tcp_height else "its tip"
     how = "with all axes linear in time" if tcp_height is None else f"with {point} moving straight"
-    size, what, model = size_text(mesh_size(mesh)), "the part's mesh", model_of(mesh)
+    what, model = f"the part's mesh ({size_text(mesh_size(mesh))})", model_of(mesh)
     if model is not None:
         what += f", which is within {model.deviation:.2g} mm of the model's surfaces"
-        what += ", and where that leaves a doubt against these" * body.pieces[0].is_ball
+        what += ", and against these where that leaves a doubt," * body.pieces[0].is_ball
     return (
-        f"{name}, up to {body.height:g} mm above its tip, against {what} ({size}) at every location "
+        f"{name}, up to {body.height:g} mm above its tip, against {what} at every location "
         f"and, {how}, between them: every {body.finest:.3g} mm where the surface is near; at most "
         f"{allowed:.4g} mm deep at a location, {tolerances.chord_gouge:g} mm between "
         f"(gouge tolerance {tolerances.gouge:g} mm)"

@@ -173,6 +173,7 @@ def _boxes(scene: Scene) -> list[str]:
     """Return a check box for every object that can be hidden."""
     wanted = [
         ("part", "workpiece/part", scene.has_part, True),
+        ("face numbers", "workpiece/numbers", scene.has_numbers, False),
         ("stock", "workpiece/stock", scene.has_stock, False),
         ("fixtures", "workpiece/fixtures", bool(scene.fixtures), True),
         ("machine", "links", True, True),

@@ -18,10 +18,11 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.kinematics import link_poses, tool_poses
 from fiveaxis.machine import BED, Body, Machine
-from fiveaxis.mesh import load_mesh
+from fiveaxis.mesh import Model, load_mesh, model_of
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.viewer.moves import Side, shown_points
+from fiveaxis.viewer.numbers import number_marks
 from fiveaxis.viewer.schematic import schematic_bodies
 from fiveaxis.viewer.solids import (
     corners,
@@ -50,6 +51,7 @@ CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
 LOOKED_AT = 200
 # Without a holder, this many diameters of the tool are in view; a schematic spindle begins there.
 TOOL_IN_VIEW = 4.0
+NUMBERS = 0x1B2A41
 PART_COLOUR, STOCK_COLOUR, FIXTURE_COLOUR = 0xB8BEC8, 0x8FB89A, 0xA77BCA
 BED_COLOUR, TABLE_COLOUR, HEAD_COLOUR = 0x7C828D, 0x5B8FC7, 0xC9A24B
 CUTTER_COLOUR = 0xE8C468
@@ -93,13 +95,14 @@ class Scene:
     Parameters
     ----------
     extents : what is in view: ``part`` in the workpiece frame, ``work`` and ``machine`` in the machine frame
-    has_part, has_stock, has_marks : whether they are in the scene
+    has_part, has_numbers, has_stock, has_marks : whether they are in the scene
     is_schematic : whether the machine is drawn from its chain alone
     fixtures : their names, in the order of their nodes
     """
 
     extents: dict[str, Extent]
     has_part: bool
+    has_numbers: bool
     has_stock: bool
     has_marks: bool
     is_schematic: bool
@@ -136,8 +139,12 @@ def build_scene(
     points = path.pivot if mesh is None else np.vstack([path.pivot, mesh.vertices])
     part_box = Extent.of(points)
     workpiece = f"{STAGE}/workpiece"
+    model = None
     if mesh is not None:
         add_part(vis, workpiece, mesh)
+        model = model_of(mesh)
+    if model is not None:
+        add_numbers(vis, workpiece, model)
     add_surroundings(vis, workpiece, around)
     own = max(float(np.ptp(path.pivot, axis=0).max()), path.tool.diameter)
     marked = add_marks(vis, workpiece, findings, shown_points(path), MARK * own)
@@ -155,6 +162,7 @@ def build_scene(
     return Scene(
         extents=extents,
         has_part=mesh is not None,
+        has_numbers=model is not None,
         has_stock=around.stock is not None,
         has_marks=marked,
         is_schematic=not machine.bodies,
@@ -227,6 +235,15 @@ def add_part(vis: Any, root: str, mesh: trimesh.Trimesh) -> None:
     geometry = mesh_geometry(mesh.vertices, mesh.faces, MOST_PART_TRIANGLES)
     look = {"color": PART_COLOUR, "opacity": 0.55, "flatShading": True, "depthWrite": False}
     _add(vis, f"{root}/part", "part", geometry, **look)
+
+
+def add_numbers(vis: Any, root: str, model: Model) -> None:
+    """Add the numbers of a model's faces, seen from outside only, and hidden at first."""
+    shapes = load_meshcat().geometry
+    body = shapes.TriangularMeshGeometry(*number_marks(model))
+    node = vis[f"{root}/numbers"]
+    node.set_object(identify(shapes.Mesh(body, shapes.MeshBasicMaterial(color=NUMBERS, side=0)), "numbers"))
+    node.set_property("visible", False)
 
 
 def add_surroundings(vis: Any, root: str, around: Surroundings) -> None:
