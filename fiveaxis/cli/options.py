@@ -42,7 +42,8 @@ def optional(kind: Any, text: str, flags: str | None = None) -> Any:
 
 
 Input = Annotated[
-    Path, typer.Argument(help="mesh (.stl .obj .ply .off), points, APT/CLSF, NC program, or a job .toml")
+    Path,
+    typer.Argument(help="part (.stl .ply .obj .off .step .iges), points, APT/CLSF, program, or a job .toml"),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 

@@ -84,7 +84,9 @@ def plan(
                 require_suffix(output, [".csv"], "a list of points")
             job = job_of(context.params)
             if not is_mesh(job.input):
-                raise SettingError("passes are planned on a mesh (.stl .obj .ply .off)", file=job.input)
+                raise SettingError(
+                    "passes are planned on a part (.stl .ply .obj .off .step .iges)", file=job.input
+                )
 
             toolpath, passes = work.run(partial(load_job_passes, job))
             work.step("measuring ridges and chords", 0, 1)

@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from fiveaxis.job import choose_search, make_job, read_fixtures, read_job
 from fiveaxis.machine import Machine, check_machine, check_text, draft_machine, load_machine
 from fiveaxis.machine.answers import BY_NAME
 from fiveaxis.mesh import load_mesh, require_solid
+from fiveaxis.mesh.cad.loading import load_model
 from fiveaxis.nc import find_dialect, read_motion, read_program, read_toolpath
 from fiveaxis.settings import read_document
 from fiveaxis.toolpath import Tool, parse_tool
@@ -156,6 +158,12 @@ def _mesh(path: Path, rng: random.Random) -> None:
     assert np.isfinite(mesh.area)
 
 
+def _cad(path: Path, _rng: random.Random) -> None:
+    model = load_model(path, seconds=8.0)
+    assert np.isfinite(model.corners).all()
+    assert np.isfinite(model.deviation)
+
+
 def _verb(suffix: str, *words: str) -> Callable[..., object]:
     """Make the whole command of a verb a reader: it is refused where its exit code is that of wrong input."""
 
@@ -256,6 +264,9 @@ def _meshes() -> Iterator[Reader]:
     yield Reader("PLY, text", Seeds(seeds.meshes("ply", encoding="ascii")), _file(".ply", _mesh))
     yield Reader("OBJ", Seeds(seeds.meshes("obj"), seeds.OBJ_WORDS), _file(".obj", _mesh))
     yield Reader("OFF", Seeds(seeds.meshes("off")), _file(".off", _mesh))
+    if find_spec("OCP") is not None:
+        # Each is read in a process of its own, which takes a second.
+        yield Reader("STEP", Seeds(seeds.CAD), _file(".step", _cad), 0.002)
 
 
 def _verbs() -> Iterator[Reader]:

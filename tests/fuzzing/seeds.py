@@ -53,6 +53,7 @@ BLOCKS = tuple(
     b"G1 G0 G2 G3 G93 G94 G95 G43.4 G43.5 G68.2 G53.1 G10 G30 G53 G91 G90 G28 G81 G83 G41 G16 G5 M428 M451 "
     b"M128 M98 #1= WHILE GOTO O100 [SIN[ R5 P2 L3 Q1 I1 J1 K1 T01 M6 M30 F0 S0 / ; ( ) % =".split()
 )
+CAD = tuple(path.read_bytes() for path in sorted(GOLDEN.glob("cad_*.step")))
 OBJ_WORDS = (b"mtllib", b"usemtl", b"vt", b"vn", b"l", b"g", b"//", b"s")
 STARTER = re.sub(r"(?m)^# (?=\[|[\w.]+ = )", "", starter_text()).encode()
 JOBS = (
