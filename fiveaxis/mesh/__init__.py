@@ -1,7 +1,8 @@
 """Meshes of parts and bodies: files, distances, smooth normals, exact surfaces of CAD files."""
 
 from fiveaxis.mesh.cad.loading import CAD_SUFFIXES
-from fiveaxis.mesh.cad.model import Face, Foot, Model, model_of
+from fiveaxis.mesh.cad.model import Model, model_of
+from fiveaxis.mesh.cad.records import Face, Foot
 from fiveaxis.mesh.distance import TriangleTree, kept_by_mesh, tree_of
 from fiveaxis.mesh.loading import (
     SUFFIXES,

@@ -6,7 +6,8 @@ import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import BoolArray
-from fiveaxis.mesh.cad.model import Face, Model
+from fiveaxis.mesh.cad.model import Model
+from fiveaxis.mesh.cad.records import Face
 
 
 def of_faces(model: Model | None, text: str, name: str) -> BoolArray:

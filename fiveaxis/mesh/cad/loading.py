@@ -19,7 +19,8 @@ import numpy as np
 
 from fiveaxis.errors import MeshError, MissingDependency
 from fiveaxis.files import MEGABYTE, MOST_MESH_BYTES, read_input
-from fiveaxis.mesh.cad.model import KINDS, Face, Model
+from fiveaxis.mesh.cad.model import Model
+from fiveaxis.mesh.cad.records import KINDS, Face
 from fiveaxis.options import MESH_TOLERANCE, Unit
 
 READER = Path(__file__).with_name("reader.py")

@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
+from fiveaxis.mesh.cad.records import Face, Foot, Surfaces, Triangles, Trims
 from fiveaxis.mesh.distance import TriangleTree
 from fiveaxis.mesh.surface import barycentric
 from fiveaxis.threads import at_once
@@ -18,8 +19,6 @@ from fiveaxis.threads import at_once
 if TYPE_CHECKING:
     import trimesh
 
-# Of surfaces, by the numbers that `kernels` and `reader` use.
-KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "spline")
 # Key of a mesh's metadata under which its model is kept.
 KEY = "fiveaxis.model"
 # mm: vertices of a mesh may be moved so far by merging them.
@@ -30,106 +29,6 @@ ROWS = 5_000
 OFF_POLE = 1e-5
 # Distance of a face's edges' ends, as a share of the face's parameters, below which they are one.
 WELDED = 1e-7
-
-
-class Surfaces(NamedTuple):
-    """Surfaces of faces, as arrays of plain numbers for compiled loops.
-
-    Parameters
-    ----------
-    kind : (f,), number in `KINDS`
-    frame : (f, 4, 3), mm: origin, X, Y and Z of a surface that is no spline
-    size : (f, 2), mm and rad: radius; of a cone radius and half angle; radii of a torus
-    form : (f, 7), of a spline: degrees, numbers of poles in u and v, where its knots in u, in v and its poles
-        begin
-    knots : (k,), with their repetitions
-    poles : (p, 4), mm, homogeneous (``w x, w y, w z, w``), v runs first
-    """
-
-    kind: IntArray
-    frame: Array
-    size: Array
-    form: IntArray
-    knots: Array
-    poles: Array
-
-
-class Trims(NamedTuple):
-    """The parts of surfaces that are faces.
-
-    Parameters
-    ----------
-    box : (f, 4), u0, u1, v0, v1
-    border : (s, 10), segments: u0, v0, u1, v1 and both ends in mm
-    first : (f + 1,), where the segments of each face begin
-    """
-
-    box: Array
-    border: Array
-    first: IntArray
-
-
-class Triangles(NamedTuple):
-    """Triangles in the order of a tree, with their faces and parameters.
-
-    Parameters
-    ----------
-    corners, uv, owner : (leaves * `fiveaxis.mesh.distance.LEAF`, …), of `Model`
-    boxes : (2 * leaves, 2, 3), mm, as in `TriangleTree`
-    """
-
-    corners: Array
-    uv: Array
-    owner: IntArray
-    boxes: Array
-
-
-@dataclass(frozen=True)
-class Face:
-    """A face as users see it.
-
-    Parameters
-    ----------
-    number : from 1, in the order of the file, of all its bodies
-    body, body_name : number of its body, from 1, and its name
-    kind : one of `KINDS`
-    area : mm²
-    colour : ``#rrggbb``, or empty
-    layer : its name, or empty
-    box : u0, u1, v0, v1
-    reversed : whether Su × Sv points into the material
-    """
-
-    number: int
-    body: int
-    body_name: str
-    kind: str
-    area: float
-    colour: str
-    layer: str
-    box: tuple[float, float, float, float]
-    reversed: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Foot:
-    """Points of the surfaces nearest to others.
-
-    Parameters
-    ----------
-    point, normal : (n, 3), mm and unit vectors out of the material
-    face : (n,), from 0
-    uv : (n, 2), its parameters
-    distance : (n,), mm, never negative
-    on_border : (n,), whether the point lies on the border of its face, so that others may meet it there
-    """
-
-    point: Array
-    normal: Array
-    face: IntArray
-    uv: Array
-    distance: Array
-    on_border: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,7 +186,7 @@ class Model:
 
     def onto(self, points: Array, triangles: IntArray) -> Foot:
         """Move points of triangles, (n, 3) mm and (n,), onto the surface of each triangle's own face."""
-        from fiveaxis.mesh.cad import kernels
+        from fiveaxis.mesh.cad import nearest
 
         shares = barycentric(points, self.corners[triangles])
         uv = np.sum(shares[:, :, None] * self.corners_uv[triangles], axis=1)
@@ -295,7 +194,7 @@ class Model:
         return self._foot(
             points,
             *_in_parts(
-                lambda r: kernels.onto_all(points[r], faces[r], uv[r], self.trims, self.surfaces), len(points)
+                lambda r: nearest.onto_all(points[r], faces[r], uv[r], self.trims, self.surfaces), len(points)
             ),
         )
 
@@ -304,19 +203,19 @@ class Model:
 
         Elsewhere it is that to the mesh, or any beyond the bound; (n,) mm.
         """
-        from fiveaxis.mesh.cad import kernels
+        from fiveaxis.mesh.cad import nearest
 
         points = np.ascontiguousarray(points, float)
         rest = bound, self.deviation, self.triangles, self.trims, self.surfaces
-        (gaps,) = _in_parts(lambda rows: (kernels.gaps_all(points[rows], *rest),), len(points))
+        (gaps,) = _in_parts(lambda rows: (nearest.gaps_all(points[rows], *rest),), len(points))
         return gaps
 
     def reach(self, start: Array, end: Array, limit: float, finest: float) -> float:
         """Compute how far, mm, a point can move from start to end with all surfaces `limit` away."""
-        from fiveaxis.mesh.cad import kernels
+        from fiveaxis.mesh.cad import nearest
 
         rest = self.deviation, self.triangles, self.trims, self.surfaces
-        return kernels.reach(start, end, limit, finest, *rest)
+        return nearest.reach(start, end, limit, finest, *rest)
 
     def part(self, kept: BoolArray) -> Model:
         """Return the model with some of its triangles, (t,), only; its faces keep their numbers."""
@@ -345,11 +244,11 @@ class Model:
         return ends[: len(ends) // 2 * 2].reshape(-1, 2)
 
     def _feet(self, points: Array, faces: IntArray, slack: float) -> tuple[Any, ...]:
-        """Run `kernels.nearest_all` in threads."""
-        from fiveaxis.mesh.cad import kernels
+        """Run `nearest.nearest_all` in threads."""
+        from fiveaxis.mesh.cad import nearest
 
         rest = slack, self.triangles, self.trims, self.surfaces
-        return _in_parts(lambda rows: kernels.nearest_all(points[rows], faces[rows], *rest), len(points))
+        return _in_parts(lambda rows: nearest.nearest_all(points[rows], faces[rows], *rest), len(points))
 
     def _foot(self, points: Array, feet: Array, faces: IntArray, on_border: BoolArray) -> Foot:
         point, uv = feet[:, :3].copy(), feet[:, 3:].copy()

@@ -26,7 +26,7 @@ FINER = 8
 SEWN = 1e-3
 # mm: bodies that are nearer touch.
 TOUCHING = 1e-4
-# Numbers of `fiveaxis.mesh.cad.model.KINDS`: Open Cascade's class, and the methods that say its sizes.
+# Numbers of `fiveaxis.mesh.cad.records.KINDS`: Open Cascade's class, and the methods that say its sizes.
 ANALYTIC = {
     "Geom_Plane": (0, ()),
     "Geom_CylindricalSurface": (1, ("Radius",)),
@@ -175,7 +175,7 @@ def sewn(shape: Any) -> tuple[Any, list[Any]]:
 
 
 def surface_of(face: Any) -> dict[str, Any]:
-    """Return the numbers of a face's surface, as in `fiveaxis.mesh.cad.model.Surfaces`."""
+    """Return the numbers of a face's surface, as in `fiveaxis.mesh.cad.records.Surfaces`."""
     from OCP.BRep import BRep_Tool
     from OCP.GeomConvert import GeomConvert
 
@@ -288,7 +288,7 @@ class Collector:
                 self.edges.setdefault(self.known_edges.Add(edge), []).append(index)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Join them: the fields of `fiveaxis.mesh.cad.model.Surfaces`, the mesh and the borders."""
+        """Join them: the fields of `fiveaxis.mesh.cad.records.Surfaces`, the mesh and the borders."""
         count = len(self.faces)
         frame, size, form = np.zeros((count, 4, 3)), np.zeros((count, 2)), np.zeros((count, 7), np.int64)
         knots, poles = [np.zeros(0)], [np.zeros((0, 4))]

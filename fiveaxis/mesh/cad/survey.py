@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray, angle_between
-from fiveaxis.mesh.cad.model import Face, Model
+from fiveaxis.mesh.cad.model import Model
+from fiveaxis.mesh.cad.records import Face
 
 # A wall overhangs where its normal points at least this far below the horizontal, as the planner takes it.
 LEAST_OVERHANG = np.radians(1.0)
