@@ -135,6 +135,9 @@ PLANNING = {
     "contacts-left-out": Code(
         ERROR, "no pass reaches some contacts on the walls; a warning if they are at most half of all"
     ),
+    "faces-left-out": Code(
+        ERROR, "no pass touches some of the chosen faces; a warning if they are at most half of their area"
+    ),
     "several-bodies": Code(NOTE, "a CAD file's bodies are taken together as the part"),
     "part-size": Code(WARNING, "the part is so small or large that its unit is doubtful"),
     "override-unused": Code(WARNING, "an accepted code didn't occur"),

@@ -39,7 +39,7 @@ from fiveaxis.mesh import (
     size_text,
     take_mesh,
 )
-from fiveaxis.mesh.cad.choice import of_faces
+from fiveaxis.mesh.cad.choice import of_faces, uncut_findings
 from fiveaxis.options import PlanContour, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 from fiveaxis.toolpath.passes import Passes
@@ -161,9 +161,11 @@ def plan_passes(
     linked = opened.joined()
     left_out += opened.left_out
     if not linked:
-        _refuse(chosen, space, left_out, tool, name, overhang=options.overhang)
+        _refuse(surface, space, left_out, tool, name, overhang=options.overhang)
     path, first, last = _toolpath(linked, tool, options, name, left_out)
     found = left_out.findings(space, sum(len(p.cut.touching()) for p in linked), name)
+    if model is not None and options.faces is not None:
+        found += uncut_findings(model, options.faces, path.contact[path.cutting], name)
     path = replace(
         path, findings=(*sized, *body_findings(mesh, name), *found), normals_from=surface.normals_from
     )

@@ -52,7 +52,10 @@ from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Report
 
 # Code of the planner's finding on contacts that no pass reaches.
-LEFT_OUT = "contacts-left-out"
+LEFT_OUT = {
+    "contacts-left-out": "the contacts on its walls",
+    "faces-left-out": "the faces that were chosen",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,14 +247,15 @@ def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolp
 
 
 def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
-    """Raise `Infeasible` if passes reach less than half of the contacts, and the job doesn't accept that."""
-    lost = [f for f in toolpath.findings if f.severity is Severity.ERROR and f.code == LEFT_OUT]
-    if lost and LEFT_OUT not in override:
-        raise Infeasible(
-            f"{toolpath.name}: no pass reaches most of the contacts on its walls; take a smaller ball, or "
-            f"accept {LEFT_OUT} by name (override)",
-            lost,
-        )
+    """Raise `Infeasible` if passes reach less than half of the contacts or faces, and that isn't accepted."""
+    for code, what in LEFT_OUT.items():
+        lost = [f for f in toolpath.findings if f.severity is Severity.ERROR and f.code == code]
+        if lost and code not in override:
+            raise Infeasible(
+                f"{toolpath.name}: no pass reaches most of {what}; take a smaller ball, or accept {code} by "
+                "name (override)",
+                lost,
+            )
 
 
 def program_header(solution: Postures, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:

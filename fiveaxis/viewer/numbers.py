@@ -37,8 +37,9 @@ def number_marks(model: Model) -> tuple[Array, IntArray]:
     size = float(np.ptp(model.corners.reshape(-1, 3), axis=0).max())
     sheets = sorted(survey(model), key=lambda sheet: -sheet.face.area)[:MOST_NUMBERS]
     foot = model.nearest(np.array([sheet.middle for sheet in sheets]))
-    up = normalise(np.array([0.0, 0.0, 1.0]) - foot.normal[:, 2:] * foot.normal)
-    up = np.where(np.abs(foot.normal[:, 2:]) > 0.999, perpendicular(foot.normal), up)
+    level = np.abs(foot.normal[:, 2:]) > 0.999
+    up = np.where(level, perpendicular(foot.normal), [0.0, 0.0, 1.0] - foot.normal[:, 2:] * foot.normal)
+    up = normalise(up)
     quads = []
     for sheet, middle, normal, y in zip(sheets, foot.point, foot.normal, up, strict=True):
         flat = _strokes(str(sheet.face.number))

@@ -12,10 +12,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 import fiveaxis as fx
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import angle_between
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.mesh import Model, load_mesh, model_of
 
 PART = Path(__file__).parents[3] / "shared/data/step/propeller_d.step"
@@ -43,9 +45,12 @@ def measure(name: str, part: Path, exact: Model, stepdown: float, *, optimise: b
     except FiveAxisError as fault:
         return row + f"| {fault} |"
     given = solution.toolpath
-    rows = np.flatnonzero(given.cutting)
+    # Rows put in between have no planned contact.
+    apart, _ = cKDTree(path.contact[cuts]).query(np.nan_to_num(given.contact, nan=1e9))
+    rows = np.flatnonzero(given.cutting & (apart < 1e-6))
     normal = exact.nearest(given.contact[rows]).normal
-    lean = np.degrees(angle_between(solution.axis[rows], normal))
+    _, axis = tool_poses(solution.machine, solution.motion.positions)
+    lean = np.degrees(angle_between(axis[rows], normal))
     over = np.maximum(TILT[0] - lean, lean - TILT[1])
     count = int((over > ROUNDING).sum())
     return row + f"| {count} of {len(rows)} | {max(over.max(), 0.0):.2f} | {solution.energy.total:.1f} |"

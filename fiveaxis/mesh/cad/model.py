@@ -13,7 +13,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.mesh.cad.records import Face, Foot, Surfaces, Triangles, Trims
 from fiveaxis.mesh.distance import TriangleTree
-from fiveaxis.mesh.surface import barycentric
+from fiveaxis.mesh.surface import barycentric, facet_normals
 from fiveaxis.threads import at_once
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ class Model:
 
         It may exceed the tolerance that was asked for: Open Cascade keeps that on most surfaces only.
         """
-        facets = normalise(np.cross(*np.diff(self.corners, axis=1).swapaxes(0, 1)))
+        facets = facet_normals(self.corners)
         at_corners = self.evaluate(np.repeat(self.owner, 3), self.corners_uv.reshape(-1, 2))[:, 0]
         largest = float(np.linalg.norm(at_corners - self.corners.reshape(-1, 3), axis=1).max())
         for middle in ([0, 1, 2], [0, 1], [1, 2], [2, 0]):

@@ -21,6 +21,7 @@ from fiveaxis.mesh.cad.survey import survey
 from fiveaxis.verification.check_context import Tolerances
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import PartDepths
+from fiveaxis.viewer.numbers import number_marks
 
 pytestmark = pytest.mark.skipif(find_spec("OCP") is None, reason="needs Open Cascade: fiveaxis[step]")
 MAKER = Path(__file__).parents[2] / "cad_parts.py"
@@ -170,6 +171,23 @@ def test_only_the_chosen_faces_are_cut(parts):
     assert (part.nearest(path.contact[path.cutting]).face == 0).all()
     with pytest.raises(SettingError, match=r"no face is called '9'; there are numbers 1 to 3"):
         fx.plan_contour(parts / "cone.step", fx.Tool.ball(3.0), faces="1,9")
+
+
+def test_chosen_faces_that_no_pass_touches_are_told(parts):
+    path = fx.plan_contour(parts / "cone.step", fx.Tool.ball(3.0), stepdown=2.0, faces="1,2")
+    (found,) = (finding for finding in path.findings if finding.code == "faces-left-out")
+    assert found.severity == "warning"
+    assert "no pass touches face 2, 6 % of the chosen area" in found.message
+
+
+def test_numbers_lie_on_their_faces_and_are_read_from_outside(parts):
+    part = model(parts / "two.step")
+    vertices, triangles = number_marks(part)
+    corners = vertices[triangles]
+    foot = part.nearest(corners.mean(axis=1))
+    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.sum(outward * foot.normal, axis=1) > 0.0).all()
+    assert set(foot.face) == set(range(len(part.faces)))
 
 
 def test_an_assembly_has_its_bodies_where_it_places_them(parts):
