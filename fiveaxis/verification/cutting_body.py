@@ -12,42 +12,16 @@ from fiveaxis.geometry import Array
 from fiveaxis.mesh import TriangleTree
 from fiveaxis.threads import at_once
 from fiveaxis.toolpath import Tool
-from fiveaxis.toolpath.cutter import Zone
+from fiveaxis.toolpath.pieces import ConvexPiece, cutter_height, cutter_pieces
 
-QUARTER = math.pi / 2.0
 # Rows per thread at once.
 CHUNK = 256
 # Points on the axis among which the one deepest inside the cutter is chosen.
 HEARTS = 65
-
-
-@dataclass(frozen=True, eq=False)
-class Piece:
-    """A convex body of revolution, or a ball.
-
-    Parameters
-    ----------
-    zones : (m, 7), see `gouge_kernel.inside`
-    low, high : mm above the tip, ends of the body; ∓∞ where its own profile closes it
-    is_ball : whether it is the whole ball about ``(0, zones[0].height)``
-    """
-
-    zones: Array
-    low: float
-    high: float
-    is_ball: bool = False
-
-    def depths(self, tips: Array, axes: Array, tree: TriangleTree, floors: Array) -> Array:
-        """Measure how deep the body reaches into triangles at each row, at least `floors`; (n,) mm."""
-        from fiveaxis.verification import gouge_kernel
-
-        if self.is_ball:
-            centres = tips + self.zones[0, 2] * axes
-            radius = float(self.zones[0, 0])
-            return gouge_kernel.sunk_balls(centres, radius, tree.triangles, tree.boxes, floors)
-        return gouge_kernel.deepest_all(
-            tips, axes, self.zones, self.low, self.high, tree.triangles, tree.boxes, floors
-        )
+# mm: finest division of a ball's path; finer if a corner between two poses could be deeper than SAG.
+COARSE, SAG = 0.5, 0.002
+# mm: the same for other cutters, which may have sharp edges.
+FINEST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +38,7 @@ class CuttingBody:
     finest : mm, movement of the cutter below which moves aren't divided
     """
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[ConvexPiece, ...]
     height: float
     is_stated: bool
     heart: float
@@ -75,9 +49,7 @@ class CuttingBody:
     def of(cls, tool: Tool) -> CuttingBody:
         """Build the body of a tool's cutter; a ball without cutting length is the whole ball."""
         cutter = tool.cutter
-        top = float(np.vstack([zone.outline() for zone in cutter.zones])[-1, 1])
-        height = max(top, tool.radius) if cutter.length is None else cutter.length
-        pieces = _ball_pieces(tool, height) if cutter.is_ball else _pieces(cutter.zones, top, height)
+        height, pieces = cutter_height(tool), cutter_pieces(tool)
         smooth = len(pieces) == 1 and pieces[0].is_ball
         finest = min(COARSE, math.sqrt(8.0 * tool.radius * SAG)) if smooth else FINEST
         heart = tool.radius if cutter.is_ball else _heart(pieces[0], height)
@@ -107,56 +79,26 @@ class CuttingBody:
         def work(first: int) -> None:
             rows = slice(first, first + CHUNK)
             for piece in self.pieces:
-                depths[rows] = piece.depths(tips[rows], axes[rows], tree, depths[rows])
+                depths[rows] = piece_depths(piece, tips[rows], axes[rows], tree, depths[rows])
 
         at_once([partial(work, start) for start in range(0, len(tips), CHUNK)])
         return depths
 
 
-# mm: finest division of a ball's path; finer if a corner between two poses could be deeper than SAG.
-COARSE, SAG = 0.5, 0.002
-# mm: the same for other cutters, which may have sharp edges.
-FINEST = 0.1
+def piece_depths(piece: ConvexPiece, tips: Array, axes: Array, tree: TriangleTree, floors: Array) -> Array:
+    """Measure how deep a body reaches into triangles at each row, at least `floors`; (n,) mm."""
+    from fiveaxis.verification import gouge_kernel
+
+    if piece.is_ball:
+        centres = tips + piece.zones[0, 2] * axes
+        radius = float(piece.zones[0, 0])
+        return gouge_kernel.sunk_balls(centres, radius, tree.triangles, tree.boxes, floors)
+    return gouge_kernel.deepest_all(
+        tips, axes, piece.zones, piece.low, piece.high, tree.triangles, tree.boxes, floors
+    )
 
 
-def _ball_pieces(tool: Tool, height: float) -> tuple[Piece, ...]:
-    """Build the whole ball and the cylinder above it: as wide as the ball, or a lollipop's neck."""
-    ball = Piece(_rows(tool.cutter.zones), 0.0, 2.0 * tool.radius, is_ball=True)
-    end, top = tool.cutter.zones[0].outline()[-1]
-    return (ball, _above(end, top, height)) if height > top + 1e-9 else (ball,)
-
-
-def _pieces(zones: tuple[Zone, ...], top: float, height: float) -> tuple[Piece, ...]:
-    """Split a profile where it stops being convex; above a profile that narrows there is a cylinder."""
-    first, last = zones[0], zones[-1]
-    if first.low > 0.0:
-        zones = (Zone("tip", 0.0, 0.0, 0.0, 0.0, first.low), *zones)
-    end = float(last.outline()[-1, 0])
-    if last.high > QUARTER + 1e-9:
-        if height > top:
-            return Piece(_rows(zones), -math.inf, top), _above(end, top, height)
-        return (Piece(_rows([*zones, _lid(end, top, last.high)]), -math.inf, math.inf),)
-    rim = Zone("rim", 0.0, end, top, last.high, QUARTER)
-    return (Piece(_rows([*zones, rim, _lid(end, height)]), -math.inf, math.inf),)
-
-
-def _above(radius: float, low: float, high: float) -> Piece:
-    """Build the cylinder above a profile."""
-    side = Zone("side", 0.0, radius, 0.0, QUARTER, QUARTER)
-    return Piece(_rows([side, _lid(radius, high)]), low, math.inf)
-
-
-def _lid(radius: float, height: float, low: float = QUARTER) -> Zone:
-    """Close a profile at its end, so that depth grows gradually for what enters from above."""
-    return Zone("lid", 0.0, radius, height, low, math.pi)
-
-
-def _rows(zones: list[Zone] | tuple[Zone, ...]) -> Array:
-    ends = [[f(angle) for angle in (z.low, z.high) for f in (math.sin, math.cos)] for z in zones]
-    return np.array([[z.radius, z.offset, z.height, *end] for z, end in zip(zones, ends, strict=True)])
-
-
-def _heart(piece: Piece, height: float) -> float:
+def _heart(piece: ConvexPiece, height: float) -> float:
     """Find the point of the axis that is deepest inside a piece, mm above the tip."""
     from fiveaxis.verification import gouge_kernel
 
