@@ -100,7 +100,7 @@ def piece_depths(piece: ConvexPiece, tips: Array, axes: Array, tree: TriangleTre
 
 def _heart(piece: ConvexPiece, height: float) -> float:
     """Find the point of the axis that is deepest inside a piece, mm above the tip."""
-    from fiveaxis.verification import gouge_kernel
+    from fiveaxis.toolpath.profile import inside
 
     heights = np.linspace(0.0, min(piece.high, height), HEARTS)
-    return float(heights[np.argmax([gouge_kernel.inside(0.0, z, piece.zones)[0] for z in heights])])
+    return float(heights[np.argmax([inside(0.0, z, piece.zones)[0] for z in heights])])
