@@ -64,7 +64,12 @@ CHECKS = {
     "axis-off-plane": Code(
         WARNING, "between two locations of a program the tool axis leaves the plane of its directions there"
     ),
-    "gouge": Code(ERROR, "the cutter reaches into the part, at a location or on the move to it"),
+    "gouge": Code(
+        ERROR,
+        "the cutter reaches into the part, at a location or on the move to it; or the stock that the program "
+        "has cut lacks material of the part",
+    ),
+    "left-over": Code(WARNING, "the program leaves ridges of the stock between places that it finishes"),
     "shank-collision": Code(ERROR, "the shank reaches into part, stock, fixture or table"),
     "holder-collision": Code(ERROR, "the holder reaches into part, stock, fixture or table"),
     "fixture-collision": Code(ERROR, "the cutter reaches into a fixture or the table"),

@@ -249,6 +249,7 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
         unit=options["part_unit"],
         tolerance=taken["mesh_tolerance"],
         body=taken["body"],
+        stock_resolution=options["stock_resolution"],
     )
 
 

@@ -17,6 +17,7 @@ from fiveaxis.machine.chain import Triple, as_triple
 from fiveaxis.mesh import Unit, read_solid, require_solid
 from fiveaxis.options import MESH_TOLERANCE
 from fiveaxis.settings import StrictModel
+from fiveaxis.stock import Blank, load_stock, mesh_of, names_mesh
 
 if TYPE_CHECKING:
     import trimesh
@@ -187,6 +188,7 @@ class Surroundings:
     stock : mesh of the stock, mm, workpiece frame
     fixtures : bodies that are fixed in the workpiece frame
     clearances : mm, by kind of body
+    blank : the stock that a program cuts, with a closed part in it
 
     Raises
     ------
@@ -200,6 +202,7 @@ class Surroundings:
     stock: trimesh.Trimesh | None = None
     fixtures: tuple[Fixture, ...] = ()
     clearances: Clearances = field(default_factory=Clearances)
+    blank: Blank | None = None
 
     def __post_init__(self) -> None:
         for name, mesh in self.meshes.items():
@@ -220,28 +223,36 @@ class Surroundings:
         unit: Unit | None = None,
         tolerance: float = MESH_TOLERANCE,
         body: str | None = None,
+        stock_resolution: float | None = None,
     ) -> Surroundings:
         """Build surroundings from meshes or their files; parameters as for the class.
 
         Parameters
         ----------
+        stock : a mesh, or what `fiveaxis.stock.load_stock` takes; with a closed part it can be cut
         unit : of the files of part and stock: ``mm``, ``inch`` or ``m``; by default what they state, or mm
         tolerance, body : of the part's CAD file, as of `load_mesh`
+        stock_resolution : mm, distance of its rays; by default that of `load_stock`
 
         Raises
         ------
         MeshError
-            A file that can't be read, or a mesh that is refused.
+            A file that can't be read, or a mesh that is refused; with a closed part, an open mesh of a stock.
         SettingError
-            Two fixtures of one name.
+            Two fixtures of one name; a stock that is unknown, takes too much memory, or refers to no part.
+        JobError
+            A stock that doesn't contain the part.
         """
+        solid = part
+        if isinstance(part, str | Path):
+            solid = read_solid(part, unit, tolerance=tolerance, body=body)
+        whole, blank = _take_stock(stock, solid, unit, stock_resolution)
         return cls(
-            part=read_solid(part, unit, tolerance=tolerance, body=body)
-            if isinstance(part, str | Path)
-            else part,
-            stock=read_solid(stock, unit) if isinstance(stock, str | Path) else stock,
+            part=solid,
+            stock=whole,
             fixtures=tuple(fixtures),
             clearances=Clearances() if clearances is None else clearances,
+            blank=blank,
         )
 
     @property
@@ -249,3 +260,25 @@ class Surroundings:
         """``part`` and ``stock``, without those that are None."""
         given = {"part": self.part, "stock": self.stock}
         return {name: mesh for name, mesh in given.items() if mesh is not None}
+
+
+def _take_stock(
+    given: str | Path | trimesh.Trimesh | None,
+    part: trimesh.Trimesh | None,
+    unit: Unit | None,
+    resolution: float | None,
+) -> tuple[trimesh.Trimesh | None, Blank | None]:
+    """Load a stock: as a mesh, which nothing cuts, and as rays with the part in them, if that is closed."""
+    if given is None:
+        return None, None
+    is_mesh = not isinstance(given, str | Path) or names_mesh(given)
+    mesh = (
+        read_solid(given, unit) if is_mesh and isinstance(given, str | Path) else given if is_mesh else None
+    )
+    if part is None or not part.is_watertight:
+        if mesh is None:
+            raise SettingError(f"stock {given} is cut down to a part: give the part's closed mesh (part)")
+        return mesh, None
+    rays = load_stock(given if mesh is None else mesh, part, resolution)
+    blank = Blank.of(rays, part)
+    return (mesh_of(rays) if mesh is None else mesh), blank

@@ -144,7 +144,14 @@ def optimise(
     bounds, search, surrounding = parted(given, Bounds, Search, Surrounding)
     constraints = Constraints.of_degrees(**bounds)
     near = completed(Surrounding, surrounding)
-    around = Surroundings.load(near["part"], near["stock"], fixtures, clearances, unit=near["part_unit"])
+    around = Surroundings.load(
+        near["part"],
+        near["stock"],
+        fixtures,
+        clearances,
+        unit=near["part_unit"],
+        stock_resolution=near["stock_resolution"],
+    )
     machine = take_machine(machine)
     path = take_path(toolpath, machine, tool, around, near["surface_tolerance"])
     path = path if path_shape is None else path.shaped(path_shape)

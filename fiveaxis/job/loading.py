@@ -30,6 +30,7 @@ from fiveaxis.options import CREASE
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
+from fiveaxis.stock import names_file
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.passes import Passes
 
@@ -318,7 +319,14 @@ def load_surroundings(job: Job) -> Surroundings:
     file, around = part_of(job), job.surrounding
     unit = part_unit(job) if around["part"] else job.unit
     part = None if file is None else read_solid(file, unit, **cad_options(job))
-    return Surroundings.load(part, around["stock"], fixtures, job.clearance.build(), unit=part_unit(job))
+    return Surroundings.load(
+        part,
+        around["stock"],
+        fixtures,
+        job.clearance.build(),
+        unit=part_unit(job),
+        stock_resolution=around["stock_resolution"],
+    )
 
 
 def part_of(job: Job) -> Path | None:
@@ -362,6 +370,8 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
     if job.file is not None:
         yield "job", job.file
     files: dict[str, Any] = {"input": job.input} | {name: getattr(job, name) for name in ("part", "stock")}
+    if files["stock"] is not None and not names_file(files["stock"]):
+        del files["stock"]
     files |= {f"fixture.{i}": fixture.file for i, fixture in enumerate(job.fixture)}
     if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
         files["tool"] = Path(job.tool)

@@ -17,6 +17,7 @@ from fiveaxis.machine.files import READERS as MACHINE_READERS
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.nc.formats import SUFFIXES, holds_path, suffix_of
 from fiveaxis.settings import explain, line_of, read_document, read_settings, validate_settings
+from fiveaxis.stock import names_file
 from fiveaxis.toolpath import parse_tool
 
 
@@ -62,8 +63,9 @@ def build_job(data: dict[str, Any], text: str, path: Path, **settings: Any) -> J
     job = validate_settings(data, text, path, Job, JobError)
     files: dict[str, Any] = {"input": path.parent / job.input}
     for name in ("part", "stock"):
-        if getattr(job, name) is not None:
-            files[name] = path.parent / getattr(job, name)
+        value = getattr(job, name)
+        if value is not None and names_file(value):
+            files[name] = path.parent / value
     files["fixture"] = tuple(fixture.beside(path.parent) for fixture in job.fixture)
     for name in ("tool", "control"):
         value = getattr(job, name)
@@ -100,7 +102,7 @@ def _check_names(job: Job, text: str, file: Path, replaced: Collection[str]) -> 
     checks: dict[str, Callable[[Any], object]] = {
         "input": require_input,
         "part": partial(require_file, error=JobError),
-        "stock": partial(require_file, error=JobError),
+        "stock": lambda stock: require_file(stock, JobError) if names_file(stock) else None,
         "machine": load_machine,
         "drives": load_machine,
         "tool": parse_tool,

@@ -93,18 +93,20 @@ def verify_program(
         None if settings is None else ProgramOptions.of(settings, control=control_for(machine, control))
     )
     taken = completed(Meshes, meshes)
+    standing = Surroundings.load(
+        around["part"],
+        around["stock"],
+        fixtures,
+        clearances,
+        unit=around["part_unit"],
+        tolerance=taken["mesh_tolerance"],
+        body=taken["body"],
+        stock_resolution=around["stock_resolution"],
+    )
     against = Against(
         toolpath,
         tool,
-        Surroundings.load(
-            around["part"],
-            around["stock"],
-            fixtures,
-            clearances,
-            unit=around["part_unit"],
-            tolerance=taken["mesh_tolerance"],
-            body=taken["body"],
-        ),
+        standing,
         constraints,
         program=program_asked,
         part_unit=around["part_unit"] or "mm",

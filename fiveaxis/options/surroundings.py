@@ -31,7 +31,24 @@ class Workpiece(TypedDict, total=False):
             example="part.stl",
         ),
     ]
-    stock: Annotated[MeshSource | None, Option("mesh of the stock, for collisions", example="stock.stl")]
+    stock: Annotated[
+        MeshSource | None,
+        Option(
+            "the stock, for collisions and, with a closed part, to be cut by the program: a mesh, an .npz "
+            "file of an earlier program's result, box:X:Y:Z or cylinder:DIAMETER:HEIGHT about the part, or "
+            "part+ALLOWANCE (mm)",
+            example="stock.stl",
+        ),
+    ]
+    stock_resolution: Annotated[
+        float | None,
+        Option(
+            "distance of the rays by which the stock is cut; by default a 600th of the part's longest side",
+            unit="mm",
+            above=0.0,
+            example=0.1,
+        ),
+    ]
     part_unit: Annotated[
         Unit | None,
         Option(

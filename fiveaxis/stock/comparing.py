@@ -17,6 +17,8 @@ from fiveaxis.stock.sweeping import LARGEST, SHARE
 if TYPE_CHECKING:
     import trimesh
 
+# Length of the mean direction to finished places below which they are all around.
+SURROUNDED = 0.4
 # mm: what is farther from the part isn't compared with it.
 REACH = 2.0
 
@@ -63,20 +65,44 @@ class Deviations:
         """Largest gouge, mm; 0 for none."""
         return max(0.0, -float(self.distance.min(initial=0.0)))
 
-    @property
-    def highest(self) -> float:
-        """Most that is left where a block has cut near the part, mm; 0 for nothing."""
-        return max(0.0, float(self.distance[self.cut].max(initial=0.0)))
+    def ridges(self, tolerance: float, radius: float) -> IntArray:
+        """Find the highest points of what is left between finished places, (m,) indices.
+
+        A ridge of height e between two passes of a ball is about √(8·R·e) wide, and has finished places on
+        both of its sides; where a cut ends beside uncut stock they are on one.
+
+        Parameters
+        ----------
+        tolerance : mm, within which the part is finished
+        radius : mm, of the cutter
+        """
+        from scipy.spatial import cKDTree
+
+        left = np.flatnonzero(self.cut & (self.distance > tolerance))
+        finished = self.foot[self.cut & (np.abs(self.distance) <= tolerance)]
+        if not (len(left) and len(finished)):
+            return np.empty(0, dtype=np.int64)
+        left = left[np.argsort(-self.distance[left], kind="stable")]
+        left = left[_one_per_cell(self.foot[left], max(4.0 * self.resolution, 0.1 * radius))]
+        finished = finished[_one_per_cell(finished, 2.0 * self.resolution)]
+        reach = np.sqrt(2.0 * radius * self.distance[left]) + 4.0 * self.resolution
+        near = cKDTree(finished).query_ball_point(self.foot[left], reach)
+        balance = np.ones(len(left))
+        for i, rows in enumerate(near):
+            if rows:
+                towards = finished[rows] - self.foot[left[i]]
+                towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-9)
+                balance[i] = np.linalg.norm(towards.mean(axis=0))
+        return left[balance <= SURROUNDED]
 
     def share(self, low: float, high: float) -> float:
         """Return the share of the part's area whose stock is between two distances, mm."""
         within = (self.distance >= low) & (self.distance <= high)
         return float(min(1.0, self.area[within].sum() / self.part_area))
 
-    def worst_by_block(self, values: Array, rows: BoolArray) -> IntArray:
-        """Return the point with the largest value of each block among some points, by descending value."""
-        at = np.flatnonzero(rows)
-        order = at[np.argsort(-values[at], kind="stable")]
+    def worst_by_block(self, points: IntArray, values: Array) -> IntArray:
+        """Return each block's point with the largest value, (n,), among some points, by descending value."""
+        order = points[np.argsort(-values[points], kind="stable")]
         _, first = np.unique(self.surface.cut_by[order], return_index=True)
         return np.asarray(order[np.sort(first)])
 
@@ -122,6 +148,12 @@ def compare(stock: Stock, mesh: trimesh.Trimesh, part: Stock | None = None) -> D
         left_volume=float(np.mean(volumes - shared)),
         gouged_volume=float(np.mean(parts - shared)),
     )
+
+
+def _one_per_cell(points: Array, cell: float) -> IntArray:
+    """Return the first point in each cube of a size, mm; ascending indices."""
+    cubes = np.round(points / cell).astype(np.int64)
+    return np.sort(np.unique(cubes, axis=0, return_index=True)[1])
 
 
 def require_part_inside(stock: Stock, mesh: trimesh.Trimesh, part: Stock) -> None:

@@ -62,6 +62,12 @@ class Bundle:
         self.ends = np.hstack([self.ends, np.zeros_like(self.ends)])
         self.cut_by = np.hstack([self.cut_by, np.full_like(self.cut_by, UNCUT)])
 
+    def trim(self) -> None:
+        """Give up room that no ray needs."""
+        most = max(FIRST_INTERVALS, int(self.count.max(initial=0)))
+        self.ends = np.ascontiguousarray(self.ends[:, : 2 * most])
+        self.cut_by = np.ascontiguousarray(self.cut_by[:, : 2 * most])
+
 
 @dataclass(frozen=True, eq=False)
 class Removal:

@@ -142,6 +142,7 @@ def with_allowance(mesh: trimesh.Trimesh, allowance: float, resolution: float) -
         while bundle.ends.shape[1] < air.ends.shape[1] + 2:
             bundle.grow()
         turn_inside_out(air.ends, air.count, (found.cells * found.pitch)[d], bundle.ends, bundle.count)
+        bundle.trim()
     return found
 
 
@@ -150,7 +151,7 @@ def load_stock(
     part: trimesh.Trimesh,
     resolution: float | None = None,
     *,
-    unit: Unit = "mm",
+    unit: Unit | None = None,
 ) -> Stock:
     """Make the stock that is asked for.
 
@@ -175,7 +176,7 @@ def load_stock(
     if not isinstance(given, str | Path):
         return of_mesh(given, step)
     text = str(given)
-    if text.lower().endswith(SUFFIX):
+    if names_file(text) and not names_mesh(text):
         return read_stock(text)
     kind, sign, rest = text.partition("+" if text.lower().startswith(f"{PART}+") else ":")
     figures = _figures(rest, text) if sign and kind.lower() in (BOX, CYLINDER, PART) else ()
@@ -194,10 +195,14 @@ def load_stock(
     return of_mesh(load_mesh(text, unit=unit), step)
 
 
-def is_mesh_file(given: str | Path) -> bool:
+def names_file(given: str | Path) -> bool:
+    """Check whether a stock that is asked for is a file."""
+    return not str(given).lower().startswith((f"{BOX}:", f"{CYLINDER}:", f"{PART}+"))
+
+
+def names_mesh(given: str | Path) -> bool:
     """Check whether a stock that is asked for is the file of a mesh."""
-    text = str(given).lower()
-    return not (text.endswith(SUFFIX) or text.startswith((f"{BOX}:", f"{CYLINDER}:", f"{PART}+")))
+    return names_file(given) and Path(given).suffix.lower() != SUFFIX
 
 
 def _figures(rest: str, text: str) -> tuple[float, ...]:

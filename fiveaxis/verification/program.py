@@ -132,7 +132,8 @@ def check_read(
     placed = read.is_placed or toolpath is not None
     if toolpath is not None:
         read = replace(read, path=read.path.in_zone(toolpath.zone))
-    context = _context(read, machine, against.constraints, tolerances or against.tolerances)
+    allowed = replace(tolerances or against.tolerances, left=surface_tolerance)
+    context = _context(read, machine, against.constraints, allowed)
     match = None
     if toolpath is not None:
         match = follow(context, toolpath, tcp_height=read.tcp_height, by_direction=read.by_direction)

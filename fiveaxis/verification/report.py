@@ -18,6 +18,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import Cause, Finding, Gap, Severity, group_findings, has_errors, sort_findings
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.notebook import ShownAsTable, Table
+from fiveaxis.stock import CutStock
 from fiveaxis.toolpath import Toolpath
 
 T = TypeVar("T")
@@ -46,6 +47,7 @@ class Result:
     not_checked : what the check leaves open
     was_made : False for a check that wasn't run; then `not_checked` states why
     path : whose locations the rows are; by default those of the motion that the report is about
+    cut : the stock that the check has cut
     """
 
     code: str
@@ -58,6 +60,7 @@ class Result:
     not_checked: tuple[Gap, ...] = ()
     was_made: bool = True
     path: Toolpath | None = None
+    cut: CutStock | None = None
 
 
 def violated(
@@ -135,6 +138,7 @@ class Report(ShownAsTable):
     gaps : what wasn't checked, each with the check that settles it; None if no check does, or the check that
         ran leaves it open
     about : `motion_digest` of the motion; None if unknown
+    cut : the stock that the program has cut; None if none was given
     """
 
     findings: tuple[Finding, ...]
@@ -143,6 +147,7 @@ class Report(ShownAsTable):
     claims: tuple[tuple[str, Check | None], ...]
     gaps: tuple[tuple[Gap, Check | None], ...]
     about: str | None = None
+    cut: CutStock | None = None
 
     @classmethod
     def of_findings(
@@ -247,6 +252,7 @@ class Report(ShownAsTable):
             claims=_each_once(claim for report in reports for claim in report.claims),
             gaps=tuple((gap, check) for gap, check in gaps if check not in made),
             about=_the_motion(reports),
+            cut=next((report.cut for report in reports if report.cut is not None), None),
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -311,6 +317,7 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
         figures={name: value for result in results for name, value in result.figures.items()},
         claims=tuple((s, Check(result.code)) for result in results for s in result.checked),
         gaps=(*gaps, *((gap, None) for gap in not_checked)),
+        cut=next((result.cut for result in results if result.cut is not None), None),
     )
 
 

@@ -30,6 +30,7 @@ from fiveaxis.verification.moves import KINDS, check_accelerations, check_deviat
 from fiveaxis.verification.outside import check_outside
 from fiveaxis.verification.program_rows import ProgramRows, check_program_feeds, check_program_lean
 from fiveaxis.verification.read_back import WrittenText, check_text
+from fiveaxis.verification.removal import check_removal
 from fiveaxis.verification.report import Report, Result, make_report
 from fiveaxis.verification.technology import check_descent, check_feed_mode, check_switched, check_technology
 from fiveaxis.verification.turns import (
@@ -268,6 +269,14 @@ def _collisions(e: Examination) -> Iterable[Result]:
         yield from check_collisions(e.context, e.surroundings, tcp_height=e.interpolation.of_collisions)
 
 
+def _removal(e: Examination) -> Iterable[Result]:
+    # Bare locations aren't a program yet.
+    is_program = e.text is not None or (e.rows is not None and e.rows.against.cutter is not None)
+    if is_program and e.surroundings.blank is not None:
+        height = e.interpolation.of_collisions
+        yield from check_removal(e.context, e.surroundings.blank, tcp_height=height)
+
+
 def _outside(e: Examination) -> Iterable[Result]:
     if e.rows is not None and e.rows.match is not None:
         yield from check_outside(e.context, e.rows.match, e.rows.read.tcp_height)
@@ -303,6 +312,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     _technology,
     _planes,
     *BODY_CHECKS,
+    _removal,
     _outside,
 )
 

@@ -1,0 +1,118 @@
+"""The check of the finished part: the stock is cut along the program and compared with the part."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array
+from fiveaxis.motion import Interpolation
+from fiveaxis.stock import Blank, CutStock, Poses, cut_stock
+from fiveaxis.toolpath import interpolate
+from fiveaxis.verification.check_context import WORDING, CheckContext
+from fiveaxis.verification.model import tool_poses
+from fiveaxis.verification.report import Result, violated
+
+
+def check_removal(
+    context: CheckContext, blank: Blank, *, tcp_height: float | None = None
+) -> Iterator[Result]:
+    """Cut a stock along the real moves of the axes, links and rapids too, and compare it with the part.
+
+    It is a second opinion to `check_gouge`: other code finds where the part is cut into, and by which block.
+
+    Parameters
+    ----------
+    context : the motion, with the tool that cuts
+    blank : the stock before, with the part in it
+    tcp_height : mm above the tip, of the point that moves straight under TCP; None with joint interpolation
+
+    Returns
+    -------
+    ``gouge``, errors: material of the part is gone, deeper than `Tolerances.chord_gouge`; ``left-over``,
+    warnings: ridges between places that are finished, higher than `Tolerances.left`
+    """
+    tool, known = context.toolpath.tool, np.asarray(np.isfinite(context.positions).all(axis=1))
+    rows = np.flatnonzero(known[1:] & known[:-1]) + 1
+    cut = cut_stock(blank, tool, _poses(context, tcp_height), rows, len(known))
+    how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
+    yield replace(_gouges(cut, context.tolerances.chord_gouge, how), cut=cut)
+    yield _left_over(cut, context.tolerances.left, tool.radius)
+
+
+def _poses(context: CheckContext, tcp_height: float | None) -> Poses:
+    """Return the tool's poses at fractional rows, by the independent kinematics."""
+
+    def poses(place: Array) -> tuple[Array, Array]:
+        tip, axis = tool_poses(context.machine, interpolate(context.positions, place))
+        if tcp_height is None:
+            return tip, axis
+        straight = interpolate(context.tip + tcp_height * context.axis, place)
+        return straight - tcp_height * axis, axis
+
+    return poses
+
+
+def _gouges(cut: CutStock, allowed: float, how: str) -> Result:
+    found = cut.deviations
+    bound = allowed + found.uncertainty
+    points = found.worst_by_block(np.flatnonzero(found.cut & (found.distance < -bound)), -found.distance)
+    depths = -found.distance[points]
+
+    def message(i: int) -> str:
+        return (
+            f"the finished part lacks {depths[i]:.3g} mm at {_place(found.foot[points[i]])}, cut away on the "
+            f"move to here (at most {allowed:g} mm, and {found.uncertainty:g} mm for the rays of the stock); "
+            "check that part, stock and path have the same zero, or take a smaller tool"
+        )
+
+    return violated(
+        code="gouge",
+        rows=found.surface.cut_by[points] - cut.first,
+        values=depths,
+        message=message,
+        figures={"stock_gouge_mm": found.deepest},
+        checked=(
+            f"the stock, cut along all moves ({how}) at rays {found.resolution:.3g} mm apart, against the "
+            f"part: it lacks at most {allowed:g} mm; at rays to {found.uncertainty:g} mm, and what is "
+            "thinner than their distance may be missed",
+        ),
+    )
+
+
+def _left_over(cut: CutStock, tolerance: float, radius: float) -> Result:
+    found = cut.deviations
+    ridges = found.ridges(tolerance + found.uncertainty, radius)
+    points = found.worst_by_block(ridges, found.distance)
+    heights, finished = found.distance[points], found.share(-tolerance, tolerance)
+
+    def message(i: int) -> str:
+        return (
+            f"{heights[i]:.3g} mm of the stock are left at {_place(found.foot[points[i]])} between finished "
+            f"places (at most {tolerance:g} mm); bring the passes closer together, or take a larger cutter"
+        )
+
+    return violated(
+        code="left-over",
+        severity=Severity.WARNING,
+        rows=found.surface.cut_by[points] - cut.first,
+        values=heights,
+        message=message,
+        figures={
+            "left_over_mm": float(heights.max(initial=0.0)),
+            "finished_share": finished,
+            "left_volume_mm3": found.left_volume,
+        },
+        checked=(
+            f"{100.0 * finished:.3g} % of the part's area are finished to {tolerance:g} mm, and between such "
+            "places nothing higher is left",
+        ),
+    )
+
+
+def _place(point: Array) -> str:
+    """Write a point of the workpiece frame, (3,) mm."""
+    return "X {:.2f} Y {:.2f} Z {:.2f}".format(*point)

@@ -1,0 +1,93 @@
+"""The finished part: planted gouges and ridges are found with place and block, and nothing else is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from written import write_text
+
+import fiveaxis as fx
+from fiveaxis.motion import follow
+from fiveaxis.toolpath import Tool, Toolpath
+
+RADIUS, SIDE, TOP = 3.0, 12.0, 4.0
+PITCH = 0.2
+
+
+@pytest.fixture(scope="module")
+def part() -> trimesh.Trimesh:
+    mesh = trimesh.creation.box(extents=(SIDE, SIDE, TOP))
+    mesh.apply_translation((0.0, 0.0, TOP / 2.0))
+    return mesh
+
+
+def face(step: float = 0.5) -> np.ndarray:
+    """Tips of passes to and fro over the top of the part."""
+    rows = []
+    for i, y in enumerate(np.arange(-SIDE / 2.0 - 2.0, SIDE / 2.0 + 2.0, step)):
+        x = np.linspace(-8.0, 8.0, 9) * (-1.0) ** i
+        rows += [(a, y, TOP) for a in x]
+    return np.array(rows)
+
+
+def check(tips: np.ndarray, part, hayashi, folder: Path, **given):
+    """Write a program of tips with the tool upright, and verify it with a stock."""
+    path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), Tool.ball(2.0 * RADIUS))
+    motion = follow(path, hayashi, np.zeros((len(path), 2)))
+    file = write_text(motion, folder / "face.ngc", machine=hayashi)
+    return fx.verify_program(
+        file, hayashi, tool=path.tool, part=part, stock="part+1", stock_resolution=PITCH, **given
+    )
+
+
+def test_a_clean_program_has_no_finding_and_its_figures_are_told(part, hayashi, tmp_path):
+    report = check(face(), part, hayashi, tmp_path)
+    assert set(report.counts) <= {"approach-unknown"}
+    assert report.figures["stock_gouge_mm"] < 0.01
+    assert report.figures["left_over_mm"] == 0.0
+    whole = 2.0 * SIDE * SIDE + 4.0 * SIDE * TOP
+    assert report.figures["finished_share"] == pytest.approx(SIDE * SIDE / whole, rel=0.05)
+    assert any("cut along all moves" in sentence for sentence in report.passed)
+    assert report.cut is not None
+    assert report.cut.removal.volume.sum(axis=1).mean() == pytest.approx(SIDE * SIDE, rel=0.5)
+
+
+@pytest.mark.parametrize("depth", [0.06, 0.1, 0.3, 1.0])
+def test_a_planted_gouge_is_found_with_its_depth_its_place_and_its_block(depth, part, hayashi, tmp_path):
+    tips = face()
+    at = int(np.argmin(np.linalg.norm(tips[:, :2] - [2.0, 1.0], axis=1)))
+    tips[at, 2] -= depth
+    report = check(tips, part, hayashi, tmp_path)
+    cut = [f for f in report.findings if f.code == "gouge" and "finished part lacks" in f.message]
+    assert cut
+    worst = max(cut, key=lambda finding: finding.value)
+    # Between two rays the deepest point reads high by their distance times its slope.
+    assert worst.value == pytest.approx(depth, rel=0.05, abs=0.01)
+    words = worst.message.split()
+    place = np.array([float(words[words.index(letter) + 1].rstrip(",")) for letter in "XYZ"])
+    assert np.linalg.norm(place[:2] - tips[at, :2]) < 1.0
+    exact = {f.place.line for f in report.findings if f.code == "gouge" and "reaches" in f.message}
+    assert worst.place.line in exact
+
+
+def test_a_lost_pass_leaves_a_ridge(part, hayashi, tmp_path):
+    tips = face()
+    lost = np.isclose(tips[:, 1], 0.5) | np.isclose(tips[:, 1], 0.0)
+    report = check(tips[~lost], part, hayashi, tmp_path)
+    assert report.ok
+    ridge, slope = RADIUS - np.sqrt(RADIUS**2 - 0.75**2), 0.75 / RADIUS
+    assert ridge - slope * PITCH / 2.0 < report.figures["left_over_mm"] < ridge + 0.01
+    (first, *_) = [f for f in report.findings if f.code == "left-over"]
+    assert "between finished places" in first.message
+
+
+def test_a_plate_that_is_cut_away_whole_is_a_gouge(part, hayashi, tmp_path):
+    """No ray has an end left to measure in a plate of which nothing is left."""
+    plate = trimesh.creation.box(extents=(4.0, 4.0, 0.8))
+    plate.apply_translation((0.0, 0.0, TOP + 2.0))
+    report = check(face(), trimesh.util.concatenate([part, plate]), hayashi, tmp_path)
+    assert report.figures["stock_gouge_mm"] == pytest.approx(0.4, abs=0.05)
+    assert [f for f in report.findings if f.code == "gouge" and "finished part lacks" in f.message]
