@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -79,6 +80,16 @@ def verify(
         typer.Option("--control", help="control of the program, if it isn't that of the job (--path)"),
     ] = None,
     codes: Annotated[bool, typer.Option("--codes", help="list the codes of all findings and stop")] = False,
+    stock_result: Annotated[
+        Path | None,
+        typer.Option("--stock-result", help="write the stock that is left (.npz), for a next program"),
+    ] = None,
+    stock_map: Annotated[
+        Path | None,
+        typer.Option(
+            "--stock-map", help="write a page of the finished part, coloured by what is left (.html)"
+        ),
+    ] = None,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
@@ -100,10 +111,16 @@ def verify(
             each = operations_apart(program, machine, reading_of(options), whole=path is not None)
             for number, (operation, reading) in enumerate(each):
                 step("verifying the program", number, len(each))
-                reports[operation] = check_program(program, machine, against, reading, **given)
+                report = check_program(program, machine, against, reading, **given)
+                reports[operation] = report
+                if report.cut is not None:
+                    around = replace(against.surroundings or Surroundings(), blank=report.cut.following())
+                    against = replace(against, surroundings=around)
+            _save_stock(reports.values(), stock_result, stock_map)
             return machine, told
 
         with shown_work(err, hidden=as_json) as shown:
+            from fiveaxis.collision import Surroundings
             from fiveaxis.verification import check_program
 
             machine, told = shown.run(work)
@@ -122,6 +139,28 @@ def verify(
             _print_report(report)
         if not all(report.ok for report in reports.values()):
             raise typer.Exit(1)
+
+
+def _save_stock(reports: Iterable[Report], result: Path | None, picture: Path | None) -> None:
+    """Write the stock that the last operation leaves, and the map of the finished part.
+
+    Raises
+    ------
+    SettingError
+        No stock was cut, or a file can't be written.
+    """
+    from fiveaxis.report import write_finished
+    from fiveaxis.stock import save_stock
+
+    if result is None and picture is None:
+        return
+    *_, cut = [None, *(report.cut for report in reports if report.cut is not None)]
+    if cut is None:
+        raise SettingError("no stock was cut; give tool, closed part and stock (--tool, --part, --stock)")
+    if result is not None:
+        save_stock(cut.finished, result)
+    if picture is not None:
+        write_finished(cut, picture, "The finished part")
 
 
 def operations_apart(

@@ -2,7 +2,7 @@
 
 from fiveaxis.report.document import ReportDocument, write_json
 from fiveaxis.report.facts import InputFile, describe_input
-from fiveaxis.report.page import write_report
+from fiveaxis.report.page import write_finished, write_report
 from fiveaxis.report.questions import Answer, Answers
 from fiveaxis.report.surfaces import LocationSurface, Valley, location_surface, path_valley, tip_surface
 
@@ -17,6 +17,7 @@ __all__ = [
     "location_surface",
     "path_valley",
     "tip_surface",
+    "write_finished",
     "write_json",
     "write_report",
 ]

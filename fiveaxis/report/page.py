@@ -12,18 +12,20 @@ from pathlib import Path
 from string import Template
 
 from fiveaxis.energy import Budget
-from fiveaxis.files import write_atomically
+from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution
 from fiveaxis.report import tables
 from fiveaxis.report.document import ReportDocument
 from fiveaxis.report.figures import axis_lines, energy_bars, power_lines, speed_lines, spending_lines
+from fiveaxis.report.finished import finished_section
 from fiveaxis.report.landscape import FIRST_STEP, MOST_LOCATIONS, SECOND_STEP, Admits, feed_mm_min
 from fiveaxis.report.maps import draw_location, draw_valley
 from fiveaxis.report.sections import answers_section, front_section, program_section, setup_section
 from fiveaxis.report.surfaces import location_surface, path_valley
 from fiveaxis.report.tables import scroll
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, what_stays
+from fiveaxis.stock import CutStock
 
 logger = logging.getLogger(__name__)
 
@@ -72,6 +74,7 @@ def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
         reference=escape(solution.tilt.name),
         findings=_findings(document),
         checked=_checked(document),
+        finished=finished_section(document.verdict.cut),
         solver=_solver(document),
         machine=_machine(document.machine),
         inputs=scroll(tables.input_table(document.inputs)),
@@ -83,6 +86,20 @@ def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
         **_posture(solution, admits),
     )
     return page_of(document.name, style, script, body)
+
+
+def write_finished(cut: CutStock, path: str | Path, title: str) -> Path:
+    """Write a page of the finished part alone.
+
+    Raises
+    ------
+    SettingError
+        Another suffix than ``.html``, or the file can't be written.
+    """
+    require_suffix(path, (".html",), "the map of a finished part")
+    style = files("fiveaxis.report").joinpath("page.css").read_text(encoding="utf-8")
+    body = f"<main>\n<h1>{escape(title)}</h1>\n{finished_section(cut)}\n</main>"
+    return write_atomically(path, page_of(title, style, "", body))
 
 
 def page_of(title: str, style: str, script: str, body: str) -> str:

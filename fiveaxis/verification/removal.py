@@ -59,7 +59,8 @@ def _poses(context: CheckContext, tcp_height: float | None) -> Poses:
 def _gouges(cut: CutStock, allowed: float, how: str) -> Result:
     found = cut.deviations
     bound = allowed + found.uncertainty
-    points = found.worst_by_block(np.flatnonzero(found.cut & (found.distance < -bound)), -found.distance)
+    own = found.surface.cut_by >= cut.first  # what earlier operations made is theirs
+    points = found.worst_by_block(np.flatnonzero(own & (found.distance < -bound)), -found.distance)
     depths = -found.distance[points]
 
     def message(i: int) -> str:
@@ -86,7 +87,7 @@ def _gouges(cut: CutStock, allowed: float, how: str) -> Result:
 def _left_over(cut: CutStock, tolerance: float, radius: float) -> Result:
     found = cut.deviations
     ridges = found.ridges(tolerance + found.uncertainty, radius)
-    points = found.worst_by_block(ridges, found.distance)
+    points = found.worst_by_block(ridges[found.surface.cut_by[ridges] >= cut.first], found.distance)
     heights, finished = found.distance[points], found.share(-tolerance, tolerance)
 
     def message(i: int) -> str:

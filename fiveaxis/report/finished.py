@@ -1,0 +1,116 @@
+"""The finished part as the program leaves it: a map of what is left and what is gouged, and its figures."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from base64 import b64encode
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fiveaxis.geometry import Array
+from fiveaxis.options import SURFACE_TOLERANCE
+from fiveaxis.report.words import number
+from fiveaxis.stock import CutStock, Deviations
+
+# Directions from which the part is looked at, and what they are called.
+VIEWS = {
+    "from the left, in front": (-1.0, -1.0, 0.8),
+    "from the right, behind": (1.0, 1.0, 0.8),
+    "from above": (0.0, 0.0, 1.0),
+    "from below": (0.0, 0.0, -1.0),
+}
+# Pixels along the longest side of a view.
+PIXELS = 260
+# Colours of gouged, finished and left places, and of those that no block has cut; blends from finished on.
+GOUGED, FINISHED, LEFT, UNCUT = (178, 24, 43), (120, 190, 120), (33, 102, 172), (205, 205, 205)
+# mm: gouges are wholly red and what is left wholly blue from these depths and heights on.
+DEEP, HIGH = 0.2, 0.5
+
+
+def finished_section(cut: CutStock | None) -> str:
+    """Write the section of the finished part, as HTML; empty if no stock was cut."""
+    if cut is None:
+        return ""
+    found, tolerance = cut.deviations, SURFACE_TOLERANCE
+    shares = (
+        ("finished", found.share(-tolerance, tolerance)),
+        ("higher, up to 2 mm", found.share(tolerance, np.inf)),
+        ("lower", found.share(-np.inf, -tolerance)),
+    )
+    listed = ", ".join(f"{number(100.0 * share, 1)} % {name}" for name, share in shares)
+    text = (
+        f"The stock, cut along the program at rays {number(found.resolution, 2)} mm apart. Of the part’s "
+        f"area {listed} (±{number(tolerance, 2)} mm). Left beyond the part: {number(found.left_volume, 1)} "
+        f"mm³; lacking of it: {number(found.gouged_volume, 2)} mm³, at most {number(found.deepest, 3)} mm "
+        f"deep. At a ray distances are exact to {number(found.uncertainty, 3)} mm; between rays crests read "
+        "lower, and ribs thinner than their distance may be missed."
+    )
+    pictures = "\n".join(_figure(found, name, np.array(view)) for name, view in VIEWS.items())
+    legend = (
+        "Green: finished. Red: cut into, dark from 0.2 mm. Blue: left, dark from 0.5 mm. Grey: no block has "
+        "cut there."
+    )
+    return (
+        f'<section>\n<h2>The finished part</h2>\n<p>{text}</p>\n<div class="views">\n{pictures}\n</div>\n'
+        f'<p class="small">{legend}</p>\n</section>'
+    )
+
+
+def _figure(found: Deviations, name: str, view: Array) -> str:
+    data = b64encode(png(part_map(found, view))).decode()
+    image = f'<img alt="The finished part {name}" src="data:image/png;base64,{data}">'
+    return f"<figure>{image}<figcaption>{name}</figcaption></figure>"
+
+
+def part_map(found: Deviations, view: Array) -> NDArray[np.uint8]:
+    """Draw the finished stock's points near the part from a direction, (h, w, 3); white where none is."""
+    back = view / np.linalg.norm(view)
+    up = np.array([0.0, 1.0, 0.0]) if abs(back[2]) > 0.99 else np.array([0.0, 0.0, 1.0])
+    right = np.cross(up, back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    seen = np.flatnonzero(found.normal @ back > 0.05)
+    points = found.surface.points[seen]
+    if not len(points):
+        return np.full((1, 1, 3), 255, np.uint8)
+    across, high = points @ right, points @ up
+    size = max(float(np.ptp(across)), float(np.ptp(high)), 1e-9)
+    # Rays are at most √3 of their distance apart on a surface, seen from any side.
+    pixel = max(size / PIXELS, found.resolution)
+    column = ((across - across.min()) / pixel).astype(int) + 1
+    row = ((high.max() - high) / pixel).astype(int) + 1
+    picture = np.full((row.max() + 2, column.max() + 2, 3), 255, np.uint8)
+    # What is nearer is drawn later, over what is behind it.
+    order = np.argsort(points @ back, kind="stable")
+    colours = colours_of(found)[seen]
+    for down in (0, 1):
+        for aside in (0, 1):
+            picture[row[order] + down, column[order] + aside] = colours[order]
+    picture[row[order], column[order]] = colours[order]
+    return picture
+
+
+def colours_of(found: Deviations) -> NDArray[np.uint8]:
+    """Return each point's colour, (n, 3)."""
+    distance = found.distance
+    share = np.where(distance < 0.0, -distance / DEEP, distance / HIGH)[:, None]
+    share = np.where(np.abs(distance)[:, None] <= found.uncertainty, 0.0, np.clip(share, 0.0, 1.0))
+    ends = np.where((distance < 0.0)[:, None], np.array(GOUGED), np.array(LEFT))
+    colours = (1.0 - share) * np.array(FINISHED) + share * ends
+    return np.where(found.cut[:, None], colours, np.array(UNCUT)).astype(np.uint8)
+
+
+def png(picture: NDArray[np.uint8]) -> bytes:
+    """Write a picture, (h, w, 3), as PNG: the same bytes for the same picture."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        body = kind + data
+        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
+
+    height, width = picture.shape[:2]
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), picture.reshape(height, -1)], axis=1)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    data = chunk(b"IDAT", zlib.compress(rows.tobytes(), 9))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + data + chunk(b"IEND", b"")
