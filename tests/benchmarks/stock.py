@@ -112,7 +112,7 @@ def spiral(pitch: float, radius: float = 7.0, step: float = 0.6) -> str:
     around = 2.0 * turns * down
     axis = np.column_stack([np.sin(down) * np.cos(around), np.sin(down) * np.sin(around), np.cos(down)])
     stock = box(np.array([(-9.0,) * 3, (9.0,) * 3]), pitch)
-    cut(stock, Tool.ball(6.0), radius * axis, axis)
+    cut(stock, Tool(shapes.ball(6.0, length=25.0)), radius * axis, axis)
     distance = np.linalg.norm(stock.surface().points, axis=1) - radius
     gap = step / radius * (radius + 3.0) / 2.0
     crest = math.sqrt((radius + 3.0) ** 2 - gap**2) - math.sqrt(9.0 - gap**2) - radius
