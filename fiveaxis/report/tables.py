@@ -44,6 +44,8 @@ WORDS = {
     "left_over_mm": ("ridge of the stock between finished places, highest", "mm"),
     "finished_share": ("area of the part that is finished", "%"),
     "left_volume_mm3": ("stock left beyond the part", "mm³"),
+    "shank_in_stock_mm3": ("stock that the shank reaches into, of a move", "mm³"),
+    "holder_in_stock_mm3": ("stock that the holder reaches into, of a move", "mm³"),
     "shank_overlap_mm": ("shank in part, stock, fixture or table", "mm"),
     "shank_clearance_lacking_mm": ("shortfall of the shank’s clearance", "mm"),
     "holder_overlap_mm": ("holder in part, stock, fixture or table", "mm"),

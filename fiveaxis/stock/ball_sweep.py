@@ -15,7 +15,7 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.stock.rays import HALF_DIAGONAL, TILE, Counts, Ends, Names, cut, fit_tile
+from fiveaxis.stock.rays import HALF_DIAGONAL, TILE, Counts, Ends, Names, cut, fit_tile, overlap
 
 # Figures of segments, by what their nodes are: centre at the start, at the end, upper end at the end, at the
 # start, and the saddle's middle.
@@ -149,6 +149,7 @@ def sweep_balls(
     begin: int,
     first: int,
     figures: Array,
+    keep: bool,
 ) -> int:
     """Remove swept balls from the rays of some rows of tiles.
 
@@ -159,6 +160,7 @@ def sweep_balls(
     kinds, nodes : (m,), (m, 5, 3), figures of the segments and their nodes, mm from the grid's low corner
     block : (m,), ascending; the block of each segment, whose name on the ends that it makes is `first` more
     begin : segment to begin with
+    keep : whether nothing is removed, and the figures are what would be
     figures : (blocks, 2), mm³ that each block removes and mm² of contact at its end, added to
 
     Returns
@@ -209,6 +211,9 @@ def sweep_balls(
                             d, kind, p, way, size, face, radius, x, y
                         )
                         if low >= high:
+                            continue
+                        if keep:
+                            figures[block[g], 0] += overlap(ends, count, ray, low, high) * area
                             continue
                         removed, made = cut(ends, cut_by, count, ray, low, high, first + block[g])
                         if removed < 0.0:

@@ -16,7 +16,7 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.stock.rays import HALF_DIAGONAL, TILE, TINY, Counts, Ends, Names, cut, fit_tile
+from fiveaxis.stock.rays import HALF_DIAGONAL, TILE, TINY, Counts, Ends, Names, cut, fit_tile, overlap
 from fiveaxis.toolpath.profile import inside
 
 # mm: accuracy of the largest depth over a segment; tangents flatter than this lead nowhere.
@@ -27,9 +27,9 @@ MOST_TANGENTS, MOST_TIMES, MOST_HALVINGS, MOST_LOOKS = 40, 30, 30, 14
 LEAST_SLOPE = 0.01
 # Share of a segment behind which an end belongs to its last pose.
 AT_END = 0.999
-# A body's figures, (4,) mm: largest radius, heights of its lower and upper end above the tip, and by how much
-# its depth may rise above tangents along a ray where it turns.
-RADIUS, LOW, HIGH, ALONG = 0, 1, 2, 3
+# A body's figures, (5,) mm: largest radius, heights of its lower and upper end above the tip, by how much its
+# depth may rise above tangents along a ray where it turns, and by how much it is inflated for a query.
+RADIUS, LOW, HIGH, ALONG, WIDER = 0, 1, 2, 3, 4
 
 
 @compiled
@@ -223,6 +223,7 @@ def sweep_bodies(
     begin: int,
     first: int,
     figures: Array,
+    keep: bool,
 ) -> int:
     """Remove a swept convex body from the rays of some rows of tiles; parameters as of `sweep_balls`.
 
@@ -230,13 +231,14 @@ def sweep_bodies(
     ----------
     poses : (m, 4, 3), tip and axis at each segment's start and end, mm from the grid's low corner
     zones : (z, 7), see `fiveaxis.toolpath.profile.inside`
-    body : (4,), mm, its figures, of which the last one is set for each segment
+    body : (5,), mm, its figures; `ALONG` is set for each segment
+    keep : whether nothing is removed, and the figures are what would be
     """
     u, v = (d + 1) % 3, (d + 2) % 3
     nu, nv, area = n[u], n[v], h[u] * h[v]
     body = body.copy()  # strips run at once
-    radius, low, high = body[RADIUS], body[LOW], body[HIGH]
-    wider = TILE * HALF_DIAGONAL * max(h[u], h[v])
+    radius, low, high = body[RADIUS] + max(body[WIDER], 0.0), body[LOW], body[HIGH]
+    wider = body[WIDER] + TILE * HALF_DIAGONAL * max(h[u], h[v])
     x, corners, top = np.zeros(3), np.empty((4, 3)), n[d] * h[d]
     for g in range(begin, len(block)):
         pose = poses[g]
@@ -275,15 +277,20 @@ def sweep_bodies(
                             max(d_low, float(ends[ray, 0])),
                             min(d_high, float(ends[ray, 2 * m - 1])),
                         )
-                        enters, slope_in, t_in = first_point(d, x, start, stop, time, 0.0, pose, zones, body)
+                        enters, slope_in, t_in = first_point(
+                            d, x, start, stop, time, body[WIDER], pose, zones, body
+                        )
                         time = t_in
                         if not enters < stop:
                             continue
                         leaves, slope_out, t_out = first_point(
-                            d, x, stop, start, time, 0.0, pose, zones, body
+                            d, x, stop, start, time, body[WIDER], pose, zones, body
                         )
                         time = t_out
                         if not leaves > enters:
+                            continue
+                        if keep:
+                            figures[block[g], 0] += overlap(ends, count, ray, enters, leaves) * area
                             continue
                         enters -= 2.0 * TINY * (enters == start)
                         leaves += 2.0 * TINY * (leaves == stop)

@@ -198,12 +198,21 @@ class Stock:
         for sweep in sweeps:
             placed = sweep.moved(-self.low)
             for d in range(3):
-                self._cut_bundle(d, placed, figures)
+                self._run(d, placed, figures)
         self.blocks += blocks
         return Removal(figures[:, :, 0], figures[:, :, 1].sum(axis=0))
 
-    def _cut_bundle(self, d: int, sweep: Sweep, figures: Array) -> None:
-        """Cut the bundle along d, and add to figures, (3, blocks, 2)."""
+    def touched(self, *sweeps: Sweep, blocks: int) -> Array:
+        """Measure what bodies sweep of the material, which stays: (blocks,) mm³, the most of the bundles'."""
+        figures = np.zeros((3, blocks, 2))
+        for sweep in sweeps:
+            placed = sweep.moved(-self.low)
+            for d in range(3):
+                self._run(d, placed, figures, keep=True)
+        return np.asarray(figures[:, :, 0].max(axis=0))
+
+    def _run(self, d: int, sweep: Sweep, figures: Array, *, keep: bool = False) -> None:
+        """Cut the bundle along d, or only measure what would be cut, and add to figures, (3, blocks, 2)."""
         from fiveaxis.stock.rays import TILE, fit_tiles
 
         bundle, nu, nv = self.bundles[d], self.cells[(d + 1) % 3], self.cells[(d + 2) % 3]
@@ -220,7 +229,7 @@ class Stock:
             fixed = d, self.pitch, self.cells
             begin = at_once(
                 [
-                    partial(loop, *fixed, strip, *held, *what, sweep.block, start, self.blocks, figure)
+                    partial(loop, *fixed, strip, *held, *what, sweep.block, start, self.blocks, figure, keep)
                     for strip, start, figure in zip(strips, begin, found, strict=True)
                 ]
             )

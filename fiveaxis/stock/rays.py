@@ -76,6 +76,15 @@ def cut(
 
 
 @compiled
+def overlap(ends: Ends, count: Counts, ray: int, low: float, high: float) -> float:
+    """Length of the material between two places of a ray, mm."""
+    total = 0.0
+    for k in range(count[ray]):
+        total += max(0.0, min(float(ends[ray, 2 * k + 1]), high) - max(float(ends[ray, 2 * k]), low))
+    return total
+
+
+@compiled
 def fit_tile(tiles: Ends, a: int, b: int, ends: Ends, count: Counts, nu: int, nv: int) -> None:
     """Fit the range of the material on a tile's rays; from ∞ to −∞ if there is none."""
     low, high = np.inf, -np.inf

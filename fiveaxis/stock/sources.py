@@ -52,7 +52,7 @@ def cylinder(foot: Array, axis: Array, radius: float, height: float, resolution:
     (piece,) = cutter_pieces(Tool(shapes.flat(2.0 * radius, length=height)))
     pose, body = (
         np.array([foot - stock.low, axis, foot - stock.low, axis]),
-        np.array([radius, 0.0, height, 0.0]),
+        np.array([radius, 0.0, height, 0.0, 0.0]),
     )
     for d, bundle in enumerate(stock.bundles):
         fill_body(d, stock.pitch, stock.cells, bundle.ends, bundle.count, pose, piece.zones, body)

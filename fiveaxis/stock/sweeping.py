@@ -16,7 +16,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.toolpath import Tool
-from fiveaxis.toolpath.pieces import ConvexPiece, cutter_height, cutter_pieces
+from fiveaxis.toolpath.pieces import ConvexPiece, cutter_height, cutter_pieces, revolved_pieces
 
 # Fractional rows, (m,): 3.25 is after a quarter of the move from row 3 to row 4 → tips, (m, 3) mm, and axes,
 # (m, 3) unit vectors, in the workpiece frame.
@@ -71,7 +71,7 @@ class BodySweep:
     ----------
     poses : (m, 4, 3), tip and axis at the start and at the end, mm
     zones : (z, 7), see `fiveaxis.toolpath.profile.inside`
-    body : (4,), mm, see `fiveaxis.stock.body_sweep`
+    body : (5,), mm, see `fiveaxis.stock.body_sweep`
     block : (m,), ascending
     """
 
@@ -89,6 +89,10 @@ class BodySweep:
     def at(self, rows: slice) -> BodySweep:
         """Select segments."""
         return replace(self, poses=self.poses[rows], block=self.block[rows])
+
+    def inflated(self, by: float) -> BodySweep:
+        """Inflate the body by so much, mm; below 0 it shrinks."""
+        return replace(self, body=np.append(self.body[:-1], by))
 
     def loop(self) -> tuple[Callable[..., int], tuple[Any, ...]]:
         """Return the compiled loop that removes it, and what is swept as its arguments."""
@@ -131,6 +135,27 @@ def swept(tool: Tool, poses: Poses, rows: IntArray, tolerance: float, bounds: Ar
     return tuple(_swept_piece(axis, piece, poses, rows, tolerance, bounds) for axis, piece in _axes_of(tool))
 
 
+def swept_outline(
+    outline: Array, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
+) -> tuple[BodySweep, ...]:
+    """Divide moves into segments of a shank or holder, (2m, 2) mm, parameters as of `swept`."""
+    found = []
+    for piece in revolved_pieces(outline):
+        radius = float(piece.zones[:, 1].max())
+        sweep = _swept_piece(
+            _Axis(piece.low, piece.high, radius, False), piece, poses, rows, tolerance, bounds
+        )
+        if isinstance(sweep, BodySweep):
+            found.append(sweep)
+    return tuple(found)
+
+
+def of_blocks(sweep: Sweep, begin: int, end: int) -> Sweep:
+    """Return the segments of some blocks."""
+    first, last = np.searchsorted(sweep.block, [begin, end]).tolist()
+    return sweep.at(slice(first, last))
+
+
 def _axes_of(tool: Tool) -> list[tuple[_Axis, ConvexPiece]]:
     """Return the axis of each convex body; a ball and the cylinder as wide as it are one."""
     height, found = cutter_height(tool), []
@@ -158,7 +183,7 @@ def _swept_piece(
     block = block[near]
     if not axis.is_ball:
         placed = np.stack([*start, *end], axis=1)[near]
-        body = np.array([axis.radius, axis.low, axis.high, 0.0])
+        body = np.array([axis.radius, axis.low, axis.high, 0.0, 0.0])
         return BodySweep(np.ascontiguousarray(placed), piece.zones, body, block)
     from fiveaxis.stock.ball_sweep import FAN, LINE, QUAD
 

@@ -49,6 +49,20 @@ def cutter_pieces(tool: Tool) -> tuple[ConvexPiece, ...]:
     return _pieces(zones, float(np.vstack([zone.outline() for zone in zones])[-1, 1]), height)
 
 
+def revolved_pieces(outline: Array) -> tuple[ConvexPiece, ...]:
+    """Build the cylinders and cones of an outline, (2m, 2) mm: radius and height of each one's ends."""
+    return tuple(
+        _frustum(*low, *high) for low, high in zip(outline[::2].tolist(), outline[1::2].tolist(), strict=True)
+    )
+
+
+def _frustum(lower: float, low: float, upper: float, high: float) -> ConvexPiece:
+    # The side's normal is at this angle to the way down the axis.
+    side = math.atan2(high - low, upper - lower)
+    ends = [Zone("low", 0.0, lower, low, 0.0, side), Zone("high", 0.0, upper, high, side, math.pi)]
+    return ConvexPiece(_rows(ends), low, high)
+
+
 def _ball_pieces(tool: Tool, height: float) -> tuple[ConvexPiece, ...]:
     """Build the whole ball and the cylinder above it: as wide as the ball, or a lollipop's neck."""
     ball = ConvexPiece(_rows(tool.cutter.zones), 0.0, 2.0 * tool.radius, is_ball=True)

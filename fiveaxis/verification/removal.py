@@ -11,8 +11,10 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import Interpolation
 from fiveaxis.stock import Blank, CutStock, Poses, cut_stock
+from fiveaxis.stock.cutting import SLACK
 from fiveaxis.toolpath import interpolate
 from fiveaxis.verification.check_context import WORDING, CheckContext
+from fiveaxis.verification.collisions import REMEDIES
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result, violated
 
@@ -33,7 +35,8 @@ def check_removal(
     Returns
     -------
     ``gouge``, errors: material of the part is gone, deeper than `Tolerances.chord_gouge`; ``left-over``,
-    warnings: ridges between places that are finished, higher than `Tolerances.left`
+    warnings: ridges between places that are finished, higher than `Tolerances.left`; ``shank-collision`` and
+    ``holder-collision``, errors: they reach into the stock as it is at that moment
     """
     tool, known = context.toolpath.tool, np.asarray(np.isfinite(context.positions).all(axis=1))
     rows = np.flatnonzero(known[1:] & known[:-1]) + 1
@@ -41,6 +44,8 @@ def check_removal(
     how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
     yield replace(_gouges(cut, context.tolerances.chord_gouge, how), cut=cut)
     yield _left_over(cut, context.tolerances.left, tool.radius)
+    for name in cut.touched:
+        yield _touches(cut, name)
 
 
 def _poses(context: CheckContext, tcp_height: float | None) -> Poses:
@@ -111,6 +116,27 @@ def _left_over(cut: CutStock, tolerance: float, radius: float) -> Result:
             f"{100.0 * finished:.3g} % of the part's area are finished to {tolerance:g} mm, and between such "
             "places nothing higher is left",
         ),
+    )
+
+
+def _touches(cut: CutStock, name: str) -> Result:
+    """Tell where shank or holder reach into the stock as it is at that moment."""
+    volume, depth = cut.touched[name], SLACK * cut.deviations.uncertainty
+    rows = np.flatnonzero(volume > 0.0)
+
+    def message(i: int) -> str:
+        return (
+            f"the {name} reaches into the stock that is still there, {volume[rows[i]]:.3g} mm3 of it, on the "
+            f"move to here; {REMEDIES[name]}"
+        )
+
+    return violated(
+        code=f"{name}-collision",
+        rows=rows,
+        values=volume[rows],
+        message=message,
+        figures={f"{name}_in_stock_mm3": float(volume.max(initial=0.0))},
+        checked=(f"{name} against the stock as it is then, in every move: at most {depth:g} mm deep",),
     )
 
 

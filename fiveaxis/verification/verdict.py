@@ -162,6 +162,12 @@ class Examination:
     rows: ProgramRows | None = None
     placed: bool = True
 
+    @property
+    def cuts_stock(self) -> bool:
+        """Whether a stock is cut: bare locations aren't a program yet, and a tip alone cuts nothing."""
+        is_program = self.text is not None or (self.rows is not None and self.rows.against.cutter is not None)
+        return self.placed and is_program and self.surroundings.blank is not None
+
 
 def _limits(e: Examination) -> Iterable[Result]:
     yield check_limits(e.context, placed=e.placed)
@@ -266,13 +272,12 @@ def _gouges(e: Examination) -> Iterable[Result]:
 
 def _collisions(e: Examination) -> Iterable[Result]:
     if e.placed and (e.rows is None or e.rows.against.cutter is not None):
-        yield from check_collisions(e.context, e.surroundings, tcp_height=e.interpolation.of_collisions)
+        height, cut = e.interpolation.of_collisions, e.cuts_stock
+        yield from check_collisions(e.context, e.surroundings, tcp_height=height, stock_is_cut=cut)
 
 
 def _removal(e: Examination) -> Iterable[Result]:
-    # Bare locations aren't a program yet.
-    is_program = e.text is not None or (e.rows is not None and e.rows.against.cutter is not None)
-    if is_program and e.surroundings.blank is not None:
+    if e.cuts_stock and e.surroundings.blank is not None:
         height = e.interpolation.of_collisions
         yield from check_removal(e.context, e.surroundings.blank, tcp_height=height)
 

@@ -11,7 +11,7 @@ from written import write_text
 
 import fiveaxis as fx
 from fiveaxis.motion import follow
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import Holder, Section, Tool, Toolpath, shapes
 
 RADIUS, SIDE, TOP = 3.0, 12.0, 4.0
 PITCH = 0.2
@@ -33,14 +33,13 @@ def face(step: float = 0.5) -> np.ndarray:
     return np.array(rows)
 
 
-def check(tips: np.ndarray, part, hayashi, folder: Path, **given):
+def check(tips: np.ndarray, part, hayashi, folder: Path, tool: Tool | None = None, stock: str = "part+1"):
     """Write a program of tips with the tool upright, and verify it with a stock."""
-    path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), Tool.ball(2.0 * RADIUS))
+    tool = tool or Tool.ball(2.0 * RADIUS)
+    path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), tool)
     motion = follow(path, hayashi, np.zeros((len(path), 2)))
     file = write_text(motion, folder / "face.ngc", machine=hayashi)
-    return fx.verify_program(
-        file, hayashi, tool=path.tool, part=part, stock="part+1", stock_resolution=PITCH, **given
-    )
+    return fx.verify_program(file, hayashi, tool=path.tool, part=part, stock=stock, stock_resolution=PITCH)
 
 
 def test_a_clean_program_has_no_finding_and_its_figures_are_told(part, hayashi, tmp_path):
@@ -91,3 +90,14 @@ def test_a_plate_that_is_cut_away_whole_is_a_gouge(part, hayashi, tmp_path):
     report = check(face(), trimesh.util.concatenate([part, plate]), hayashi, tmp_path)
     assert report.figures["stock_gouge_mm"] == pytest.approx(0.4, abs=0.05)
     assert [f for f in report.findings if f.code == "gouge" and "finished part lacks" in f.message]
+
+
+@pytest.mark.parametrize(("levels", "collides"), [((TOP,), True), ((12.0, 8.0, TOP), False)])
+def test_a_holder_is_kept_clear_of_the_stock_as_it_is_then(levels, collides, part, hayashi, tmp_path):
+    """At full depth at once the holder, 9 mm above the tip, meets 12 mm of stock; level by level none."""
+    held = Tool(shapes.ball(2.0 * RADIUS, length=8.0), holder=Holder(9.0, (Section(20.0, 20.0),)))
+    tips = np.concatenate([face(1.0) + np.array([0.0, 0.0, z - TOP]) for z in levels])
+    report = check(tips, part, hayashi, tmp_path, held, "box:13:13:16")
+    assert ("holder-collision" in report.counts) is collides
+    assert (report.figures["holder_in_stock_mm3"] > 1.0) is collides
+    assert report.figures["shank_in_stock_mm3"] == 0.0 or collides
