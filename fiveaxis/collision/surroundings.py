@@ -271,10 +271,9 @@ def _take_stock(
     """Load a stock: as a mesh, which nothing cuts, and as rays with the part in them, if that is closed."""
     if given is None:
         return None, None
-    is_mesh = not isinstance(given, str | Path) or names_mesh(given)
-    mesh = (
-        read_solid(given, unit) if is_mesh and isinstance(given, str | Path) else given if is_mesh else None
-    )
+    mesh = None if isinstance(given, str | Path) else given
+    if mesh is None and names_mesh(given):
+        mesh = read_solid(given, unit)
     if part is None or not part.is_watertight:
         if mesh is None:
             raise SettingError(f"stock {given} is cut down to a part: give the part's closed mesh (part)")
