@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -138,17 +138,22 @@ class Lead:
 class Linker:
     """Finds routes of the ball's centre that keep the ball out of the part.
 
+    They begin and end at contacts, given by the centre of the ball that touches there.
+
     Parameters
     ----------
     space : where the ball fits
     bounds : (2, 3), mm, the part's lowest and highest coordinates
     clearance : mm, between the part's top and the ball on the clearance plane
+    step : mm, along the normal from the centre of the ball that touches to that of the linked one: larger
+        than 0 for cutters that aren't balls, which are linked as the ball that holds their profile
     found : cache of routes: different orders of the passes need the same ones
     """
 
     space: BallSpace
     bounds: Array
     clearance: float
+    step: float = 0.0
     found: dict[bytes, Array | None] = field(default_factory=dict)
 
     @property
@@ -234,14 +239,27 @@ class Linker:
         return self.found[key]
 
     def _escape(self, centre: Array, normal: Array) -> Array | None:
+        away = next(self._lifted(centre, normal), None)
+        route = None if away is None else self._up(away) or self._out_and_up(away, normal)
+        return None if route is None else np.array([away, *route])
+
+    def _lifted(self, centre: Array, normal: Array) -> Iterator[Array]:
+        """Yield points off a contact, (3,) mm, where the ball has room, best first."""
+        start = centre + self.step * normal
         for lift in self.lifts:
-            away = centre + lift * normal
-            if self.space.clear(centre, away):
-                route = self._up(away) or self._out_and_up(away, normal)
-                return None if route is None else np.array([away, *route])
-        return None
+            away = start + lift * normal
+            if self.space.clear(start, away):
+                yield away
+        if self.step:
+            # Beside an inner corner the linked ball has room only farther from both of its faces.
+            slanted = normal + np.array([0.0, 0.0, 1.0])
+            for lift in self.lifts:
+                away = centre + (self.space.radius + lift) * slanted
+                if self.space.fits(away[None])[0]:
+                    yield away
 
     def _shortcut(self, start: Array, start_normal: Array, end: Array, end_normal: Array) -> Array | None:
+        start, end = start + self.step * start_normal, end + self.step * end_normal
         for lift in self.lifts:
             away = start + lift * start_normal
             before = end + lift * end_normal

@@ -29,7 +29,8 @@ class Contacts:
     points : (n, 3), mm
     normals : (n, 3), unit vectors from the point to the ball's centre: those of the facets, turned towards
         `smooth` as far as the ball then sinks by at most `LEAN_DEPTH`
-    smooth : (n, 3), unit vectors, normals of the surface, smoothed across facets: tilt refers to them
+    smooth : (n, 3), unit vectors, normals of the surface, smoothed across facets: tilt refers to them; of
+        cutters that aren't balls the same as `normals`
     rolling : (n,), rows at which the ball rolls about a sharp convex edge, between the walls that meet there;
         the normal points from the edge to the ball's centre
     closed : whether the first row follows the last
@@ -66,7 +67,9 @@ class Contacts:
         )
 
 
-def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) -> Contacts | None:
+def sample_loop(
+    loop: Loop, surface: Surface, *, radius: float, spacing: float, roundest: float | None = None
+) -> Contacts | None:
     """Place contacts along a section curve.
 
     Neighbouring contacts are at most `spacing` apart, and closer on convex curves, where the straight move of
@@ -78,6 +81,7 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
     loop : section curve, material to its right
     surface : the part; contacts lie on its exact faces where it has a model
     radius, spacing : mm
+    roundest : mm, as for `placed_normals`
 
     Returns
     -------
@@ -90,7 +94,7 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
     facets, faces, points = facets[solid], loop.faces[solid], loop.points[solid].reshape(-1, 3)
     if surface.model is None:
         both, smooth = np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3)
-        normals, smooth = (lean_normals(both, smooth, limit) for limit in (lean_limit(radius), np.pi))
+        normals, smooth = placed_normals(both, smooth, radius, roundest)
         before, after = facets, np.roll(facets, -1, axis=0)
     else:
         points, normals = surface.onto(points, np.repeat(faces, 2))
@@ -99,7 +103,7 @@ def sample_loop(loop: Loop, surface: Surface, *, radius: float, spacing: float) 
     if loop.closed:
         points, normals, smooth = (np.vstack([nodes, nodes[:1]]) for nodes in (points, normals, smooth))
     nodes = Contacts(points, normals, smooth, np.zeros(len(points), dtype=bool), closed=False)
-    curve = _Curve.through(nodes, sharp, radius=radius, spacing=spacing)
+    curve = _Curve.through(nodes, sharp, radius=roundest or radius, spacing=spacing)
     stations = _stations(curve, closed=loop.closed, radius=radius)
     contacts = curve.at(stations, closed=loop.closed)
     return contacts if surface.model is None else _moved_onto(surface, contacts, curve, stations, faces)
@@ -117,6 +121,24 @@ def _moved_onto(
     rows = np.flatnonzero(interval % 2 == 0)
     points[rows], normals[rows] = surface.onto(points[rows], faces[interval[rows] // 2])
     return replace(contacts, points=points, normals=normals, smooth=normals)
+
+
+def placed_normals(
+    facets: Array, smooth: Array, radius: float, roundest: float | None
+) -> tuple[Array, Array]:
+    """Return the normals along which a cutter is placed on facets, and those that its lean refers to.
+
+    A ball turns about its centre, so its lean may refer to the smoothed surface. Another cutter, turned about
+    its contact, would sink into the facet.
+
+    Parameters
+    ----------
+    facets, smooth : (n, 3), unit vectors, and any length
+    radius : mm, of the ball
+    roundest : mm, largest radius of curvature of the cutter where it touches; None for a ball
+    """
+    normals = lean_normals(facets, smooth, lean_limit(radius if roundest is None else roundest))
+    return normals, lean_normals(facets, smooth, np.pi) if roundest is None else normals
 
 
 def lean_limit(radius: float) -> float:

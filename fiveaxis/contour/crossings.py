@@ -17,6 +17,8 @@ OWN = 1e-3
 # Passes of one wall don't end level with each other. A pass whose extension by this many moves holds the
 # nearest crossing is the contact's neighbour, so no pass farther away is.
 BEYOND = 3.0
+# Share of a move by which a crossing may miss its ends, by rounding.
+SLACK = 1e-6
 
 
 def crossings(
@@ -38,7 +40,7 @@ def crossings(
     """
     ends = points[starts], points[starts + 1]
     over = np.zeros((len(starts), 2))
-    over[1:, 0] = over[:-1, 1] = np.where(np.diff(starts) > 1, BEYOND, 0.0)
+    over[1:, 0] = over[:-1, 1] = np.where(np.diff(starts) > 1, BEYOND, SLACK)
     over[0, 0] = over[-1, 1] = BEYOND
     tree = TriangleTree.build(np.stack([*ends, ends[1]], axis=1))
     return _crossings(
@@ -116,5 +118,5 @@ def _cross(
             gap = np.sum(apart * apart)
             if gap < best[side]:
                 best[side] = gap
-                found[i, side] = order[k] if 0.0 <= t <= 1.0 else -1
-                shares[i, side] = t
+                found[i, side] = order[k] if -SLACK <= t <= 1.0 + SLACK else -1
+                shares[i, side] = min(max(t, 0.0), 1.0)

@@ -8,10 +8,12 @@ from typing import Unpack
 
 import numpy as np
 
-from fiveaxis.errors import SettingError, ToolError
+from fiveaxis.contour.leaning import Leaning
+from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, product
 from fiveaxis.options import Direction, Order, PlanContour, Strategy, completed, options_of
-from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath import Constraints, Tool
+from fiveaxis.toolpath.bounds import Range
 
 # Least angle between a wall's normal and that of the section planes; on flatter faces the passes would be too
 # far apart. Faces within the same angle of straight down lie on the table.
@@ -77,6 +79,9 @@ class PlanOptions:
     crease: float
     mesh_tolerance: float
     body: str | None
+    tilt: Range | None
+    lead: Range | None
+    lean: Range | None
 
     @classmethod
     def of(cls, **options: Unpack[PlanContour]) -> PlanOptions:
@@ -139,17 +144,46 @@ class PlanOptions:
         """
         return (self.direction == "conventional") != (self.strategy == "raster")
 
-    def check_tool(self, tool: Tool) -> None:
-        """Refuse cutters that aren't balls, and scallops too high for the ball."""
-        if not tool.cutter.is_ball:
-            raise ToolError(f"tool {tool}: passes are planned for balls only; give for example ball:10")
-        if self.scallop is not None and self.scallop >= tool.radius:
+    def leaning(self, tool: Tool) -> Leaning:
+        """Find how a tool may touch.
+
+        Raises
+        ------
+        SettingError
+            A scallop too high for the strip that the tool cuts, or options for balls only.
+        ToolError
+            As `Leaning.of`.
+        """
+        found = Leaning.of(tool, Constraints.of_degrees(tilt=self.tilt, lead=self.lead, lean=self.lean))
+        if found.turns_in_place:
+            if self.scallop is not None and self.scallop >= found.ball:
+                raise SettingError(
+                    f"scallop = {self.scallop:g} mm must be less than the ball's radius, {found.ball:g} mm"
+                )
+            return found
+        if self.lead_in or self.lead_out:
             raise SettingError(
-                f"scallop = {self.scallop:g} mm must be less than the ball's radius, {tool.radius:g} mm"
+                f"lead_in and lead_out are arcs of a ball's centre, and {tool} is no ball; leave them out"
             )
+        strip = self.strip_radius(found)
+        if self.scallop is not None and strip <= self.scallop:
+            step = "stepover" if self.strategy == "raster" else "stepdown"
+            raise SettingError(
+                f"scallop = {self.scallop:g} mm: within the bounds on its lean {tool} can cut a strip of "
+                f"radius {max(strip, 0.0):.3g} mm, as it does when it leans across the feed; bound lead and "
+                f"lean (--lead 5:15 --lean -2:2), or give {step} in place of the scallop"
+            )
+        return found
+
+    def strip_radius(self, leaning: Leaning) -> float:
+        """Return the smallest radius, mm, of the strips that a tool cuts on a flat surface."""
+        return float(leaning.strip_radius(self.scallop or 0.0, np.zeros(1))[0])
 
     def check_size(self, extent: float, area: float, radius: float) -> None:
-        """Refuse steps so small for the part's extent, mm, and area, mm², that no plan ends."""
+        """Refuse steps so small for the part's extent, mm, and area, mm², that no plan ends.
+
+        The radius, mm, is that of the strips.
+        """
         finest = extent * FINEST_SHARE
         for name in ("stepdown", "stepover", "spacing"):
             value = getattr(self, name)

@@ -91,7 +91,8 @@ class LeftOut:
         reasons = "; ".join(self._reason(reason, number, space) for reason, number in numbers.items())
         message = (
             f"no pass reaches {lost} of {lost + reached} contacts on the walls ({100.0 * share:.0f} %), the "
-            f"highest at {where}: {reasons}; take a smaller ball, or cut the rest with another tool"
+            f"highest at {where}: {reasons}; take a smaller ball or corner radius, or cut the rest with "
+            "another tool"
         )
         severity = Severity.ERROR if share > MOST else Severity.WARNING
         return (Finding(severity, "contacts-left-out", message, Place(file=name), float(lost)),)

@@ -11,6 +11,7 @@ import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace, Linker
 from fiveaxis.contour.contacts import sample_loop
+from fiveaxis.contour.leaning import Leaning
 from fiveaxis.contour.linking import (
     LINK_SPACING,
     LinkedPass,
@@ -23,7 +24,7 @@ from fiveaxis.contour.linking import (
 from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
 from fiveaxis.contour.passes import LeftOut, Pass, split_passes
-from fiveaxis.contour.sections import scallop_levels, section_levels, section_loops
+from fiveaxis.contour.sections import level_curvature, scallop_levels, section_levels, section_loops
 from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.errors import Infeasible, MeshError
 from fiveaxis.geometry import Array, IntArray
@@ -71,7 +72,7 @@ def plan_contour(
     progress: Progress | None = None,
     **options: Unpack[PlanContour],
 ) -> Toolpath:
-    """Plan finishing passes over a part's walls with a ball end mill.
+    """Plan finishing passes over a part's walls.
 
     The contacts lie on plane sections of the mesh: horizontal ones (waterlines), or vertical parallel ones
     (a raster), which also cut floors. Faces within 10 degrees of the section planes are left out, and so are
@@ -80,18 +81,24 @@ def plan_contour(
     the ball rolls without cutting, as a link. Only the ball is checked: not shank, holder, table or fixture.
     The postures are chosen later, so the path has no tool axes.
 
+    Of other cutters the ball is the largest one that touches where the cutter does and is inside it at any
+    lean: a bull nose's corner; the sharp edge of a flat end mill is checked for nothing. Around an edge such
+    a cutter cuts, and in links the ball is the one about a point of the tool axis that holds its profile.
+    Whether the whole cutter, leaned, is clear is decided with the postures.
+
     A scallop sets the distance of the sections by the slope and curvature of the walls
-    (`fiveaxis.contour.sections`), up to stepdown or stepover if given. A climbing waterline has the material
-    to the right of the feed, seen from above. Islands go down one wall as long as that shortens the links,
-    and never before the passes above are done. Arcs before and after passes are tangential, in the plane of
-    feed and normal; where not even a quarter of one has room, the ball moves along the normal, and such leads
-    are counted. Normals are smoothed across facets that are one surface (`fiveaxis.mesh.surface`), and the
-    ball rolls about sharper edges.
+    (`fiveaxis.contour.sections`), up to stepdown or stepover if given. For cutters that aren't balls it is
+    that of the narrowest strip that they cut within tilt, lead and lean. A climbing waterline has the
+    material to the right of the feed, seen from above. Islands go down one wall as long as that shortens
+    the links, and never before the passes above are done. Arcs before and after passes are tangential, in the
+    plane of feed and normal; where not even a quarter of one has room, the ball moves along the normal, and
+    such leads are counted. Normals are smoothed across facets that are one surface
+    (`fiveaxis.mesh.surface`), and the ball rolls about sharper edges.
 
     Parameters
     ----------
     part : mesh file or mesh, workpiece frame with z up
-    tool : ball end mill or lollipop
+    tool : any cutter with an arc or edge that mills
     unit : of a file: ``mm``, ``inch`` or ``m``; by default what it states, or mm; a mesh is in mm
     progress : called with the sections done and their number
 
@@ -111,7 +118,7 @@ def plan_contour(
     SettingError
         An option out of range, or options that exclude each other.
     ToolError
-        The cutter isn't a ball.
+        The cutter is a drill, or several parts of its profile touch within the bounds.
     """
     return plan_passes(part, tool, unit=unit, progress=progress, **options).toolpath
 
@@ -126,7 +133,7 @@ def plan_passes(
 ) -> Plan:
     """Plan as `plan_contour` does, and return the passes too, for ``optimise(..., passes=...)``."""
     options = PlanOptions.of(**given)
-    options.check_tool(tool)
+    leaning = options.leaning(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
     mesh = take_mesh(
         part,
@@ -142,7 +149,7 @@ def plan_passes(
     read: Unit = unit or "mm"
     sized = size_findings(mesh_size(mesh), unit=read, diameter=tool.diameter, name=name)
     extent = float(mesh_size(mesh).max())
-    options.check_size(extent, float(mesh.area), tool.radius)
+    options.check_size(extent, float(mesh.area), options.strip_radius(leaning))
     if tool.diameter > extent:
         raise MeshError(
             f"the part measures {size_text(mesh_size(mesh))}, read in {read}, and the cutter "
@@ -150,11 +157,12 @@ def plan_passes(
             f"{other_sizes(mesh_size(mesh), unit or 'mm')}",
             file=name,
         )
-    space = BallSpace(TriangleTree.build(surface.triangles), tool.radius, model)
-    levels, left_out = _cut_levels(chosen, space, options, progress)
-    linker = Linker(space, surface.bounds, options.clearance)
+    space = BallSpace(TriangleTree.build(surface.triangles), leaning.ball, model)
+    levels, left_out = _cut_levels(chosen, space, options, leaning, progress)
+    outer = leaning.outer
+    linker = Linker(replace(space, radius=outer), surface.bounds, options.clearance, outer - space.radius)
     if options.spiral:
-        turns = Turns(chosen, space, options.spacing)
+        turns = Turns(chosen, space, options.spacing, leaning.roundest)
         levels, apart = join_spirals(levels, turns, options.frame[2], lambda ring: free_start(ring, linker))
         left_out += apart
     opened = _opened(levels, linker, options)
@@ -162,27 +170,27 @@ def plan_passes(
     left_out += opened.left_out
     if not linked:
         _refuse(surface, space, left_out, tool, name, overhang=options.overhang)
-    path, first, last = _toolpath(linked, tool, options, name, left_out)
+    path, first, last = _toolpath(linked, tool, leaning, options, name, left_out)
     found = left_out.findings(space, sum(len(p.cut.touching()) for p in linked), name)
     if model is not None and options.faces is not None:
         found += uncut_findings(model, options.faces, path.contact[path.cutting], name)
     path = replace(
         path, findings=(*sized, *body_findings(mesh, name), *found), normals_from=surface.normals_from
     )
-    relink = Relinker.like(opened, options.lead_in, options.lead_out)
+    relink = Relinker.like(opened, options.lead_in, options.lead_out, leaning.zone.radius - leaning.ball)
     return Plan(path, Passes(first, last, len(path), relink))
 
 
 def _cut_levels(
-    surface: Surface, space: BallSpace, options: PlanOptions, progress: Progress | None
+    surface: Surface, space: BallSpace, options: PlanOptions, leaning: Leaning, progress: Progress | None
 ) -> tuple[list[list[Pass]], LeftOut]:
     """Find the passes of every section, in descending order along the sections' normal."""
     turned = surface if options.strategy == "waterline" else surface.turned(options.frame)
-    heights = _heights(surface, turned, space.radius, options)
+    heights = _heights(surface, turned, leaning, options)
     levels = []
     left_out = LeftOut()
     for done, height in enumerate(heights, start=1):
-        passes, lost = _cut_level(surface, turned, space, options, height)
+        passes, lost = _cut_level(surface, turned, space, options, leaning, height)
         levels.append(passes)
         left_out += lost
         if progress is not None:
@@ -190,23 +198,34 @@ def _cut_levels(
     return levels, left_out
 
 
-def _heights(surface: Surface, turned: Surface, radius: float, options: PlanOptions) -> Array:
+def _heights(surface: Surface, turned: Surface, leaning: Leaning, options: PlanOptions) -> Array:
     """Return the heights of the sections in their own frame, mm."""
     if options.scallop is None:
         return section_levels(turned, float(options.step or 0.0))
     kept = options.walls.keep(surface.facet_normals) & (np.linalg.norm(surface.facet_normals, axis=1) > 0.5)
+    radius: float | Array = leaning.ball
+    if not leaning.turns_in_place:
+        strips = leaning.strip_radius(options.scallop, level_curvature(turned))
+        radius = np.maximum(strips, options.scallop)
     return scallop_levels(turned, kept, radius=radius, scallop=options.scallop, step=options.step)
 
 
 def _cut_level(
-    surface: Surface, turned: Surface, space: BallSpace, options: PlanOptions, height: float
+    surface: Surface,
+    turned: Surface,
+    space: BallSpace,
+    options: PlanOptions,
+    leaning: Leaning,
+    height: float,
 ) -> tuple[list[Pass], LeftOut]:
     passes: list[Pass] = []
     left_out = LeftOut()
     spacing = options.spacing * (SPIRAL_SPACING if options.spiral else 1.0)
     for loop in section_loops(turned, height):
         curve = loop if turned is surface else loop.turned(options.frame.T)
-        contacts = sample_loop(curve, surface, radius=space.radius, spacing=spacing)
+        contacts = sample_loop(
+            curve, surface, radius=space.radius, spacing=spacing, roundest=leaning.roundest
+        )
         if contacts is None:
             continue
         if options.backward:
@@ -250,7 +269,8 @@ def _refuse(
     if left_out.counts:
         reasons = ", ".join(f"{count} {what}" for what, count in sorted(left_out.counts.items()))
         raise Infeasible(
-            f"{name}: no {wall} can be cut with {tool} ({reasons}); take a smaller ball or a finer stepdown",
+            f"{name}: no {wall} can be cut with {tool} ({reasons}); take a smaller ball or corner "
+            "radius, or a finer stepdown",
             left_out.findings(space, 0, name),
         )
     raise MeshError(
@@ -262,13 +282,14 @@ def _refuse(
 def _toolpath(
     linked: list[LinkedPass],
     tool: Tool,
+    leaning: Leaning,
     options: PlanOptions,
     name: str,
     left_out: LeftOut,
 ) -> tuple[Toolpath, IntArray, IntArray]:
     """Build one path of passes and links; return the first and last row of each pass with it."""
     pivot, contact, normal, kind = (
-        np.concatenate(column) for column in zip(*(_rows(p, tool.radius) for p in linked), strict=True)
+        np.concatenate(column) for column in zip(*(_rows(p, leaning) for p in linked), strict=True)
     )
     n = len(pivot)
     path = Toolpath(
@@ -281,6 +302,7 @@ def _toolpath(
         kind=kind,
         source=np.arange(1, n + 1),
         name=name,
+        touching=leaning.zone,
         ignored=dict(sorted(left_out.counts.items())),
     )
     in_air = path.kind[1:] == MoveKind.LINK
@@ -294,14 +316,18 @@ def _toolpath(
     return replace(path, source=np.arange(1, len(path) + 1), shape="smooth", given=None), first, last
 
 
-def _rows(linked: LinkedPass, radius: float) -> tuple[Array, Array, Array, IntArray]:
+def _rows(linked: LinkedPass, leaning: Leaning) -> tuple[Array, Array, Array, IntArray]:
     """Return pivot, contact, normal and kind of a pass with its links."""
-    contacts = linked.cut.contacts
-    pivot = np.vstack([linked.approach, linked.cut.centres, linked.retract])
+    contacts, radius = linked.cut.contacts, leaning.ball
+    inset = leaning.zone.radius - radius
+    pivots = linked.cut.centres + inset * contacts.smooth if inset else linked.cut.centres
+    pivot = np.vstack([linked.approach, pivots, linked.retract])
     cutting = np.zeros(len(pivot), dtype=bool)
-    cutting[len(linked.approach) :][: len(contacts)] = ~contacts.rolling
+    # Only a ball's axis may go through its pivot, as without a normal; others stay in contact about an edge.
+    touches = ~contacts.rolling if leaning.turns_in_place else np.ones(len(contacts), dtype=bool)
+    cutting[len(linked.approach) :][: len(contacts)] = touches
     contact, normal = np.full_like(pivot, np.nan), np.full_like(pivot, np.nan)
-    touched = contacts.take(linked.cut.touching(), closed=False)
+    touched = contacts.take(np.flatnonzero(touches), closed=False)
     normal[cutting] = touched.smooth
     # Where facets are coarse the ball stands on one of them, and not along the smoothed normal: the contact
     # is the ball's point that the smoothed surface touches.

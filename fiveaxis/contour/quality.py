@@ -10,7 +10,6 @@ import numpy as np
 
 from fiveaxis.contour.ball_space import CHORD_GOUGE
 from fiveaxis.contour.options import PlanOptions, Walls
-from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, product
 from fiveaxis.mesh import TriangleTree, Unit, facet_normals, mesh_size, take_mesh, tree_of
 from fiveaxis.options import MESH_TOLERANCE, Strategy
@@ -19,12 +18,17 @@ from fiveaxis.toolpath import Toolpath
 if TYPE_CHECKING:
     import trimesh
 
+    from fiveaxis.contour.strips import Strips
+
 # Shares of a straight move at which its distance from the surface is measured.
 SHARES = (0.25, 0.5, 0.75)
 # Cosine of the largest angle between the normals of neighbouring passes, and of the surface between them.
 SAME_SIDE = 0.5
 # Passes closer together than this share of the radius, as where a spiral begins, count as one.
 COINCIDING = 0.03
+EMPTY = np.zeros(0, dtype=np.int64)
+# Halvings of the distance of two passes in the search for the ridge between them.
+HALVINGS = 14
 
 
 @dataclass(frozen=True)
@@ -34,10 +38,11 @@ class PlanReport:
     Parameters
     ----------
     scallop_largest, scallop_mean : mm, height above the part of the ridges between neighbouring passes,
-        measured at every cutting contact on both sides; the mean is weighted by the length cut
+        measured at every cutting contact on both sides; the mean is weighted by the length cut. NaN where
+        the tool axes aren't known and the cutter is no ball: they depend on them
     chord_largest : mm, largest gap or depth between ball and part between two contacts of a pass
     ridges : number of measured ridges
-    edges : number of contacts' sides without a neighbouring pass within the ball's reach
+    edges : number of contacts' sides without a neighbouring pass within the cutter's reach
     cut_length, link_length : mm, travel of the ball's centre in cuts and in links
     part_size : (3,), mm, extents of the part
     """
@@ -68,13 +73,15 @@ def path_quality(
 
     In the section normal to the feed at a contact, the outlines of the balls of this pass and its neighbour
     meet at the tip of the ridge. Its height is the tip's distance from the part, which is exact on curved
-    surfaces too; on a flat one it is ``R − sqrt(R² − d²/4)`` for passes a distance d apart. No formula of the
+    surfaces too; on a flat one it is ``R − sqrt(R² − d²/4)`` for passes a distance d apart. The ridge of
+    another cutter is where, between the contacts, both passes leave the same height along rays off the part,
+    as the cutter leans there (`fiveaxis.contour.strips`). No formula of the
     planner is used. Only the walls to be cut count, and only points that the ball can touch: material left in
     an inner corner isn't a ridge.
 
     Parameters
     ----------
-    toolpath : cuts of a ball, with contacts and normals
+    toolpath : with contacts and normals at its cuts and, unless the cutter is a ball, with tool axes
     part : mesh file or mesh, workpiece frame
     strategy, raster_angle, overhang : as given to `plan_contour`; they select the walls that count
     unit, tolerance, body : of the part's file, as of `load_mesh`
@@ -82,25 +89,23 @@ def path_quality(
 
     Raises
     ------
-    ToolError
-        The cutter isn't a ball.
     SettingError
         An unknown strategy, or an angle without a raster.
     MeshError
         The mesh can't be read.
     """
-    if not toolpath.tool.cutter.is_ball:
-        raise ToolError(f"tool {toolpath.tool}: ridges are measured for balls only; give for example ball:10")
     mesh = take_mesh(part, unit=unit, allow_open=allow_open, tolerance=tolerance, body=body)
     tree, facets = tree_of(mesh), facet_normals(np.array(mesh.triangles, dtype=float))
     options = PlanOptions.of(strategy=strategy, raster_angle=raster_angle, overhang=overhang)
     cuts = _Cuts.of(toolpath, tree)
-    heights, rows = _ridges(cuts, tree, facets, options.walls)
+    known = toolpath.zone.offset == 0.0 or cuts.strips is not None
+    heights, rows = _ridges(cuts, tree, facets, options.walls) if known else (np.zeros(0), EMPTY)
     weight = cuts.weight[rows]
     total = float(weight.sum())
+    nothing = 0.0 if known else np.nan
     return PlanReport(
-        scallop_largest=float(heights.max(initial=0.0)),
-        scallop_mean=float(product(heights, weight) / total) if total > 0.0 else 0.0,
+        scallop_largest=float(heights.max()) if len(heights) else nothing,
+        scallop_mean=float(product(heights, weight) / total) if total > 0.0 else nothing,
         chord_largest=_chord_error(cuts, tree),
         ridges=len(heights),
         edges=2 * int(cuts.moving.sum()) - len(heights),
@@ -122,7 +127,9 @@ class _Cuts:
     moving : (n,), rows with a neighbour in their pass
     starts : (m,), rows from which a cutting move leads to the next row
     weight : (n,), mm, half the length of the moves before and after a row
-    radius : mm
+    radius : mm, of the ball or, of another cutter, its largest
+    ball : mm, radius of the ball about the centres
+    strips : what the passes of a leaned cutter leave; None for a ball, or without tool axes
     """
 
     centres: Array
@@ -133,12 +140,21 @@ class _Cuts:
     starts: IntArray
     weight: Array
     radius: float
+    ball: float
+    strips: Strips | None
 
     @classmethod
     def of(cls, toolpath: Toolpath, tree: TriangleTree) -> _Cuts:
         rows = np.flatnonzero(toolpath.cutting & np.isfinite(toolpath.normal).all(axis=1))
-        centres = toolpath.pivot[rows]
-        points, _, _ = tree.nearest(centres)
+        zone, is_ball = toolpath.zone, toolpath.zone.offset == 0.0
+        ball = zone.principal_radii(zone.least)[0]
+        centres = toolpath.pivot[rows] + (ball - zone.radius) * toolpath.normal[rows]
+        points, _, _ = tree.nearest(centres if is_ball else toolpath.contact[rows])
+        strips = None
+        if not is_ball and toolpath.has_axes:
+            from fiveaxis.contour.strips import Strips  # numba is slow to load
+
+            strips = Strips.of(toolpath, rows, points)
         joined = np.diff(rows) == 1
         steps = np.where(joined[:, None], np.diff(points, axis=0), 0.0)
         none = np.zeros((1, 3))
@@ -150,12 +166,14 @@ class _Cuts:
         return cls(
             centres=centres,
             points=points,
-            normals=normalise(centres - points),
+            normals=normalise(centres - points) if is_ball else toolpath.normal[rows],
             heading=np.where(moving[:, None], heading, 0.0),
             moving=moving,
             starts=np.flatnonzero(joined),
             weight=(np.append(gaps, 0.0) + np.append(0.0, gaps)) / 2.0,
-            radius=toolpath.tool.radius,
+            radius=ball if is_ball else toolpath.tool.radius,
+            ball=ball,
+            strips=strips,
         )
 
 
@@ -164,7 +182,7 @@ def _ridges(cuts: _Cuts, tree: TriangleTree, facets: Array, walls: Walls) -> tup
     from fiveaxis.contour.crossings import crossings  # numba is slow to load
 
     if len(cuts.starts) == 0:
-        return np.zeros(0), np.zeros(0, dtype=np.int64)
+        return np.zeros(0), EMPTY
     move, along = crossings(cuts.points, cuts.heading, cuts.normals, cuts.starts, 2.0 * cuts.radius)
     row, side = np.nonzero(move >= 0)
     begin, t = cuts.starts[move[row, side]], along[row, side][:, None]
@@ -176,16 +194,50 @@ def _ridges(cuts: _Cuts, tree: TriangleTree, facets: Array, walls: Walls) -> tup
     # Where passes nearly coincide, the line between them doesn't define the upward direction.
     share = np.einsum("ij,ij->i", up, apart) / np.maximum(distance2, 1e-12)
     up -= np.where(distance2 > (COINCIDING * cuts.radius) ** 2, share, 0.0)[:, None] * apart
-    depth = np.sqrt(np.maximum(0.0, cuts.radius**2 - distance2 / 4.0))
-    tip = (here + there) / 2.0 - depth[:, None] * normalise(up)
-    foot, triangle, height = tree.nearest(tip)
+    up = normalise(up)
+    if cuts.strips is None:
+        depth = np.sqrt(np.maximum(0.0, cuts.radius**2 - distance2 / 4.0))
+        foot, triangle, height = tree.nearest((here + there) / 2.0 - depth[:, None] * up)
+    else:
+        span = cuts.points[row], (1.0 - t) * cuts.points[begin] + t * cuts.points[begin + 1]
+        places = row.astype(float), begin + t[:, 0]
+        foot, triangle, height = _between(cuts, cuts.strips, span, places, up, tree)
     # Between the passes there may be a floor, an edge or an inner corner instead of their wall.
     facet = facets[triangle]
-    wall = walls.keep(facet) & (np.einsum("ij,ij->i", facet, normalise(up)) > SAME_SIDE)
-    limit = cuts.radius - CHORD_GOUGE
-    reached = tree.distances(foot + cuts.radius * facet, bound=limit) >= limit
-    measured = wall & reached & (distance2 < 4.0 * cuts.radius**2)
+    wall = walls.keep(facet) & (np.einsum("ij,ij->i", facet, up) > SAME_SIDE)
+    limit = cuts.ball - CHORD_GOUGE
+    reached = tree.distances(foot + cuts.ball * facet, bound=limit) >= limit
+    measured = wall & reached & (distance2 < 4.0 * cuts.radius**2) & np.isfinite(height)
     return height[measured], row[measured]
+
+
+def _between(
+    cuts: _Cuts,
+    strips: Strips,
+    span: tuple[Array, Array],
+    places: tuple[Array, Array],
+    up: Array,
+    tree: TriangleTree,
+) -> tuple[Array, IntArray, Array]:
+    """Find the ridges between two passes of a leaned cutter.
+
+    Parameters
+    ----------
+    span : (k, 3) mm each, contacts on both
+    places : (k,), fractional locations on both
+    up : (k, 3), unit vectors off the part
+
+    Returns
+    -------
+    foot, triangle, height : on the mesh below each ridge, and its height above it, mm
+    """
+    low, high = np.zeros(len(up)), np.ones(len(up))
+    for _ in range(HALVINGS):
+        share = (low + high) / 2.0
+        foot, triangle, _ = tree.nearest(span[0] + share[:, None] * (span[1] - span[0]))
+        own, other = (strips.heights(foot, up, place) for place in places)
+        low, high = np.where(own < other, share, low), np.where(own < other, high, share)
+    return foot, triangle, np.minimum(own, other)
 
 
 def _chord_error(cuts: _Cuts, tree: TriangleTree) -> float:
@@ -193,4 +245,4 @@ def _chord_error(cuts: _Cuts, tree: TriangleTree) -> float:
     start, end = cuts.centres[cuts.starts], cuts.centres[cuts.starts + 1]
     samples = np.vstack([start + share * (end - start) for share in SHARES])
     gaps = tree.distances(samples)
-    return float(np.abs(gaps - cuts.radius).max(initial=0.0))
+    return float(np.abs(gaps - cuts.ball).max(initial=0.0))

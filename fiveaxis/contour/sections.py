@@ -66,7 +66,7 @@ def section_levels(surface: Surface, step: float) -> Array:
 
 
 def scallop_levels(
-    surface: Surface, walls: BoolArray, *, radius: float, scallop: float, step: float | None = None
+    surface: Surface, walls: BoolArray, *, radius: float | Array, scallop: float, step: float | None = None
 ) -> Array:
     """Choose heights of the sections, mm, from the top down, that keep the ridges on walls low enough.
 
@@ -77,7 +77,8 @@ def scallop_levels(
     ----------
     surface : the part, in the section frame
     walls : (f,), triangles that count
-    radius, scallop : mm, of the ball and the highest ridge
+    radius : mm, of the ball; or (f,), of the strip that another cutter cuts at each triangle
+    scallop : mm, the highest ridge
     step : mm, largest distance of levels
     """
     edges, rate = _steps_per_height(surface, walls, radius, scallop)
@@ -95,7 +96,7 @@ def scallop_levels(
     return np.array(levels[::-1])
 
 
-def scallop_step(radius: float, scallop: float, curvature: ArrayLike = 0.0) -> Array:
+def scallop_step(radius: float | Array, scallop: float, curvature: ArrayLike = 0.0) -> Array:
     """Compute the distance of passes, along the surface, that leaves ridges of a given height.
 
     Parameters
@@ -116,18 +117,22 @@ def scallop_step(radius: float, scallop: float, curvature: ArrayLike = 0.0) -> A
 
 
 def _steps_per_height(
-    surface: Surface, walls: BoolArray, radius: float, scallop: float
+    surface: Surface, walls: BoolArray, radius: float | Array, scallop: float
 ) -> tuple[Array, Array]:
     """Compute the most steps per height that a wall needs: edges of bins, (m + 1,) mm, and (m,) 1/mm."""
     bottom, top = surface.bounds[:, 2]
-    finest = float(scallop_step(radius, scallop, TIGHTEST / radius)) * np.sin(FLATTEST_WALL)
+    least, is_ball = float(np.min(radius)), np.ndim(radius) == 0
+    radius = np.broadcast_to(radius, walls.shape)[walls]
+    finest = float(scallop_step(least, scallop, TIGHTEST / least)) * np.sin(FLATTEST_WALL)
     count = int(np.clip(np.ceil((top - bottom) / finest * BINS_PER_STEP), 16, MOST_BINS))
     edges = np.linspace(bottom, top, count + 1)
     heights = surface.triangles[walls][:, :, 2]
     if len(heights) == 0:
         return edges, np.zeros(count)
     slope = np.sin(angle_between(surface.facet_normals[walls], np.array([[0.0, 0.0, 1.0]])))
-    curvature = np.clip(climbing_curvature(surface)[walls], HOLLOWEST / radius, TIGHTEST / radius)
+    # The strip of another cutter may be far wider than the bends that several of its steps lie on.
+    tightest = TIGHTEST / (radius if is_ball else scallop_step(radius, scallop))
+    curvature = np.clip(climbing_curvature(surface)[walls], HOLLOWEST / radius, tightest)
     need = 1.0 / (scallop_step(radius, scallop, curvature) * slope)
     low, high = (
         np.clip(np.searchsorted(edges, z, side="right") - 1, 0, count - 1)
@@ -141,21 +146,35 @@ def climbing_curvature(surface: Surface) -> Array:
 
     The smoothed normals change linearly over a triangle. A horizontal triangle, or one without area, has 0.
     """
-    corners, normals = surface.triangles, surface.corner_normals
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return _curvature(surface, _climb(surface))
+
+
+def level_curvature(surface: Surface) -> Array:
+    """Compute the normal curvature along sections in each triangle, as `climbing_curvature`."""
+    return _curvature(surface, np.cross(surface.facet_normals, _climb(surface)))
+
+
+def _climb(surface: Surface) -> Array:
+    """Return the steepest direction in each triangle, (f, 3) unit vectors; 0 in horizontal ones."""
     facet = surface.facet_normals
     climb = np.array([0.0, 0.0, 1.0]) - facet[:, 2:] * facet
     length = np.linalg.norm(climb, axis=1, keepdims=True)
-    climb = np.divide(climb, length, out=np.zeros_like(climb), where=length > 1e-6)
-    # climb = a u + b v, solved from its products with u and v.
+    return np.divide(climb, length, out=np.zeros_like(climb), where=length > 1e-6)
+
+
+def _curvature(surface: Surface, along: Array) -> Array:
+    """Compute the normal curvature along directions in the triangles, (f, 3) unit vectors; (f,) 1/mm."""
+    corners, normals, facet = surface.triangles, surface.corner_normals, surface.facet_normals
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    # along = a u + b v, solved from its products with u and v.
     uu, uv, vv = (np.einsum("ij,ij->i", p, q) for p, q in ((u, u), (u, v), (v, v)))
-    cu, cv = np.einsum("ij,ij->i", climb, u), np.einsum("ij,ij->i", climb, v)
+    cu, cv = np.einsum("ij,ij->i", along, u), np.einsum("ij,ij->i", along, v)
     area2 = uu * vv - uv * uv
     solid = np.linalg.norm(facet, axis=1) > 0.5
     safe = np.where(solid, area2, 1.0)
     a, b = (cu * vv - cv * uv) / safe, (cv * uu - cu * uv) / safe
     change = a[:, None] * (normals[:, 1] - normals[:, 0]) + b[:, None] * (normals[:, 2] - normals[:, 0])
-    return np.where(solid, np.einsum("ij,ij->i", change, climb), 0.0)
+    return np.where(solid, np.einsum("ij,ij->i", change, along), 0.0)
 
 
 def _range_largest(first: IntArray, last: IntArray, value: Array, count: int) -> Array:

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace
-from fiveaxis.contour.contacts import Contacts, lean_limit, lean_normals
+from fiveaxis.contour.contacts import Contacts, placed_normals
 from fiveaxis.contour.passes import LeftOut, Pass, neighbours
 from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.mesh import TriangleTree
@@ -110,11 +110,13 @@ class Turns:
     surface : what is cut of the part
     space : where the ball fits
     spacing : mm, largest distance of contacts
+    roundest : mm, as for `placed_normals`
     """
 
     surface: Surface
     space: BallSpace
     spacing: float
+    roundest: float | None = None
 
     @cached_property
     def tree(self) -> TriangleTree:
@@ -178,12 +180,14 @@ class Turns:
         surface, radius = self.surface, self.space.radius
         foot, triangle, _ = self.tree.nearest(near.points)
         facets = surface.facet_normals[triangle]
-        foot, smooth = surface.onto(foot, triangle)
-        limit = lean_limit(radius) if surface.model is None else np.pi
-        normals = lean_normals(facets, smooth, limit)
+        foot, smoothed = surface.onto(foot, triangle)
+        if surface.model is None:
+            normals, smooth = placed_normals(facets, smoothed, radius, self.roundest)
+        else:
+            normals = smooth = smoothed
         keep = near.rolling | (angle_between(facets, near.normals) > surface.crease)
         normals = np.where(keep[:, None], near.normals, normals)
-        smooth = np.where(keep[:, None], near.smooth, lean_normals(facets, smooth, np.pi))
+        smooth = np.where(keep[:, None], near.smooth, smooth)
         return Pass(Contacts(foot, normals, smooth, near.rolling, closed=False), foot + radius * normals)
 
 

@@ -26,7 +26,7 @@ from fiveaxis.nc.languages.choice import control_of, find_language
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
-from fiveaxis.options import CREASE
+from fiveaxis.options import CREASE, LeanBounds, options_of
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
@@ -278,7 +278,8 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan
             "out",
             file=job.input,
         )
-    options: dict[str, Any] = {**job.planning, **job.meshes}
+    bounds = {name: job.bounds[name] for name in options_of(LeanBounds)}
+    options: dict[str, Any] = {**job.planning, **job.meshes, **bounds}
     if job.feed is not None:
         options["feed_mm_min"] = job.feed
     report = partial(progress, "planning passes")

@@ -252,8 +252,8 @@ def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
         lost = [f for f in toolpath.findings if f.severity is Severity.ERROR and f.code == code]
         if lost and code not in override:
             raise Infeasible(
-                f"{toolpath.name}: no pass reaches most of {what}; take a smaller ball, or accept {code} by "
-                "name (override)",
+                f"{toolpath.name}: no pass reaches most of {what}; take a smaller cutter, or accept {code} "
+                "by name (override)",
                 lost,
             )
 

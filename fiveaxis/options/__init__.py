@@ -5,7 +5,7 @@ keywords of functions (`spelled_out`), which editors complete and mypy checks, t
 (`table_of`), the flags of commands and the tables of the documentation.
 """
 
-from fiveaxis.options.bounds import Bounds, ProgramBounds
+from fiveaxis.options.bounds import Bounds, LeanBounds, ProgramBounds
 from fiveaxis.options.calibration import Calibrate, FitDrive, ReadLog
 from fiveaxis.options.machines import OnMachine, Placing
 from fiveaxis.options.meshes import CREASE, MESH_TOLERANCE, Meshes
@@ -47,6 +47,7 @@ __all__ = [
     "Direction",
     "FitDrive",
     "Framing",
+    "LeanBounds",
     "MeshSource",
     "Meshes",
     "Objective",

@@ -8,16 +8,12 @@ from typing import Annotated, TypedDict
 from fiveaxis.options.option import Option
 
 
-class ProgramBounds(TypedDict, total=False):
-    """Bounds on postures and turns, as far as they can be checked in a program of any source."""
+class LeanBounds(TypedDict, total=False):
+    """Bounds on the tool's lean against the surface."""
 
     tilt: Annotated[
         tuple[float, float] | None,
         Option("smallest and largest angle to the surface normal", unit="deg", written="MIN:MAX"),
-    ]
-    cone: Annotated[
-        float | None,
-        Option("largest angle to the programmed tool axis", unit="deg", above=0.0, most=180.0, example=20),
     ]
     lead: Annotated[
         tuple[float, float] | None,
@@ -36,6 +32,15 @@ class ProgramBounds(TypedDict, total=False):
             written="MIN:MAX",
             example=(-5, 5),
         ),
+    ]
+
+
+class ProgramBounds(LeanBounds, total=False):
+    """Bounds on postures and turns, as far as they can be checked in a program of any source."""
+
+    cone: Annotated[
+        float | None,
+        Option("largest angle to the programmed tool axis", unit="deg", above=0.0, most=180.0, example=20),
     ]
     plane: Annotated[
         tuple[float, float, float] | None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypedDict
 
+from fiveaxis.options.bounds import LeanBounds
 from fiveaxis.options.meshes import Meshes
 from fiveaxis.options.option import Option
 
@@ -41,7 +42,8 @@ class Planning(TypedDict, total=False):
     scallop: Annotated[
         float | None,
         Option(
-            "highest ridge between passes; it sets their distance by slope and curvature of the walls",
+            "highest ridge between passes; it sets their distance by slope and curvature of the walls and, "
+            "unless the cutter is a ball, by the leans that tilt, lead and lean allow",
             unit="mm",
             above=0.0,
             example=0.01,
@@ -93,8 +95,8 @@ class Planning(TypedDict, total=False):
     ]
 
 
-class PlanContour(Planning, Meshes, total=False):
-    """How passes are planned on a mesh, and cut."""
+class PlanContour(Planning, Meshes, LeanBounds, total=False):
+    """How passes are planned on a mesh, and cut; the bounds are those that the postures will keep."""
 
     feed_mm_min: Annotated[
         float, Option("of cuts and links", unit="mm/min", default=1000.0, above=0.0, most=HIGHEST_FEED)
@@ -102,7 +104,7 @@ class PlanContour(Planning, Meshes, total=False):
     clearance: Annotated[
         float,
         Option(
-            "between the part's top and the ball while it crosses over; where there is room, the ball also "
+            "between the part's top and the cutter while it crosses over; where there is room, it also "
             "lifts off the surface by this, but at most by its diameter",
             unit="mm",
             default=5.0,

@@ -112,6 +112,13 @@ class Constraints:
         return any(bound is not None for bound in (self.tilt, self.cone, self.lead, self.lean))
 
     @property
+    def angles(self) -> Range | None:
+        """Range of the angle between axis and normal, as `tilt`, or `lead` and `lean`, bound it."""
+        if self.tilt is not None or (self.lead is None and self.lean is None):
+            return self.tilt
+        return tilt_of(self.lead, self.lean)
+
+    @property
     def of_lean(self) -> Constraints:
         """The bounds on the tool's lean only."""
         return Constraints(self.tilt, self.cone, self.lead, self.lean, self.plane)
@@ -203,7 +210,7 @@ class Constraints:
                 "about the programmed tool axis",
                 file=toolpath.name,
             )
-        return tilt_of(self.lead, self.lean) if self.tilt is None else self.tilt
+        return self.angles or tilt_of(None, None)
 
 
 EITHER = (

@@ -78,6 +78,45 @@ class Zone:
         """Invert `tip`: ``tip + b·o − a·e``, (..., 3) mm."""
         return tip + self.height * axis - self.offset * across(normal, axis)
 
+    def principal_radii(self, angle: float) -> tuple[float, float]:
+        """Smaller and larger principal radius of curvature of the cutter where it touches at an angle, mm.
+
+        They are r in the plane of axis and normal, and ``r + a / sin θ`` across it. From this angle on, no
+        contact of the zone has a smaller or a larger one.
+        """
+        across_plane = self.radius + (self.offset / math.sin(angle) if self.offset else 0.0)
+        return min(self.radius, across_plane), max(self.radius, across_plane)
+
+    def swept_radius(self, angle: Array, sideways: Array, bend: Array | float, height: float = 0.0) -> Array:
+        """Compute the radius of the strip that the arc cuts, in the section across the feed, mm.
+
+        The arc sweeps a surface that touches it along a curve. With the cutter's normal curvatures at the
+        contact T along the feed t and across it b, and the surface's own one κ along the feed, the strip's is
+        ``T_bb − T_tb² / (T_tt + κ)``; on a straight feed it is that of the cutter's outline seen along t,
+        with the radius ``r + a sin²ψ / sin θ`` (ψ between b and the plane of axis and normal). The posture is
+        taken as constant along the feed.
+
+        Parameters
+        ----------
+        angle : rad, θ between axis and normal
+        sideways : 0…1, cos²ψ: 0 where the cutter leans along the feed, 1 where it leans across it
+        bend : 1/mm, κ, positive where the surface is convex along the feed
+        height : mm; the radius is that of the circle through the strip's points at this height above the
+            contact, to fourth order of their distance: the outline is an ellipse thickened by r
+
+        References
+        ----------
+        Vickers, Quan (1989), Ball-mills versus end-mills for curved surface machining; Koenderink (1984),
+        What does the occluding contour tell us about solid shape?
+        """
+        sine, ahead = np.sin(angle), 1.0 - sideways
+        ring, tube = self.offset + self.radius * sine, self.radius * sine
+        above = ring * ahead + tube * sideways + bend * self.radius * ring
+        radius = above / (sine + bend * (ring * sideways + tube * ahead))
+        ellipse = self.offset * ahead
+        share = ellipse / np.maximum(ellipse + tube, 1e-12)
+        return np.asarray(radius - height / 2.0 * share * (ahead / sine**2 - 1.0))
+
     def outline(self) -> Array:
         """Sample the arc from its lower end, (m, 2) mm: distance from the axis, height above the tip."""
         parts = max(1, math.ceil((self.high - self.low) / OUTLINE_STEP)) if self.radius else 0

@@ -1,0 +1,111 @@
+"""What is known of a leaning cutter before the postures are: by the bounds that they will keep."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.errors import ToolError
+from fiveaxis.geometry import Array
+from fiveaxis.toolpath import Constraints, Tool, Zone
+from fiveaxis.toolpath.bounds import Range
+
+# Angles to the normal at which strips are computed, and 1/mm, step of curvatures along the feed.
+ANGLES, BEND_STEP = 181, 1e-3
+# rad: a cutter at 90 deg to the normal has a lead or a lean without a finite tangent.
+NEARLY_SQUARE = math.radians(89.9)
+
+
+@dataclass(frozen=True)
+class Leaning:
+    """The zone of a cutter that touches, and how it may lean.
+
+    Parameters
+    ----------
+    zone : of the profile
+    low, high : rad, smallest and largest angle between axis and surface normal
+    lead, lean : rad; None for no bound
+    outer : mm, radius of the ball about the point of the axis at the height of the arc's centre that holds
+        all of the profile, whatever the tool axis
+    """
+
+    zone: Zone
+    low: float
+    high: float
+    lead: Range | None
+    lean: Range | None
+    outer: float
+
+    @classmethod
+    def of(cls, tool: Tool, bounds: Constraints) -> Leaning:
+        """Find the zone that touches within bounds, without any the one that is meant to cut.
+
+        Raises
+        ------
+        ToolError
+            No single zone touches within the bounds, or the tool doesn't mill with an arc or an edge.
+        """
+        cutter, angles = tool.cutter, bounds.angles
+        zone = tool.zone if cutter.is_ball or angles is None else cutter.zone_for(*angles)
+        if not (zone.radius or zone.offset):
+            raise ToolError(f"tool {tool}: passes aren't planned for a point; give for example ball:10")
+        low, high = (zone.least, zone.high) if angles is None else angles
+        profile = np.vstack([part.outline() for part in cutter.zones]) - [0.0, zone.height]
+        outer = float(np.linalg.norm(profile, axis=1).max()) if zone.offset else zone.radius
+        return cls(zone, max(low, zone.least), min(high, zone.high), bounds.lead, bounds.lean, outer)
+
+    @property
+    def turns_in_place(self) -> bool:
+        """Whether the touching arc is a ball, which no lean moves."""
+        return not self.zone.offset
+
+    @property
+    def ball(self) -> float:
+        """Radius, mm, of the largest ball inside the cutter that touches where it does, at any lean."""
+        return self.zone.principal_radii(self.low)[0]
+
+    @property
+    def roundest(self) -> float | None:
+        """Largest radius of curvature, mm, with which the cutter touches; None for a ball."""
+        return None if self.turns_in_place else self.zone.principal_radii(self.low)[1]
+
+    def strip_radius(self, height: float, bend: Array) -> Array:
+        """Return the smallest radius across the feed of the strip that the cutter cuts at any allowed lean.
+
+        Parameters
+        ----------
+        height : mm, of the ridges beside it
+        bend : (m,), 1/mm, of the surface along the feed, positive where it is convex; hollow counts as flat
+
+        Returns
+        -------
+        (m,), mm; at most 0 where the cutter can stand on a sharp edge along the feed
+        """
+        if self.turns_in_place:
+            return np.full(len(bend), self.zone.radius)
+        high = min(self.high, NEARLY_SQUARE)
+        angle = np.linspace(min(self.low, high), high, ANGLES)
+        square = np.tan(angle) ** 2
+        ahead, sideways = (_squares(ends) for ends in (self.lead, self.lean))
+        # tan² of the angle is the sum of those of lead and lean; a strip's radius has its extremes at the
+        # ends of the range of their shares.
+        shares = np.maximum(sideways[0], square - ahead[1]), np.minimum(sideways[1], square - ahead[0])
+        possible = shares[0] <= shares[1] * (1.0 + 1e-9)
+        if not possible.any():
+            raise ToolError("tilt, lead and lean allow no common posture; widen one of them")
+        steps, which = np.unique(np.ceil(np.maximum(bend, 0.0) / BEND_STEP), return_inverse=True)
+        along = steps[:, None] * BEND_STEP
+        ends = [
+            self.zone.swept_radius(angle[possible], (share / square)[possible], along, height)
+            for share in shares
+        ]
+        return np.asarray(np.minimum(*ends).min(axis=1)[which])
+
+
+def _squares(ends: Range | None) -> Range:
+    """Return the least and the largest tan² of the angles of a range."""
+    low, high = (-NEARLY_SQUARE, NEARLY_SQUARE) if ends is None else ends
+    least = max(low, -high, 0.0)
+    return math.tan(least) ** 2, math.tan(max(abs(low), abs(high))) ** 2
