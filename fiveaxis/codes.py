@@ -144,6 +144,9 @@ PLANNING = {
         ERROR, "no pass touches some of the chosen faces; a warning if they are at most half of their area"
     ),
     "several-bodies": Code(NOTE, "a CAD file's bodies are taken together as the part"),
+    "scallop-over": Code(
+        WARNING, "as the cutter leans, ridges between passes are more than 5 % above the scallop asked for"
+    ),
     "part-size": Code(WARNING, "the part is so small or large that its unit is doubtful"),
     "override-unused": Code(WARNING, "an accepted code didn't occur"),
     "no-acceleration": Code(WARNING, "the machine states no acceleration of some axes"),

@@ -14,6 +14,7 @@ from fiveaxis.cli.terminal import parse_integers, parse_named, parse_numbers, pa
 from fiveaxis.options import (
     Bounds,
     Framing,
+    LeanBounds,
     Meshes,
     OnMachine,
     Option,
@@ -128,6 +129,7 @@ PLANNING: Mapping[str, Any] = {
     "unit": UNIT,
     **flags_of(Meshes),
 }
+LEANING: Mapping[str, Any] = flags_of(LeanBounds)
 READING: Mapping[str, Any] = {
     "unit": UNIT,
     "columns": optional(str, "columns of points without header: x,y,z,nx,ny,nz or x,y,z,i,j,k"),

@@ -17,6 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fiveaxis.cli.options import (
+    LEANING,
     NC,
     NOT_GIVEN,
     PLANNING,
@@ -65,7 +66,7 @@ if TYPE_CHECKING:
     from fiveaxis.toolpath import Toolpath
 
 
-@takes(PLANNING)
+@takes(PLANNING, LEANING)
 def plan(
     context: typer.Context,
     source: Input,
@@ -104,7 +105,7 @@ def plan(
         else:
             out.print(f"part {size_text(quality.part_size)}", highlight=False)
             for name, value in document.items():
-                out.print(f"{name}: {value}")
+                out.print(f"{name}: {'not known before the postures' if value is None else value}")
         print_causes(causes, err)
         for path in written:
             print_written(path, *_plan_facts(document))
@@ -245,12 +246,17 @@ def _plan_document(toolpath: Toolpath, passes: int, quality: PlanReport) -> dict
         "length_mm": round(float(toolpath.lengths.sum()), 3),
         "cut_length_mm": round(quality.cut_length, 3),
         "link_length_mm": round(quality.link_length, 3),
-        "scallop_largest_mm": round(quality.scallop_largest, 6),
-        "scallop_mean_mm": round(quality.scallop_mean, 6),
+        "scallop_largest_mm": _known(quality.scallop_largest),
+        "scallop_mean_mm": _known(quality.scallop_mean),
         "chord_error_mm": round(quality.chord_largest, 6),
         "ridges_measured": quality.ridges,
         "left_out": dict(toolpath.ignored),
     }
+
+
+def _known(value: float) -> float | None:
+    """Round a figure; None where it isn't known, as ridges of a cutter that may lean in many ways."""
+    return None if math.isnan(value) else round(value, 6)
 
 
 def _plan_facts(document: Mapping[str, Any]) -> list[str]:
@@ -300,6 +306,9 @@ def _print_details(outcome: Outcome) -> None:
     print_causes(outcome.gate.report.summary(), out)
     if outcome.part_size is not None:
         out.print(f"part {size_text(outcome.part_size)}", highlight=False)
+    if outcome.scallop is not None:
+        asked, largest = outcome.scallop
+        out.print(f"ridges between passes up to {largest:.4g} mm, asked {asked:g} mm", highlight=False)
     _print_energies(solution)
     made = outcome.report.program
     if made is not None:

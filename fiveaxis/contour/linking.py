@@ -263,7 +263,8 @@ class Relinker:
             return None
         else:
             link = _lay_link((leaving, departure), (arriving, arrival), self.linker)
-        return _divided(np.vstack([leaving.pivot, link]))[1:]
+        # Only a ball's pivot is on the tool axis in the air as at the contact.
+        return _divided(link) if self.linker.step else _divided(np.vstack([leaving.pivot, link]))[1:]
 
     def _centred(self, end: PassEnd) -> PassEnd:
         """Return a path's end with the centre of the ball that touches in place of the pivot."""

@@ -306,6 +306,9 @@ def _toolpath(
         ignored=dict(sorted(left_out.counts.items())),
     )
     in_air = path.kind[1:] == MoveKind.LINK
+    if not leaning.turns_in_place:
+        # Between a contact and a point of the axis nothing lies halfway.
+        in_air &= path.kind[:-1] == MoveKind.LINK
     parts = np.where(in_air, np.ceil(path.lengths[1:] / LINK_SPACING), 1.0).astype(np.int64)
     parts = np.maximum(parts, 1)
     path = divide(path, parts)

@@ -229,15 +229,16 @@ def _between(
 
     Returns
     -------
-    foot, triangle, height : on the mesh below each ridge, and its height above it, mm
+    foot, triangle, height : on the mesh below each ridge, and its height above it, mm; infinite where no
+        cutter goes by on one side, as at the end of a pass
     """
     low, high = np.zeros(len(up)), np.ones(len(up))
     for _ in range(HALVINGS):
         share = (low + high) / 2.0
         foot, triangle, _ = tree.nearest(span[0] + share[:, None] * (span[1] - span[0]))
-        own, other = (strips.heights(foot, up, place) for place in places)
+        (own, ends), (other, others) = (strips.heights(foot, up, place) for place in places)
         low, high = np.where(own < other, share, low), np.where(own < other, high, share)
-    return foot, triangle, np.minimum(own, other)
+    return foot, triangle, np.where(ends | others, np.inf, np.minimum(own, other))
 
 
 def _chord_error(cuts: _Cuts, tree: TriangleTree) -> float:

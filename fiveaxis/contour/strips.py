@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.toolpath import Toolpath, Zone
 
-# Golden section; places of a pass of which the best begins it, and where it ends, in locations.
+# Golden section; stations of a pass of which the best begins it; mm, where it ends.
 GOLDEN, COARSE, FINE = (math.sqrt(5.0) - 1.0) / 2.0, 9, 1e-4
 # Most steps of a trace; mm, where it ends.
 TRACED, NEAR = 60, 1e-6
@@ -32,8 +32,8 @@ class Strips:
     Parameters
     ----------
     tips, axes : (m, 3), mm and unit vectors
-    first, last : (m,), ends of the pass that each row belongs to
-    stations : (m,), mm, along the passes
+    stations : (m,), mm, along the passes: of the contact, and of the turning cutter's farthest point
+    first, last : (m,), mm, stations of the ends of the pass that each row belongs to
     rows : (n,), of the locations that cut
     zone : of the profile that touches; flat bottom and side go on from its arc
     reach : mm, how far along a pass the cutter is looked for, and the largest height
@@ -41,9 +41,9 @@ class Strips:
 
     tips: Array
     axes: Array
-    first: IntArray
-    last: IntArray
     stations: Array
+    first: Array
+    last: Array
     rows: IntArray
     zone: Zone
     reach: float
@@ -65,20 +65,22 @@ class Strips:
             count += len(taken[-1])
         sizes = np.array([len(some) for some in taken])
         first, every = np.repeat(np.cumsum(sizes) - sizes, sizes), np.concatenate(taken)
-        steps = np.linalg.norm(np.diff(points[every], axis=0, prepend=points[every[:1]]), axis=1)
+        axes = toolpath.axis[rows][every]
+        moved, turned = (np.diff(column, axis=0, prepend=column[:1]) for column in (points[every], axes))
+        steps = np.linalg.norm(moved, axis=1) + reach * np.linalg.norm(turned, axis=1)
+        stations = np.cumsum(np.maximum(steps, NEAR))
         return cls(
             tips=toolpath.tips(toolpath.axis)[rows][every],
-            axes=toolpath.axis[rows][every],
-            first=first,
-            last=first + np.repeat(sizes, sizes) - 1,
-            # Rows at one contact differ, too.
-            stations=np.cumsum(np.maximum(steps, NEAR)),
+            axes=axes,
+            stations=stations,
+            first=stations[first],
+            last=stations[first + np.repeat(sizes, sizes) - 1],
             rows=np.concatenate(own),
             zone=toolpath.zone,
             reach=reach,
         )
 
-    def heights(self, points: Array, up: Array, places: Array) -> Array:
+    def heights(self, points: Array, up: Array, places: Array) -> tuple[Array, BoolArray]:
         """Measure how high above points the cutter clears the stock.
 
         Parameters
@@ -88,67 +90,77 @@ class Strips:
 
         Returns
         -------
-        (m,), mm; infinite where the cutter isn't met
+        heights : (m,), mm; infinite where the cutter isn't met
+        ended : (m,), whether the cutter stands there at an end of its pass, and hasn't gone by
         """
         number = np.floor(places).astype(np.int64)
-        row, every = self.rows[number], np.arange(len(self.stations))
-        along = np.interp(row + places - number, every, self.stations)
+        row = self.rows[number]
+        along = np.interp(row + places - number, np.arange(len(self.stations)), self.stations)
         low, high = (
-            np.clip(
-                np.interp(along + side * self.reach, self.stations, every), self.first[row], self.last[row]
-            )
-            for side in (-1.0, 1.0)
+            np.clip(along + side * self.reach, self.first[row], self.last[row]) for side in (-1.0, 1.0)
         )
-        figures = np.array([self.zone.radius, self.zone.offset, self.zone.height])
-        return _heights(points, up, self.tips, self.axes, low, high, figures, self.reach)
+        figures = np.array([self.zone.radius, self.zone.offset, self.zone.height, self.reach])
+        heights, at = _heights(points, up, self.tips, self.axes, self.stations, low, high, figures)
+        ends = np.minimum(at - self.first[row], self.last[row] - at)
+        return heights, np.asarray(ends < 10.0 * FINE)
 
 
 @compiled
 def _heights(
-    points: Array, up: Array, tips: Array, axes: Array, low: Array, high: Array, figures: Array, reach: float
-) -> Array:
-    found = np.empty(len(points))
+    points: Array,
+    up: Array,
+    tips: Array,
+    axes: Array,
+    stations: Array,
+    low: Array,
+    high: Array,
+    figures: Array,
+) -> tuple[Array, Array]:
+    reach = figures[3]
+    found, at = np.empty(len(points)), np.empty(len(points))
     for i in range(len(points)):
         height = 0.0
         for _ in range(TRACED):
-            gap = _nearest(points[i] + height * up[i], tips, axes, low[i], high[i], figures)
+            gap, at[i] = _nearest(points[i] + height * up[i], tips, axes, stations, low[i], high[i], figures)
             if gap < NEAR or height > reach:
                 break
             height += gap
         found[i] = height if height <= reach else np.inf
-    return found
+    return found, at
 
 
 @compiled
-def _nearest(point: Array, tips: Array, axes: Array, low: float, high: float, figures: Array) -> float:
-    """Find the smallest distance to the cutter over a part of its pass, mm."""
+def _nearest(
+    point: Array, tips: Array, axes: Array, stations: Array, low: float, high: float, figures: Array
+) -> tuple[float, float]:
+    """Find the smallest distance to the cutter over a part of its pass, mm, and the station of it."""
     step = (high - low) / (COARSE - 1)
     best, least = 0, np.inf
     for k in range(COARSE):
-        gap = _gap(point, tips, axes, low + k * step, figures)
+        gap = _gap(point, tips, axes, stations, low + k * step, figures)
         if gap < least:
             best, least = k, gap
     low, high = low + max(best - 1, 0) * step, low + min(best + 1, COARSE - 1) * step
     inner, outer = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_inner = _gap(point, tips, axes, inner, figures)
-    at_outer = _gap(point, tips, axes, outer, figures)
+    at_inner = _gap(point, tips, axes, stations, inner, figures)
+    at_outer = _gap(point, tips, axes, stations, outer, figures)
     while high - low > FINE:
         if at_inner < at_outer:
             high, outer, at_outer = outer, inner, at_inner
             inner = high - GOLDEN * (high - low)
-            at_inner = _gap(point, tips, axes, inner, figures)
+            at_inner = _gap(point, tips, axes, stations, inner, figures)
         else:
             low, inner, at_inner = inner, outer, at_outer
             outer = low + GOLDEN * (high - low)
-            at_outer = _gap(point, tips, axes, outer, figures)
-    return min(at_inner, at_outer, least)
+            at_outer = _gap(point, tips, axes, stations, outer, figures)
+    return min(at_inner, at_outer, least), (low + high) / 2.0
 
 
 @compiled
-def _gap(point: Array, tips: Array, axes: Array, place: float, figures: Array) -> float:
-    """Measure the distance, mm, to the cutter at a fractional location; at most 0 inside."""
-    row = min(int(place), len(tips) - 2)
-    share = place - row
+def _gap(point: Array, tips: Array, axes: Array, stations: Array, station: float, figures: Array) -> float:
+    """Measure the distance, mm, to the cutter at a station; at most 0 inside."""
+    row = min(max(int(np.searchsorted(stations, station)) - 1, 0), len(tips) - 2)
+    share = (station - stations[row]) / (stations[row + 1] - stations[row])
     square = along = length = 0.0
     for k in range(3):
         axis = (1.0 - share) * axes[row, k] + share * axes[row + 1, k]

@@ -13,7 +13,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.contour import on_part
 from fiveaxis.energy import Budget, Energy, job_budget
 from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.findings import Severity
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, solve_clear
 from fiveaxis.job.description import Job
@@ -21,10 +21,12 @@ from fiveaxis.job.in_place import RevisedOperation
 from fiveaxis.job.kept import keep_stated
 from fiveaxis.job.loading import (
     describe_inputs,
+    is_mesh,
     load_factors,
     load_job_machine,
     load_job_passes,
     load_surroundings,
+    measure_plan,
     part_unit,
     require_writable,
     revises,
@@ -33,7 +35,8 @@ from fiveaxis.job.process import make_process
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
-from fiveaxis.job.solution import Solution
+from fiveaxis.job.solution import Solution, add_findings
+from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import Clock, Filling
@@ -51,11 +54,13 @@ from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Report
 
-# Code of the planner's finding on contacts that no pass reaches.
+# Codes of the planner's findings on what no pass reaches.
 LEFT_OUT = {
     "contacts-left-out": "the contacts on its walls",
     "faces-left-out": "the faces that were chosen",
 }
+# Share of the scallop asked for above which ridges are a finding.
+MOST_SCALLOP = 1.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +80,8 @@ class Outcome:
     front_programs : what the report says of a front
     setup_search : what the report says of the search for the setup
     revision : the lines of the input program that were written anew; None for a program of its own
+    scallop : mm, the highest ridge that was asked for and as the cutter leans; None where none was asked for,
+        or the lean has no influence on it
     """
 
     job: Job
@@ -88,6 +95,7 @@ class Outcome:
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
     revision: Revision | None = None
+    scallop: tuple[float, float] | None = None
 
     @cached_property
     def report(self) -> ReportDocument:
@@ -107,6 +115,7 @@ class Outcome:
             if self.job.writing["override"]
             else None,
             part_size=None if self.part_size is None else tuple(self.part_size.round(6).tolist()),
+            scallop=self.scallop,
             setup_search=self.setup_search,
             front=self.front_programs,
         )
@@ -189,7 +198,7 @@ def run_stages(
 
     def finish(postures: Postures) -> Outcome:
         gouge = job.surrounding["gouge_tolerance"]
-        solution = Solution.of(postures, constraints, around, gouge)
+        solution, scallop = _with_ridges(job, Solution.of(postures, constraints, around, gouge))
         revision = None
         if operation is None:
             options = job.program_options.named(job.input.stem)
@@ -207,7 +216,9 @@ def run_stages(
         if operation is not None:
             solution = operation.beside_original(solution, rounding)
         budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors, rounding)
-        return Outcome(job, solution, program, budget, inputs, front, cleared, revision=revision)
+        return Outcome(
+            job, solution, program, budget, inputs, front, cleared, revision=revision, scallop=scallop
+        )
 
     solutions = (cleared.solution,) if front is None else front.solutions
     outcomes = []
@@ -234,6 +245,29 @@ def _rounded_alike(solution: Postures, filling: Filling, rounding: float) -> dic
         return blocks_energy(machine, blocks, solution.clock, rounding)
 
     return {name: replace(one, energy=energy(one)) for name, one in solution.compared.items()}
+
+
+def _with_ridges(job: Job, solution: Solution) -> tuple[Solution, tuple[float, float] | None]:
+    """Measure the ridges that a leaned cutter leaves between planned passes, if their height was asked for.
+
+    Returns
+    -------
+    The solution, with a finding where they are too high, and the height asked for and the largest one, mm
+    """
+    path, asked = solution.toolpath, job.planning["scallop"]
+    if asked is None or not path.zone.offset or not is_mesh(job.input):
+        return solution, None
+    axis = tool_axes(solution.machine, solution.motion.positions[:, solution.machine.rotary_columns])
+    ridges = measure_plan(job, replace(path, axis=axis))
+    if not ridges.scallop_largest > MOST_SCALLOP * asked:
+        return solution, (asked, ridges.scallop_largest)
+    message = (
+        f"as {path.tool} leans, ridges between passes are up to {ridges.scallop_largest:.3g} mm high and "
+        f"{ridges.scallop_mean:.3g} mm in the mean (scallop {asked:g} mm was asked for); narrow lead and "
+        "lean, or ask for less; on sharp edges cutters that aren't balls leave more"
+    )
+    found = Finding(Severity.WARNING, "scallop-over", message, Place(file=path.name), ridges.scallop_largest)
+    return add_findings(solution, found), (asked, ridges.scallop_largest)
 
 
 def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolpath:

@@ -66,6 +66,8 @@ class ReportDocument:
     kept_back : number of errors by code that keep the program back
     overriding : errors that were accepted by name; None where the job accepts none
     part_size : (3,), mm, extents of the part, if there is one
+    scallop : mm, highest ridge between passes that was asked for, and as the cutter leans; None where none
+        was asked for, or the lean has no influence on it
     setup_search, front : where the job asks for them
     """
 
@@ -78,6 +80,7 @@ class ReportDocument:
     kept_back: Mapping[str, int] = field(default_factory=dict)
     overriding: Overriding | None = None
     part_size: tuple[float, float, float] | None = None
+    scallop: tuple[float, float] | None = None
     setup_search: SetupSearched | None = None
     front: FrontPrograms | None = None
 
@@ -223,6 +226,8 @@ class ReportDocument:
         }
         if self.part_size is not None:
             document["part_size_mm"] = self.part_size
+        if self.scallop is not None:
+            document["scallop_mm"] = {"asked": self.scallop[0], "largest": self.scallop[1]}
         if self.overriding is not None:
             unused = [finding.as_dict() for finding in self.overriding.unused]
             document |= {"overridden": self.overriding.accepted, "overridden_by": self.overriding.by}

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from fiveaxis.contour import plan_contour
-from fiveaxis.errors import MeshError, SettingError, ToolError
+from fiveaxis.errors import MeshError, SettingError
 from fiveaxis.geometry import angle_between
 from fiveaxis.mesh import TriangleTree
 from fiveaxis.toolpath import Tool, Toolpath
@@ -209,14 +209,6 @@ def test_the_length_of_a_closed_pass_is_its_whole_circumference():
 def test_the_same_input_gives_the_same_path_whatever_the_options(spool, options):
     first, second = (plan_contour(spool, Tool.ball(6), **options) for _ in range(2))
     assert first.pivot.tobytes() == second.pivot.tobytes()
-
-
-@pytest.mark.parametrize("text", ["bull:8:1", "flat:8", "taper:4:5:10", "barrel:16:85:3"])
-def test_cutters_that_are_no_balls_are_refused(text):
-    from fiveaxis.toolpath import parse_tool
-
-    with pytest.raises(ToolError, match=rf"tool {text}: passes are planned for balls only"):
-        plan_contour(trimesh.creation.box(), parse_tool(text))
 
 
 def test_a_lollipop_plans_as_a_ball():
