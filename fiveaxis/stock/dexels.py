@@ -15,8 +15,8 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.stock.sweeping import Sweep
 from fiveaxis.threads import at_once
 
-# Cells along the part's longest side at the default resolution: 0.1 mm on 60 mm.
-DEFAULT_CELLS = 600
+# Cells along the part's longest side at the default resolution: 0.1 mm on 60 mm; most along the stock's.
+DEFAULT_CELLS, MOST_CELLS = 600, 1200
 # Bytes that a stock may take, and intervals of a ray for which it is reckoned.
 MOST_MEMORY, RECKONED = 2**30, 4
 # Intervals of a ray that there is room for at first, and the most there may be.
@@ -270,9 +270,12 @@ class Stock:
         return f"<Stock {size} mm at {self.resolution:.3g} mm: {volume:.5g} mm3, {memory:.0f} MiB>"
 
 
-def default_resolution(bounds: Array) -> float:
-    """Return the resolution for a part of given bounds, (2, 3) mm: its longest side in `DEFAULT_CELLS`."""
-    return float((bounds[1] - bounds[0]).max()) / DEFAULT_CELLS
+def default_resolution(part: Array, size: Array) -> float:
+    """Return the resolution for a part's bounds, (2, 3) mm, in a stock of a size, (3,) mm.
+
+    It is the part's longest side in `DEFAULT_CELLS`, coarser in a stock of more than `MOST_CELLS` of them.
+    """
+    return max(float((part[1] - part[0]).max()) / DEFAULT_CELLS, float(size.max()) / MOST_CELLS)
 
 
 def require_room(bounds: Array, resolution: float) -> IntArray:

@@ -161,7 +161,8 @@ def load_stock(
         from its lowest point upwards; ``part+0.5``, mm; a closed mesh or its file; or an ``.npz`` file that
         `save_stock` wrote
     part : the finished part, mm, workpiece frame
-    resolution : mm, largest distance of rays; by default the part's longest side in 600. A file has its own
+    resolution : mm, largest distance of rays; by default the part's longest side in 600, or the stock's
+        in 1200 where that is coarser. A file has its own
     unit : of a mesh's file
 
     Raises
@@ -172,9 +173,12 @@ def load_stock(
         A mesh or file that can't be read, an open mesh.
     """
     bounds = np.array(part.bounds, dtype=float)
-    step = default_resolution(bounds) if resolution is None else resolution
+
+    def step(size: Array) -> float:
+        return default_resolution(bounds, size) if resolution is None else resolution
+
     if not isinstance(given, str | Path):
-        return of_mesh(given, step)
+        return of_mesh(given, step(np.asarray(given.extents)))
     text = str(given)
     if names_file(text) and not names_mesh(text):
         return read_stock(text)
@@ -185,14 +189,16 @@ def load_stock(
     if kind.lower() == BOX and len(figures) == 3:
         size = np.array(figures)
         low = foot - np.array([size[0] / 2.0, size[1] / 2.0, 0.0])
-        return box(np.array([low, low + size]), step)
+        return box(np.array([low, low + size]), step(size))
     if kind.lower() == CYLINDER and len(figures) == 2:
-        return cylinder(foot, np.array([0.0, 0.0, 1.0]), figures[0] / 2.0, figures[1], step)
+        size = np.array([figures[0], *figures])
+        return cylinder(foot, np.array([0.0, 0.0, 1.0]), figures[0] / 2.0, figures[1], step(size))
     if kind.lower() == PART and len(figures) == 1:
-        return with_allowance(part, figures[0], step)
+        return with_allowance(part, figures[0], step(bounds[1] - bounds[0] + 2.0 * figures[0]))
     if figures:
         raise SettingError(f"stock {text!r}: write {FORMS}")
-    return of_mesh(load_mesh(text, unit=unit), step)
+    mesh = load_mesh(text, unit=unit)
+    return of_mesh(mesh, step(np.asarray(mesh.extents)))
 
 
 def names_file(given: str | Path) -> bool:
