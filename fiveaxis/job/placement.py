@@ -5,8 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
@@ -192,26 +194,35 @@ class Reach:
         reference = tilt.reference[rows]
         across = perpendicular(reference)
         beside = np.cross(reference, across)
-        columns = machine.linear_columns
-        found, allowed, slopes = [], [], []
-        for lean, turn in itertools.product(leans, turns):
-            axis = np.cos(lean) * reference + np.sin(lean) * (np.cos(turn) * across + np.sin(turn) * beside)
-            rotary = into_limits(machine, hold_singular(rotary_angles(machine, axis), axis, machine))
-            tips = zoned.at(rows).tips(axis)[None]
-            at = [
-                linear_positions(machine.with_setup(offset, rotation), tips, rotary)
-                for offset in ((0.0, 0.0, 0.0), *map(as_triple, np.eye(3)))
+        axes = [
+            np.cos(lean) * reference + np.sin(lean) * (np.cos(turn) * across + np.sin(turn) * beside)
+            for lean, turn in itertools.product(leans, turns)
+        ]
+        # For each tool axis and branch: (axes, branches, n, …).
+        rotary = np.stack(
+            [
+                into_limits(machine, hold_singular(rotary_angles(machine, axis), axis, machine))
+                for axis in axes
             ]
-            inside = within_limits(_endless(machine), at[0]) & tilt.admits(axis, rows)
-            for branch in range(len(rotary)):
-                zero = at[0][branch][:, columns]
-                found.append(zero)
-                allowed.append(inside[branch])
-                slopes.append(np.stack([at[k][branch][:, columns] - zero for k in (1, 2, 3)], axis=-1))
+        )
+        located = zoned.at(rows)
+        tips = np.stack([located.tips(axis) for axis in axes])[:, None]
+        zero, *shifted = (
+            linear_positions(machine.with_setup(offset, rotation), tips, rotary)
+            for offset in ((0.0, 0.0, 0.0), *map(as_triple, np.eye(3)))
+        )
+        admitted = np.stack([tilt.admits(axis, rows) for axis in axes])[:, None]
+        allowed = within_limits(_endless(machine), zero) & admitted
+        columns = machine.linear_columns
+        slopes = np.stack([(one - zero)[..., columns] for one in shifted], axis=-1)
+
+        def by_location(found: NDArray[Any]) -> NDArray[Any]:
+            return np.moveaxis(found.reshape(-1, *found.shape[2:]), 0, 1)
+
         return cls(
-            np.nan_to_num(np.stack(found, axis=1)),
-            np.stack(allowed, axis=1),
-            np.nan_to_num(np.stack(slopes, axis=1)),
+            np.nan_to_num(by_location(zero[..., columns])),
+            by_location(allowed),
+            np.nan_to_num(by_location(slopes)),
             machine.low[columns],
             machine.high[columns],
         )
