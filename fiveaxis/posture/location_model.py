@@ -70,7 +70,8 @@ class LocationModel:
         """Solve axis values, (m, ..., k), and how far tool axes are out of bounds, as `Problem.placed`."""
         rotary = np.broadcast_to(rotary, (len(rows), *rotary.shape[1:]))
         count = rotary.size // ANGLES
-        angles = np.ascontiguousarray(rotary).reshape(count, ANGLES)
+        # A copy in any case: one that can't be written to would have the loop compiled again.
+        angles = rotary.copy().reshape(count, ANGLES)
         at = np.repeat(rows, count // max(len(rows), 1))
         positions, excess = np.empty((count, self.tapes.values.outputs - 3)), np.empty(count)
         place(self.locations, at, angles, positions, excess)

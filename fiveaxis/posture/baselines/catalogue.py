@@ -255,7 +255,7 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array
         np.array(machine.rotary_columns),
         plus,
         minus,
-        anchor,
+        np.ascontiguousarray(anchor),
         follow(toolpath, machine, anchor).positions,
         _offsets(COARSE),
         _offsets(FINE),

@@ -277,7 +277,7 @@ def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> b
     here, then = trail.layers[(i - 1) % 2], trail.layers[i % 2]
     ahead = np.flatnonzero(problem.bound_rows[i:])
     rotary = sampled(problem, i + int(ahead[0]) if len(ahead) else i)
-    rotary = rotary[:: -(-len(rotary) // (most - size)) or 1]
+    rotary = np.ascontiguousarray(rotary[:: -(-len(rotary) // (most - size)) or 1])
     positions = problem.positions(np.full(len(rotary), i), rotary)
     cost, came, moved = cheapest_steps(task, here, before, i - 1, rotary, positions)
     kept = np.flatnonzero(np.isfinite(cost))
@@ -471,7 +471,8 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
     return Prices(
         costs.standing,
         costs.slope + TIE * tie,
-        costs.measured,
+        # In one order of memory: the search is compiled for each that it's given.
+        np.ascontiguousarray(costs.measured),
         standing_speeds(machine) * time[:, None],
         start * power,
         problem.bend_price,
