@@ -106,10 +106,11 @@ def on_hayashi() -> fx.Solution:
 
 
 @cache
-def on_trunnion() -> fx.Solution:
-    """An upright wall, on a machine whose rotary axes are reversed and offset, with known travels."""
+def on_trunnion(locations: int = 30) -> fx.Solution:
+    """An upright wall or its begin, on a machine of reversed and offset rotary axes, with known travels."""
     machine = fx.load_machine("linuxcnc-xyzac-trt").with_drives_of(fx.load_machine("hayashi-640123"))
-    return fx.optimise(cone_wall(0.0), machine, tilt=TILT, effort="quick")
+    path = cone_wall(0.0).at(np.arange(locations))
+    return fx.optimise(path, machine, tilt=TILT, effort="quick")
 
 
 @cache

@@ -7,7 +7,7 @@ from fuzzing.readers import Reader, readers
 from fuzzing.trial import try_reader
 
 # `tests/benchmarks/fuzz.py` gives each a hundred thousand.
-COUNT = 200
+COUNT = 120
 
 
 @pytest.mark.parametrize("reader", readers(), ids=lambda reader: reader.name)

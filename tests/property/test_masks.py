@@ -13,7 +13,7 @@ from fiveaxis.machine import load_machine
 from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")
-N = 48
+N = 30
 
 
 def ring(n: int = N) -> Toolpath:
@@ -77,7 +77,7 @@ caps = st.lists(
 )
 
 
-@settings(max_examples=5)
+@settings(max_examples=4)
 @given(kind=st.sampled_from([Caps, MappedCaps]), drawn=caps)
 @example(kind=MappedCaps, drawn=[(10, 20, 0.1, -0.1, 0.4)])
 def test_a_path_is_admitted_everywhere_and_sound(kind, drawn):

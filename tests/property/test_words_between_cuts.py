@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 
 import pytest
-from planted.trial import PARTS, Trial
+from planted.trial import PARTS, Trial, on_trunnion
 from planted.vocabulary import WORDS
 from planted.words import COMMENT
 
+import fiveaxis as fx
 from fiveaxis.nc import DIALECTS
 
 # What moves nothing by itself before the next block says G1 again, dwells, sets what only arcs and cycles
@@ -30,8 +31,9 @@ CONTROLS = [
 
 
 @pytest.fixture(scope="module")
-def solution():
-    return PARTS["trunnion"].solve()
+def solution() -> fx.Solution:
+    """What is put between two cuts doesn't need a long path."""
+    return on_trunnion(6)
 
 
 def untold(control: str, mode: str, solution, folder, words: list[str]) -> list[str]:

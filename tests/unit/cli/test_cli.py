@@ -35,7 +35,7 @@ FILES = ["motion.csv", "preview.html", "program.ngc", "report.html", "report.jso
 HEAVY = ("casadi", "trimesh", "matplotlib", "pinocchio", "numba", "meshcat", "scipy", "numpy")
 
 
-def ring(count: int = 72) -> np.ndarray:
+def ring(count: int = 36) -> np.ndarray:
     """Contacts and normals around a cylinder, the normals pointing slightly down."""
     angle = np.linspace(0.0, 2.0 * np.pi, count)
     around = np.stack([np.cos(angle), np.sin(angle), np.zeros(count)], axis=1)

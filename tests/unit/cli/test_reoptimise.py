@@ -53,7 +53,7 @@ def run(*words):
 @pytest.fixture
 def part(tmp_path):
     mesh = tmp_path / "ball.stl"
-    trimesh.creation.icosphere(subdivisions=5, radius=20.0).export(mesh)
+    trimesh.creation.icosphere(subdivisions=4, radius=20.0).export(mesh)
     return mesh
 
 

@@ -13,7 +13,7 @@ from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import Machine
 
 TOLERANCE = 0.05
-SAMPLES = 200
+SAMPLES = 100
 TORUS = trimesh.creation.torus(major_radius=25.0, minor_radius=6.0, major_sections=24, minor_sections=12)
 OBSTACLES = {
     "box": box_piece(np.array([20.0, 5.0, 30.0]), translation((25.0, 0.0, 10.0))),

@@ -202,8 +202,8 @@ def test_the_length_of_a_closed_pass_is_its_whole_circumference():
 @pytest.mark.parametrize(
     "options",
     [
-        {"spiral": True, "scallop": 0.05, "lead_in": 1.0},
-        {"strategy": "raster", "order": "islands", "direction": "zigzag"},
+        {"spiral": True, "scallop": 0.2, "lead_in": 1.0},
+        {"strategy": "raster", "stepover": 2.0, "order": "islands", "direction": "zigzag"},
     ],
 )
 def test_the_same_input_gives_the_same_path_whatever_the_options(spool, options):

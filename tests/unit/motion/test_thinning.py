@@ -103,8 +103,8 @@ def test_a_turn_on_the_spot_stays_a_block_of_its_own(hayashi):
 @pytest.mark.parametrize("name", ["hayashi-640123", "linuxcnc-xyzac-trt", "dmu50ev"])
 def test_no_two_neighbouring_blocks_could_be_one(name):
     machine = load_machine(name)
-    path = arc(400)
-    rotary = np.column_stack([np.linspace(0.3, 0.9, 400), 0.2 + 0.2 * np.sin(np.linspace(0.0, 3.0, 400))])
+    path = arc(100)
+    rotary = np.column_stack([np.linspace(0.3, 0.9, 100), 0.2 + 0.2 * np.sin(np.linspace(0.0, 3.0, 100))])
     filled, motion, _ = fill_in(path, machine, rotary)
     kept = thinned(filled, machine, motion).kept
     assert 2 < len(kept) < len(filled)

@@ -105,6 +105,7 @@ def test_the_cross_has_six_directions_and_no_simultaneous_cut(data):
         same = np.linalg.norm(np.diff(path.axis, axis=0), axis=1) < 1e-9
         assert same[path.cutting[1:]].all()
         assert [f.value for f in path.findings if f.code == "no-simultaneous-path"] == [1.0]
+    assert {path.operation.kind for path in paths} == {"3-axis", "3+2"}
     assert paths[-1].ignored["moves in machine coordinates"] == 64
 
 

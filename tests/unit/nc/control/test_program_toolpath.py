@@ -14,7 +14,7 @@ from fiveaxis.errors import ToolError, ToolpathError
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Axis, Chain, Line, Machine, load_machine, parse_code
+from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.control.moves import MACHINE_MOVES
 from fiveaxis.toolpath import MoveKind
@@ -132,36 +132,6 @@ def test_a_program_without_a_unit_is_read_in_mm_with_a_warning(data, haas_trunni
     assert "set unit=inch" in finding.message
 
 
-def machine_of(code, lines, reverse):
-    parsed = parse_code(code)
-    axes = tuple(Axis(c, reversed=c in reverse) for c in sorted(parsed.letters, key="XYZABC".index))
-    return Machine(code, parsed, Chain.from_code(parsed, lines), axes)
-
-
-def test_programs_of_two_controls_give_one_path(data, haas_trunnion):
-    """An operation posted in machine coordinates for a Haas, and of the tip for a DMU 70."""
-    haas_file = data / "toolpaths" / "nx_haas_vf2tr_machine_inch.nc"
-    dmu_file = data / "toolpaths" / "nx_dmu70_840d_traori_inch.mpf"
-    dmu = machine_of("650123", {"B": Line((0.0, 1.0, -1.0))}, reverse="B")
-    zeros = {f"{frame}{axis}": 0.0 for frame in ("G54", "G55", "G56") for axis in "XYZBC"}
-    one = fx.read_toolpath(haas_file, machine=haas_trunnion, tool=BALL, unit="inch", operation=3)
-    other = fx.read_toolpath(dmu_file, machine=dmu, tool=BALL, zero=zeros, operation=3)
-
-    def operation(path, file):
-        text = file.read_text(encoding="utf-8").split("\n")
-        begin = next(i for i, t in enumerate(text, start=1) if re.search(r"\( ?VARIABLE_CONTOUR_MCS9", t))
-        end = next(i for i, t in enumerate(text[begin:], start=begin + 1) if "M09" in t or "M9" in t)
-        return path.at(np.flatnonzero((path.source > begin) & (path.source < end) & path.cutting))
-
-    a, b = operation(one, haas_file), operation(other, dmu_file)
-    n = 300
-    assert min(len(a), len(b)) >= n
-    # Rounding of four decimals of an inch, and of three of two angles at 2.4 inch.
-    rounded = 25.4 * (2 * np.sqrt(3) * 0.5e-4 + 2 * np.radians(0.5e-3) * 2.4)
-    assert np.linalg.norm(tips(a)[:n] - tips(b)[:n], axis=1).max() < rounded
-    assert np.degrees(angle_between(a.axis[:n], b.axis[:n])).max() < 1e-3
-
-
 def nmv(data, **options):
     zeros = {f"{frame}{axis}": 0.0 for frame in WORK_OFFSETS for axis in "XYZBC"}
     return each_path(
@@ -214,18 +184,6 @@ def test_a_millplus_program_is_read_to_its_last_block(data):
     rapids = int(approach.message.split()[0]) + path.ignored["rapid moves to an unknown position"]
     assert len(silent) <= rapids + path.ignored["no move"]
     assert path.source[-1] == 2687
-
-
-def test_a_3_plus_2_program_has_no_simultaneous_path(data):
-    file = data / "toolpaths" / "spinner_achskreuz_840D_mm.mpf"
-    paths = each_path(file, machine=NUTATING, tool=BALL)
-    path = paths[-1]
-    for each in paths:
-        [finding] = [f for f in each.findings if f.code == "no-simultaneous-path"]
-        assert finding.value == 1.0
-    assert {each.operation.kind for each in paths} == {"3-axis", "3+2"}
-    assert path.source[-1] == 3059
-    assert path.ignored[MACHINE_MOVES] == 64
 
 
 # Other languages, through the same interpreter

@@ -106,10 +106,12 @@ def test_the_bound_holds_on_machines_of_the_library(name):
     for letter in linear:
         machine = limited(machine, letter, -1e4, 1e4)
     path, rng = wandering("ball:6", 4, 7), np.random.default_rng(1)
-    tilt = tilt_bounds(path, TILT)
+    # In a wider range the bound of one of them is 0.
+    tilt = tilt_bounds(path, (15.0, 30.0))
     problem = Problem.build(path, machine, tilt)
     layers = [admissible_postures(problem, row, 200, rng) for row in range(len(path))]
-    assert bound_travel(path, machine, tilt, work=WORK).total <= cheapest(problem, layers) + ROUNDING
+    bound = bound_travel(path, machine, tilt, work=WORK)
+    assert 0.0 < bound.total <= cheapest(problem, layers) + ROUNDING
 
 
 def test_axis_limits_raise_the_bound_and_it_stays_below_every_path():
@@ -219,7 +221,7 @@ def lifted(counterbalance: float, regeneration: float) -> Machine:
 @pytest.mark.parametrize(("counterbalance", "regeneration"), [(0.0, 0.7), (2.0, 0.0)])
 def test_no_program_takes_less_energy_than_the_bound(counterbalance, regeneration):
     machine = lifted(counterbalance, regeneration)
-    path = wandering("ball:6", 12, 5)
+    path = wandering("ball:6", 6, 5)
     found = fx.optimise(path, machine, tilt=(10, 40), effort="quick")
     bound = bound_energy(found.toolpath, found.machine, found.tilt, work=WORK)
     assert 0.0 < bound.total <= found.energy.total
