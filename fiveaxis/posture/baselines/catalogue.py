@@ -150,8 +150,10 @@ def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     pairs = [*_leads_and_leans(tilt), *_drawn_pairs(tilt, forward)]
     ranked = sorted((found[0], *pair) for pair in pairs if (found := priced(*pair, sample)) is not None)
     best: tuple[float, Array] | None = None
+    # On the whole path the first is the best.
+    contenders = RANKED_KEPT if len(sample) < len(toolpath) else 1
     for number, (_, lead, lean) in enumerate(ranked):
-        if number >= RANKED_KEPT and best is not None:
+        if number >= contenders and best is not None:
             break
         held = priced(lead, lean, np.arange(len(toolpath)))
         if held is not None and (best is None or held[0] < best[0]):
