@@ -111,7 +111,7 @@ def dome(tmp_path: Path) -> Path:
     """The first passes of the dome's underside: searches of it end in different valleys."""
     lines = (Path(__file__).parents[4] / "shared/data/cases/dome_underside.csv").read_text().splitlines()
     path = tmp_path / "dome.csv"
-    path.write_text("\n".join(lines[:101]) + "\n")
+    path.write_text("\n".join(lines[:251]) + "\n")
     return path
 
 
