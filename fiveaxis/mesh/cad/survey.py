@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray, angle_between
+from fiveaxis.geometry import Array, IntArray, angle_between, product
 from fiveaxis.mesh.cad.model import Model
 from fiveaxis.mesh.cad.records import Face
 
@@ -84,12 +84,12 @@ def _sheet(
     face: Face, rows: IntArray, normals: Array, bends: Array, areas: Array, corners: Array
 ) -> FaceSheet:
     weights, middles = areas[rows] / max(float(areas[rows].sum()), 1e-300), corners[rows].mean(axis=1)
-    mean = weights @ normals[rows, 3]
-    known = float(np.linalg.norm(mean)) > 1e-3
+    mean = product(weights, normals[rows, 3])
+    known = float(np.linalg.norm(mean, axis=-1)) > 1e-3
     spread = angle_between(normals[rows].reshape(-1, 3), mean[None]).max() if known else math.pi
     below = normals[rows, 3, 2] <= -np.sin(LEAST_OVERHANG)
     bend = float(bends[rows].max(initial=0.0))
-    inner = np.linalg.norm(middles - weights @ middles, axis=1).argmin()
+    inner = np.linalg.norm(middles - product(weights, middles), axis=1).argmin()
     return FaceSheet(
         face=face,
         normal=tuple(mean.tolist()),
