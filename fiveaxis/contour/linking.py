@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -228,7 +228,6 @@ class Relinker:
     linker : finds the routes
     lead_in, lead_out : mm, radius of the arcs before and after passes; 0 for none
     bare : keys of the ends without an arc in the plan
-    inset : mm, along the normal from the centre of the ball that touches to the path's pivot
     found : cache of leads
     """
 
@@ -236,21 +235,22 @@ class Relinker:
     lead_in: float = 0.0
     lead_out: float = 0.0
     bare: Collection[bytes] = frozenset()
-    inset: float = 0.0
     found: dict[tuple[bytes, float], Lead | None] = field(default_factory=dict)
 
     @classmethod
-    def like(cls, laid: Linking, lead_in: float, lead_out: float, inset: float = 0.0) -> Relinker:
+    def like(cls, laid: Linking, lead_in: float, lead_out: float) -> Relinker:
         """Lay links as a plan did."""
         leads = [
             (e, a) for p in laid.passes for e, a in zip(p.cut.ends(), (p.arrival, p.departure), strict=True)
         ]
         bare = frozenset(_key(end) for end, lead in leads if not len(lead.arc))
-        return cls(laid.linker, lead_in, lead_out, bare, inset)
+        return cls(laid.linker, lead_in, lead_out, bare)
 
     def __call__(self, leaving: PassEnd | None, arriving: PassEnd | None) -> Array | None:
         """Lay the link between two ends (`fiveaxis.toolpath.passes.Relink`)."""
-        leaving, arriving = (end and self._centred(end) for end in (leaving, arriving))
+        if self.linker.step:
+            # Pivots alone don't lead a cutter off its contact that isn't a ball.
+            return None
         ends = (leaving, self.lead_out), (arriving, self.lead_in)
         departure, arrival = (None if end is None else self._lead(end, radius) for end, radius in ends)
         if leaving is None:
@@ -263,12 +263,7 @@ class Relinker:
             return None
         else:
             link = _lay_link((leaving, departure), (arriving, arrival), self.linker)
-        # Only a ball's pivot is on the tool axis in the air as at the contact.
-        return _divided(link) if self.linker.step else _divided(np.vstack([leaving.pivot, link]))[1:]
-
-    def _centred(self, end: PassEnd) -> PassEnd:
-        """Return a path's end with the centre of the ball that touches in place of the pivot."""
-        return replace(end, pivot=end.pivot - self.inset * end.normal) if self.inset else end
+        return _divided(np.vstack([leaving.pivot, link]))[1:]
 
     def _lead(self, end: PassEnd, radius: float) -> Lead | None:
         key = _key(end), radius

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn, Unpack
@@ -13,6 +13,7 @@ from fiveaxis.contour.ball_space import BallSpace, Linker
 from fiveaxis.contour.contacts import sample_loop
 from fiveaxis.contour.leaning import Leaning
 from fiveaxis.contour.linking import (
+    EMPTY,
     LINK_SPACING,
     LinkedPass,
     Linking,
@@ -177,7 +178,7 @@ def plan_passes(
     path = replace(
         path, findings=(*sized, *body_findings(mesh, name), *found), normals_from=surface.normals_from
     )
-    relink = Relinker.like(opened, options.lead_in, options.lead_out, leaning.zone.radius - leaning.ball)
+    relink = Relinker.like(opened, options.lead_in, options.lead_out)
     return Plan(path, Passes(first, last, len(path), relink))
 
 
@@ -288,8 +289,9 @@ def _toolpath(
     left_out: LeftOut,
 ) -> tuple[Toolpath, IntArray, IntArray]:
     """Build one path of passes and links; return the first and last row of each pass with it."""
+    lifted = _lifted(linked, leaning)
     pivot, contact, normal, kind = (
-        np.concatenate(column) for column in zip(*(_rows(p, leaning) for p in linked), strict=True)
+        np.concatenate(column) for column in zip(*(_rows(p, n, leaning) for p, n in lifted), strict=True)
     )
     n = len(pivot)
     path = Toolpath(
@@ -307,29 +309,60 @@ def _toolpath(
     )
     in_air = path.kind[1:] == MoveKind.LINK
     if not leaning.turns_in_place:
-        # Between a contact and a point of the axis nothing lies halfway.
-        in_air &= path.kind[:-1] == MoveKind.LINK
+        # Between an arc's centre and a point of the axis nothing lies halfway.
+        unknown = np.isnan(path.normal[:, 0])
+        in_air &= unknown[1:] & unknown[:-1]
     parts = np.where(in_air, np.ceil(path.lengths[1:] / LINK_SPACING), 1.0).astype(np.int64)
     parts = np.maximum(parts, 1)
     path = divide(path, parts)
-    ends = np.cumsum([len(p.approach) + len(p.cut) + len(p.retract) for p in linked])
-    last = ends - 1 - [len(p.retract) for p in linked]
+    ends = np.cumsum([len(p.approach) + len(p.cut) + len(p.retract) for p, _ in lifted])
+    last = ends - 1 - [len(p.retract) for p, _ in lifted]
     row = np.concatenate([[0], np.cumsum(parts)])
     first, last = row[last + 1 - [len(p.cut) for p in linked]], row[last]
     return replace(path, source=np.arange(1, len(path) + 1), shape="smooth", given=None), first, last
 
 
-def _rows(linked: LinkedPass, leaning: Leaning) -> tuple[Array, Array, Array, IntArray]:
+def _lifted(linked: Sequence[LinkedPass], leaning: Leaning) -> list[tuple[LinkedPass, Array]]:
+    """Add to links the points at which a cutter that isn't a ball leaves its contacts, and reaches them.
+
+    From the contact there the cutter moves as a whole, still at the contact's normal: without one its axis
+    goes through the pivot.
+
+    Returns
+    -------
+    Passes with their links, whose points are pivots, and the normals of the links' points, (n, 3)
+    """
+    found, left = [], EMPTY
+    gap = leaning.outer - leaning.zone.radius
+    for each in linked:
+        first, last = each.cut.contacts.smooth[:1], each.cut.contacts.smooth[-1:]
+        air = np.full_like(each.approach, np.nan), np.full_like(each.retract, np.nan)
+        if leaning.turns_in_place:
+            found.append((each, np.vstack(air)))
+            continue
+        away = each.approach[: len(left)] - gap * left
+        approach = np.vstack([away, each.approach, each.approach[-1:] - gap * first])
+        back = each.retract[:1] - gap * last[: len(each.retract)]
+        normals = [left, air[0], first, last[: len(back)], air[1]]
+        found.append((LinkedPass(approach, each.cut, np.vstack([back, each.retract])), np.vstack(normals)))
+        left = last
+    return found
+
+
+def _rows(linked: LinkedPass, link_normals: Array, leaning: Leaning) -> tuple[Array, Array, Array, IntArray]:
     """Return pivot, contact, normal and kind of a pass with its links."""
     contacts, radius = linked.cut.contacts, leaning.ball
     inset = leaning.zone.radius - radius
     pivots = linked.cut.centres + inset * contacts.smooth if inset else linked.cut.centres
     pivot = np.vstack([linked.approach, pivots, linked.retract])
+    inner = slice(len(linked.approach), len(linked.approach) + len(contacts))
     cutting = np.zeros(len(pivot), dtype=bool)
-    # Only a ball's axis may go through its pivot, as without a normal; others stay in contact about an edge.
+    # A ball's axis may go through its pivot, as without a normal; others stay in contact about an edge.
     touches = ~contacts.rolling if leaning.turns_in_place else np.ones(len(contacts), dtype=bool)
-    cutting[len(linked.approach) :][: len(contacts)] = touches
+    cutting[inner] = touches
     contact, normal = np.full_like(pivot, np.nan), np.full_like(pivot, np.nan)
+    normal[: inner.start] = link_normals[: inner.start]
+    normal[inner.stop :] = link_normals[inner.start :]
     touched = contacts.take(np.flatnonzero(touches), closed=False)
     normal[cutting] = touched.smooth
     # Where facets are coarse the ball stands on one of them, and not along the smoothed normal: the contact

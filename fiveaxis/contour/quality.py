@@ -12,7 +12,7 @@ from fiveaxis.contour.ball_space import CHORD_GOUGE
 from fiveaxis.contour.options import PlanOptions, Walls
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, product
 from fiveaxis.mesh import TriangleTree, Unit, facet_normals, mesh_size, take_mesh, tree_of
-from fiveaxis.options import MESH_TOLERANCE, Strategy
+from fiveaxis.options import MESH_TOLERANCE, SURFACE_TOLERANCE, Strategy
 from fiveaxis.toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -147,6 +147,9 @@ class _Cuts:
     def of(cls, toolpath: Toolpath, tree: TriangleTree) -> _Cuts:
         rows = np.flatnonzero(toolpath.cutting & np.isfinite(toolpath.normal).all(axis=1))
         zone, is_ball = toolpath.zone, toolpath.zone.offset == 0.0
+        if not is_ball:
+            # The move to the first contact of a pass counts as a cut, and locations may have been inserted.
+            rows = rows[tree.distances(toolpath.contact[rows]) < SURFACE_TOLERANCE]
         ball = zone.principal_radii(zone.least)[0]
         centres = toolpath.pivot[rows] + (ball - zone.radius) * toolpath.normal[rows]
         points, _, _ = tree.nearest(centres if is_ball else toolpath.contact[rows])

@@ -19,7 +19,12 @@ from fiveaxis.verification.gouging import check_gouge
 
 
 def has_pairs(machine: Machine, tool: Tool, around: Surroundings) -> bool:
-    """Check whether any bodies could touch, and whether coal is there to ask."""
+    """Check whether any bodies could touch, and whether coal is there to ask.
+
+    Cutters that aren't balls could touch the part between two clear locations.
+    """
+    if around.part is not None and not tool.cutter.is_ball:
+        return True
     try:
         return bool(choose_pairs(build_scene(machine, tool, around), around.clearances)[0])
     except MissingDependency:

@@ -86,7 +86,8 @@ def refined(toolpath: Toolpath, row: Array) -> Toolpath:
     """
     path = through(toolpath, row)
     cut = path.cutting[:, None]
-    normal = np.where(cut, _turned_or_nearest(toolpath.normal, row), path.normal)
+    # Off a contact, and back to one, a link keeps the normal.
+    normal = np.where(cut, _turned_or_nearest(toolpath.normal, row), turned(toolpath.normal, row))
     axis = _turned_or_nearest(toolpath.axis, row)
     touching = np.where(np.isfinite(path.contact), path.contact, path.pivot - path.zone.radius * normal)
     contact = np.where(np.isfinite(_nearest(toolpath.contact, row)), touching, path.contact)

@@ -37,7 +37,8 @@ class Toolpath(HasColumns, ShownAsTable):
     tool : the cutter
     pivot : (n, 3), mm, workpiece frame; where the normal is unknown the tool axis passes through it
     contact : (n, 3), mm, workpiece frame; cutter contact point, NaN where unknown or in the air
-    normal : (n, 3), unit vectors out of the material, NaN where unknown or in the air
+    normal : (n, 3), unit vectors out of the material, NaN where unknown or in the air; a link may keep that
+        of the contact that it leaves or reaches
     axis : (n, 3), unit vectors from tip to shank as programmed, NaN where none is
     feed : (n,), mm/s, along the move that ends at the row
     kind : (n,), `MoveKind` values
