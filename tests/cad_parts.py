@@ -17,7 +17,9 @@ import numpy as np
 def shapes() -> dict[str, list[Any]]:
     """Solids and shells by the name of their file."""
     import OCP.collections as lists
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut as Cut
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge as Edge
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform as Transform
     from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox as Box
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone as Cone
@@ -26,7 +28,7 @@ def shapes() -> dict[str, list[Any]]:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere as Sphere
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus as Torus
     from OCP.GeomAPI import GeomAPI_PointsToBSpline
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Vec
+    from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 
     points = lists.Array1_gp_Pnt(1, 5)
     for i, (x, z) in enumerate(((10, 0), (14, 5), (8, 12), (11, 18), (9, 25))):
@@ -40,7 +42,12 @@ def shapes() -> dict[str, list[Any]]:
         loft.AddWire(section(float(z), twist, float(chord)))
         if z != 20:
             ruled.AddWire(section(float(z), twist, float(chord)))
+    post, cut = Cylinder(15.0, 40.0).Shape(), gp_Trsf()
+    cut.SetRotation(gp_Ax1(gp_Pnt(0, 0, 20), gp_Dir(1, 0, 0)), 0.3)
+    half = Transform(Box(gp_Pnt(-20, -20, 20), 40.0, 40.0, 40.0).Shape(), cut).Shape()
+    hole = Cylinder(gp_Ax2(gp_Pnt(-30, 0, 9), gp_Dir(1, 0, 0)), 4.0, 60.0).Shape()
     return {
+        "slanted": [Cut(Cut(post, half).Shape(), hole).Shape()],
         "sphere": [Sphere(10.0).Shape()],
         "torus": [Torus(12.0, 4.0).Shape()],
         "cylinder": [Cylinder(5.0, 20.0).Shape()],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,6 +49,10 @@ class Contacts:
         """Pick rows in a given order."""
         return Contacts(self.points[rows], self.normals[rows], self.smooth[rows], self.rolling[rows], closed)
 
+    def reversed(self) -> Contacts:
+        """Return the rows in the other order."""
+        return self.take(np.arange(len(self))[::-1], closed=self.closed)
+
     @classmethod
     def joined(cls, parts: Sequence[Contacts]) -> Contacts:
         """Return the rows of several curves, one after the other."""
@@ -92,34 +96,68 @@ def sample_loop(
     if not solid.any():
         return None
     facets, faces, points = facets[solid], loop.faces[solid], loop.points[solid].reshape(-1, 3)
-    if surface.model is None:
-        both, smooth = np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3)
-        normals, smooth = placed_normals(both, smooth, radius, roundest)
-        before, after = facets, np.roll(facets, -1, axis=0)
-    else:
+    if surface.model is not None:
         points, normals = surface.onto(points, np.repeat(faces, 2))
-        smooth, before, after = normals, normals[1::2], np.roll(normals[::2], -1, axis=0)
-    sharp = angle_between(before, after) > surface.crease
-    if loop.closed:
-        points, normals, smooth = (np.vstack([nodes, nodes[:1]]) for nodes in (points, normals, smooth))
-    nodes = Contacts(points, normals, smooth, np.zeros(len(points), dtype=bool), closed=False)
-    curve = _Curve.through(nodes, sharp, radius=roundest or radius, spacing=spacing)
-    stations = _stations(curve, closed=loop.closed, radius=radius)
-    contacts = curve.at(stations, closed=loop.closed)
-    return contacts if surface.model is None else _moved_onto(surface, contacts, curve, stations, faces)
+
+        def onto(segment: IntArray, share: Array) -> tuple[Array, Array]:
+            start, end = points[2 * segment], points[2 * segment + 1]
+            return surface.onto(start + share[:, None] * (end - start), faces[segment])
+
+        return follow(
+            points,
+            normals,
+            onto,
+            closed=loop.closed,
+            crease=surface.crease,
+            radius=radius,
+            roundest=roundest,
+            spacing=spacing,
+        )
+    both, smooth = np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3)
+    normals, smooth = placed_normals(both, smooth, radius, roundest)
+    sharp = angle_between(facets, np.roll(facets, -1, axis=0)) > surface.crease
+    turning = roundest or radius
+    curve = _Curve.through(
+        points, normals, smooth, sharp, closed=loop.closed, radius=turning, spacing=spacing
+    )
+    return curve.at(_stations(curve, closed=loop.closed, radius=radius), closed=loop.closed)
 
 
-def _moved_onto(
-    surface: Surface, contacts: Contacts, curve: _Curve, stations: Array, faces: IntArray
+def follow(
+    points: Array,
+    normals: Array,
+    onto: Callable[[IntArray, Array], tuple[Array, Array]],
+    *,
+    closed: bool,
+    crease: float,
+    radius: float,
+    roundest: float | None,
+    spacing: float,
+    hollow: float = np.inf,
+    sideways: float = np.inf,
 ) -> Contacts:
-    """Move contacts between nodes onto the exact surfaces of their triangles' faces.
+    """Place contacts along a curve on exact surfaces, as `sample_loop` does.
 
-    Those at an edge, between the normals of two faces, stay.
+    Parameters
+    ----------
+    points, normals : (2m, 3), mm and unit vectors: start and end of each segment
+    onto : finds exact points and normals of segments, (n,), at shares of their length, (n,)
+    closed : whether the last segment's end is the first one's start
+    crease : rad; about sharper edges between segments the ball rolls
+    radius, spacing : mm
+    roundest : mm, as for `placed_normals`
+    hollow, sideways : mm, how far straight moves of the ball's centre may be off a concave curve, and off the
+        curve to its sides
     """
-    interval = curve.interval(stations)
+    sharp = angle_between(normals[1::2], np.roll(normals[::2], -1, axis=0)) > crease
+    turning = roundest or radius
+    curve = _Curve.through(points, normals, normals, sharp, closed=closed, radius=turning, spacing=spacing)
+    stations = _stations(curve, closed=closed, radius=radius, hollow=hollow, sideways=sideways)
+    contacts, (interval, share) = curve.at(stations, closed=closed), curve.place(stations)
     points, normals = contacts.points.copy(), contacts.normals.copy()
+    # Those at an edge, between the normals of two segments, stay.
     rows = np.flatnonzero(interval % 2 == 0)
-    points[rows], normals[rows] = surface.onto(points[rows], faces[interval[rows] // 2])
+    points[rows], normals[rows] = onto(interval[rows] // 2, share[rows])
     return replace(contacts, points=points, normals=normals, smooth=normals)
 
 
@@ -195,53 +233,71 @@ class _Curve:
     jump: BoolArray
 
     @classmethod
-    def through(cls, nodes: Contacts, sharp: BoolArray, *, radius: float, spacing: float) -> _Curve:
+    def through(
+        cls,
+        points: Array,
+        normals: Array,
+        smooth: Array,
+        sharp: BoolArray,
+        *,
+        closed: bool,
+        radius: float,
+        spacing: float,
+    ) -> _Curve:
         """Make the curve of nodes; `sharp`, (m,), marks segments that meet the next one at a sharp edge."""
-        lengths = np.linalg.norm(np.diff(nodes.points, axis=0), axis=1)
+        if closed:
+            points, normals, smooth = (np.vstack([nodes, nodes[:1]]) for nodes in (points, normals, smooth))
+        nodes = Contacts(points, normals, smooth, np.zeros(len(points), dtype=bool), closed=False)
+        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
         k = np.arange(len(lengths))
         # Odd intervals join the end of a segment to the start of the next: same point, another normal.
         jump = (k % 2 == 1) & sharp[k // 2]
         largest_turn = 2.0 * math.acos(max(0.0, 1.0 - CHORD_DEPTH / radius))
         # Steps in each interval, so that neither length nor turn exceeds its limit.
-        needs = np.maximum(lengths / spacing, _convex_turn(nodes.points, nodes.normals) / largest_turn)
+        needs = np.maximum(lengths / spacing, _convex_turn(points, normals) / largest_turn)
         return cls(nodes, np.concatenate([[0.0], np.cumsum(needs)]), jump)
 
-    def interval(self, wanted: Array) -> IntArray:
-        """Find the intervals of nodes, (n,), in which stations lie; even ones are segments."""
+    def place(self, wanted: Array) -> tuple[IntArray, Array]:
+        """Find the intervals between nodes, (n,), and the shares of them, (n,), at stations.
+
+        Even intervals are segments.
+        """
         k = np.searchsorted(self.stations, wanted, side="right") - 1
-        return np.clip(k, 0, len(self.jump) - 1)
+        k = np.clip(k, 0, len(self.jump) - 1)
+        length = np.maximum(self.stations[k + 1] - self.stations[k], 1e-12)
+        return k, np.clip((wanted - self.stations[k]) / length, 0.0, 1.0)
 
     def at(self, wanted: Array, *, closed: bool) -> Contacts:
         """Return the contacts at stations, (n,) ascending."""
-        k = self.interval(wanted)
-        length = np.maximum(self.stations[k + 1] - self.stations[k], 1e-12)
-        share = np.clip((wanted - self.stations[k]) / length, 0.0, 1.0)
+        k, share = self.place(wanted)
         rolling = self.jump[k] & (share > 0.0) & (share < 1.0)
         before, after = (self.nodes.take(rows, closed=closed) for rows in (k, k + 1))
         return before.blended(after, share, rolling)
 
 
-def _stations(curve: _Curve, *, closed: bool, radius: float) -> Array:
-    """Return stations along a curve in equal steps of length and turning, refined."""
+def _stations(
+    curve: _Curve, *, closed: bool, radius: float, hollow: float = np.inf, sideways: float = np.inf
+) -> Array:
+    """Return stations along a curve in equal steps of length and turning, refined.
+
+    Steps are halved in which the straight move of the ball's centre cuts off too much of a convex arc, or is
+    too far off the curve otherwise.
+    """
     total = curve.stations[-1]
-    count = max(3, int(np.ceil(total - 1e-9)))
-    stations = _refine(curve, np.linspace(0.0, total, count + 1), radius)
-    return stations[:-1] if closed else stations
-
-
-def _refine(curve: _Curve, stations: Array, radius: float) -> Array:
-    """Halve the steps in which the straight move of the ball's centre cuts off too much of a convex arc."""
+    stations = np.linspace(0.0, total, max(3, int(np.ceil(total - 1e-9))) + 1)
     for _ in range(REFINEMENTS):
         middles = (stations[:-1] + stations[1:]) / 2.0
         rows, between = curve.at(stations, closed=False), curve.at(middles, closed=False)
         centres = rows.points + radius * rows.normals
         sag = between.points + radius * between.normals - (centres[:-1] + centres[1:]) / 2.0
+        depth = np.einsum("ij,ij->i", sag, between.normals)
+        aside = np.linalg.norm(sag - depth[:, None] * between.normals, axis=1)
         # 1 % for rounding, as steps are chosen to just meet the limit.
-        deep = np.einsum("ij,ij->i", sag, between.normals) > 1.01 * CHORD_DEPTH
+        deep = (depth > 1.01 * CHORD_DEPTH) | (-depth > hollow) | (aside > sideways)
         if not deep.any():
             break
         stations = np.sort(np.concatenate([stations, middles[deep]]))
-    return stations
+    return stations[:-1] if closed else stations
 
 
 def _convex_turn(points: Array, normals: Array) -> Array:

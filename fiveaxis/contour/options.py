@@ -11,19 +11,26 @@ import numpy as np
 from fiveaxis.contour.leaning import Leaning
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, product
-from fiveaxis.options import Direction, Order, PlanContour, Strategy, completed, options_of
+from fiveaxis.options import Direction, FlowAlong, Order, PlanContour, Strategy, completed, options_of
 from fiveaxis.toolpath import Constraints, Tool
 from fiveaxis.toolpath.bounds import Range
 
 # Least angle between a wall's normal and that of the section planes; on flatter faces the passes would be too
 # far apart. Faces within the same angle of straight down lie on the table.
 FLATTEST_WALL = np.radians(10.0)
+LOWEST = -float(np.cos(FLATTEST_WALL))
 # An overhanging wall's normal points at least this far below the horizontal.
 LEAST_OVERHANG = np.radians(1.0)
 # mm, default distance of the sections.
 STEP = 1.0
 # Finest step and spacing, as a share of the part's extent.
 FINEST_SHARE = 1e-5
+# Options that a strategy doesn't have.
+FOREIGN = {
+    "waterline": ("stepover", "raster_angle", "flow_along"),
+    "raster": ("stepdown", "flow_along", "spiral"),
+    "flow": ("stepdown", "raster_angle"),
+}
 # Contact points of a plan: more take hours, and are mostly a wrong unit.
 MOST_CONTACTS = 3e6
 
@@ -34,18 +41,19 @@ class Walls:
 
     Parameters
     ----------
-    plane : (3,), unit normal of the section planes, workpiece frame
+    plane : (3,), unit normal of the section planes, workpiece frame; 0 if there are none
     overhang : only walls whose normals point downward
+    lowest : z of the lowest normals
     """
 
     plane: Array
     overhang: bool = False
+    lowest: float = LOWEST
 
     def keep(self, normals: Array) -> BoolArray:
         """Check which normals, (n, 3) unit vectors in the workpiece frame, belong to walls, (n,)."""
         across = product(normals, self.plane)
-        flattest = np.cos(FLATTEST_WALL)
-        wall: BoolArray = (np.abs(across) <= flattest) & (normals[:, 2] >= -flattest)
+        wall: BoolArray = (np.abs(across) <= np.cos(FLATTEST_WALL)) & (normals[:, 2] >= self.lowest)
         return wall & (normals[:, 2] <= -np.sin(LEAST_OVERHANG)) if self.overhang else wall
 
 
@@ -64,6 +72,7 @@ class PlanOptions:
     stepover: float | None
     scallop: float | None
     raster_angle: float | None
+    flow_along: FlowAlong | None
     faces: str | None
     spacing: float
     overhang: bool
@@ -98,23 +107,19 @@ class PlanOptions:
         self._check_strategy()
 
     def _check_strategy(self) -> None:
-        raster = self.strategy == "raster"
-        foreign = ("stepdown",) if raster else ("stepover", "raster_angle")
-        for name in foreign:
-            if getattr(self, name) is not None:
-                other = "stepover" if raster else "strategy = 'raster' or leave it out"
-                unit = options_of(PlanContour)[name][1].unit
-                raise SettingError(
-                    f"{name} = {getattr(self, name):g} {unit} is no option of the {self.strategy} strategy; "
-                    f"give {other}"
-                )
-        if raster and self.spiral:
-            raise SettingError("spiral joins closed waterlines; give strategy = 'waterline' with it")
+        for name in FOREIGN[self.strategy]:
+            value, unit = getattr(self, name), options_of(PlanContour)[name][1].unit
+            if value is None or value is False:
+                continue
+            said = f"{value:g} {unit}" if unit else str(value).lower()
+            own = " or ".join(repr(word) for word in FOREIGN if name not in FOREIGN[word])
+            other = "stepover" if name == "stepdown" else f"strategy = {own} with it, or leave it out"
+            raise SettingError(f"{name} = {said} is no option of the {self.strategy} strategy; give {other}")
 
     @property
     def step(self) -> float | None:
-        """Largest distance of neighbouring sections, mm; None where only the scallop limits it."""
-        step = self.stepover if self.strategy == "raster" else self.stepdown
+        """Largest distance of neighbouring sections or lines, mm; None where only the scallop limits it."""
+        step = self.stepdown if self.strategy == "waterline" else self.stepover
         return STEP if step is None and self.scallop is None else step
 
     @property
@@ -133,14 +138,18 @@ class PlanOptions:
     @property
     def walls(self) -> Walls:
         """The part of the surface that is cut."""
-        return Walls(self.frame[2], self.overhang)
+        if self.strategy != "flow":
+            return Walls(self.frame[2], self.overhang)
+        # No sections, which could be too far apart on some walls; a face that is named is cut wherever it is.
+        return Walls(np.zeros(3), self.overhang, LOWEST if self.faces is None else -np.inf)
 
     @property
     def backward(self) -> bool:
         """Whether passes run against the sections' direction, which has the material to its right.
 
         A waterline climbs with the wall to its right. A raster engages the strip that the next passes cut; as
-        its sections are cut in descending order along their normal, that strip lies to their left.
+        its sections are cut in descending order along their normal, that strip lies to their left. Lines of
+        flow have it to their right.
         """
         return (self.direction == "conventional") != (self.strategy == "raster")
 
@@ -167,7 +176,7 @@ class PlanOptions:
             )
         strip = self.strip_radius(found)
         if self.scallop is not None and strip <= self.scallop:
-            step = "stepover" if self.strategy == "raster" else "stepdown"
+            step = "stepdown" if self.strategy == "waterline" else "stepover"
             raise SettingError(
                 f"scallop = {self.scallop:g} mm: within the bounds on its lean {tool} can cut a strip of "
                 f"radius {max(strip, 0.0):.3g} mm, as it does when it leans across the feed; bound lead and "

@@ -82,13 +82,15 @@ def by_levels(levels: Sequence[Sequence[Pass]], *, reversible: bool = False) -> 
     return Queue(flat, below, reversible)
 
 
-def islands(levels: Sequence[Sequence[Pass]], plane: Array) -> tuple[list[Pass], list[list[int]]]:
+def islands(
+    levels: Sequence[Sequence[Pass]], farthest: Sequence[float]
+) -> tuple[list[Pass], list[list[int]]]:
     """Make each pass wait only for its neighbours on the level before.
 
     Parameters
     ----------
     levels : passes by level, in cutting order
-    plane : (3,), unit normal of the sections
+    farthest : mm, largest distance of neighbouring passes of each level and the next
 
     Returns
     -------
@@ -97,8 +99,8 @@ def islands(levels: Sequence[Sequence[Pass]], plane: Array) -> tuple[list[Pass],
     """
     flat, ranks = _flatten(levels)
     below: list[list[int]] = [[] for _ in flat]
-    for upper, lower in pairwise(ranks):
-        pairs = neighbours([flat[k] for k in upper], [flat[k] for k in lower], plane)
+    for (upper, lower), gap in zip(pairwise(ranks), farthest, strict=True):
+        pairs = neighbours([flat[k] for k in upper], [flat[k] for k in lower], gap)
         for a, b in sorted(pairs):
             below[upper[a]].append(lower[b])
     return flat, below

@@ -15,7 +15,7 @@ from fiveaxis.contour.ball_space import BallSpace
 from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.options import FLATTEST_WALL, Walls
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, product
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh.surface import SHARP_EDGE
 from fiveaxis.toolpath.passes import PassEnd
 
@@ -239,16 +239,16 @@ def _length(points: Array, *, closed: bool) -> float:
     return float(np.linalg.norm(steps, axis=1).sum())
 
 
-def neighbours(upper: Sequence[Pass], lower: Sequence[Pass], plane: Array) -> set[tuple[int, int]]:
-    """Pair the passes of two neighbouring sections that lie next to each other on one wall.
+def neighbours(upper: Sequence[Pass], lower: Sequence[Pass], farthest: float) -> set[tuple[int, int]]:
+    """Pair the passes of two neighbouring levels that lie next to each other on one wall.
 
-    Two passes are neighbours if, for some contact of one, the nearest contact in the other's section lies on
+    Two passes are neighbours if, for some contact of one, the nearest contact in the other's level lies on
     the other, close enough to be on the same wall.
 
     Parameters
     ----------
-    upper, lower : passes of each section
-    plane : (3,), unit normal of the sections
+    upper, lower : passes of each level
+    farthest : mm, largest distance of neighbouring passes
 
     Returns
     -------
@@ -256,8 +256,6 @@ def neighbours(upper: Sequence[Pass], lower: Sequence[Pass], plane: Array) -> se
     """
     if not upper or not lower:
         return set()
-    gap = float(product(upper[0].contacts.points[0] - lower[0].contacts.points[0], plane))
-    farthest = FARTHEST * abs(gap)
     down = _nearest(lower, upper, farthest)
     return {(b, a) for a, b in down} | _nearest(upper, lower, farthest)
 

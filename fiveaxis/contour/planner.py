@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn, Unpack
@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NoReturn, Unpack
 import numpy as np
 
 from fiveaxis.contour.ball_space import BallSpace, Linker
-from fiveaxis.contour.contacts import sample_loop
+from fiveaxis.contour.contacts import Contacts, sample_loop
+from fiveaxis.contour.flow import flow_lines
 from fiveaxis.contour.leaning import Leaning
 from fiveaxis.contour.linking import (
     EMPTY,
@@ -24,7 +25,7 @@ from fiveaxis.contour.linking import (
 )
 from fiveaxis.contour.options import PlanOptions
 from fiveaxis.contour.ordering import Queue, by_levels, in_order, islands
-from fiveaxis.contour.passes import LeftOut, Pass, split_passes
+from fiveaxis.contour.passes import FARTHEST, LeftOut, Pass, split_passes
 from fiveaxis.contour.sections import level_curvature, scallop_levels, section_levels, section_loops
 from fiveaxis.contour.spiral import Turns, join_spirals
 from fiveaxis.errors import Infeasible, MeshError
@@ -159,18 +160,18 @@ def plan_passes(
             file=name,
         )
     space = BallSpace(TriangleTree.build(surface.triangles), leaning.ball, model)
-    levels, left_out = _cut_levels(chosen, space, options, leaning, progress)
+    levels, farthest, left_out = _cut_levels(chosen, space, options, leaning, name, progress)
     outer = leaning.outer
     linker = Linker(replace(space, radius=outer), surface.bounds, options.clearance, outer - space.radius)
     if options.spiral:
         turns = Turns(chosen, space, options.spacing, leaning.roundest)
-        levels, apart = join_spirals(levels, turns, options.frame[2], lambda ring: free_start(ring, linker))
+        levels, apart = join_spirals(levels, turns, farthest, lambda ring: free_start(ring, linker))
         left_out += apart
-    opened = _opened(levels, linker, options)
+    opened = _opened(levels, farthest, linker, options)
     linked = opened.joined()
     left_out += opened.left_out
     if not linked:
-        _refuse(surface, space, left_out, tool, name, overhang=options.overhang)
+        _refuse(chosen, space, left_out, tool, name, options)
     path, first, last = _toolpath(linked, tool, leaning, options, name, left_out)
     found = left_out.findings(space, sum(len(p.cut.touching()) for p in linked), name)
     if model is not None and options.faces is not None:
@@ -183,20 +184,42 @@ def plan_passes(
 
 
 def _cut_levels(
-    surface: Surface, space: BallSpace, options: PlanOptions, leaning: Leaning, progress: Progress | None
-) -> tuple[list[list[Pass]], LeftOut]:
-    """Find the passes of every section, in descending order along the sections' normal."""
-    turned = surface if options.strategy == "waterline" else surface.turned(options.frame)
-    heights = _heights(surface, turned, leaning, options)
+    surface: Surface,
+    space: BallSpace,
+    options: PlanOptions,
+    leaning: Leaning,
+    name: str,
+    progress: Progress | None,
+) -> tuple[list[list[Pass]], list[float], LeftOut]:
+    """Find the passes of every section or line, in cutting order, and how far apart neighbours may be, mm."""
+    curves: Iterable[list[Contacts]]
+    spacing = options.spacing * (SPIRAL_SPACING if options.spiral else 1.0)
+    if options.strategy == "flow":
+        curves, farthest = flow_lines(surface, options, leaning, spacing, name)
+    else:
+        turned = surface if options.strategy == "waterline" else surface.turned(options.frame)
+        heights = _heights(surface, turned, leaning, options)
+        curves = (_section(surface, turned, options, leaning, spacing, height) for height in heights)
+        farthest = (FARTHEST * -np.diff(heights)).tolist()
     levels = []
     left_out = LeftOut()
-    for done, height in enumerate(heights, start=1):
-        passes, lost = _cut_level(surface, turned, space, options, leaning, height)
+    for done, level in enumerate(curves, start=1):
+        passes: list[Pass] = []
+        for contacts in level:
+            found, lost = split_passes(
+                contacts.reversed() if options.backward else contacts,
+                space,
+                options.walls,
+                spacing=options.spacing,
+                min_length=options.min_length,
+                crease=surface.crease,
+            )
+            passes += found
+            left_out += lost
         levels.append(passes)
-        left_out += lost
         if progress is not None:
-            progress(done, len(heights))
-    return levels, left_out
+            progress(done, len(farthest) + 1)
+    return levels, farthest, left_out
 
 
 def _heights(surface: Surface, turned: Surface, leaning: Leaning, options: PlanOptions) -> Array:
@@ -211,47 +234,27 @@ def _heights(surface: Surface, turned: Surface, leaning: Leaning, options: PlanO
     return scallop_levels(turned, kept, radius=radius, scallop=options.scallop, step=options.step)
 
 
-def _cut_level(
-    surface: Surface,
-    turned: Surface,
-    space: BallSpace,
-    options: PlanOptions,
-    leaning: Leaning,
-    height: float,
-) -> tuple[list[Pass], LeftOut]:
-    passes: list[Pass] = []
-    left_out = LeftOut()
-    spacing = options.spacing * (SPIRAL_SPACING if options.spiral else 1.0)
-    for loop in section_loops(turned, height):
-        curve = loop if turned is surface else loop.turned(options.frame.T)
-        contacts = sample_loop(
-            curve, surface, radius=space.radius, spacing=spacing, roundest=leaning.roundest
-        )
-        if contacts is None:
-            continue
-        if options.backward:
-            contacts = contacts.take(np.arange(len(contacts))[::-1], closed=contacts.closed)
-        found, lost = split_passes(
-            contacts,
-            space,
-            options.walls,
-            spacing=options.spacing,
-            min_length=options.min_length,
-            crease=turned.crease,
-        )
-        passes += found
-        left_out += lost
-    return passes, left_out
+def _section(
+    surface: Surface, turned: Surface, options: PlanOptions, leaning: Leaning, spacing: float, height: float
+) -> list[Contacts]:
+    """Place contacts along the curves of a section, which lie in descending order along their normal."""
+    loops = section_loops(turned, height)
+    curves = loops if turned is surface else [loop.turned(options.frame.T) for loop in loops]
+    found = (
+        sample_loop(curve, surface, radius=leaning.ball, spacing=spacing, roundest=leaning.roundest)
+        for curve in curves
+    )
+    return [contacts for contacts in found if contacts is not None]
 
 
-def _opened(levels: list[list[Pass]], linker: Linker, options: PlanOptions) -> Linking:
+def _opened(levels: list[list[Pass]], farthest: list[float], linker: Linker, options: PlanOptions) -> Linking:
     """Open the passes in the order of the options."""
     leads = {"lead_in": options.lead_in, "lead_out": options.lead_out}
     reversible = options.direction == "zigzag"
     best = open_passes(by_levels(levels, reversible=reversible), linker, **leads)
     if options.order == "levels" or not best.passes:
         return best
-    passes, below = islands(levels, options.frame[2])
+    passes, below = islands(levels, farthest)
     nearest = open_passes(Queue(passes, below, reversible), linker, **leads)
     best = min(best, nearest, key=lambda found: found.length)
     # In another order closed passes open elsewhere, so a second round may gain more.
@@ -263,10 +266,10 @@ def _opened(levels: list[list[Pass]], linker: Linker, options: PlanOptions) -> L
 
 
 def _refuse(
-    surface: Surface, space: BallSpace, left_out: LeftOut, tool: Tool, name: str, *, overhang: bool
+    surface: Surface, space: BallSpace, left_out: LeftOut, tool: Tool, name: str, options: PlanOptions
 ) -> NoReturn:
     """Raise the reason why there is no pass: no wall of the kind, or none that the ball can follow."""
-    wall = "overhanging wall" if overhang else "wall"
+    wall = "overhanging wall" if options.overhang else "wall"
     if left_out.counts:
         reasons = ", ".join(f"{count} {what}" for what, count in sorted(left_out.counts.items()))
         raise Infeasible(
@@ -274,9 +277,9 @@ def _refuse(
             "radius, or a finer stepdown",
             left_out.findings(space, 0, name),
         )
+    where = "faces" if options.strategy == "flow" else "sections"
     raise MeshError(
-        f"has no {wall} on its sections (the part measures {size_text(mesh_size(surface))})",
-        file=name,
+        f"has no {wall} on its {where} (the part measures {size_text(mesh_size(surface))})", file=name
     )
 
 

@@ -41,6 +41,8 @@ FINE_SHIFTS, SHIFT_RESERVE = (0.0, 0.001, -0.001, 0.002, -0.002), 1.004
 # Limits of the curvature, as multiples of 1/R: convex bends of a radius below R/4 are shorter than a step,
 # and only half of the larger step that a concave wall would allow is used.
 TIGHTEST, HOLLOWEST = 4.0, -0.5
+# The same limit where the surface is exact: a hollow that is nearly the ball's own leaves hardly any ridge.
+HOLLOWEST_EXACT = -0.9
 # Bins of heights per smallest step, and at most.
 BINS_PER_STEP, MOST_BINS = 4, 50_000
 
@@ -86,7 +88,7 @@ def scallop_levels(
         rate = np.where(rate > 0.0, np.maximum(rate, 1.0 / step), 0.0)
     heights = np.unique(surface.vertices[:, 2])
     levels: list[float] = []
-    for first, last in _runs(rate > 0.0):
+    for first, last in runs(rate > 0.0):
         grown = np.concatenate([[0.0], np.cumsum(rate[first:last] * np.diff(edges[first : last + 1]))])
         count = max(1, int(np.ceil(SHIFT_RESERVE * grown[-1])))
         wanted = (np.arange(count) + 0.5) * grown[-1] / count
@@ -194,7 +196,7 @@ def _range_largest(first: IntArray, last: IntArray, value: Array, count: int) ->
     return table[0]
 
 
-def _runs(wanted: BoolArray) -> list[tuple[int, int]]:
+def runs(wanted: BoolArray) -> list[tuple[int, int]]:
     """Return the first and one past the last index of each run of true values."""
     ends = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int64), [0]])))
     return [(int(a), int(b)) for a, b in ends.reshape(-1, 2)]

@@ -30,7 +30,7 @@ Start = Callable[[Pass], int]
 
 
 def join_spirals(
-    levels: Sequence[Sequence[Pass]], turns: Turns, plane: Array, start: Start
+    levels: Sequence[Sequence[Pass]], turns: Turns, farthest: Sequence[float], start: Start
 ) -> tuple[list[list[Pass]], LeftOut]:
     """Replace stacks of closed passes by spirals, where the ball can follow them.
 
@@ -38,7 +38,7 @@ def join_spirals(
     ----------
     levels : passes by level, from the top down
     turns : finds the turns from ring to ring
-    plane : (3,), unit normal of the sections
+    farthest : mm, largest distance of neighbouring passes of each level and the next
     start : chooses the row at which the first ring of a spiral is opened
 
     Returns
@@ -48,7 +48,7 @@ def join_spirals(
     """
     found: list[list[Pass | None]] = [list(level) for level in levels]
     apart = 0
-    for stack in _stacks(levels, plane):
+    for stack in _stacks(levels, farthest):
         spirals = _spirals([levels[k][i] for k, i in stack], turns, start)
         apart += sum(spiral is not None for spiral in spirals) - 1
         for (k, i), spiral in zip(stack, spirals, strict=True):
@@ -57,11 +57,11 @@ def join_spirals(
     return [[p for p in level if p is not None] for level in found], left_out
 
 
-def _stacks(levels: Sequence[Sequence[Pass]], plane: Array) -> list[list[tuple[int, int]]]:
+def _stacks(levels: Sequence[Sequence[Pass]], farthest: Sequence[float]) -> list[list[tuple[int, int]]]:
     """Find chains of closed passes, (level, number), each the only neighbour of the next one."""
     following: dict[tuple[int, int], tuple[int, int]] = {}
-    for k, (upper, lower) in enumerate(pairwise(levels)):
-        pairs = sorted(neighbours(upper, lower, plane))
+    for k, ((upper, lower), gap) in enumerate(zip(pairwise(levels), farthest, strict=True)):
+        pairs = sorted(neighbours(upper, lower, gap))
         down, up = Counter(a for a, _ in pairs), Counter(b for _, b in pairs)
         for a, b in pairs:
             if down[a] == up[b] == 1 and upper[a].contacts.closed and lower[b].contacts.closed:

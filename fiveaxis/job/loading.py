@@ -295,6 +295,7 @@ def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
         strategy=plan["strategy"],
         raster_angle=plan["raster_angle"],
         overhang=plan["overhang"],
+        faces=plan["faces"],
         unit=job.unit,
         allow_open=plan["allow_open"],
         **cad_options(job),

@@ -22,7 +22,15 @@ from fiveaxis.options.option import (
     table_of,
     words_of,
 )
-from fiveaxis.options.planning import HIGHEST_FEED, Direction, Order, PlanContour, Planning, Strategy
+from fiveaxis.options.planning import (
+    HIGHEST_FEED,
+    Direction,
+    FlowAlong,
+    Order,
+    PlanContour,
+    Planning,
+    Strategy,
+)
 from fiveaxis.options.reading import Positions, ProgramLanguage, Reading, ReadProgram, Wrap
 from fiveaxis.options.search import Objective, Search
 from fiveaxis.options.surroundings import (
@@ -46,6 +54,7 @@ __all__ = [
     "Coordinates",
     "Direction",
     "FitDrive",
+    "FlowAlong",
     "Framing",
     "LeanBounds",
     "MeshSource",

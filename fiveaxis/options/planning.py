@@ -8,7 +8,8 @@ from fiveaxis.options.bounds import LeanBounds
 from fiveaxis.options.meshes import Meshes
 from fiveaxis.options.option import Option
 
-Strategy = Literal["waterline", "raster"]
+Strategy = Literal["waterline", "raster", "flow"]
+FlowAlong = Literal["u", "v"]
 Direction = Literal["climb", "conventional", "zigzag"]
 Order = Literal["levels", "islands"]
 # mm/min: beyond the fastest machines, so that a number above it has another unit, or digits too many.
@@ -19,7 +20,11 @@ class Planning(TypedDict, total=False):
     """How passes are planned on a mesh."""
 
     strategy: Annotated[
-        Strategy, Option("horizontal sections, or vertical parallel ones", default="waterline")
+        Strategy,
+        Option(
+            "horizontal sections, vertical parallel ones, or lines along the faces of a CAD file",
+            default="waterline",
+        ),
     ]
     stepdown: Annotated[
         float | None,
@@ -33,7 +38,8 @@ class Planning(TypedDict, total=False):
     stepover: Annotated[
         float | None,
         Option(
-            "distance of the sections of a raster; 1 unless a scallop is given",
+            "distance of the sections of a raster, or of flow's passes on the surface; 1 unless a scallop is "
+            "given",
             unit="mm",
             above=0.0,
             example=1,
@@ -52,6 +58,14 @@ class Planning(TypedDict, total=False):
     raster_angle: Annotated[
         float | None,
         Option("direction of a raster, from X towards Y; by default 0", unit="deg", example=0),
+    ]
+    flow_along: Annotated[
+        FlowAlong | None,
+        Option(
+            "parameter of the faces along which flow's passes run; by default the one with the longer "
+            "passes, or with the straighter ones where neither are longer by a quarter",
+            example="u",
+        ),
     ]
     faces: Annotated[
         str | None,
@@ -72,7 +86,9 @@ class Planning(TypedDict, total=False):
     ]
     spiral: Annotated[
         bool,
-        Option("join closed waterlines into spirals", default=False, flags="--spiral/--rings"),
+        Option(
+            "join closed passes of waterlines or flow into spirals", default=False, flags="--spiral/--rings"
+        ),
     ]
     direction: Annotated[
         Direction,

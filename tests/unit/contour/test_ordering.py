@@ -12,7 +12,8 @@ from fiveaxis.contour.ordering import Links, by_levels, in_order, islands, short
 from fiveaxis.contour.passes import Pass, neighbours
 from fiveaxis.toolpath import Tool, Toolpath
 
-UP = np.array([0.0, 0.0, 1.0])
+# mm, largest distance of neighbouring passes of levels 1 mm apart.
+FARTHEST = 6.0
 
 
 def straight(start: list[float], end: list[float], normal: tuple[float, ...] = (1.0, 0.0, 0.0)) -> Pass:
@@ -29,12 +30,12 @@ def link_length(path: Toolpath) -> float:
 def test_passes_above_each_other_are_neighbours_and_others_are_not():
     upper = [straight([0, 0, 1], [0, 5, 1]), straight([0, 20, 1], [0, 25, 1])]
     lower = [straight([0, 2, 0], [0, 7, 0]), straight([0, 40, 0], [0, 45, 0])]
-    assert neighbours(upper, lower, UP) == {(0, 0)}
+    assert neighbours(upper, lower, FARTHEST) == {(0, 0)}
 
 
 def test_the_two_sides_of_a_blade_are_no_neighbours():
     front, back = straight([0, 0, 1], [0, 5, 1]), straight([-1, 0, 0], [-1, 5, 0], (-1.0, 0.0, 0.0))
-    assert neighbours([front], [back], UP) == set()
+    assert neighbours([front], [back], FARTHEST) == set()
 
 
 def test_levels_are_cut_one_after_the_other():
@@ -51,7 +52,7 @@ def test_levels_are_cut_one_after_the_other():
 
 def test_an_island_goes_on_below_a_pass_as_soon_as_that_is_done():
     levels = [[straight([0, y, -z], [0, y + 5, -z]) for y in (0, 40)] for z in range(3)]
-    passes, below = islands(levels, UP)
+    passes, below = islands(levels, [FARTHEST, FARTHEST])
     assert below == [[2], [3], [4], [5], [], []]
     assert [passes[k] is levels[k // 2][k % 2] for k in range(6)] == [True] * 6
 

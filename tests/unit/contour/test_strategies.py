@@ -234,7 +234,7 @@ def test_lengths_below_zero_are_named_with_their_unit(name, value):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"strategy": "helix"}, "strategy = 'helix' is unknown; give 'waterline' or 'raster'"),
+        ({"strategy": "helix"}, "strategy = 'helix' is unknown; give 'waterline' or 'raster' or 'flow'"),
         ({"order": "random"}, "order = 'random' is unknown; give 'levels' or 'islands'"),
         ({"stepover": 1.0}, "stepover = 1 mm is no option of the waterline strategy"),
         ({"raster_angle": 0.0}, "raster_angle = 0 deg is no option of the waterline strategy"),
@@ -246,7 +246,15 @@ def test_lengths_below_zero_are_named_with_their_unit(name, value):
             {"strategy": "raster", "raster_angle": np.nan},
             "raster_angle = nan deg is out of range; give a finite number",
         ),
-        ({"strategy": "raster", "spiral": True}, "spiral joins closed waterlines"),
+        (
+            {"strategy": "raster", "spiral": True},
+            "spiral = true is no option of the raster .* give strategy = 'waterline' or 'flow' with it",
+        ),
+        (
+            {"flow_along": "u"},
+            "flow_along = u is no option of the waterline .* give strategy = 'flow' with it",
+        ),
+        ({"strategy": "flow", "stepdown": 1.0}, "stepdown = 1 mm is no option of the flow .* give stepover"),
         ({"scallop": 2.0}, "scallop = 2 mm must be less than the ball's radius, 2 mm"),
         ({"scallop": 1e-13}, r"scallop = 1e-13 mm needs steps of .* finest for a part of 1 mm"),
         ({"strategy": "raster", "stepover": 1e-9}, "stepover = 1e-09 mm is below 1e-05 mm"),
