@@ -13,8 +13,12 @@ from fiveaxis.toolpath import Toolpath
 HALVINGS = 25
 
 
+# mm: a ball that would sink deeper into the part has no room.
+ROOM = 0.01
+
+
 def left_over(path: Toolpath, model: Model, faces: Sequence[int], count: int = 4000) -> np.ndarray:
-    """Find how high material is left above random points of faces, (count,) mm.
+    """Find how high material is left above random points of faces at which the ball has room, (n,) mm.
 
     A place above a point is cut if the straight moves of the ball's centre come nearer to it than the radius.
     """
@@ -27,9 +31,12 @@ def left_over(path: Toolpath, model: Model, faces: Sequence[int], count: int = 4
     rows = rng.choice(rows, count, p=area / area.sum())
     uv = np.einsum("ij,ijk->ik", rng.dirichlet((1.0, 1.0, 1.0), count), model.corners_uv[rows])
     points, normals = model.evaluate(model.owner[rows], uv)[:, 0], model.normals(model.owner[rows], uv)
-    low, high = np.zeros(count), np.ones(count)
+    radius = path.tool.radius
+    has_room = model.nearest(points + radius * normals).distance >= radius - ROOM
+    points, normals = points[has_room], normals[has_room]
+    low, high = np.zeros(len(points)), np.ones(len(points))
     for _ in range(HALVINGS):
         middle = (low + high) / 2.0
-        is_cut = tree.distances(points + middle[:, None] * normals) < path.tool.radius
+        is_cut = tree.distances(points + middle[:, None] * normals) < radius
         low, high = np.where(is_cut, low, middle), np.where(is_cut, middle, high)
     return high

@@ -202,7 +202,7 @@ def test_faces_of_the_propeller_are_cut_as_far_as_the_ball_has_room(data):
     assert foot.distance.max() < OFF
     assert np.degrees(angle_between(foot.normal, path.normal[path.cutting])).max() < TURNED
     assert exact.nearest(path.pivot).distance.min() > 3.0 - 0.02
-    share = (left_over(path, exact, [11]) < 0.0105).mean()
-    # As much as its contacts that have room.
-    assert share > 0.85
-    assert path.findings[-1].value / (len(contact) + path.findings[-1].value) < 0.15
+    left = left_over(path, exact, [11])
+    # Where the ball has no clear link, a few contacts are left out, and told.
+    assert np.percentile(left, 99.0) < 0.0105
+    assert [found.code for found in path.findings] == ["contacts-left-out"]
