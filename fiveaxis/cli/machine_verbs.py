@@ -19,7 +19,6 @@ from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import Severity
-from fiveaxis.mesh import CAD_SUFFIXES
 
 if TYPE_CHECKING:
     from fiveaxis.machine import FormShapingCode
@@ -94,7 +93,7 @@ def info(
     """Show a machine (chain, limits, powers, figures' sources), a program's operations, or a part's faces."""
     with errors_explained(as_json):
         reading = reading_of(context.params)
-        if machine is not None and code is None and Path(machine).suffix.lower() in CAD_SUFFIXES:
+        if machine is not None and code is None and _is_cad(Path(machine)):
             return print_faces(Path(machine), tool, reading.get("unit"), body, as_json=as_json)
         if machine is not None and code is None and _is_program(Path(machine)):
             return _print_operations(Path(machine), written_for, reading, as_json=as_json)
@@ -112,6 +111,12 @@ def info(
             found = Machine.from_code(code) if code is not None else load_machine(str(machine))
             sheet = describe_machine(found)
         print_json(sheet) if as_json else _print_sheet(sheet, found.code)
+
+
+def _is_cad(path: Path) -> bool:
+    from fiveaxis.mesh import CAD_SUFFIXES
+
+    return path.suffix.lower() in CAD_SUFFIXES
 
 
 def _is_program(path: Path) -> bool:

@@ -87,7 +87,7 @@ class Leaning:
             return np.full(len(bend), self.zone.radius)
         high = min(self.high, NEARLY_SQUARE)
         angle = np.linspace(min(self.low, high), high, ANGLES)
-        square = np.tan(angle) ** 2
+        square = (np.sin(angle) / np.cos(angle)) ** 2
         ahead, sideways = (_squares(ends) for ends in (self.lead, self.lean))
         # tan² of the angle is the sum of those of lead and lean; a strip's radius has its extremes at the
         # ends of the range of their shares.

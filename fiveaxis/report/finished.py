@@ -9,7 +9,7 @@ from base64 import b64encode
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, product
 from fiveaxis.options import SURFACE_TOLERANCE
 from fiveaxis.report.words import number
 from fiveaxis.stock import CutStock, Deviations
@@ -66,16 +66,16 @@ def _figure(found: Deviations, name: str, view: Array) -> str:
 
 def part_map(found: Deviations, view: Array) -> NDArray[np.uint8]:
     """Draw the finished stock's points near the part from a direction, (h, w, 3); white where none is."""
-    back = view / np.linalg.norm(view)
+    back = view / np.linalg.norm(view, axis=-1)
     up = np.array([0.0, 1.0, 0.0]) if abs(back[2]) > 0.99 else np.array([0.0, 0.0, 1.0])
     right = np.cross(up, back)
-    right /= np.linalg.norm(right)
+    right /= np.linalg.norm(right, axis=-1)
     up = np.cross(back, right)
-    seen = np.flatnonzero(found.normal @ back > 0.05)
+    seen = np.flatnonzero(product(found.normal, back) > 0.05)
     points = found.surface.points[seen]
     if not len(points):
         return np.full((1, 1, 3), 255, np.uint8)
-    across, high = points @ right, points @ up
+    across, high = product(points, right), product(points, up)
     size = max(float(np.ptp(across)), float(np.ptp(high)), 1e-9)
     # Rays are at most √3 of their distance apart on a surface, seen from any side.
     pixel = max(size / PIXELS, found.resolution)
@@ -83,7 +83,7 @@ def part_map(found: Deviations, view: Array) -> NDArray[np.uint8]:
     row = ((high.max() - high) / pixel).astype(int) + 1
     picture = np.full((row.max() + 2, column.max() + 2, 3), 255, np.uint8)
     # What is nearer is drawn later, over what is behind it.
-    order = np.argsort(points @ back, kind="stable")
+    order = np.argsort(product(points, back), kind="stable")
     colours = colours_of(found)[seen]
     for down in (0, 1):
         for aside in (0, 1):

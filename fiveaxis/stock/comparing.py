@@ -92,7 +92,7 @@ class Deviations:
             if rows:
                 towards = finished[rows] - self.foot[left[i]]
                 towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-9)
-                balance[i] = np.linalg.norm(towards.mean(axis=0))
+                balance[i] = np.linalg.norm(towards.mean(axis=0), axis=-1)
         return left[balance <= SURROUNDED]
 
     def share(self, low: float, high: float) -> float:

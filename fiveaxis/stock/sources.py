@@ -237,7 +237,7 @@ def save_stock(stock: Stock, path: str | Path) -> Path:
         held = np.arange(bundle.ends.shape[1]) < 2 * bundle.count[:, None].astype(np.int64)
         arrays |= {f"ends{d}": bundle.ends[held], f"count{d}": bundle.count}
     content = io.BytesIO()
-    np.savez_compressed(content, allow_pickle=False, **arrays)
+    np.savez_compressed(content, **arrays)
     return write_atomically(path, content.getvalue())
 
 
@@ -251,7 +251,7 @@ def read_stock(path: str | Path) -> Stock:
     """
     content = read_input(path, MOST_MESH_BYTES, JobError)
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as held:
+        with np.load(io.BytesIO(content)) as held:
             found = {name: held[name] for name in held.files}
         low, pitch, cells = found["low"], found["pitch"], found["cells"]
         stock = Stock.empty(np.array([low, low + cells * pitch]), float(pitch.max()))

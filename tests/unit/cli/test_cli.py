@@ -198,7 +198,7 @@ def test_a_machine_without_powers_has_estimates_or_takes_those_of_another(path):
         ("axis.apt", "GOTO/0,0,0,0,0,0\n", "axis.apt:1: tool vector (0, 0, 0) has length 0"),
         ("none.apt", "PARTNO/A\nUNITS/MM\nFINI\n", "none.apt: no GOTO"),
         ("mixed.apt", "UNITS/MM\nGOTO/1,2,3\nUNITS/INCHES\nGOTO/1,2,4\n", "mixed.apt:3: mixed units"),
-        ("part.step", "", "part.step: unknown suffix '.step'; a mesh (.stl"),
+        ("part.prt", "", "part.prt: unknown suffix '.prt'; a mesh (.stl"),
     ],
 )
 def test_a_bad_file_is_one_message_with_file_and_line(tmp_path, name, content, fault):
@@ -526,7 +526,7 @@ def test_a_plan_read_back_is_the_path_planned_in_one_go(tmp_path):
 
 
 def test_plan_wants_a_mesh(path):
-    assert "ring.csv: passes are planned on a mesh" in refused(run("plan", path, *BALL))
+    assert "ring.csv: passes are planned on a part" in refused(run("plan", path, *BALL))
 
 
 @pytest.mark.parametrize("tip", ["10,20,30", "-10,20,30"])

@@ -92,7 +92,7 @@ def test_a_plan_says_what_its_file_has(tmp_path):
     [
         (("--stepover", "1"), "stepover = 1 mm is no option of the waterline strategy"),
         (("--scallop", "9"), "scallop = 9 mm must be less than the ball's radius, 4 mm"),
-        (("--strategy", "zigzag"), "plan.strategy = 'zigzag' must be 'waterline' or 'raster'"),
+        (("--strategy", "zigzag"), "plan.strategy = 'zigzag' must be 'waterline', 'raster' or 'flow'"),
         (("--lead-in", "-1"), "plan.lead_in = -1.0 must be at least 0"),
     ],
 )

@@ -94,7 +94,7 @@ def test_a_name_that_an_option_replaces_is_not_looked_for(tmp_path):
         ("machine", '"gone.toml"', 3, "gone.toml: no such file"),
         ("drives", '"nobody"', 6, "drives: unknown machine 'nobody'"),
         ("input", '"gone.stl"', 2, "gone.stl: no such file"),
-        ("input", '"part.step"', 2, "unknown suffix '.step'"),
+        ("input", '"part.prt"', 2, "unknown suffix '.prt'"),
         ("part", '"gone.stl"', 6, "gone.stl: no such file"),
         ("plan", "3", 6, "plan = 3 must be a table"),
         ("plan", "{ stepdown = 0 }", 6, "plan.stepdown = 0 must be above 0"),
@@ -102,7 +102,7 @@ def test_a_name_that_an_option_replaces_is_not_looked_for(tmp_path):
     ],
 )
 def test_a_wrong_setting_is_reported_on_its_line(tmp_path, key, value, line, message):
-    (tmp_path / "part.step").touch()
+    (tmp_path / "part.prt").touch()
     path = write_job(tmp_path, **{key: value})
     with pytest.raises(JobError) as caught:
         read_job(path)
