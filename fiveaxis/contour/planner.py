@@ -1,4 +1,4 @@
-"""The planner: sections, contacts, passes, links, in this order."""
+"""The planner: sections or lines, contacts, passes, links, in this order."""
 
 from __future__ import annotations
 
@@ -83,6 +83,10 @@ def plan_contour(
     the ball rolls without cutting, as a link. Only the ball is checked: not shank, holder, table or fixture.
     The postures are chosen later, so the path has no tool axes.
 
+    Of a CAD file, the strategy flow follows the faces' own parameters instead (`fiveaxis.contour.flow`), on
+    all faces that don't point straight down, or on those that `faces` names, wherever they lie. Stepover is
+    then measured on the surface, and the passes climb with the strip that the next one cuts to their right.
+
     Of other cutters the ball is the largest one that touches where the cutter does and is inside it at any
     lean: a bull nose's corner; the sharp edge of a flat end mill is checked for nothing. Around an edge such
     a cutter cuts, and in links the ball is the one about a point of the tool axis that holds its profile.
@@ -102,7 +106,7 @@ def plan_contour(
     part : mesh file or mesh, workpiece frame with z up
     tool : any cutter with an arc or edge that mills
     unit : of a file: ``mm``, ``inch`` or ``m``; by default what it states, or mm; a mesh is in mm
-    progress : called with the sections done and their number
+    progress : called with the sections or lines done and their number
 
     Returns
     -------
