@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.collision.obstacles import Obstacle, Solid, tool_solids
+from fiveaxis.collision.shrinking import ShrinkingStock
 from fiveaxis.collision.surroundings import Clearances, Surroundings
 from fiveaxis.geometry import Array, BoolArray, IntArray, inverse_transform, normalise, product
 from fiveaxis.kinematics import tool_axes
@@ -55,7 +56,7 @@ class Accessibility:
 
     toolpath: Toolpath
     machine: Machine
-    obstacles: Sequence[Obstacle]
+    obstacles: Sequence[Obstacle | ShrinkingStock]
     tested: int = 0
     _slots: dict[int, int] = field(default_factory=dict, repr=False)
     _map: Array = field(default_factory=lambda: np.zeros((0, CELLS * CELLS), dtype=np.uint8), repr=False)
@@ -82,17 +83,18 @@ class Accessibility:
         free = np.ones(len(rows), dtype=bool)
         for obstacle in self.obstacles:
             open_rows = np.flatnonzero(free)
-            free[open_rows] = ~obstacle.hit_by(tip[open_rows], axis[open_rows])
+            free[open_rows] = ~obstacle.hit_by(rows[open_rows], tip[open_rows], axis[open_rows])
         return free
 
     def blockers(self, row: int, axis: Array) -> dict[str, float]:
         """Find what blocks tool axes, (m, 3) unit vectors, at a location: pair of bodies → share of them."""
-        tip = self._tips(np.full(len(axis), row), axis)
+        rows = np.full(len(axis), row)
+        tip = self._tips(rows, axis)
         blocked: dict[str, BoolArray] = {}
         for obstacle in self.obstacles:
             for solid in obstacle.solids:
                 pair = f"{solid.name} with {obstacle.name}"
-                hit = replace(obstacle, solids=(solid,)).hit_by(tip, axis)
+                hit = replace(obstacle, solids=(solid,)).hit_by(rows, tip, axis)
                 blocked[pair] = blocked.get(pair, False) | hit
         shares = {pair: float(hit.mean()) for pair, hit in blocked.items() if hit.any()}
         return dict(sorted(shares.items(), key=lambda item: -item[1]))
@@ -155,8 +157,9 @@ def find_accessible(
     """Build the mask that admits postures in which the tool is clear of everything on the workpiece side.
 
     Cutter, shank, holder and the head's cylinders about the tool axis are tested against part, fixtures, the
-    bodies that move with the workpiece and, except the cutter, the stock. Other bodies, such as a trunnion,
-    depend on the axis values; only verification tests them.
+    bodies that move with the workpiece and, except the cutter, the stock: with a closed part in it, what
+    earlier moves have left of it (`ShrinkingStock`). Other bodies, such as a trunnion, depend on the axis
+    values; only verification tests them.
 
     Parameters
     ----------
@@ -177,9 +180,13 @@ def find_accessible(
     """
     tool, clearances = toolpath.tool, surroundings.clearances
     head = [solid.grown(clearances.machine + extra) for solid in head_solids(machine)]
-    obstacles = []
+    obstacles: list[Obstacle | ShrinkingStock] = []
     for name, mesh in surroundings.meshes.items():
         solids = [*_solids_above_cut(tool, clearances, extra), *head]
+        solids = [solid for solid in solids if len(solid.frusta)]
+        if name == "stock" and surroundings.blank is not None:
+            obstacles.append(ShrinkingStock.build(surroundings.blank, toolpath, tuple(solids)))
+            continue
         if name == "part":
             solids.insert(0, _cutter_in_cut(tool))
         obstacles.append(Obstacle.build(name, mesh.triangles, solids))
@@ -192,7 +199,7 @@ def find_accessible(
     return Accessibility(toolpath, machine, obstacles) if obstacles else None
 
 
-def _log_obstacles(toolpath: Toolpath, obstacles: list[Obstacle]) -> None:
+def _log_obstacles(toolpath: Toolpath, obstacles: list[Obstacle | ShrinkingStock]) -> None:
     names = ", ".join(obstacle.name for obstacle in obstacles) or "nothing that a leaning tool could touch"
     logger.info("postures of %d locations are kept clear of %s", len(toolpath), names)
     for obstacle in obstacles:

@@ -8,11 +8,13 @@ polygon or on an edge, and there it has a closed form. The answer is exact, not 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
@@ -165,25 +167,42 @@ class Obstacle:
         tree = TriangleTree.build(np.ascontiguousarray(triangles, dtype=float))
         return cls(name, tree, tuple(s for s in solids if len(s.frusta)))
 
-    def hit_by(self, tip: Array, axis: Array) -> BoolArray:
-        """Find which tools with tips, (m, 3) mm, and axes, (m, 3) unit vectors, reach into it; (m,)."""
-        if not self.solids or not len(tip):
-            return np.zeros(len(tip), dtype=bool)
-        # Thick parts first: they hit soonest.
-        frusta = np.ascontiguousarray(np.concatenate([s.frusta for s in reversed(self.solids)]))
-        triangles, boxes = self.tree.triangles, self.tree.boxes
-        tip, axis = np.ascontiguousarray(tip, dtype=float), np.ascontiguousarray(axis, dtype=float)
+    def hit_by(self, rows: IntArray, tip: Array, axis: Array) -> BoolArray:
+        """Find which tools reach into it at locations, (m,), which don't matter to a body that stays; (m,).
 
-        def test(at: int) -> BoolArray:
-            rows = slice(at, at + CHUNK)
-            return np.asarray(meets_all(tip[rows], axis[rows], frusta, triangles, boxes))
+        Parameters
+        ----------
+        tip, axis : (m, 3), mm and unit vectors, workpiece frame
+        """
+        return in_chunks(meets_all, rows, tip, axis, self.solids, self.tree.triangles, self.tree.boxes)
 
-        starts = range(0, len(tip), CHUNK)
-        return np.concatenate(at_once([partial(test, start) for start in starts]))
+
+def in_chunks(
+    test: Callable[..., BoolArray],
+    rows: IntArray,
+    tip: Array,
+    axis: Array,
+    solids: Sequence[Solid],
+    *obstacle: NDArray[Any],
+) -> BoolArray:
+    """Test tools at locations, (m,), in threads: `test` takes some of them, the solids' frusta, and more."""
+    if not solids or not len(tip):
+        return np.zeros(len(tip), dtype=bool)
+    # Thick parts first: they hit soonest.
+    frusta = np.ascontiguousarray(np.concatenate([s.frusta for s in reversed(solids)]))
+    tip, axis = np.ascontiguousarray(tip, dtype=float), np.ascontiguousarray(axis, dtype=float)
+
+    def tested(at: int) -> BoolArray:
+        some = slice(at, at + CHUNK)
+        return np.asarray(test(rows[some], tip[some], axis[some], frusta, *obstacle))
+
+    return np.concatenate(at_once([partial(tested, start) for start in range(0, len(tip), CHUNK)]))
 
 
 @compiled
-def meets_all(tip: Array, axis: Array, frusta: Array, triangles: Array, boxes: Array) -> BoolArray:
+def meets_all(
+    _rows: IntArray, tip: Array, axis: Array, frusta: Array, triangles: Array, boxes: Array
+) -> BoolArray:
     """Find which tools with tips, (m, 3) mm, and axes, (m, 3), meet a triangle; (m,)."""
     met = np.zeros(len(tip), dtype=np.bool_)
     polygon, cut = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
@@ -212,7 +231,7 @@ def _meets(
     while top > 0:
         top -= 1
         node = stack[top]
-        if not _near(tip, axis, frusta, boxes[node]):
+        if not near_box(tip, axis, frusta, boxes[node]):
             continue
         if node < leaves:
             stack[top] = 2 * node
@@ -249,7 +268,7 @@ def _frame(axis: Array) -> tuple[tuple[float, float, float], tuple[float, float,
 
 
 @compiled
-def _near(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
+def near_box(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
     """Check whether a box may meet a frustum: never False where it does.
 
     At any one height they are separate if they are so along the direction from the axis to the box's centre.

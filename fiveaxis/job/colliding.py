@@ -16,6 +16,7 @@ from fiveaxis.verification import PathConstraints
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
+from fiveaxis.verification.removal import cut_along
 
 
 def has_pairs(machine: Machine, tool: Tool, around: Surroundings) -> bool:
@@ -47,8 +48,13 @@ def _colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     machine, path = solution.machine, solution.toolpath
     applied = PathConstraints.of(path, machine, Constraints())
     context = make_context(solution.motion, machine, path, applied, DEFAULT_TOLERANCES)
-    errors = [r.rows for r in check_collisions(context, around) if r.severity is Severity.ERROR]
+    found, height = check_collisions(context, around, stock_is_cut=around.blank is not None), path.zone.height
+    errors = [r.rows for r in found if r.severity is Severity.ERROR]
+    if around.blank is not None:
+        # Its blocks will keep the tool on its path between the locations.
+        touched = cut_along(context, around.blank, height).touched
+        errors += [np.flatnonzero(volume > 0.0) for volume in touched.values()]
     if not path.tool.cutter.is_ball:
-        errors.append(check_gouge(context, around.part, tcp_height=path.zone.height).rows)
+        errors.append(check_gouge(context, around.part, tcp_height=height).rows)
     ends = np.unique(np.concatenate(errors)).astype(np.int64)
     return np.unique(np.concatenate([ends, np.maximum(ends - 1, 0)]))

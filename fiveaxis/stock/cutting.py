@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +12,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.stock.comparing import Deviations, compare, sweep_tolerance
 from fiveaxis.stock.dexels import Removal, Stock
 from fiveaxis.stock.sources import fill
-from fiveaxis.stock.sweeping import Poses, Sweep, of_blocks, swept, swept_outline
+from fiveaxis.stock.sweeping import Poses, Sweep, swept, swept_outline
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import HOLDER, SHANK
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 # Blocks that are cut at once where nothing but the cutter is near; tolerances by which shank and holder may
 # reach into the stock.
 MOST_AT_ONCE, SLACK = 512, 3.0
+# Parts of a range of blocks in which something touches the stock as it was before.
+PARTS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,10 +114,9 @@ def cut_stock(blank: Blank, tool: Tool, poses: Poses, rows: IntArray, count: int
         for part in tool.parts()
         if part.name in (SHANK, HOLDER)
     }
-    run = _Run(stock, sweeps, others, np.zeros((3, count)), np.zeros(count), count)
+    run = _Run(stock, sweeps, others, count)
     for begin in range(0, count, MOST_AT_ONCE):
         run.cut(begin, min(begin + MOST_AT_ONCE, count))
-    stock.blocks = first + count
     deviations = compare(stock, blank.mesh, blank.part)
     removal = Removal(run.volume, run.contact)
     return CutStock(blank, stock, sweeps, first, removal, deviations, run.touched)
@@ -129,40 +130,41 @@ class _Run:
         stock: Stock,
         sweeps: tuple[Sweep, ...],
         others: Mapping[str, tuple[Sweep, ...]],
-        volume: Array,
-        contact: Array,
         count: int,
     ) -> None:
         self.stock, self.sweeps, self.others = stock, sweeps, others
-        self.volume, self.contact, self.first = volume, contact, stock.blocks
-        self.touched = {name: np.zeros(count) for name in others}
+        self.volume, self.contact = np.zeros((3, count)), np.zeros(count)
+        # As it was last measured: of a block that may touch the stock, after that was cut.
+        self.touched = {name: np.full(count, np.inf) for name in others}
 
     def cut(self, begin: int, end: int) -> None:
         """Cut blocks, and measure what shank and holder touch of the stock as it is then.
 
-        The stock only shrinks: bodies that touch nothing of it before the blocks touch nothing after any of
-        them. Where they do, half of the blocks come first, down to one, after which they mustn't touch.
+        The stock only shrinks: blocks whose bodies touch nothing of it before a range of blocks touch nothing
+        after any of them. The others are looked at again in shorter ranges, down to the block after which
+        they mustn't touch.
         """
-        near = any(self._touching(begin, end).values())
-        if near and end - begin > 1:
-            middle = (begin + end) // 2
-            self.cut(begin, middle)
-            self.cut(middle, end)
+        if self._touches(begin, end) and end - begin > 1:
+            step = max((end - begin) // PARTS, 1)
+            for first in range(begin, end, step):
+                self.cut(first, min(first + step, end))
             return
-        self.stock.blocks = self.first
-        sweeps = [sweep for s in self.sweeps if len((sweep := of_blocks(s, begin, end)).block)]
-        if sweeps:
-            removal = self.stock.cut(*sweeps, blocks=self.volume.shape[1])
-            self.volume += removal.volume
-            self.contact += removal.contact
-        if near:
-            for name, volume in self._touching(begin, end).items():
-                self.touched[name][begin] = volume
+        sweeps = _of_blocks(self.sweeps, begin, end)
+        removal = self.stock.cut(*sweeps, blocks=end - begin)
+        self.volume[:, begin:end], self.contact[begin:end] = removal.volume, removal.contact
+        self._touches(begin, end)
 
-    def _touching(self, begin: int, end: int) -> dict[str, float]:
-        """Return what each body touches of the stock in some blocks, mm³."""
-        found = {}
+    def _touches(self, begin: int, end: int) -> bool:
+        """Measure what bodies touch of the stock in those of some blocks in which they did so before."""
         for name, sweeps in self.others.items():
-            parts = [sweep for s in sweeps if len((sweep := of_blocks(s, begin, end)).block)]
-            found[name] = float(self.stock.touched(*parts, blocks=end).sum()) if parts else 0.0
-        return found
+            touched = self.touched[name][begin:end]
+            if touched.any():
+                parts = [sweep.at(touched[sweep.block] > 0.0) for sweep in _of_blocks(sweeps, begin, end)]
+                touched[:] = self.stock.touched(*parts, blocks=end - begin)
+        return any(volume[begin:end].any() for volume in self.touched.values())
+
+
+def _of_blocks(sweeps: tuple[Sweep, ...], begin: int, end: int) -> list[Sweep]:
+    """Return the segments of some blocks, which are numbered from the first of them."""
+    found = [sweep.at(slice(*np.searchsorted(sweep.block, [begin, end]))) for sweep in sweeps]
+    return [replace(sweep, block=sweep.block - begin) for sweep in found if len(sweep.block)]

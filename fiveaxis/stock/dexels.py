@@ -23,6 +23,8 @@ MOST_MEMORY, RECKONED = 2**30, 4
 FIRST_INTERVALS, MOST_INTERVALS = 2, 128
 # Parts of a bundle that are cut at once; their number, and so every sum, is the same on every computer.
 STRIPS = 4
+# Segments that take no longer than threads to begin.
+FEW = 16
 # Name on ends that no block has cut.
 UNCUT = -1
 
@@ -36,11 +38,13 @@ class Bundle:
     ends : (rays, 2K) float32, sorted ends of the intervals, mm from the grid's low corner
     cut_by : (rays, 2K) int32, block that made each end; `UNCUT` for none
     count : (rays,) uint8, intervals of each ray
+    tiles : (a, b, 2) float32, mm, range of the material of each tile, which cutting keeps; None before that
     """
 
     ends: NDArray[np.float32]
     cut_by: NDArray[np.int32]
     count: NDArray[np.uint8]
+    tiles: NDArray[np.float32] | None = None
 
     @classmethod
     def empty(cls, rays: int) -> Bundle:
@@ -219,20 +223,20 @@ class Stock:
         rows = -(-int(nu) // TILE)
         edges = np.linspace(0, rows, min(STRIPS, rows) + 1).astype(int).tolist()
         strips = list(pairwise(edges))
-        tiles = np.empty((rows, -(-int(nv) // TILE), 2), np.float32)
-        fit_tiles(tiles, bundle.ends, bundle.count, nu, nv)
+        if bundle.tiles is None:
+            bundle.tiles = np.empty((rows, -(-int(nv) // TILE), 2), np.float32)
+            fit_tiles(bundle.tiles, bundle.ends, bundle.count, nu, nv)
         found = np.zeros((len(strips), *figures.shape[1:]))
         begin = [0] * len(strips)
         loop, what = sweep.loop()
         while min(begin) < len(sweep.block):
-            held = bundle.ends, bundle.cut_by, bundle.count, tiles
+            held = bundle.ends, bundle.cut_by, bundle.count, bundle.tiles
             fixed = d, self.pitch, self.cells
-            begin = at_once(
-                [
-                    partial(loop, *fixed, strip, *held, *what, sweep.block, start, self.blocks, figure, keep)
-                    for strip, start, figure in zip(strips, begin, found, strict=True)
-                ]
-            )
+            tasks = [
+                partial(loop, *fixed, strip, *held, *what, sweep.block, start, self.blocks, figure, keep)
+                for strip, start, figure in zip(strips, begin, found, strict=True)
+            ]
+            begin = at_once(tasks) if len(sweep.block) > FEW else [task() for task in tasks]
             if min(begin) < len(sweep.block):
                 bundle.grow()
         figures[d] += found.sum(axis=0)

@@ -52,7 +52,7 @@ class BallSweep:
         """Move it by a vector, (3,) mm."""
         return replace(self, nodes=np.ascontiguousarray(self.nodes + by))
 
-    def at(self, rows: slice) -> BallSweep:
+    def at(self, rows: slice | BoolArray) -> BallSweep:
         """Select segments."""
         return replace(self, kinds=self.kinds[rows], nodes=self.nodes[rows], block=self.block[rows])
 
@@ -86,7 +86,7 @@ class BodySweep:
         poses[:, ::2] += by
         return replace(self, poses=poses)
 
-    def at(self, rows: slice) -> BodySweep:
+    def at(self, rows: slice | BoolArray) -> BodySweep:
         """Select segments."""
         return replace(self, poses=self.poses[rows], block=self.block[rows])
 
@@ -148,12 +148,6 @@ def swept_outline(
         if isinstance(sweep, BodySweep):
             found.append(sweep)
     return tuple(found)
-
-
-def of_blocks(sweep: Sweep, begin: int, end: int) -> Sweep:
-    """Return the segments of some blocks."""
-    first, last = np.searchsorted(sweep.block, [begin, end]).tolist()
-    return sweep.at(slice(first, last))
 
 
 def _axes_of(tool: Tool) -> list[tuple[_Axis, ConvexPiece]]:

@@ -38,14 +38,19 @@ def check_removal(
     warnings: ridges between places that are finished, higher than `Tolerances.left`; ``shank-collision`` and
     ``holder-collision``, errors: they reach into the stock as it is at that moment
     """
-    tool, known = context.toolpath.tool, np.asarray(np.isfinite(context.positions).all(axis=1))
-    rows = np.flatnonzero(known[1:] & known[:-1]) + 1
-    cut = cut_stock(blank, tool, _poses(context, tcp_height), rows, len(known))
+    cut = cut_along(context, blank, tcp_height)
     how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
     yield replace(_gouges(cut, context.tolerances.chord_gouge, how), cut=cut)
-    yield _left_over(cut, context.tolerances.left, tool.radius)
+    yield _left_over(cut, context.tolerances.left, context.toolpath.tool.radius)
     for name in cut.touched:
         yield _touches(cut, name)
+
+
+def cut_along(context: CheckContext, blank: Blank, tcp_height: float | None) -> CutStock:
+    """Cut a stock along the moves between known positions; arguments as for `check_removal`."""
+    known = np.asarray(np.isfinite(context.positions).all(axis=1))
+    rows = np.flatnonzero(known[1:] & known[:-1]) + 1
+    return cut_stock(blank, context.toolpath.tool, _poses(context, tcp_height), rows, len(known))
 
 
 def _poses(context: CheckContext, tcp_height: float | None) -> Poses:

@@ -164,9 +164,9 @@ class Examination:
 
     @property
     def cuts_stock(self) -> bool:
-        """Whether a stock is cut: bare locations aren't a program yet, and a tip alone cuts nothing."""
-        is_program = self.text is not None or (self.rows is not None and self.rows.against.cutter is not None)
-        return self.placed and is_program and self.surroundings.blank is not None
+        """Whether a stock is cut: a tip alone cuts nothing."""
+        has_tool = self.rows is None or self.rows.against.cutter is not None
+        return self.placed and has_tool and self.surroundings.blank is not None
 
 
 def _limits(e: Examination) -> Iterable[Result]:
@@ -279,6 +279,9 @@ def _collisions(e: Examination) -> Iterable[Result]:
 def _removal(e: Examination) -> Iterable[Result]:
     if e.cuts_stock and e.surroundings.blank is not None:
         height = e.interpolation.of_collisions
+        if e.text is None and e.rows is None:
+            # Bare locations aren't a program yet: its blocks will keep the tool on its path between them.
+            height = e.context.toolpath.zone.height
         yield from check_removal(e.context, e.surroundings.blank, tcp_height=height)
 
 

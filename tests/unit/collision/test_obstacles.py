@@ -15,6 +15,10 @@ MICRON = 1e-3
 UPRIGHT = np.array([[0.0, 0.0, 1.0]])
 
 
+def _hits(obstacle, tip, axis):
+    return obstacle.hit_by(np.zeros(len(tip), dtype=np.int64), tip, axis)
+
+
 def _obstacle(triangles, *frusta, margin=0.0):
     solid = Solid(HOLDER, np.array(frusta, dtype=float))
     return Obstacle.build(
@@ -46,10 +50,10 @@ def test_random_triangles_meet_a_cone_where_a_dense_sample_of_them_does():
         frustum = np.array(
             [draw.uniform(-1, 0), draw.uniform(0, 1), draw.uniform(0.1, 1), draw.uniform(0, 1)]
         )
-        here = _obstacle(triangle[None], frustum).hit_by(np.zeros((1, 3)), UPRIGHT)[0]
+        here = _hits(_obstacle(triangle[None], frustum), np.zeros((1, 3)), UPRIGHT)[0]
         turn, shift = Rotation.random(random_state=number).as_matrix(), draw.normal(size=3)
         moved = _obstacle((triangle @ turn.T + shift)[None], frustum)
-        assert moved.hit_by(shift[None], turn[:, 2][None])[0] == here
+        assert _hits(moved, shift[None], turn[:, 2][None])[0] == here
         gap = _sampled_gap(triangle, frustum)
         # A sample finds no point that isn't there, and misses a piece no larger than its step.
         assert here if gap < 0.0 else (not here or gap < 0.1)
@@ -75,7 +79,7 @@ def test_cylinders_against_a_mesh_answer_as_coal_does():
     # Middles between "touches at an end" and "touches with its side" and somewhat beyond.
     middle = turns[:, :, 2] * 0.0 + draw.normal(size=(800, 3))
     middle *= (draw.uniform(35.0, 65.0, 800) / np.linalg.norm(middle, axis=1))[:, None]
-    ours = _obstacle(mesh.triangles, (-25.0, 12.0, 25.0, 12.0)).hit_by(middle, turns[:, :, 2])
+    ours = _hits(_obstacle(mesh.triangles, (-25.0, 12.0, 25.0, 12.0)), middle, turns[:, :, 2])
     theirs = [
         coal.collide(
             cylinder,
@@ -95,8 +99,8 @@ def test_cylinders_against_a_mesh_answer_as_coal_does():
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_cylinder_beside_a_wall_grazes_it_to_a_micron(side):
     wall = [[[5.0, -50.0, -50.0], [5.0, 50.0, -50.0], [5.0, 0.0, 80.0]]]
-    hit = _obstacle(wall, (0.0, 5.0 + side * MICRON, 40.0, 5.0 + side * MICRON)).hit_by(
-        np.zeros((1, 3)), UPRIGHT
+    hit = _hits(
+        _obstacle(wall, (0.0, 5.0 + side * MICRON, 40.0, 5.0 + side * MICRON)), np.zeros((1, 3)), UPRIGHT
     )
     assert hit[0] == (side > 0.0)
 
@@ -109,7 +113,7 @@ def test_a_holder_leans_against_a_wall_at_the_angle_that_trigonometry_gives():
     edge = np.degrees(np.arcsin(30.0 / np.hypot(40.0, 20.0)) - np.arctan2(20.0, 40.0))
     lean = np.radians(np.arange(0.0, 45.0, 0.01))
     axis = np.column_stack([np.sin(lean), np.zeros_like(lean), np.cos(lean)])
-    hit = holder.hit_by(np.zeros_like(axis), axis)
+    hit = _hits(holder, np.zeros_like(axis), axis)
     first = np.degrees(lean[np.argmax(hit)])
     assert hit.any()
     assert hit[np.argmax(hit) :].all()
@@ -123,7 +127,7 @@ def test_a_cone_in_a_bore_meets_it_at_the_depth_where_it_is_as_wide():
     cone = _obstacle(bore.triangles, (0.0, 0.0, 30.0, 30.0))
     for depth, is_hit in ((20.0 + inner - 2 * MICRON, False), (20.0 + inner + 2 * MICRON, True)):
         tip = np.array([[0.0, 0.0, 10.0 - (depth - 20.0)]])
-        assert cone.hit_by(tip, UPRIGHT)[0] == is_hit
+        assert _hits(cone, tip, UPRIGHT)[0] == is_hit
 
 
 def test_a_margin_is_kept_in_every_direction():
@@ -141,7 +145,7 @@ def test_a_margin_is_kept_in_every_direction():
         speck = np.array(
             [[[point[0], 0.0, point[1]], [point[0] + 1e-6, 0.0, point[1]], [point[0], 1e-6, point[1]]]]
         )
-        hit = _obstacle(speck, frustum, margin=2.0).hit_by(np.zeros((1, 3)), UPRIGHT)[0]
+        hit = _hits(_obstacle(speck, frustum, margin=2.0), np.zeros((1, 3)), UPRIGHT)[0]
         if distance < 2.0 - 1e-5:
             assert hit
         if distance > 2.0 * 1.9:  # sharp ends in place of round ones
@@ -156,7 +160,7 @@ def test_a_grown_ball_is_a_larger_ball():
     specks = points[:, None] + 1e-6 * np.eye(3)[None]
     hit = np.array(
         [
-            Obstacle.build("speck", speck[None], [ball]).hit_by(np.zeros((1, 3)), UPRIGHT)[0]
+            _hits(Obstacle.build("speck", speck[None], [ball]), np.zeros((1, 3)), UPRIGHT)[0]
             for speck in specks
         ]
     )

@@ -280,3 +280,19 @@ def test_a_fixture_without_its_mesh_file_is_one_clear_error(job_folder):
 def test_stock_that_isnt_there_is_one_clear_error(job_folder):
     with pytest.raises(MeshError, match="no such file"):
         run_job(make_job(read_job(job_folder / "job.toml"), stock=job_folder / "stock.stl"))
+
+
+def test_what_earlier_passes_cut_away_is_no_obstacle(machine):
+    """Under 5 mm of stock no posture is clear of all of it; along the path there is room over the cut side."""
+    part, stock = (trimesh.creation.box(extents=(30.0, 16.0, height)) for height in (10.0, 15.0))
+    part.apply_translation((0.0, 0.0, -5.0))
+    stock.apply_translation((0.0, 0.0, -2.5))
+    x = np.linspace(-18.0, 18.0, 10)
+    contact = np.array([[[a, y, 0.0] for a in x] for y in np.arange(-8.0, 8.5, 2.0)]).reshape(-1, 3)
+    tool = fx.Tool.ball(6.0, shank_diameter=5.0, holder=Holder(20.0, (Section(20.0, 16.0),)))
+    path = fx.Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (len(contact), 1)), tool)
+    how = {"tilt": (25.0, 60.0), "effort": "quick", "stock": stock}
+    with pytest.raises(Infeasible, match="clear of collisions"):
+        fx.optimise(path, machine, **how)
+    solution = fx.optimise(path, machine, **how, part=part, stock_resolution=0.25)
+    assert not [code for code in solution.verify().counts if code.startswith(("shank", "holder", "gouge"))]
