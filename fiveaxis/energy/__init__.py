@@ -1,7 +1,7 @@
 """What motion costs: drives, totals, the power surface."""
 
 from fiveaxis.energy.block_costs import BlockCosts, block_costs, least_travel_costs
-from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energy, job_budget
+from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energies, job_budget
 from fiveaxis.energy.calibration import calibrate_drive
 from fiveaxis.energy.calibration_record import Calibration, RunEnergy
 from fiveaxis.energy.cutting_forces import (
@@ -22,7 +22,7 @@ from fiveaxis.energy.drives import (
     moved_weights,
     travel_costs,
 )
-from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
+from fiveaxis.energy.engagement import Cut, EndMill, Engaged, removal_rate, swept_surface
 from fiveaxis.energy.path_feed import path_feed
 from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
 from fiveaxis.energy.totals import (
@@ -47,6 +47,7 @@ __all__ = [
     "Drill",
     "EndMill",
     "Energy",
+    "Engaged",
     "Factors",
     "KindEnergy",
     "PowerSurface",
@@ -58,7 +59,7 @@ __all__ = [
     "axis_powers",
     "block_costs",
     "calibrate_drive",
-    "cutting_energy",
+    "cutting_energies",
     "drive_power",
     "energy_draws",
     "gravity_forces",

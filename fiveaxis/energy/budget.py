@@ -6,9 +6,11 @@ import logging
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from fiveaxis.energy.cutting_forces import CuttingCoefficients, mean_cutting_power
 from fiveaxis.energy.drilling import Drill, auxiliary_power, idle_power, mean_drilling_power
-from fiveaxis.energy.engagement import Cut, EndMill
+from fiveaxis.energy.engagement import WATT, Cut, EndMill, Engaged
 from fiveaxis.energy.path_feed import path_lengths
 from fiveaxis.energy.totals import motion_energy
 from fiveaxis.errors import MachineError, SettingError
@@ -157,6 +159,7 @@ def job_budget(
     factors: Factors | None = None,
     rounding: float = 0.0,
     integral: Array | None = None,
+    engaged: Engaged | None = None,
 ) -> Budget:
     """Add up the electricity of a job: base, spindle idle, feed drives, cut, auxiliary.
 
@@ -171,6 +174,7 @@ def job_budget(
     process : the engagement; without it spindle, cut and auxiliary are unknown
     factors : price and emission of a kWh
     rounding, integral : as for `motion_energy`
+    engaged : what the moves take away of the stock, if it was cut: the cut's energy then is that of this
 
     Raises
     ------
@@ -192,7 +196,7 @@ def job_budget(
     shares = [
         _share("base", energy.base, sources.get("base_power"), "the machine's base power isn't known"),
         Share("feed drives", energy.total, _weakest_basis(drives), "; ".join([*texts, against])),
-        *_spindle_shares(machine, motion, process, sources),
+        *_spindle_shares(machine, motion, process, sources, engaged),
     ]
     budget = Budget(tuple(shares), energy.time, factors or Factors())
     unknown = ", ".join(share.name for share in shares if share.energy is None)
@@ -208,33 +212,44 @@ def job_budget(
     return budget
 
 
-def cutting_energy(machine: Machine, motion: Motion, process: Process) -> tuple[float, float]:
-    """Integrate the cutting power over the cutting moves of a motion.
+def cutting_energies(
+    machine: Machine, motion: Motion, process: Process, engaged: Engaged | None = None
+) -> Array:
+    """Compute the energy that the cut takes from the spindle in every move of a motion, (n,) J.
 
-    The feed of a move is the path length of the ball's centre, or of a flat end's tip, over the move's
-    duration: an axis at its highest speed stretches the move, and the chips get thinner. A dwell cuts
-    nothing.
+    With the one engagement of a process, the feed of a move is the path length of the ball's centre, or of a
+    flat end's tip, over the move's duration: an axis at its highest speed stretches the move, and the chips
+    get thinner. A dwell cuts nothing.
 
-    Returns
-    -------
-    J, and the integral of the squared power, W²·s, which a quadratic load loss needs
+    Parameters
+    ----------
+    engaged : what the moves take away of the stock, in place of the process's depth and width; a drill keeps
+        its own engagement
 
     References
     ----------
-    Olteanu et al., Eq. (1); `mean_cutting_power`.
+    Olteanu et al., Eq. (1); `mean_cutting_power`, whose integral over a move is ``K_tc V + K_te A Z ω t/2π``.
     """
-    ball = isinstance(process.mill, EndMill) and process.mill.shape == "ball"
-    length = path_lengths(machine, motion, process.mill.diameter / 2.0 if ball else 0.0)
+    mill = process.mill
+    if engaged is not None and isinstance(mill, EndMill):
+        k, passes = process.coefficients, mill.teeth * process.spindle * motion.time / (2.0 * np.pi)
+        return (k.tangential * engaged.volume + k.tangential_edge * engaged.contact * passes) / WATT
+    ball = isinstance(mill, EndMill) and mill.shape == "ball"
+    length = path_lengths(machine, motion, mill.diameter / 2.0 if ball else 0.0)
     cutting = motion.cutting & (motion.time > 0.0) & (length > STANDSTILL)
-    if not cutting.any():
-        return 0.0, 0.0
-    times = motion.time[cutting]
-    power = process.power(length[cutting] / times)
-    return float(product(power, times)), float(product(power**2, times))
+    energies = np.zeros(len(motion))
+    if cutting.any():
+        times = motion.time[cutting]
+        energies[cutting] = process.power(length[cutting] / times) * times
+    return energies
 
 
 def _spindle_shares(
-    machine: Machine, motion: Motion, process: Process | None, sources: dict[str, Provenance]
+    machine: Machine,
+    motion: Motion,
+    process: Process | None,
+    sources: dict[str, Provenance],
+    engaged: Engaged | None,
 ) -> list[Share]:
     if process is None:
         why = "the job has no [process]"
@@ -242,7 +257,11 @@ def _spindle_shares(
     if process.spindle <= 0.0:
         raise SettingError(f"spindle speed is {process.spindle:g} rad/s; it must be above 0")
     time = float(motion.time.sum())
-    energy, squared = cutting_energy(machine, motion, process)
+    energies = cutting_energies(machine, motion, process, engaged)
+    powers = np.divide(energies, motion.time, out=np.zeros_like(energies), where=motion.time > 0.0)
+    energy, squared = float(energies.sum()), float(product(powers, energies))
+    depth = f"{process.depth:g} mm deep and {process.width:g} mm wide everywhere"
+    how = depth if engaged is None else f"over the stock as it is, {engaged.volume.sum():.5g} mm³"
     idle = loss = None
     if machine.spindle_idle is not None:
         power = float(idle_power(process.spindle, machine.spindle_idle))
@@ -257,7 +276,7 @@ def _spindle_shares(
         loss = float(auxiliary_power(energy, linear)) + quadratic * squared
     return [
         _share("spindle idle", idle, sources.get("spindle_idle"), "the machine's idle power isn't known"),
-        Share("cutting", energy, process.basis, process.source),
+        Share("cutting", energy, process.basis, "; ".join([process.source, how])),
         _share("auxiliary", loss, sources.get("auxiliary"), "the machine's load loss isn't known"),
     ]
 

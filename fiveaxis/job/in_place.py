@@ -157,6 +157,7 @@ class RevisedOperation:
             back.blocks,
             word_rounding(back.motion, texts),
             energy,
+            back.end[back.block_rows],
             fill,
         )
         return made, revision

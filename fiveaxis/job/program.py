@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.energy import Energy
+from fiveaxis.energy import Energy, Engaged
 from fiveaxis.errors import MissingDependency, ToolpathError, Unverified
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import IntArray
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
 from fiveaxis.job.program_costs import price_program, word_rounding
 from fiveaxis.job.program_options import ProgramOptions
@@ -69,6 +70,7 @@ class MadeProgram:
     rounding : mm, travel of a linear axis in a block that the rounding of the words may cause
     energy : of the text, approach and retract included, as `program_energy` gives it; None where its words
         don't say it (tool directions, a list, a rapid move of unknown speed, a drive without power)
+    ends : (b,), row of the verified motion at which each of `blocks` ends; None where nothing was verified
     fill : the locations that the path's blocks stand for; None for a motion without a path
     held_back : codes of the errors because of which redundant blocks stay; empty where they are removed
     """
@@ -81,6 +83,7 @@ class MadeProgram:
     blocks: Motion
     rounding: float
     energy: Energy | None = None
+    ends: IntArray | None = None
     fill: Fill | None = None
     held_back: tuple[str, ...] = ()
 
@@ -96,6 +99,14 @@ class MadeProgram:
     def ok(self) -> bool:
         """Whether the text was verified, and has no error."""
         return self.gate.verified and self.report.ok
+
+    @property
+    def engaged(self) -> Engaged | None:
+        """What each of `blocks` takes away of the stock; None if none was cut."""
+        if self.report.cut is None or self.ends is None:
+            return None
+        removal = self.report.cut.removal
+        return Engaged.of_rows(removal.volume.mean(axis=0), removal.contact, self.ends)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -204,7 +215,9 @@ def make_program(
             )
 
         made = compose_verified(planned.motion, wording, options, None if unverified else judge)
-        return replace(made, fill=planned.fill)
+        # Verified are the locations that the planned rows stand for.
+        ends = None if made.ends is None else planned.fill.rows_in(made.motion)[made.ends]
+        return replace(made, fill=planned.fill, ends=ends)
 
     if not (options.writing["thin"] and may_thin(wording)):
         return attempt(whole)
@@ -301,7 +314,7 @@ def compose_verified(
     ):
         raise Unverified("the program reads differently with its header than without; please report this", [])
     logger.info("%s: %d rows, %d lines", text.control, len(motion), len(text.lines))
-    return MadeProgram(machine, text, motion, gate, run_time, blocks, rounding, energy)
+    return MadeProgram(machine, text, motion, gate, run_time, blocks, rounding, energy, back.block_rows)
 
 
 def _text_energy(back: ReadBack, text: Program) -> Energy | None:

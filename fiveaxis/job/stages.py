@@ -215,7 +215,8 @@ def run_stages(
         )
         if operation is not None:
             solution = operation.beside_original(solution, rounding)
-        budget = job_budget(machine, solution.clock.timed(blocks, machine), process, factors, rounding)
+        timed = solution.clock.timed(blocks, machine)
+        budget = job_budget(machine, timed, process, factors, rounding, engaged=program.engaged)
         return Outcome(
             job, solution, program, budget, inputs, front, cleared, revision=revision, scallop=scallop
         )

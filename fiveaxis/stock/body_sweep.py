@@ -27,6 +27,8 @@ MOST_TANGENTS, MOST_TIMES, MOST_HALVINGS, MOST_LOOKS = 40, 30, 30, 14
 LEAST_SLOPE = 0.01
 # Share of a segment behind which an end belongs to its last pose.
 AT_END = 0.999
+# mm above the tip, in which a surface belongs to the bottom; sweeps are as exact as half of it.
+BOTTOM = 0.02
 # A body's figures, (5,) mm: largest radius, heights of its lower and upper end above the tip, by how much its
 # depth may rise above tangents along a ray where it turns, and by how much it is inflated for a query.
 RADIUS, LOW, HIGH, ALONG, WIDER = 0, 1, 2, 3, 4
@@ -207,6 +209,16 @@ def greatest_between(
 
 
 @compiled
+def beside(d: int, x: Array, place: float, pose: Array) -> bool:
+    """Whether a place of a ray is above the flat bottom of a cutter at its last pose, which makes no chips."""
+    x[d] = place
+    height = 0.0
+    for k in range(3):
+        height += (x[k] - pose[2, k]) * pose[3, k]
+    return height > BOTTOM
+
+
+@compiled
 def sweep_bodies(
     d: int,
     h: Array,
@@ -300,9 +312,9 @@ def sweep_bodies(
                         if removed > 0.0:
                             changed = True
                             figures[block[g], 0] += removed * area
-                            if last and made & 1 and t_in > AT_END:
+                            if last and made & 1 and t_in > AT_END and beside(d, x, enters, pose):
                                 figures[block[g], 1] += slope_in * area
-                            if last and made & 2 and t_out > AT_END:
+                            if last and made & 2 and t_out > AT_END and beside(d, x, leaves, pose):
                                 figures[block[g], 1] += slope_out * area
                 if changed:
                     fit_tile(tiles, a, b, ends, count, nu, nv)

@@ -80,7 +80,8 @@ class Removal:
     Parameters
     ----------
     volume : (3, blocks), mm³ by x, y and z rays, each an estimate of its own
-    contact : (blocks,), mm² of new surface that the cutter touches at each block's end
+    contact : (blocks,), mm² of new surface that the cutter touches at each block's end, without the bottom of
+        a flat one
     """
 
     volume: Array

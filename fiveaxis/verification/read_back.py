@@ -147,13 +147,18 @@ class ReadBack:
         return np.maximum(np.maximum.accumulate(self._last), 0)
 
     @property
+    def block_rows(self) -> IntArray:
+        """The planned row of each of `blocks`, (b,)."""
+        written = self.written
+        return np.asarray(written[(written >= self.planned.first) & (written <= self.planned.last)])
+
+    @property
     def blocks(self) -> Motion:
         """The blocks of the path as the text states them, one a row, from where the first begins.
 
         A rapid move keeps its planned duration, and a list all of them: no word states it.
         """
-        planned, written = self.planned, self.written
-        row = written[(written >= planned.first) & (written <= planned.last)]
+        planned, row = self.planned, self.block_rows
         found, end = planned.motion.at(row), self.end[row]
         time = np.diff(np.cumsum(self.motion.time)[end], prepend=0.0)
         time = np.where(found.rapid | self.is_list, found.time, time)
