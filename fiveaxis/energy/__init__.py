@@ -22,7 +22,8 @@ from fiveaxis.energy.drives import (
     moved_weights,
     travel_costs,
 )
-from fiveaxis.energy.engagement import Cut, EndMill, Engaged, removal_rate, swept_surface
+from fiveaxis.energy.engaged import CutCourse, Engaged
+from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
 from fiveaxis.energy.path_feed import path_feed
 from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
 from fiveaxis.energy.totals import (
@@ -43,6 +44,7 @@ __all__ = [
     "Budget",
     "Calibration",
     "Cut",
+    "CutCourse",
     "CuttingCoefficients",
     "Drill",
     "EndMill",

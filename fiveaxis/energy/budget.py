@@ -10,7 +10,8 @@ import numpy as np
 
 from fiveaxis.energy.cutting_forces import CuttingCoefficients, mean_cutting_power
 from fiveaxis.energy.drilling import Drill, auxiliary_power, idle_power, mean_drilling_power
-from fiveaxis.energy.engagement import WATT, Cut, EndMill, Engaged
+from fiveaxis.energy.engaged import CutCourse, Engaged
+from fiveaxis.energy.engagement import WATT, Cut, EndMill
 from fiveaxis.energy.path_feed import path_lengths
 from fiveaxis.energy.totals import motion_energy
 from fiveaxis.errors import MachineError, SettingError
@@ -111,11 +112,13 @@ class Budget:
     shares : consumers, also those whose energy is unknown
     time : s
     factors : price and emission of a kWh
+    cut : what is removed of the stock over the time; None if no stock was cut
     """
 
     shares: tuple[Share, ...]
     time: float
     factors: Factors = Factors()
+    cut: CutCourse | None = None
 
     @property
     def total(self) -> float:
@@ -149,7 +152,8 @@ class Budget:
         ]
         totals = {"total": self.total, "complete": self.complete, "kWh": self.kwh, "time": self.time}
         money = {"cost": self.cost, "currency": self.factors.currency, "co2_kg": self.co2}
-        return {"shares": shares} | totals | money
+        cut = {} if self.cut is None else {"cut": self.cut.as_dict()}
+        return {"shares": shares} | totals | money | cut
 
 
 def job_budget(
@@ -189,6 +193,8 @@ def job_budget(
     """
     force = None if process is None else process.feed_force
     energy = motion_energy(machine, motion, integral, rounding, force or 0.0)
+    taken = None if process is None else cutting_energies(machine, motion, process, engaged)
+    course = None if engaged is None else CutCourse(motion.time, engaged.volume, taken)
     sources = {p.figure: p for p in machine.provenance}
     drives = [sources[name] for name in _drive_figures(machine) if name in sources]
     texts = sorted({p.text for p in drives})
@@ -196,9 +202,9 @@ def job_budget(
     shares = [
         _share("base", energy.base, sources.get("base_power"), "the machine's base power isn't known"),
         Share("feed drives", energy.total, _weakest_basis(drives), "; ".join([*texts, against])),
-        *_spindle_shares(machine, motion, process, sources, engaged),
+        *_spindle_shares(machine, motion.time, process, taken, sources, engaged),
     ]
-    budget = Budget(tuple(shares), energy.time, factors or Factors())
+    budget = Budget(tuple(shares), energy.time, factors or Factors(), course)
     unknown = ", ".join(share.name for share in shares if share.energy is None)
     logger.info(
         "whole job %.1f J in %.1f s, %s",
@@ -246,20 +252,20 @@ def cutting_energies(
 
 def _spindle_shares(
     machine: Machine,
-    motion: Motion,
+    times: Array,
     process: Process | None,
+    taken: Array | None,
     sources: dict[str, Provenance],
     engaged: Engaged | None,
 ) -> list[Share]:
-    if process is None:
+    if process is None or taken is None:
         why = "the job has no [process]"
         return [Share(name, None, "unknown", why) for name in ("spindle idle", "cutting", "auxiliary")]
     if process.spindle <= 0.0:
         raise SettingError(f"spindle speed is {process.spindle:g} rad/s; it must be above 0")
-    time = float(motion.time.sum())
-    energies = cutting_energies(machine, motion, process, engaged)
-    powers = np.divide(energies, motion.time, out=np.zeros_like(energies), where=motion.time > 0.0)
-    energy, squared = float(energies.sum()), float(product(powers, energies))
+    time, energy = float(times.sum()), float(taken.sum())
+    powers = np.divide(taken, times, out=np.zeros_like(taken), where=times > 0.0)
+    squared = float(product(powers, taken))
     depth = f"{process.depth:g} mm deep and {process.width:g} mm wide everywhere"
     how = depth if engaged is None else f"over the stock as it is, {engaged.volume.sum():.5g} mm³"
     idle = loss = None

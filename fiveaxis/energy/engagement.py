@@ -21,7 +21,7 @@ import numpy as np
 
 from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
 from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.geometry import Array, IntArray, arcsin, normalise, product
+from fiveaxis.geometry import Array, arcsin, normalise, product
 
 WATT = 1e3  # N·mm/s, the unit of force times velocity, and of torque times angular velocity
 # Grid lines in each direction on the engaged surface, to find its highest point and to integrate its area.
@@ -249,32 +249,3 @@ def _last_azimuth(cut: Cut, chord: Array) -> Array:
     """Compute the angle from the feed towards the free side where engagement ends, rad; it starts at -π/2."""
     beyond = np.divide(cut.width, chord, out=np.full_like(chord, np.inf), where=chord > 0.0)
     return arcsin(np.minimum(beyond - 1.0, 1.0))
-
-
-@dataclass(frozen=True, eq=False)
-class Engaged:
-    """What the moves of a motion take away of a stock: the engagement as it is, instead of one for all.
-
-    Parameters
-    ----------
-    volume : (n,), mm³ that each move removes
-    contact : (n,), mm² of the cutter's surface in the material, mean over the move
-    """
-
-    volume: Array
-    contact: Array
-
-    @classmethod
-    def of_rows(cls, volume: Array, contact: Array, ends: IntArray) -> Engaged:
-        """Join the rows of a motion that was cut to moves.
-
-        Parameters
-        ----------
-        volume : (m,), mm³ that the move to each row removes
-        contact : (m,), mm², of the cutter at each row
-        ends : (n,), ascending, the row at which each move ends
-        """
-        cuts = volume > 0.0
-        mean = np.where(cuts, (contact + np.roll(contact, 1) * np.roll(cuts, 1)) / 2.0, 0.0)
-        volumes, means = (np.diff(np.cumsum(c)[ends], prepend=0.0) for c in (volume, mean))
-        return cls(volumes, means / np.maximum(np.diff(ends, prepend=-1), 1))

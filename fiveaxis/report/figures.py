@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.energy import move_powers
+from fiveaxis.energy import CutCourse, move_powers
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Axis
@@ -127,6 +127,24 @@ def power_lines(solution: Solution, baseline: str | None) -> str:
     powers = {name: drive_powers(solution, name) for name in series_of(solution, baseline)}
     names = [f"{letter} (W)" for letter in (*solution.machine.letters, "all")]
     return _bands(solution, baseline, "Power of the feed drives", names, powers, [()] * len(names))
+
+
+def cut_lines(course: CutCourse) -> str:
+    """Draw the material removal rate, and the power of the cut where it is known, over time."""
+    values = {"removal (mm³/s)": course.rate}
+    if course.power is not None:
+        values["cut (W)"] = course.power
+    title, x = "What is cut of the stock", widened(np.array([0.0]), course.ends, margin=0.01)
+    parts = [heading({RESULT: AFTER}, title)]
+    for k, (label, rows) in enumerate(values.items()):
+        panel = band(k, x, widened(np.array([0.0]), rows))
+        kept = thin_rows(rows, STEP_BUCKETS)
+        drawn = [
+            panel.frame(label, TIME_LABEL if k == len(values) - 1 else ""),
+            panel.steps(course.ends[kept], rows[kept], AFTER, 1.0, RESULT),
+        ]
+        parts.append(panel.group(label, drawn))
+    return svg(panel.bottom + BELOW, parts, _line_chart(title, {RESULT: AFTER}), TIME)
 
 
 def drive_powers(solution: Solution, name: str) -> Array:

@@ -11,13 +11,21 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
-from fiveaxis.energy import Budget
+from fiveaxis.energy import Budget, CutCourse
+from fiveaxis.energy.engaged import STEP
 from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution
 from fiveaxis.report import tables
 from fiveaxis.report.document import ReportDocument
-from fiveaxis.report.figures import axis_lines, energy_bars, power_lines, speed_lines, spending_lines
+from fiveaxis.report.figures import (
+    axis_lines,
+    cut_lines,
+    energy_bars,
+    power_lines,
+    speed_lines,
+    spending_lines,
+)
 from fiveaxis.report.finished import finished_section
 from fiveaxis.report.landscape import FIRST_STEP, MOST_LOCATIONS, SECOND_STEP, Admits, feed_mm_min
 from fiveaxis.report.maps import draw_location, draw_valley
@@ -189,7 +197,18 @@ def _budget(budget: Budget | None) -> str:
     if budget.co2 is not None:
         text += f"; {1000.0 * budget.co2:.1f} g CO₂"
     heading = "<h2>Electricity of the whole job</h2>"
-    return f"<section>\n{heading}\n{scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>\n</section>"
+    table = f"{heading}\n{scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>"
+    return f"<section>\n{table}\n{_cut(budget.cut)}</section>"
+
+
+def _cut(course: CutCourse | None) -> str:
+    if course is None:
+        return ""
+    words = (
+        f"What the program removes of the stock, {number(course.volume.sum())} mm³ together, by cutting it "
+        f"along the blocks; means over {STEP:g} s."
+    )
+    return f"<figure>\n{cut_lines(course)}\n<figcaption>{words}</figcaption>\n</figure>\n"
 
 
 def _posture(solution: Solution, admits: Admits | None) -> dict[str, str]:

@@ -210,7 +210,7 @@ def greatest_between(
 
 @compiled
 def beside(d: int, x: Array, place: float, pose: Array) -> bool:
-    """Whether a place of a ray is above the flat bottom of a cutter at its last pose, which makes no chips."""
+    """Whether a place of a ray is above a cutter's flat bottom, which makes no chips, at its last pose."""
     x[d] = place
     height = 0.0
     for k in range(3):

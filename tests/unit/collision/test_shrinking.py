@@ -38,7 +38,7 @@ def path():
 
 
 def _left(path, row, points):
-    """Whether points, (n, 3), are still there when a location is reached: by distances to all chords so far."""
+    """Whether points, (n, 3), are left when a location is reached, by distances to all chords so far."""
     here = np.zeros(len(points), dtype=bool)
     for a, b in zip(path.pivot[:row], path.pivot[1 : row + 1], strict=True):
         along = np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)

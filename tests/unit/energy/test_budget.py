@@ -6,25 +6,31 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 from fiveaxis.cli import app
 from fiveaxis.energy import (
     Cut,
+    CutCourse,
     CuttingCoefficients,
     EndMill,
+    Engaged,
     Factors,
     Process,
+    cutting_energies,
     job_budget,
     mean_cutting_power,
     motion_energy,
+    removal_rate,
 )
 from fiveaxis.errors import JobError, MachineError
 from fiveaxis.job import read_job
 from fiveaxis.job.process import make_process
 from fiveaxis.machine import Machine, Provenance
 from fiveaxis.motion import Motion
-from fiveaxis.toolpath import MoveKind, Tool
+from fiveaxis.stock import Blank, cut_stock, load_stock
+from fiveaxis.toolpath import MoveKind, Tool, parse_tool
 
 # Wang et al. (2019): idle 0.0003 n² + 0.0524 n + 1221 W, n in rev/min; C0 = 0.1336.
 TURN = 2.0 * np.pi / 60.0
@@ -216,3 +222,45 @@ def test_a_dwell_cuts_nothing(machine, motion):
 def test_an_idle_power_below_0_is_refused(machine, motion):
     with pytest.raises(MachineError, match=r"W at 628\.319 rad/s, below 0"):
         job_budget(replace(machine, spindle_idle=(0.0, -1.0, 0.0)), motion, PROCESS)
+
+
+@pytest.mark.parametrize("cutter", ["ball:6", "flat:6"])
+def test_over_a_stock_of_even_thickness_the_cut_takes_what_its_one_engagement_says(machine, cutter):
+    """A pass beside others, through a plate of known depth, by rays 0.1 mm apart."""
+    depth, width, feed, length = 1.0, 0.8, 20.0, 40.0
+    part = trimesh.creation.box(extents=(length, 20.0, 10.0))
+    part.apply_translation((0.0, 0.0, -5.0))
+    blank = Blank.of(load_stock(f"box:{length}:20:{10.0 + depth}", part, 0.1), part)
+    x = np.arange(-24.0, 24.5, 0.5)
+    passes = [
+        [(x[0], y, 20.0), *((a, y, 0.0) for a in x), (x[-1], y, 20.0)] for y in np.arange(-4.0, 0.1, width)
+    ]
+    tip = np.concatenate(passes)
+
+    def poses(place):
+        columns = [np.interp(place, np.arange(len(tip)), tip[:, k]) for k in range(3)]
+        return np.column_stack(columns), np.tile([0.0, 0.0, 1.0], (len(place), 1))
+
+    tool = parse_tool(cutter)
+    cut = cut_stock(blank, tool, poses, np.arange(1, len(tip)), len(tip))
+    # The last pass, in the middle of the plate.
+    ends = np.flatnonzero((np.abs(tip[:, 0]) <= 10.0) & (tip[:, 1] == tip[-1, 1]))
+    engaged = Engaged.of_rows(cut.removal.volume.mean(axis=0), cut.removal.contact, ends)
+    process = replace(
+        PROCESS,
+        mill=EndMill(tool.cutter.shape, 6.0, 2),
+        depth=depth,
+        width=width,
+        coefficients=CuttingCoefficients(2000.0, 20.0),
+    )
+    positions = np.zeros((len(ends), 5))
+    positions[:, 0] = tip[ends, 0]
+    kind = np.full(len(ends), MoveKind.CUT)
+    time = np.full(len(ends), 0.5 / feed)
+    motion = Motion("XYZAC", positions, np.full(len(ends), feed), time, kind, np.arange(len(ends)))
+    one, real = (cutting_energies(machine, motion, process, given)[1:] for given in (None, engaged))
+    assert real == pytest.approx(one, rel=0.015)
+    course = CutCourse(time[1:], engaged.volume[1:], real)
+    assert course.rate[:-1] == pytest.approx(
+        removal_rate(Cut(process.mill, depth, width, feed, process.spindle)), rel=0.01
+    )

@@ -283,7 +283,7 @@ def test_stock_that_isnt_there_is_one_clear_error(job_folder):
 
 
 def test_what_earlier_passes_cut_away_is_no_obstacle(machine):
-    """Under 5 mm of stock no posture is clear of all of it; along the path there is room over the cut side."""
+    """Under 5 mm of stock no posture is clear of all of it; on the path there is room over the cut side."""
     part, stock = (trimesh.creation.box(extents=(30.0, 16.0, height)) for height in (10.0, 15.0))
     part.apply_translation((0.0, 0.0, -5.0))
     stock.apply_translation((0.0, 0.0, -2.5))
