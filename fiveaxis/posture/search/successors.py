@@ -272,7 +272,9 @@ def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> b
     trail.begin[i + 1] = max(trail.begin[i + 1], trail.begin[i])
     costs = trail.layers[i % 2].cost[: trail.begin[i + 1] - trail.begin[i]]
     if len(costs) > most // 2:
-        keep_only(trail, i, costs <= np.partition(costs, most // 2 - 1)[most // 2 - 1])
+        cheapest = np.zeros(len(costs), dtype=bool)
+        cheapest[np.argsort(costs, kind="stable")[: most // 2]] = True  # many may cost the same
+        keep_only(trail, i, cheapest)
     before, size = (int(trail.begin[k + 1] - trail.begin[k]) for k in (i - 1, i))
     here, then = trail.layers[(i - 1) % 2], trail.layers[i % 2]
     ahead = np.flatnonzero(problem.bound_rows[i:])

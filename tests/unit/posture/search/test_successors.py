@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from shapes import SHAPES, cone, sampled, turned
 
 import fiveaxis as fx
+from fiveaxis.contour import plan_contour
 from fiveaxis.energy import BlockCosts, block_costs
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import feed_times, standing_speeds
@@ -194,3 +196,12 @@ def kept(
         cheap = np.argsort(cost, kind="stable")[:most]
         states, cost = states[cheap], cost[cheap]
     return states, cost
+
+
+def test_where_all_postures_cost_the_same_a_link_keeps_as_many_as_there_is_room_for(hayashi):
+    """Passes over the example part, joined by links in which axes turn as far as they like."""
+    part = Path(__file__).parents[4] / "examples/overhang/part.stl"
+    options = {"strategy": "raster", "stepover": 12.0, "spacing": 4.0}
+    path = plan_contour(part, fx.Tool.ball(6), feed_mm_min=1000.0, **options)
+    solution = fx.optimise(path, hayashi, tilt=(10.0, 60.0), effort="quick")
+    assert solution.energy.total < solution.energies["normal"].total
