@@ -1,6 +1,16 @@
 """Many jobs: sweeps that make many of one file, workers that run them, and one table of the results."""
 
+from fiveaxis.batch.machines import Candidate, MachineComparison, compare_machines
 from fiveaxis.batch.record import Event, Row, Status
 from fiveaxis.batch.run import Batch, run_batch
 
-__all__ = ["Batch", "Event", "Row", "Status", "run_batch"]
+__all__ = [
+    "Batch",
+    "Candidate",
+    "Event",
+    "MachineComparison",
+    "Row",
+    "Status",
+    "compare_machines",
+    "run_batch",
+]

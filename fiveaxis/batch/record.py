@@ -71,6 +71,7 @@ class Row:
     locations : number of cutter locations
     energy, travel, base, time : J, J, J and s: energy of the feed drives in the whole program, their travel
         metric, both without base load; base power × time, None where it isn't known
+    energy_least, energy_most : J, of the energy by the bands of estimated drives
     starts, reversals : of the axes in the program's blocks
     baseline, baseline_energy, saved : what it is compared with, its energy in J, and the share saved
     baseline_starts, baseline_reversals : of the axes in the blocks of what it is compared with
@@ -90,6 +91,8 @@ class Row:
     digest: str = ""
     locations: int | None = None
     energy: float | None = None
+    energy_least: float | None = None
+    energy_most: float | None = None
     travel: float | None = None
     base: float | None = None
     time: float | None = None
@@ -198,6 +201,7 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
     """
     report = outcome.report
     energy, baseline = report.solution.energy, report.baseline or ""
+    least, most = report.solution.energy_range()
     compared = report.solution.baselines.get(baseline)
     return replace(
         blank,
@@ -205,6 +209,8 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
         message="" if outcome.gate.is_open else "verification found errors: no NC program was written",
         locations=report.locations,
         energy=energy.total,
+        energy_least=least,
+        energy_most=most,
         travel=energy.travel,
         base=energy.base,
         time=energy.time,

@@ -61,6 +61,7 @@ def run_batch(
     files: Iterable[str | Path],
     folder: str | Path,
     *,
+    machines: Sequence[str] = (),
     scheduler: str | None = None,
     workers: int | None = None,
     job_timeout: float | None = None,
@@ -77,6 +78,7 @@ def run_batch(
     ----------
     files : job files; one with a ``[sweep]`` stands for many jobs
     folder : for the results: ``results.html``, ``results.csv``, ``results.jsonl`` and a folder for each job
+    machines : on each of which every job runs, in place of its own machine and of a sweep
     scheduler : address of a dask scheduler, ``tls://host:8786``, whose workers see the same folders; by
         default workers are processes of this computer, which no other process can reach
     workers : number of local workers; by default one per core
@@ -97,7 +99,7 @@ def run_batch(
     """
     limits = Limits(job_timeout, job_memory)
     _require_limits(workers, limits, scheduler)
-    planned = plan_tasks(map(Path, files))
+    planned = plan_tasks(map(Path, files), machines)
     require_folder(Path(folder))
     if scheduler is not None:
         require_scheduler(scheduler)

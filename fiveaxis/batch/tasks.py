@@ -11,7 +11,7 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -235,8 +235,12 @@ class Planned:
     sweeps: dict[str, list[str]]
 
 
-def plan_tasks(files: Iterable[Path]) -> Planned:
+def plan_tasks(files: Iterable[Path], machines: Sequence[str] = ()) -> Planned:
     """Read job files, and make the tasks of them and their sweeps.
+
+    Parameters
+    ----------
+    machines : on each of which every job runs, in place of its own and of a sweep
 
     Raises
     ------
@@ -248,7 +252,7 @@ def plan_tasks(files: Iterable[Path]) -> Planned:
     for name, file in named.items():
         try:
             text, data = read_document(file, JobError)
-            variants = read_sweep(data, text, file)
+            variants = _expand({"machine": list(machines)}) if machines else read_sweep(data, text, file)
         except Exception as fault:  # of whatever kind: it mustn't end the others
             planned.faults.append(_row_of_unreadable(Task(name, file), fault))
             continue

@@ -59,22 +59,18 @@ def batch(
     over a limit, or a lost scheduler). Jobs with wrong input and broken jobs run again the next time.
     """
     with errors_explained(as_json) as written:
-        try:
-            with _live_table(err) as listener:
-                from fiveaxis.batch import run_batch
+        with interruptible(), live_table(err) as listener:
+            from fiveaxis.batch import run_batch
 
-                done = run_batch(
-                    files,
-                    output,
-                    scheduler=scheduler,
-                    workers=workers,
-                    job_timeout=job_timeout,
-                    job_memory=job_memory,
-                    tell=listener,
-                )
-        except KeyboardInterrupt:
-            err.print("interrupted; finished jobs are kept, the same command does the rest")
-            raise typer.Exit(INTERRUPTED) from None
+            done = run_batch(
+                files,
+                output,
+                scheduler=scheduler,
+                workers=workers,
+                job_timeout=job_timeout,
+                job_memory=job_memory,
+                tell=listener,
+            )
         written += (*done.files, *(path for c in done.comparisons for path in c.files))
         if as_json:
             print_json(done.as_dict())
@@ -132,7 +128,17 @@ class Board:
 
 
 @contextmanager
-def _live_table(console: Console) -> Iterator[Listener]:
+def interruptible() -> Iterator[None]:
+    """End with the exit code of Ctrl-C, and say what becomes of the work."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        err.print("interrupted; finished jobs are kept, the same command does the rest")
+        raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def live_table(console: Console) -> Iterator[Listener]:
     """Show events: on a terminal as a live table, elsewhere as lines for the start and the end of a job."""
     board = Board()
     if console.is_terminal:

@@ -8,6 +8,7 @@ from typer.main import get_command
 
 from fiveaxis.cli.batch_verb import batch
 from fiveaxis.cli.calibration_verb import calibrate
+from fiveaxis.cli.compare_verb import compare
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
@@ -84,4 +85,5 @@ app.command(context_settings={"ignore_unknown_options": True})(with_options(surf
 app.command()(with_options(preview))
 app.command()(with_options(calibrate))
 app.command()(with_options(batch))
+app.command()(with_options(compare))
 app.command()(with_options(job))

@@ -17,7 +17,13 @@ from fiveaxis.job.box_search import search_box
 from fiveaxis.job.description import Job
 from fiveaxis.job.kept import keep_stated
 from fiveaxis.job.loading import load_job_machine, load_job_passes, revises
-from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
+from fiveaxis.kinematics import (
+    hold_singular,
+    linear_positions,
+    require_orienting,
+    rotary_angles,
+    within_limits,
+)
 from fiveaxis.kinematics.windings import into_limits
 from fiveaxis.machine import Body, Box, Cylinder, Limits, Machine
 from fiveaxis.machine.chain import Triple, as_triple
@@ -113,7 +119,13 @@ def choose_offset(
     -------
     The offset, mm, machine frame, and what is to be said of it; None where it is 0, or where the constraints
     don't bound the tool axis
+
+    Raises
+    ------
+    MachineError
+        The machine's rotary axes can't lean the tool in two directions.
     """
+    require_orienting(machine)
     if constraints.hold or not constraints.bounds_angle:
         return None
     reach = Reach.of(toolpath, machine, constraints, machine.setup.rotation_deg)

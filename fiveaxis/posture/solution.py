@@ -271,19 +271,36 @@ class Solution(ShownAsTable, HasColumns):
         ----------
         with_base : whether the base power over the cycle time counts, where it is known
         """
-        draws = energy_draws(self.machine)
-        if draws is None:
+        if not self.machine.bands:
             return {}
-
-        def drawn(energy: Energy) -> Array:
-            return product(draws, energy.joules) + ((with_base and energy.base) or 0.0)
-
-        own, ranges = drawn(self.energy), {}
+        own, ranges = self._drawn(self.energy, with_base), {}
         for name, energy in self.baselines.items():
             if energy.total > 0.0:
-                saved = 1.0 - own / drawn(energy)
+                saved = 1.0 - own / self._drawn(energy, with_base)
                 ranges[name] = (float(saved.min()), float(saved.max()))
         return ranges
+
+    def energy_range(self, *, with_base: bool = False) -> tuple[float, float]:
+        """Compute between which energies the program's lies, J.
+
+        Drives are anywhere within the bands of estimated ones, and the energy is that of either reading of
+        its words (`Energy.least`, `Energy.most`).
+
+        Parameters
+        ----------
+        with_base : as for `savings_ranges`
+        """
+        energy = self.energy
+        drawn = self._drawn(energy, with_base)
+        below, above = (0.0 if end is None else end - energy.total for end in (energy.least, energy.most))
+        return float(drawn.min()) + min(below, 0.0), float(drawn.max()) + max(above, 0.0)
+
+    def _drawn(self, energy: Energy, with_base: bool) -> Array:
+        """Compute an energy on machines drawn from the bands of estimated drives, (d,) J."""
+        draws = energy_draws(self.machine)
+        joules = energy.joules
+        spent = joules.sum(keepdims=True) if draws is None else product(draws, joules)
+        return np.asarray(spent + ((with_base and energy.base) or 0.0))
 
     def time_savings(self) -> dict[str, float]:
         """Compute the saved share of the program's time against each baseline."""

@@ -32,7 +32,6 @@ CASES = {
         {"strategy": "raster", "stepover": 3.0},
         (10, 60),
     ),
-    "featuretype": (MESHES / "featuretype.stl", 6.0, {"strategy": "raster", "stepover": 4.0}, (10, 60)),
     "supportless": (MESHES / "supportless_sample.stl", 6.0, {"stepdown": 4.0}, (15, 75)),
     "propeller": (MESHES / "propeller_d.stl", 4.0, {"strategy": "raster", "stepover": 5.0}, (15, 75)),
 }

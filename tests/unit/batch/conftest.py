@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import faulthandler
+import json
 import os
 import tempfile
 import threading
@@ -107,7 +108,9 @@ class Pretended:
         baselines = {"normal": SimpleNamespace(total=2000.0, starts=15, reversals=291)}
         report = SimpleNamespace(
             locations=2,
-            solution=SimpleNamespace(energy=spent, baselines=baselines),
+            solution=SimpleNamespace(
+                energy=spent, baselines=baselines, energy_range=lambda: (0.9 * joules, 1.2 * joules)
+            ),
             baseline="normal",
             saved=lambda *_: 1.0 - joules / 2000.0,
             summary=[] if sound else [limit],
@@ -119,8 +122,13 @@ class Pretended:
         folder.mkdir(parents=True, exist_ok=True)
         names = ("report.json", "program.ngc") if outcome.gate.is_open else ("report.json",)
         for name in names:
-            (folder / name).write_text(str(vars(outcome.report.solution.energy)))
+            (folder / name).write_text(json.dumps(self._document(outcome)))
         return [folder / name for name in names]
+
+    def _document(self, outcome: Any) -> dict[str, Any]:
+        spent = vars(outcome.report.solution.energy) | {"with_base": None, "travel_by_axis": {}}
+        run_time = {"basis": "programmed"}
+        return {"energy": spent, "budget": None, "rates": {}, "program": {"run_time": run_time}}
 
 
 @contextmanager
