@@ -280,6 +280,7 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
     taken = completed(Meshes, read_flags(Meshes, options))
+    near = completed(Workpiece, read_flags(Workpiece, options))
     return Surroundings.load(
         part,
         stock,
@@ -288,7 +289,8 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
         unit=options["part_unit"],
         tolerance=taken["mesh_tolerance"],
         body=taken["body"],
-        stock_resolution=options["stock_resolution"],
+        stock_resolution=near["stock_resolution"],
+        stock_tolerance=near["stock_tolerance"],
     )
 
 
