@@ -26,7 +26,7 @@ def colours_of(found: Deviations, tolerance: float) -> NDArray[np.uint8]:
     share = np.where(np.abs(distance) <= allowed, 0.0, np.minimum(share, 1.0))
     ends = np.where(distance < 0.0, np.array(GOUGED), np.array(LEFT))
     colours = (1.0 - share) * np.array(FINISHED) + share * ends
-    return np.where(found.cut[:, None], colours, np.array(UNCUT)).astype(np.uint8)
+    return np.where(found.cut[:, None], np.rint(colours), np.array(UNCUT)).astype(np.uint8)
 
 
 def colours_at(points: Array, found: Deviations, tolerance: float, cell: float) -> NDArray[np.uint8]:

@@ -19,7 +19,7 @@ from fiveaxis.stock.rays import Counts, Ends
 # mm: by which a crossing may be beyond its edge.
 ROUNDED = 1e-3
 # Share of a cell by which a vertex moves before it counts as another one.
-STILL = 0.01
+STILL = 0.005
 
 
 @compiled

@@ -184,6 +184,7 @@ def _boxes(scene: Scene) -> list[str]:
         ("part", "workpiece/part", scene.has_part, not scene.cuts_stock),
         ("face numbers", "workpiece/numbers", scene.has_numbers, False),
         ("stock", "workpiece/stock", scene.has_stock, scene.cuts_stock),
+        ("path", "workpiece/path", True, True),
         ("fixtures", "workpiece/fixtures", bool(scene.fixtures), True),
         ("machine", "links", True, True),
         ("tool", "tool", True, True),
