@@ -51,7 +51,6 @@ CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
 LOOKED_AT = 200
 # Without a holder, this many diameters of the tool are in view; a schematic spindle begins there.
 TOOL_IN_VIEW = 4.0
-NUMBERS = 0x1B2A41
 PART_COLOUR, STOCK_COLOUR, FIXTURE_COLOUR = 0xB8BEC8, 0x8FB89A, 0xA77BCA
 BED_COLOUR, TABLE_COLOUR, HEAD_COLOUR = 0x7C828D, 0x5B8FC7, 0xC9A24B
 CUTTER_COLOUR = 0xE8C468
@@ -245,7 +244,8 @@ def add_numbers(vis: Any, root: str, model: Model) -> None:
     shapes = load_meshcat().geometry
     body = shapes.TriangularMeshGeometry(*number_marks(model))
     node = vis[f"{root}/numbers"]
-    node.set_object(identify(shapes.Mesh(body, shapes.MeshBasicMaterial(color=NUMBERS, side=0)), "numbers"))
+    material = shapes.MeshBasicMaterial(vertexColors=True, side=0)
+    node.set_object(identify(shapes.Mesh(body, material), "numbers"))
     node.set_property("visible", False)
 
 
