@@ -190,7 +190,7 @@ def test_numbers_lie_on_their_faces_and_are_read_from_outside(parts):
     assert set(foot.face) == set(range(len(part.faces)))
 
 
-@pytest.mark.parametrize("name", ["slanted", "cone", "torus"])
+@pytest.mark.parametrize("name", ["cylinder", "cone", "torus"])
 def test_numbers_bend_with_their_faces_and_keep_off_the_borders(name, parts):
     part = model(parts / f"{name}.step")
     vertices, _, colours = number_marks(part)
