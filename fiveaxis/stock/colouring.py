@@ -49,7 +49,8 @@ def colours_at(points: Array, found: Deviations, tolerance: float, cell: float) 
 
     def number(places: Array) -> IntArray:
         """Return the number of each place's cell, (n,)."""
-        return np.asarray(((places - low) / cell).astype(np.int64) @ MOST_ALONG ** np.arange(3))
+        x, y, z = ((places - low) / cell).astype(np.int64).T
+        return np.asarray((x * MOST_ALONG + y) * MOST_ALONG + z)
 
     held, first = np.unique(number(found.surface.points[order]), return_index=True)
     if not len(held) or not len(points):

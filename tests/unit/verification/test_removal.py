@@ -97,9 +97,9 @@ def test_the_stocks_tolerance_says_what_is_finished_in_check_and_map(part, hayas
     assert "left-over" not in wide.counts
     assert wide.figures["finished_share"] > 1.1 * usual.figures["finished_share"]
     page = write_finished(wide.cut, tmp_path / "map.html", "Map").read_text(encoding="utf-8")
-    assert "(±0.2 mm)" in page
+    assert "(±0.20 mm)" in page
     assert "dark from 0.8 mm" in page
-    with pytest.raises(SettingError, match="stock_tolerance is 0 mm"):
+    with pytest.raises(SettingError, match="stock_tolerance = 0 mm is out of range"):
         check(coarse, part, hayashi, tmp_path, stock_tolerance=0.0)
 
 
