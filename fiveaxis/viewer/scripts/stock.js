@@ -1,6 +1,8 @@
 "use strict";
 // The stock as it is cut: quads that are there from one step to another. At another step, forwards or backwards,
 // the list of those to draw is written anew.
+const ROUNDING = 1e-6;  // s, of sums of durations
+
 class CutStock {
   constructor({low, most, colour}, arrays) {
     const own = what => arrays[`stock/${what}`];
@@ -27,7 +29,7 @@ class CutStock {
   }
 
   show(time) {
-    const step = lastUpTo(this.clock, time);
+    const step = lastUpTo(this.clock, time + ROUNDING);
     if (step === this.step) return;
     this.step = step;
     const {quads, born, gone, index} = this, end = born.length;
