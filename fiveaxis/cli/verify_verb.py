@@ -280,6 +280,8 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
     taken = completed(Meshes, read_flags(Meshes, options))
+    of_stock = {name: options[name] for name in ("stock_resolution", "stock_tolerance")}
+    near = completed(Workpiece, {name: value for name, value in of_stock.items() if value is not None})
     return Surroundings.load(
         part,
         stock,
@@ -288,7 +290,7 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
         unit=options["part_unit"],
         tolerance=taken["mesh_tolerance"],
         body=taken["body"],
-        stock_resolution=options["stock_resolution"],
+        **{name: near[name] for name in of_stock},
     )
 
 

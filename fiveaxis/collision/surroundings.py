@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +15,7 @@ from fiveaxis.geometry import normalise
 from fiveaxis.machine.bodies import Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import Triple, as_triple
 from fiveaxis.mesh import Unit, read_solid, require_solid
-from fiveaxis.options import MESH_TOLERANCE
+from fiveaxis.options import MESH_TOLERANCE, STOCK_TOLERANCE
 from fiveaxis.settings import StrictModel
 from fiveaxis.stock import Blank, load_stock, mesh_of, names_mesh
 
@@ -224,6 +224,7 @@ class Surroundings:
         tolerance: float = MESH_TOLERANCE,
         body: str | None = None,
         stock_resolution: float | None = None,
+        stock_tolerance: float = STOCK_TOLERANCE,
     ) -> Surroundings:
         """Build surroundings from meshes or their files; parameters as for the class.
 
@@ -233,6 +234,7 @@ class Surroundings:
         unit : of the files of part and stock: ``mm``, ``inch`` or ``m``; by default what they state, or mm
         tolerance, body : of the part's CAD file, as of `load_mesh`
         stock_resolution : mm, distance of its rays; by default that of `load_stock`
+        stock_tolerance : mm, distance from the part within which the cut stock is finished
 
         Raises
         ------
@@ -252,7 +254,7 @@ class Surroundings:
             stock=whole,
             fixtures=tuple(fixtures),
             clearances=Clearances() if clearances is None else clearances,
-            blank=blank,
+            blank=None if blank is None else replace(blank, tolerance=stock_tolerance),
         )
 
     @property

@@ -151,6 +151,7 @@ def optimise(
         clearances,
         unit=near["part_unit"],
         stock_resolution=near["stock_resolution"],
+        stock_tolerance=near["stock_tolerance"],
     )
     machine = take_machine(machine)
     path = take_path(toolpath, machine, tool, around, near["surface_tolerance"])

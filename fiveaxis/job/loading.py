@@ -328,6 +328,7 @@ def load_surroundings(job: Job) -> Surroundings:
         job.clearance.build(),
         unit=part_unit(job),
         stock_resolution=around["stock_resolution"],
+        stock_tolerance=around["stock_tolerance"],
     )
 
 

@@ -102,6 +102,7 @@ def verify_program(
         tolerance=taken["mesh_tolerance"],
         body=taken["body"],
         stock_resolution=around["stock_resolution"],
+        stock_tolerance=around["stock_tolerance"],
     )
     against = Against(
         toolpath,

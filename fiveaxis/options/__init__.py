@@ -35,6 +35,7 @@ from fiveaxis.options.reading import Positions, ProgramLanguage, Reading, ReadPr
 from fiveaxis.options.search import Objective, Search
 from fiveaxis.options.surroundings import (
     GOUGE_TOLERANCE,
+    STOCK_TOLERANCE,
     SURFACE_TOLERANCE,
     MeshSource,
     Surrounding,
@@ -48,6 +49,7 @@ __all__ = [
     "GOUGE_TOLERANCE",
     "HIGHEST_FEED",
     "MESH_TOLERANCE",
+    "STOCK_TOLERANCE",
     "SURFACE_TOLERANCE",
     "Bounds",
     "Calibrate",

@@ -17,8 +17,9 @@ else:
 
 # Units of mesh files; none of the formats states its own.
 Unit = Literal["mm", "inch", "m"]
-# mm: gap between cutter and part that counts as touching; allowed depth of the cutter in the part.
-SURFACE_TOLERANCE, GOUGE_TOLERANCE = 0.05, 0.01
+# mm: gap between cutter and part that counts as touching; allowed depth of the cutter in the part; distance
+# from the part within which a cut stock is finished.
+SURFACE_TOLERANCE, GOUGE_TOLERANCE, STOCK_TOLERANCE = 0.05, 0.01, 0.05
 
 
 class Workpiece(TypedDict, total=False):
@@ -47,6 +48,16 @@ class Workpiece(TypedDict, total=False):
             unit="mm",
             above=0.0,
             example=0.1,
+        ),
+    ]
+    stock_tolerance: Annotated[
+        float,
+        Option(
+            "distance of the cut stock from the part that counts as finished: in the check of what is left, "
+            "and in the maps of report and preview",
+            unit="mm",
+            default=STOCK_TOLERANCE,
+            above=0.0,
         ),
     ]
     part_unit: Annotated[

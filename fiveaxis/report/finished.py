@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, product
-from fiveaxis.options import SURFACE_TOLERANCE
 from fiveaxis.report.words import number
 from fiveaxis.stock import CutStock, Deviations
+from fiveaxis.stock.colouring import DEEP, HIGH, colours_of
 
 # Directions from which the part is looked at, and what they are called.
 VIEWS = {
@@ -23,17 +23,13 @@ VIEWS = {
 }
 # Pixels along the longest side of a view.
 PIXELS = 260
-# Colours of gouged, finished and left places, and of those that no block has cut; blends from finished on.
-GOUGED, FINISHED, LEFT, UNCUT = (178, 24, 43), (120, 190, 120), (33, 102, 172), (205, 205, 205)
-# mm: gouges are wholly red and what is left wholly blue from these depths and heights on.
-DEEP, HIGH = 0.2, 0.5
 
 
 def finished_section(cut: CutStock | None) -> str:
     """Write the section of the finished part, as HTML; empty if no stock was cut."""
     if cut is None:
         return ""
-    found, tolerance = cut.deviations, SURFACE_TOLERANCE
+    found, tolerance = cut.deviations, cut.blank.tolerance
     shares = (
         ("finished", found.share(-tolerance, tolerance)),
         ("higher, up to 2 mm", found.share(tolerance, np.inf)),
@@ -47,10 +43,10 @@ def finished_section(cut: CutStock | None) -> str:
         f"deep. At a ray distances are exact to {number(found.uncertainty, 3)} mm; between rays crests read "
         "lower, and ribs thinner than their distance may be missed."
     )
-    pictures = "\n".join(_figure(found, name, np.array(view)) for name, view in VIEWS.items())
+    pictures = "\n".join(_figure(found, tolerance, name, np.array(view)) for name, view in VIEWS.items())
     legend = (
-        "Green: finished. Red: cut into, dark from 0.2 mm. Blue: left, dark from 0.5 mm. Grey: no block has "
-        "cut there."
+        f"Green: finished. Red: cut into, dark from {DEEP * tolerance:g} mm. Blue: left, dark from "
+        f"{HIGH * tolerance:g} mm. Grey: no block has cut there."
     )
     return (
         f'<section>\n<h2>The finished part</h2>\n<p>{text}</p>\n<div class="views">\n{pictures}\n</div>\n'
@@ -58,13 +54,13 @@ def finished_section(cut: CutStock | None) -> str:
     )
 
 
-def _figure(found: Deviations, name: str, view: Array) -> str:
-    data = b64encode(png(part_map(found, view))).decode()
+def _figure(found: Deviations, tolerance: float, name: str, view: Array) -> str:
+    data = b64encode(png(part_map(found, tolerance, view))).decode()
     image = f'<img alt="The finished part {name}" src="data:image/png;base64,{data}">'
     return f"<figure>{image}<figcaption>{name}</figcaption></figure>"
 
 
-def part_map(found: Deviations, view: Array) -> NDArray[np.uint8]:
+def part_map(found: Deviations, tolerance: float, view: Array) -> NDArray[np.uint8]:
     """Draw the finished stock's points near the part from a direction, (h, w, 3); white where none is."""
     back = view / np.linalg.norm(view, axis=-1)
     up = np.array([0.0, 1.0, 0.0]) if abs(back[2]) > 0.99 else np.array([0.0, 0.0, 1.0])
@@ -84,22 +80,12 @@ def part_map(found: Deviations, view: Array) -> NDArray[np.uint8]:
     picture = np.full((row.max() + 2, column.max() + 2, 3), 255, np.uint8)
     # What is nearer is drawn later, over what is behind it.
     order = np.argsort(product(points, back), kind="stable")
-    colours = colours_of(found)[seen]
+    colours = colours_of(found, tolerance)[seen]
     for down in (0, 1):
         for aside in (0, 1):
             picture[row[order] + down, column[order] + aside] = colours[order]
     picture[row[order], column[order]] = colours[order]
     return picture
-
-
-def colours_of(found: Deviations) -> NDArray[np.uint8]:
-    """Return each point's colour, (n, 3)."""
-    distance = found.distance
-    share = np.where(distance < 0.0, -distance / DEEP, distance / HIGH)[:, None]
-    share = np.where(np.abs(distance)[:, None] <= found.uncertainty, 0.0, np.clip(share, 0.0, 1.0))
-    ends = np.where((distance < 0.0)[:, None], np.array(GOUGED), np.array(LEFT))
-    colours = (1.0 - share) * np.array(FINISHED) + share * ends
-    return np.where(found.cut[:, None], colours, np.array(UNCUT)).astype(np.uint8)
 
 
 def png(picture: NDArray[np.uint8]) -> bytes:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
+from fiveaxis.options import STOCK_TOLERANCE
 from fiveaxis.stock.comparing import Deviations, compare, sweep_tolerance
 from fiveaxis.stock.dexels import Removal, Stock
 from fiveaxis.stock.sources import fill
@@ -35,11 +36,13 @@ class Blank:
     stock : its material
     mesh : the finished part, closed, mm, workpiece frame
     part : the part on the stock's grid
+    tolerance : mm, distance from the part within which it is finished
     """
 
     stock: Stock
     mesh: trimesh.Trimesh
     part: Stock
+    tolerance: float = STOCK_TOLERANCE
 
     @classmethod
     def of(cls, stock: Stock, mesh: trimesh.Trimesh) -> Blank:
@@ -84,7 +87,7 @@ class CutStock:
 
     def following(self) -> Blank:
         """Return what a following program finds."""
-        return Blank(self.finished, self.blank.mesh, self.blank.part)
+        return replace(self.blank, stock=self.finished)
 
 
 def cut_stock(blank: Blank, tool: Tool, poses: Poses, rows: IntArray, count: int) -> CutStock:
@@ -149,7 +152,7 @@ class _Run:
             for first in range(begin, end, step):
                 self.cut(first, min(first + step, end))
             return
-        sweeps = _of_blocks(self.sweeps, begin, end)
+        sweeps = of_blocks(self.sweeps, begin, end)
         removal = self.stock.cut(*sweeps, blocks=end - begin)
         self.volume[:, begin:end], self.contact[begin:end] = removal.volume, removal.contact
         self._touches(begin, end)
@@ -159,12 +162,12 @@ class _Run:
         for name, sweeps in self.others.items():
             touched = self.touched[name][begin:end]
             if touched.any():
-                parts = [sweep.at(touched[sweep.block] > 0.0) for sweep in _of_blocks(sweeps, begin, end)]
+                parts = [sweep.at(touched[sweep.block] > 0.0) for sweep in of_blocks(sweeps, begin, end)]
                 touched[:] = self.stock.touched(*parts, blocks=end - begin)
         return any(volume[begin:end].any() for volume in self.touched.values())
 
 
-def _of_blocks(sweeps: tuple[Sweep, ...], begin: int, end: int) -> list[Sweep]:
+def of_blocks(sweeps: tuple[Sweep, ...], begin: int, end: int) -> list[Sweep]:
     """Return the segments of some blocks, which are numbered from the first of them."""
     found = [sweep.at(slice(*np.searchsorted(sweep.block, [begin, end]))) for sweep in sweeps]
     return [replace(sweep, block=sweep.block - begin) for sweep in found if len(sweep.block)]

@@ -158,6 +158,19 @@ class Stock:
         x, y, z = (Bundle.empty(len(bundle.count)) for bundle in self.bundles)
         return Stock(self.low, self.pitch, self.cells, (x, y, z))
 
+    def thinned(self, stride: int) -> Stock:
+        """Return a stock of every few rays; the first one stays, in the middle of a larger cell."""
+        cells, pitch = -(-self.cells // stride), stride * self.pitch
+        low = self.low - (pitch - self.pitch) / 2.0
+        bundles = []
+        for d, bundle in enumerate(self.bundles):
+            grid = np.arange(len(bundle.count)).reshape(self.cells[(d + 1) % 3], -1)
+            some = grid[::stride, ::stride].ravel()
+            ends = (bundle.ends[some] + (self.low - low)[d]).astype(np.float32)
+            bundles.append(Bundle(ends, bundle.cut_by[some], bundle.count[some]))
+        x, y, z = bundles
+        return Stock(low, pitch, cells, (x, y, z), self.blocks)
+
     @property
     def high(self) -> Array:
         """High corner of the grid, (3,) mm."""

@@ -12,7 +12,7 @@ from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, Interpolation, Motion
-from fiveaxis.options import GOUGE_TOLERANCE, SURFACE_TOLERANCE
+from fiveaxis.options import GOUGE_TOLERANCE
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, turned
 from fiveaxis.verification.course import Course
 from fiveaxis.verification.model import tool_poses
@@ -53,7 +53,6 @@ class Tolerances:
     location_allowance : mm, added at locations of the path, for rounding
     row_allowance : mm, added at rows that lie on chords of the path between locations
     chord_allowance : mm, added within a move, which is the chord of a curve
-    left : mm of the stock, left between places where the part is finished
 
     Raises
     ------
@@ -77,7 +76,6 @@ class Tolerances:
     location_allowance: float = 0.0
     row_allowance: float = 0.0
     chord_allowance: float = CHORD_ERROR
-    left: float = SURFACE_TOLERANCE
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.gouge) and self.gouge > 0.0):

@@ -132,7 +132,7 @@ def check_read(
     placed = read.is_placed or toolpath is not None
     if toolpath is not None:
         read = replace(read, path=read.path.in_zone(toolpath.zone))
-    allowed = replace(tolerances or against.tolerances, left=surface_tolerance)
+    allowed = tolerances or against.tolerances
     context = _context(read, machine, against.constraints, allowed)
     match = None
     if toolpath is not None:

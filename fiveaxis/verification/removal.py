@@ -35,13 +35,13 @@ def check_removal(
     Returns
     -------
     ``gouge``, errors: material of the part is gone, deeper than `Tolerances.chord_gouge`; ``left-over``,
-    warnings: ridges between places that are finished, higher than `Tolerances.left`; ``shank-collision`` and
+    warnings: ridges between places that are finished, higher than `Blank.tolerance`; ``shank-collision`` and
     ``holder-collision``, errors: they reach into the stock as it is at that moment
     """
     cut = cut_along(context, blank, tcp_height)
     how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
     yield replace(_gouges(cut, context.tolerances.chord_gouge, how), cut=cut)
-    yield _left_over(cut, context.tolerances.left, context.toolpath.tool.radius)
+    yield _left_over(cut, context.toolpath.tool.radius)
     for name in cut.touched:
         yield _touches(cut, name)
 
@@ -94,8 +94,8 @@ def _gouges(cut: CutStock, allowed: float, how: str) -> Result:
     )
 
 
-def _left_over(cut: CutStock, tolerance: float, radius: float) -> Result:
-    found = cut.deviations
+def _left_over(cut: CutStock, radius: float) -> Result:
+    found, tolerance = cut.deviations, cut.blank.tolerance
     ridges = found.ridges(tolerance + found.uncertainty, radius)
     points = found.worst_by_block(ridges[found.surface.cut_by[ridges] >= cut.first], found.distance)
     heights, finished = found.distance[points], found.share(-tolerance, tolerance)

@@ -19,6 +19,7 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate
 
 if TYPE_CHECKING:
     from fiveaxis.posture.solution import Solution
+    from fiveaxis.verification import Report
 
 # Most rows of the result, and of a baseline, in a page; more are thinned evenly in time.
 MOST_ROWS, MOST_BASELINE_ROWS = 200_000, 20_000
@@ -43,6 +44,11 @@ class ShownProgram(Protocol):
     @property
     def fill(self) -> Fill | None:
         """The locations that the blocks stand for; None for a motion without a path."""
+        ...
+
+    @property
+    def report(self) -> Report:
+        """What verification found in it, with the stock that it has cut."""
         ...
 
 
@@ -99,10 +105,7 @@ class Side:
 def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tuple[Side, ...]:
     """Return the result, as its program moves if one is given, and its baselines; the dearest ones last."""
     path, tilt = solution.toolpath, solution.tilt
-    result = _program_side(solution, program)
-    if result is None:
-        result = _side(RESULT, solution.timed(), path, tilt, solution.energy)
-    sides = [_thinned(result, MOST_ROWS)]
+    sides = [_thinned(shown_result(solution, program), MOST_ROWS)]
     for name, baseline in sorted(solution.compared.items(), key=lambda item: item[1].energy.total):
         own, bounds = baseline.toolpath, tilt
         if own is not None:
@@ -112,6 +115,14 @@ def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tup
         side = _side(name, solution.timed(name), own or path, bounds, baseline.energy)
         sides.append(_thinned(side, MOST_BASELINE_ROWS))
     return tuple(sides)
+
+
+def shown_result(solution: Solution, program: ShownProgram | None) -> Side:
+    """Return the result with all of its rows, as its program moves if one is given."""
+    found = _program_side(solution, program)
+    if found is not None:
+        return found
+    return _side(RESULT, solution.timed(), solution.toolpath, solution.tilt, solution.energy)
 
 
 def _side(name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: Energy) -> Side:

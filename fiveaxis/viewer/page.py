@@ -22,10 +22,11 @@ from typing import TYPE_CHECKING, Any
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, group_findings
-from fiveaxis.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides
+from fiveaxis.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, shown_result
 from fiveaxis.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
-from fiveaxis.viewer.scene import Scene, build_scene
+from fiveaxis.viewer.scene import STOCK_COLOUR, Scene, build_scene
 from fiveaxis.viewer.solids import load_meshcat
+from fiveaxis.viewer.stock import PlayedStock
 
 if TYPE_CHECKING:
     import trimesh
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 # In this order: each uses the ones before.
-SCRIPTS = ("data.js", "chain.js", "stage.js", "readings.js", "timeline.js", "main.js")
+SCRIPTS = ("data.js", "chain.js", "stage.js", "stock.js", "readings.js", "timeline.js", "main.js")
 # Pixels of the time line: its curves, and each axis's row below them (`timeline.js`).
 CURVES, AXIS_ROW = 64, 12
 LOOPBACK = "127.0.0.1"
@@ -105,10 +106,17 @@ def render_page(
     sides = choose_sides(solution, program)
     vis = meshcat.Visualizer(window=recorder)
     scene = build_scene(vis, solution, sides, part, surroundings=surroundings, findings=findings)
+    blank = None if surroundings is None else surroundings.blank
+    cut = None if program is None else program.report.cut
+    played = None
+    if blank is not None:
+        played = PlayedStock.of(blank, shown_result(solution, program), solution.machine, cut)
     has_text = program is not None and bool((sides[0].line != NO_LINE).any())
     text = program.text.lines if program is not None and has_text else ()
     bounds = math.degrees(solution.tilt.low), math.degrees(solution.tilt.high)
     head, sections = describe_show(solution.machine, scene, sides, text, bounds)
+    if played is not None:
+        head["stock"] = played.describe(sections) | {"colour": STOCK_COLOUR}
     logger.debug("%d messages to the scene; %d findings", len(recorder.commands), len(findings))
     bundle = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
     axes = solution.machine.axes
@@ -121,6 +129,7 @@ def render_page(
         others=others if len(sides) > 1 else "",
         beside=_beside(sides),
         boxes="".join(_boxes(scene)),
+        map="" if played is None else _map(played),
         remarks="\n".join(_remarks(solution, scene)),
         stops=", ".join("rgb({:.0f} {:.0f} {:.0f})".format(*(255.0 * stop)) for stop in VIRIDIS),
         top=f"{head['top']:,.0f}",
@@ -172,9 +181,10 @@ def _beside(sides: Sequence[Side]) -> str:
 def _boxes(scene: Scene) -> list[str]:
     """Return a check box for every object that can be hidden."""
     wanted = [
-        ("part", "workpiece/part", scene.has_part, True),
+        ("part", "workpiece/part", scene.has_part, not scene.cuts_stock),
         ("face numbers", "workpiece/numbers", scene.has_numbers, False),
-        ("stock", "workpiece/stock", scene.has_stock, False),
+        ("stock", "workpiece/stock", scene.has_stock, scene.cuts_stock),
+        ("path", "workpiece/path", True, True),
         ("fixtures", "workpiece/fixtures", bool(scene.fixtures), True),
         ("machine", "links", True, True),
         ("tool", "tool", True, True),
@@ -185,6 +195,19 @@ def _boxes(scene: Scene) -> list[str]:
         for label, node, there, shown in wanted
         if there
     ]
+
+
+def _map(played: PlayedStock) -> str:
+    """Return the switch for the colours of the finished part, with their meaning; empty if it has none."""
+    if not played.is_compared:
+        return ""
+    key = ", ".join(
+        f'<span style="color: rgb{colour}">▮</span> {escape(text)}' for colour, text in played.key().items()
+    )
+    return (
+        '<p><label><input type="checkbox" id="map" checked> map of the finished part</label></p>'
+        f'<p class="small" id="map-key">{key}</p>'
+    )
 
 
 def _remarks(solution: Solution, scene: Scene) -> list[str]:

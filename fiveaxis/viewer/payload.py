@@ -11,8 +11,9 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array
 from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
@@ -59,8 +60,8 @@ class Sections:
         self.index: dict[str, dict[str, Any]] = {}
         self.content: list[bytes] = []
 
-    def add(self, name: str, values: Array | IntArray | BoolArray, kind: str) -> None:
-        """Add an array, row by row, as little-endian numbers of numpy's kinds ``f8``, ``f4`` or ``i4``."""
+    def add(self, name: str, values: NDArray[Any], kind: str) -> None:
+        """Add an array, row by row, as little-endian numbers of numpy's kinds f8, f4, i4 or u1."""
         self._add(name, np.ascontiguousarray(values, dtype=f"<{kind}"), {"kind": kind})
 
     def add_steps(self, name: str, values: Array) -> None:

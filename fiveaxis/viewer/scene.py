@@ -51,7 +51,6 @@ CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
 LOOKED_AT = 200
 # Without a holder, this many diameters of the tool are in view; a schematic spindle begins there.
 TOOL_IN_VIEW = 4.0
-NUMBERS = 0x1B2A41
 PART_COLOUR, STOCK_COLOUR, FIXTURE_COLOUR = 0xB8BEC8, 0x8FB89A, 0xA77BCA
 BED_COLOUR, TABLE_COLOUR, HEAD_COLOUR = 0x7C828D, 0x5B8FC7, 0xC9A24B
 CUTTER_COLOUR = 0xE8C468
@@ -96,6 +95,7 @@ class Scene:
     ----------
     extents : what is in view: ``part`` in the workpiece frame, ``work`` and ``machine`` in the machine frame
     has_part, has_numbers, has_stock, has_marks : whether they are in the scene
+    cuts_stock : whether the page's script adds the stock as it is cut
     is_schematic : whether the machine is drawn from its chain alone
     fixtures : their names, in the order of their nodes
     """
@@ -105,6 +105,7 @@ class Scene:
     has_numbers: bool
     has_stock: bool
     has_marks: bool
+    cuts_stock: bool
     is_schematic: bool
     fixtures: tuple[str, ...]
 
@@ -165,6 +166,7 @@ def build_scene(
         has_numbers=model is not None,
         has_stock=around.stock is not None,
         has_marks=marked,
+        cuts_stock=around.blank is not None,
         is_schematic=not machine.bodies,
         fixtures=tuple(fixture.name for fixture in around.fixtures),
     )
@@ -242,19 +244,20 @@ def add_numbers(vis: Any, root: str, model: Model) -> None:
     shapes = load_meshcat().geometry
     body = shapes.TriangularMeshGeometry(*number_marks(model))
     node = vis[f"{root}/numbers"]
-    node.set_object(identify(shapes.Mesh(body, shapes.MeshBasicMaterial(color=NUMBERS, side=0)), "numbers"))
+    material = shapes.MeshBasicMaterial(vertexColors=True, side=0)
+    node.set_object(identify(shapes.Mesh(body, material), "numbers"))
     node.set_property("visible", False)
 
 
 def add_surroundings(vis: Any, root: str, around: Surroundings) -> None:
-    """Add stock, hidden at first, and fixtures.
+    """Add fixtures, and a stock that isn't cut, hidden at first.
 
     Raises
     ------
     MeshError
         A fixture's mesh can't be read.
     """
-    if around.stock is not None:
+    if around.stock is not None and around.blank is None:
         geometry = mesh_geometry(around.stock.vertices, around.stock.faces, MOST_PART_TRIANGLES)
         look = {"color": STOCK_COLOUR, "opacity": 0.25, "flatShading": True, "depthWrite": False}
         _add(vis, f"{root}/stock", "stock", geometry, **look).set_property("visible", False)

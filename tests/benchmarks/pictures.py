@@ -1,14 +1,16 @@
 """Take the pictures of README and documentation from the current code, in a real browser.
 
-Usage: python tests/benchmarks/pictures.py [FOLDER]
+Usage: python tests/benchmarks/pictures.py [FOLDER] [--only stock]
 
 Runs `job.toml` and `complete.toml` of `examples/overhang` on the command line, and writes terminal.png,
 report.png, simulation.png and postures.png of the first, terminal-green.png and report-green.png of the other
-(by default into docs/pages/pictures).
+(by default into docs/pages/pictures); and stock.png of the first with a stock and narrower passes, half cut,
+which is all that `--only stock` makes.
 """
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
 import tempfile
@@ -29,6 +31,17 @@ SEEK = f"show.seek({PLACE} * show.result.duration)"
 TO_MAP = (
     "[...document.querySelectorAll('h2')].find(h => h.textContent === 'Choice of posture').scrollIntoView()"
 )
+# The job's part in 1.5 mm of stock, of which passes 0.7 mm apart leave less than 0.05 mm.
+STOCK = ("--part", "examples/overhang/part.stl", "--stock", "part+1.5", "--stepdown", "0.7")
+# The part without machine, links and marks, nearer, half cut.
+HALF_CUT = (
+    "pick('input[value=part]').click();"
+    " for (const box of pickAll('[data-node]'))"
+    " if (box.checked !== ['workpiece/stock', 'tool'].includes(box.dataset.node)) box.click();"
+    " pick('#map').scrollIntoView({block: 'center'});"
+    " viewer.camera.zoom = 2.2; viewer.camera.updateProjectionMatrix();"
+    " show.seek(0.5 * show.result.duration)"
+)
 SIMULATION = "document.body.dataset.ready === 'yes'"
 # What a terminal of 80 columns shows.
 TERMINAL = (
@@ -40,36 +53,46 @@ TERMINAL = (
 
 def main() -> None:
     """Run the example and take the pictures."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "docs" / "pages" / "pictures"
-    folder.mkdir(parents=True, exist_ok=True)
+    parser = argparse.ArgumentParser(description="Take the pictures of README and documentation.")
+    parser.add_argument("folder", nargs="?", type=Path, default=HERE / "docs" / "pages" / "pictures")
+    parser.add_argument("--only", choices=["stock"])
+    asked = parser.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as made:
-        out = Path(made) / "job"
         browser = Browser(Path(made) / "profile")
         try:
-            for name, suffix in (("job", ""), ("complete", "-green")):
-                page = Path(made) / f"{name}.html"
-                page.write_text(
-                    said_by(f"examples/overhang/{name}.toml", Path(made) / name), encoding="utf-8"
-                )
-                browser.open(page.as_uri())
-                browser.shoot(folder / f"terminal{suffix}.png")
-                browser.open((Path(made) / name / "report.html").as_uri())
-                browser.shoot(folder / f"report{suffix}.png")
-            browser.open((out / "preview.html").as_uri(), SIMULATION)
-            browser.run(f"{BESIDE}(pick('#beside')); {SEEK}")
-            browser.shoot(folder / "simulation.png")
-            browser.open((out / "report.html").as_uri())
-            browser.run(TO_MAP)
-            browser.shoot(folder / "postures.png")
+            if asked.only is None:
+                take_example(browser, Path(made), asked.folder)
+            said_by("examples/overhang/job.toml", Path(made) / "stock", *STOCK)
+            browser.open((Path(made) / "stock" / "preview.html").as_uri(), SIMULATION)
+            browser.run(HALF_CUT)
+            browser.shoot(asked.folder / "stock.png")
         finally:
             browser.close()
-    for picture in sorted(folder.glob("*.png")):
+    for picture in sorted(asked.folder.glob("*.png")):
         print(f"{picture}: {picture.stat().st_size / 1000:.0f} kB")
 
 
-def said_by(job: str, out: Path) -> str:
+def take_example(browser: Browser, made: Path, folder: Path) -> None:
+    """Take the pictures of both jobs."""
+    for name, suffix in (("job", ""), ("complete", "-green")):
+        page = made / f"{name}.html"
+        page.write_text(said_by(f"examples/overhang/{name}.toml", made / name), encoding="utf-8")
+        browser.open(page.as_uri())
+        browser.shoot(folder / f"terminal{suffix}.png")
+        browser.open((made / name / "report.html").as_uri())
+        browser.shoot(folder / f"report{suffix}.png")
+    browser.open((made / "job" / "preview.html").as_uri(), SIMULATION)
+    browser.run(f"{BESIDE}(pick('#beside')); {SEEK}")
+    browser.shoot(folder / "simulation.png")
+    browser.open((made / "job" / "report.html").as_uri())
+    browser.run(TO_MAP)
+    browser.shoot(folder / "postures.png")
+
+
+def said_by(job: str, out: Path, *more: str) -> str:
     """Run a job on the command line and return what it prints on stdout as a page."""
-    words = [sys.executable, "-m", "fiveaxis.cli", "optimise", job, "-q", "-o", str(out)]
+    words = [sys.executable, "-m", "fiveaxis.cli", "optimise", job, *more, "-q", "-o", str(out)]
     done = subprocess.run(words, cwd=HERE, capture_output=True, text=True, check=True)
     return TERMINAL.format(command=f"fiveaxis optimise {job} -o out", said=escape(done.stdout))
 

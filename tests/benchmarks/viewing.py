@@ -1,4 +1,4 @@
-"""Time the simulation's page: made, opened and played in Debian's chromium, short and with 100 000 moves.
+"""Time the simulation's page in Debian's chromium: made, opened and played, without a stock and with one.
 
 Usage: python tests/benchmarks/viewing.py
 
@@ -14,8 +14,10 @@ import time
 from pathlib import Path
 
 import numpy as np
+import trimesh
 
 import fiveaxis as fx
+from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.motion import follow
@@ -34,9 +36,9 @@ PLAY = (
 )
 
 
-def dome(machine: fx.Machine, count: int) -> Solution:
+def dome(machine: fx.Machine, count: int, turns: int = 200) -> Solution:
     """A spiral down a dome of 80 mm with two postures."""
-    down, turn = np.linspace(0.3, 1.4, count), np.linspace(0.0, 400.0 * np.pi, count)
+    down, turn = np.linspace(0.3, 1.4, count), np.linspace(0.0, 2.0 * turns * np.pi, count)
     normal = np.stack([np.sin(down) * np.cos(turn), np.sin(down) * np.sin(turn), np.cos(down)], axis=1)
     path = fx.Toolpath.from_contacts(80.0 * normal, normal, fx.Tool.ball(10.0), name="dome")
     found = {}
@@ -51,22 +53,30 @@ def dome(machine: fx.Machine, count: int) -> Solution:
     return Solution(machine, path, tilt, result.motion, result.energy, found, missing={}, stages=())
 
 
+def dome_with_stock(machine: fx.Machine, count: int) -> tuple[Solution, Surroundings]:
+    """The dome, with half a millimetre around it at rays 0.27 mm apart."""
+    part = trimesh.creation.icosphere(subdivisions=5, radius=80.0)
+    return dome(machine, count, count // 100), Surroundings.load(part, "part+0.5")
+
+
 def main() -> None:
-    """Make both pages, and look at them."""
+    """Make the pages, and look at them."""
     machine = fx.load_machine("hayashi-640123")
     with tempfile.TemporaryDirectory() as made:
         browser = Browser(Path(made) / "profile")
         try:
-            for count in COUNTS:
-                solution = dome(machine, count)
+            cases = [(count, dome(machine, count), None) for count in COUNTS]
+            cases += [(count, *dome_with_stock(machine, count)) for count in COUNTS]
+            for count, solution, around in cases:
                 began = time.process_time()
-                page = write_preview(solution, Path(made) / f"{count}.html")
+                page = write_preview(solution, Path(made) / "page.html", surroundings=around)
                 spent = time.process_time() - began
                 browser.open(page.as_uri(), "document.body.dataset.ready === 'yes'")
                 ready = browser.run("performance.getEntriesByName('ready')[0].startTime") / 1000.0
                 shown = browser.run(PLAY)
+                name = f"{count} moves" + ", with a stock" * (around is not None)
                 print(
-                    f"{count} moves: {page.stat().st_size / 1e6:.1f} MB in {spent:.2f} s of processor; first "
+                    f"{name}: {page.stat().st_size / 1e6:.1f} MB in {spent:.2f} s of processor; first "
                     f"picture after {ready:.2f} s, {shown:.1f} pictures/s"
                 )
         finally:

@@ -29,7 +29,6 @@ class FaceSheet:
     spread : deg, the largest angle of a normal from the mean one; 180 where there is none
     overhang : share of its area that points below the horizontal, 0…1
     hollow : mm, the smallest radius of a hollow, infinite where it has none: a larger ball doesn't fit
-    middle : mm, of the surface near the middle of the face
     """
 
     face: Face
@@ -37,7 +36,6 @@ class FaceSheet:
     spread: float
     overhang: float
     hollow: float
-    middle: tuple[float, float, float]
 
     def takes(self, radius: float) -> bool:
         """Check whether a ball, radius in mm, is small enough for the face's hollows.
@@ -74,27 +72,23 @@ def survey(model: Model) -> tuple[FaceSheet, ...]:
     order = np.argsort(model.owner, kind="stable")
     ends = np.searchsorted(model.owner[order], np.arange(len(model.faces) + 1))
     return tuple(
-        _sheet(face, rows, normals, bends, areas, model.corners)
+        _sheet(face, rows, normals, bends, areas)
         for face, a, b in zip(model.faces, ends[:-1], ends[1:], strict=True)
         for rows in (order[a:b],)
     )
 
 
-def _sheet(
-    face: Face, rows: IntArray, normals: Array, bends: Array, areas: Array, corners: Array
-) -> FaceSheet:
-    weights, middles = areas[rows] / max(float(areas[rows].sum()), 1e-300), corners[rows].mean(axis=1)
+def _sheet(face: Face, rows: IntArray, normals: Array, bends: Array, areas: Array) -> FaceSheet:
+    weights = areas[rows] / max(float(areas[rows].sum()), 1e-300)
     mean = product(weights, normals[rows, 3])
     known = float(np.linalg.norm(mean, axis=-1)) > 1e-3
     spread = angle_between(normals[rows].reshape(-1, 3), mean[None]).max() if known else math.pi
     below = normals[rows, 3, 2] <= -np.sin(LEAST_OVERHANG)
     bend = float(bends[rows].max(initial=0.0))
-    inner = np.linalg.norm(middles - product(weights, middles), axis=1).argmin()
     return FaceSheet(
         face=face,
         normal=tuple(mean.tolist()),
         spread=math.degrees(float(spread)),
         overhang=float(weights[below].sum()),
         hollow=1.0 / bend if bend > FLAT else math.inf,
-        middle=tuple(middles[inner].tolist()),
     )

@@ -2,7 +2,7 @@
 // Unpacks the scene: meshcat's commands, and the moves as typed arrays.
 const pick = selector => document.querySelector(selector);
 const pickAll = selector => [...document.querySelectorAll(selector)];
-const KINDS = {f8: Float64Array, f4: Float32Array, i4: Int32Array, u2: Uint16Array};
+const KINDS = {f8: Float64Array, f4: Float32Array, i4: Int32Array, u2: Uint16Array, u1: Uint8Array};
 
 async function unpack(text) {
   // The browser's own decoder of data URLs is the quickest.

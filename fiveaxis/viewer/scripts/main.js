@@ -17,6 +17,8 @@ class Show {
     const group = viewer.scene_tree.find(head.stage.split("/").filter(name => name)).object;
     this.root = group.parent;
     this.root.matrixAutoUpdate = false;
+    this.stock = head.stock && new CutStock(head.stock, arrays);
+    if (this.stock) child(group, "workpiece").add(this.stock.mesh);
     // Meshes are shared with the copy.
     this.twin = new Stage(group.clone(true), this.chain);
     this.root.add(this.twin.group);
@@ -53,12 +55,14 @@ class Show {
         const node = child(stage.group, box.dataset.node);
         if (node) node.visible = box.checked;
       }
+    if (this.stock) this.stock.colour(pick("#map") !== null && pick("#map").checked);
     this.draw();
   }
 
   draw() {
     const row = this.result.rowAt(this.time), beside = this.beside;
     this.stage.show(row, this.inMachine, this.apart);
+    if (this.stock) this.stock.show(this.time);
     // Both are at the same place of the path, so that their postures there can be compared.
     if (beside)
       this.twin.show(beside.rowAt(this.result.at("place", row), beside.place), this.inMachine, this.apart.map(way => -way));

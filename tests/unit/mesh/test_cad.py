@@ -182,12 +182,29 @@ def test_chosen_faces_that_no_pass_touches_are_told(parts):
 
 def test_numbers_lie_on_their_faces_and_are_read_from_outside(parts):
     part = model(parts / "two.step")
-    vertices, triangles = number_marks(part)
+    vertices, triangles, _ = number_marks(part)
     corners = vertices[triangles]
     foot = part.nearest(corners.mean(axis=1))
     outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.sum(outward * foot.normal, axis=1) > 0.0).all()
     assert set(foot.face) == set(range(len(part.faces)))
+
+
+@pytest.mark.parametrize("name", ["cylinder", "cone", "torus"])
+def test_numbers_bend_with_their_faces_and_keep_off_the_borders(name, parts):
+    part = model(parts / f"{name}.step")
+    vertices, _, colours = number_marks(part)
+    size = np.ptp(part.corners.reshape(-1, 3), axis=0).max()
+    foot = part.nearest(vertices)
+    assert set(foot.face) == set(range(len(part.faces)))
+    # Plates lie on the surface, strokes on plates; dark on light.
+    inked = colours.max(axis=1) < 0.5
+    assert 0.0 < inked.mean() < 1.0
+    assert foot.distance[~inked].max() < 0.0011 * size
+    assert foot.distance[inked].max() < 0.0021 * size
+    assert foot.distance[inked].min() > foot.distance[~inked].max()
+    high = np.ptp(vertices[inked].reshape(-1, 4, 3), axis=1).max(axis=1).max()
+    assert high > 0.01 * size
 
 
 def test_an_assembly_has_its_bodies_where_it_places_them(parts):

@@ -10,7 +10,9 @@ import trimesh
 from written import write_text
 
 import fiveaxis as fx
+from fiveaxis.errors import SettingError
 from fiveaxis.motion import follow
+from fiveaxis.report import write_finished
 from fiveaxis.toolpath import Holder, Section, Tool, Toolpath, shapes
 
 RADIUS, SIDE, TOP = 3.0, 12.0, 4.0
@@ -33,13 +35,17 @@ def face(step: float = 0.5) -> np.ndarray:
     return np.array(rows)
 
 
-def check(tips: np.ndarray, part, hayashi, folder: Path, tool: Tool | None = None, stock: str = "part+1"):
+def check(
+    tips: np.ndarray, part, hayashi, folder: Path, tool: Tool | None = None, stock: str = "part+1", **given
+):
     """Write a program of tips with the tool upright, and verify it with a stock."""
     tool = tool or Tool.ball(2.0 * RADIUS)
     path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), tool)
     motion = follow(path, hayashi, np.zeros((len(path), 2)))
     file = write_text(motion, folder / "face.ngc", machine=hayashi)
-    return fx.verify_program(file, hayashi, tool=path.tool, part=part, stock=stock, stock_resolution=PITCH)
+    return fx.verify_program(
+        file, hayashi, tool=path.tool, part=part, stock=stock, stock_resolution=PITCH, **given
+    )
 
 
 def test_a_clean_program_has_no_finding_and_its_figures_are_told(part, hayashi, tmp_path):
@@ -81,6 +87,20 @@ def test_a_lost_pass_leaves_a_ridge(part, hayashi, tmp_path):
     assert ridge - slope * PITCH / 2.0 < report.figures["left_over_mm"] < ridge + 0.01
     (first, *_) = [f for f in report.findings if f.code == "left-over"]
     assert "between finished places" in first.message
+
+
+def test_the_stocks_tolerance_says_what_is_finished_in_check_and_map(part, hayashi, tmp_path):
+    coarse = face(1.414)  # leaves ridges of 0.084 mm
+    usual = check(coarse, part, hayashi, tmp_path)
+    wide = check(coarse, part, hayashi, tmp_path, stock_tolerance=0.2)
+    assert "left-over" in usual.counts
+    assert "left-over" not in wide.counts
+    assert wide.figures["finished_share"] > 1.1 * usual.figures["finished_share"]
+    page = write_finished(wide.cut, tmp_path / "map.html", "Map").read_text(encoding="utf-8")
+    assert "(±0.20 mm)" in page
+    assert "dark from 0.8 mm" in page
+    with pytest.raises(SettingError, match="stock_tolerance = 0 mm is out of range"):
+        check(coarse, part, hayashi, tmp_path, stock_tolerance=0.0)
 
 
 def test_a_plate_that_is_cut_away_whole_is_a_gouge(part, hayashi, tmp_path):

@@ -1,19 +1,24 @@
 """A small solution to show."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 from by_degrees import tilt_bounds
 
+from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
-from fiveaxis.kinematics import rotary_angles
+from fiveaxis.kinematics import rotary_angles, tool_poses
 from fiveaxis.motion import follow
 from fiveaxis.posture.solution import Baseline, Solution
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.stock import cut_stock
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, interpolate
+from fiveaxis.viewer import render_page
 
 N = 240
+RESOLUTION = 1.0  # mm, of the stock
 RADIUS, HEIGHT = 40.0, 30.0
 
 
@@ -59,3 +64,28 @@ def solution(hayashi) -> Solution:
 @pytest.fixture(scope="session")
 def part() -> trimesh.Trimesh:
     return trimesh.creation.cylinder(radius=RADIUS, height=HEIGHT, sections=90)
+
+
+@pytest.fixture(scope="session")
+def stocked(part) -> Surroundings:
+    return Surroundings.load(part, "part+2", stock_resolution=RESOLUTION)
+
+
+@pytest.fixture(scope="session")
+def cut_program(solution, stocked):
+    """A program as verified: its rows are the path's, and the stock is cut along them."""
+    positions, machine = solution.motion.positions, solution.machine
+
+    def poses(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return tool_poses(machine, interpolate(positions, place))
+
+    rows = np.arange(1, len(positions))
+    cut = cut_stock(stocked.blank, solution.toolpath.tool, poses, rows, len(positions))
+    return SimpleNamespace(
+        fill=None, motion=None, text=SimpleNamespace(lines=()), report=SimpleNamespace(cut=cut)
+    )
+
+
+@pytest.fixture(scope="session")
+def stock_page(solution, stocked, cut_program) -> str:
+    return render_page(solution, program=cut_program, surroundings=stocked)

@@ -21,7 +21,7 @@ from fiveaxis.posture.solution import Baseline, Solution
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.viewer import render_page, write_preview
 
-LARGEST = 15e6  # byte, for 100 000 locations
+LARGEST = 15e6  # byte, for 100 000 locations, or 2 000 with a stock that they cut
 
 
 class Tags(HTMLParser):
@@ -127,7 +127,7 @@ def test_the_time_line_has_a_row_for_each_axis(page):
 def test_without_part_and_baseline_there_are_no_boxes_for_them(solution):
     found = Tags(render_page(replace(solution, compared={}))).found
     boxes = [a["data-node"] for t, a in found if t == "input" and "data-node" in a]
-    assert boxes == ["links", "tool"]
+    assert boxes == ["workpiece/path", "links", "tool"]
     assert "beside" not in {a.get("id") for _, a in found}
 
 
@@ -140,6 +140,13 @@ def test_a_hundred_thousand_locations_stay_below_the_largest_page(solution, tmp_
     findings = [Finding(Severity.WARNING, "feed-over", f"finding {i}", Place(i)) for i in range(2000)]
     page = render_page(long, surroundings=Surroundings(part=fine, stock=fine), findings=findings)
     assert LARGEST / 4 < len(page.encode()) < LARGEST
+
+
+def test_two_thousand_rough_moves_with_their_stock_stay_below_the_largest_page(solution):
+    part = trimesh.creation.icosphere(subdivisions=5, radius=80.0)
+    around = Surroundings.load(part, "part+0.5", stock_resolution=0.5)
+    page = render_page(dome_solution(solution.machine, 2_000), surroundings=around)
+    assert len(page.encode()) < LARGEST
 
 
 def dome_solution(machine, n: int) -> Solution:

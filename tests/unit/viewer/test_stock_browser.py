@@ -1,0 +1,75 @@
+"""The stock of the preview in a real browser: shown, cut to and fro, coloured."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from browser import NEEDS_BROWSER, Browser
+from shown_stock import surface, unpacked
+
+pytestmark = NEEDS_BROWSER
+READY = "document.body.dataset.ready === 'yes' || document.querySelector('#fault:not([hidden])') !== null"
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, stock_page, tmp_path_factory) -> Browser:
+    file = tmp_path_factory.mktemp("page") / "stock.html"
+    file.write_text(stock_page, encoding="utf-8")
+    browser.open(file.as_uri(), READY)
+    return browser
+
+
+def drawn(browser: Browser, share: float) -> list[int]:
+    """Seek, and give number and checksum of the corners that are drawn."""
+    browser.run(f"show.seek({share} * show.result.duration)")
+    return browser.run(
+        "(g => { const n = g.drawRange.count; let sum = 0;"
+        " for (let k = 0; k < n; k++) sum = (31 * sum + g.index.array[k]) % 1000003;"
+        " return [n, sum]; })(show.stock.mesh.geometry)"
+    )
+
+
+def test_the_page_loads_without_an_error_and_shows_the_stock(opened, tmp_path):
+    assert opened.run("document.body.dataset.ready") == "yes"
+    assert opened.run("pick('#fault').hidden") is True
+    assert opened.complaints == []
+    opened.run("pick('input[value=part]').click()")
+    for node, there in (("workpiece/stock", "true"), ("workpiece/part", "false")):
+        assert opened.run(f"child(show.stage.group, '{node}').visible === {there}") is True
+    full = opened.shoot(tmp_path / "full.png")
+    opened.run("pick('[data-node=\"workpiece/stock\"]').click()")
+    bare = opened.shoot(tmp_path / "bare.png")
+    opened.run("pick('[data-node=\"workpiece/stock\"]').click()")
+    assert (np.abs(full - bare).max(axis=2) > 0.05).mean() > 0.01
+
+
+def test_the_slider_goes_back_and_forth(opened, stock_page):
+    head, arrays = unpacked(stock_page)
+    shares = [0.0, 0.3, 0.31, 0.8, 1.0]
+    forth = [drawn(opened, share) for share in shares]
+    back = [drawn(opened, share) for share in shares[::-1]][::-1]
+    assert forth == back
+    steps = [int(share * 2000 + 1e-6) for share in shares]
+    assert [n for n, _ in forth] == [3 * len(surface(head, arrays, step).faces) for step in steps]
+    assert opened.complaints == []
+
+
+def test_a_step_takes_less_than_a_picture_either_way(opened):
+    for order in ("k", "1000 - k"):
+        spent = opened.run(
+            "(() => { const began = performance.now();"
+            f" for (let k = 0; k <= 1000; k++) show.stock.show(show.result.duration * ({order}) / 1000);"
+            " return (performance.now() - began) / 1000; })()"
+        )
+        assert spent < 16.0, "ms"
+
+
+def test_the_map_is_switched_on_and_off(opened, tmp_path):
+    opened.run("show.seek(show.result.duration)")
+    on = opened.shoot(tmp_path / "on.png")
+    opened.run("pick('#map').click()")
+    off = opened.shoot(tmp_path / "off.png")
+    assert opened.run("show.stock.mesh.material.vertexColors") is False
+    opened.run("pick('#map').click()")
+    assert (np.abs(on - off).max(axis=2) > 0.05).mean() > 0.01
+    assert opened.complaints == []
