@@ -35,7 +35,16 @@ from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings, group_gaps
-from fiveaxis.options import Meshes, OnMachine, Placing, ProgramBounds, ReadProgram, Workpiece, completed
+from fiveaxis.options import (
+    CadFile,
+    Meshes,
+    OnMachine,
+    Placing,
+    ProgramBounds,
+    ReadProgram,
+    Workpiece,
+    completed,
+)
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -279,16 +288,14 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     fixtures = tuple(table.build() for table in found.get("fixture") or ())
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
-    taken = completed(Meshes, read_flags(Meshes, options))
     return Surroundings.load(
         part,
         stock,
         fixtures,
         clearances,
         unit=options["part_unit"],
-        tolerance=taken["mesh_tolerance"],
-        body=taken["body"],
         stock_resolution=options["stock_resolution"],
+        **read_flags(CadFile, options),
     )
 
 

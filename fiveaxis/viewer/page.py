@@ -17,11 +17,12 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, group_findings
+from fiveaxis.options import CadFile
 from fiveaxis.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides
 from fiveaxis.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
 from fiveaxis.viewer.scene import Scene, build_scene
@@ -66,6 +67,7 @@ def write_preview(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
+    **cad: Unpack[CadFile],
 ) -> Path:
     """Write the simulation as one HTML page that works offline; the same solution gives the same bytes.
 
@@ -78,6 +80,7 @@ def write_preview(
     part : mesh of the part in mm, or its file; None takes that of the surroundings
     surroundings : stock and fixtures to show
     findings : of verification, on the solution's motion
+    cad : how the file of `part` is taken (`fiveaxis.options.CadFile`)
 
     Raises
     ------
@@ -86,7 +89,9 @@ def write_preview(
     SettingError
         The page can't be written there.
     """
-    page = render_page(solution, program=program, part=part, surroundings=surroundings, findings=findings)
+    page = render_page(
+        solution, program=program, part=part, surroundings=surroundings, findings=findings, **cad
+    )
     logger.info("%s: %d kB", Path(path).name, len(page) // 1000)
     return write_atomically(path, page)
 
@@ -98,13 +103,14 @@ def render_page(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
+    **cad: Unpack[CadFile],
 ) -> str:
     """Return the text of the page that `write_preview` writes."""
     meshcat = load_meshcat()
     recorder = Recorder()
     sides = choose_sides(solution, program)
     vis = meshcat.Visualizer(window=recorder)
-    scene = build_scene(vis, solution, sides, part, surroundings=surroundings, findings=findings)
+    scene = build_scene(vis, solution, sides, part, surroundings=surroundings, findings=findings, **cad)
     has_text = program is not None and bool((sides[0].line != NO_LINE).any())
     text = program.text.lines if program is not None and has_text else ()
     bounds = math.degrees(solution.tilt.low), math.degrees(solution.tilt.high)
@@ -297,6 +303,7 @@ def preview(
     findings: Sequence[Finding] = (),
     open_browser: bool | None = None,
     port: int = 0,
+    **cad: Unpack[CadFile],
 ) -> Preview:
     """Show a solution in a browser on this computer, or inline in a notebook.
 
@@ -306,7 +313,7 @@ def preview(
 
     Parameters
     ----------
-    solution, program, part, surroundings, findings : as for `write_preview`
+    solution, program, part, surroundings, findings, cad : as for `write_preview`
     open_browser : open the page; by default not in IPython and notebooks
     port : of the loopback address; 0 chooses a free one
 
@@ -317,7 +324,9 @@ def preview(
     SettingError
         The port is taken.
     """
-    page = render_page(solution, program=program, part=part, surroundings=surroundings, findings=findings)
+    page = render_page(
+        solution, program=program, part=part, surroundings=surroundings, findings=findings, **cad
+    )
     shown = Preview(page, port)
     logger.info("%d kB at %s", len(page) // 1000, shown.url())
     if not in_notebook() if open_browser is None else open_browser:
