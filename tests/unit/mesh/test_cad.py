@@ -18,9 +18,10 @@ import fiveaxis as fx
 from fiveaxis.contour import path_quality
 from fiveaxis.errors import MeshError, MissingDependency, SettingError
 from fiveaxis.kinematics import tool_poses
-from fiveaxis.mesh import Model, check_mesh, load_mesh, model_of
+from fiveaxis.mesh import Model, check_mesh, load_mesh, model_of, tree_of
 from fiveaxis.mesh.cad import loading
 from fiveaxis.mesh.cad.survey import survey
+from fiveaxis.toolpath import parse_tool
 from fiveaxis.verification.check_context import Tolerances
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import PartDepths
@@ -317,6 +318,76 @@ def test_a_gouge_that_the_mesh_would_hide_is_found(parts):
     bare = mesh.copy()
     bare.metadata.clear()
     assert (PartDepths.of(body, bare, Tolerances()).measure(tips, axes, floors) < 0.01).mean() > 0.5
+
+
+def on_sphere(rng, count):
+    normal = rng.normal(size=(count, 3))
+    normal[: count // 4, :2] *= 0.05  # at the poles
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return 10.0 * normal, normal
+
+
+def on_torus(rng, count):
+    turn, rise = rng.uniform(0.0, 6.28, count), rng.uniform(-1.2, 1.2, count)
+    out = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+    normal = np.cos(rise)[:, None] * out + np.sin(rise)[:, None] * [0.0, 0.0, 1.0]
+    return 12.0 * out + 4.0 * normal, normal
+
+
+def on_cylinder(rng, count):
+    turn, height = rng.uniform(0.0, 6.28, count), rng.uniform(8.0, 12.0, count)
+    normal = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+    return 5.0 * normal + height[:, None] * [0.0, 0.0, 1.0], normal
+
+
+ON = {"sphere": on_sphere, "torus": on_torus, "cylinder": on_cylinder}
+
+
+def leaning_into(form, tool, sunk, count=100, low=0.3, high=0.7):
+    """Contacts, tips and axes of a cutter that leans at random, sunk into a surface by a known depth."""
+    rng = np.random.default_rng(11)
+    on, normal = form(rng, count)
+    aside = np.cross(normal, rng.normal(size=(count, 3)))
+    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+    lean = rng.uniform(low, high, count)[:, None]
+    axes = np.cos(lean) * normal + np.sin(lean) * aside
+    zone = tool.cutter.zone_for(low, high)
+    return on, zone.tip(zone.pivot(on - sunk * normal, normal), normal, axes), axes
+
+
+@pytest.mark.parametrize("name", ON)
+@pytest.mark.parametrize("text", ["bull:10:2", "taper:4:5:10", "barrel:16:85:3"])
+def test_planted_gouges_of_leaning_cutters_are_as_deep_as_planted(parts, name, text):
+    mesh, tool = load_mesh(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool(text)
+    body, depths = CuttingBody.of(tool), PartDepths.of(CuttingBody.of(tool), mesh, Tolerances())
+    for sunk in (0.012, 0.03):
+        _, tips, axes = leaning_into(ON[name], tool, sunk)
+        found = depths.measure(tips, axes, np.full(len(tips), -1.0))
+        assert found == pytest.approx(np.full(len(tips), sunk), abs=1.1e-4)
+    flat = body.depths(tips, axes, tree_of(mesh), np.full(len(tips), -1.0))
+    assert flat.min() < 0.015
+
+
+@pytest.mark.parametrize("name", ON)
+def test_a_sharp_edge_sinks_as_deep_as_the_deepest_of_many_points_of_the_surface(parts, name):
+    mesh, tool = load_mesh(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool("flat:6")
+    on, tips, axes = leaning_into(ON[name], tool, 0.015, count=8)
+    found = PartDepths.of(CuttingBody.of(tool), mesh, Tolerances()).measure(tips, axes, np.full(8, -1.0))
+    part = model_of(mesh)
+    wall = max(range(len(part.faces)), key=lambda face: part.faces[face].area)
+    uv = part.nearest(on, np.full(8, wall)).uv
+    for k in range(8):
+        size = np.linalg.norm(part.evaluate(wall, uv[k : k + 1])[0, 1:3], axis=1)
+        steps = np.linspace(-0.7, 0.7, 701)
+        grid = uv[k] + np.stack(np.meshgrid(*(steps / np.maximum(size, 0.3)[:, None])), axis=-1).reshape(
+            -1, 2
+        )
+        away = part.evaluate(wall, grid)[:, 0] - tips[k]
+        height = away @ axes[k]
+        rho = np.sqrt(np.maximum(np.sum(away**2, axis=1) - height**2, 0.0))
+        most = np.minimum(3.0 - rho, height).max()
+        # How far apart points are, and the accuracy.
+        assert most - 1e-4 <= found[k] + 1e-9 <= most + 2e-3
 
 
 def test_every_call_that_takes_a_part_takes_a_body_of_its_file(parts, hayashi):
