@@ -92,7 +92,7 @@ def verify(
         as the move is the chord of a curve
     tolerances : bounds beyond which any other difference is a finding
     given : bounds of postures and turns, **degrees** (`fiveaxis.options.Bounds`); without `max_turn`,
-        `Tolerances.jump` bounds the turn in a cutting move. How the file of `part` is taken (`CadFile`)
+        `Tolerances.jump` bounds the turn in a cutting move
 
     Returns
     -------

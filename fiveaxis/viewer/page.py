@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, group_findings
-from fiveaxis.options import CadFile
+from fiveaxis.options import CadFile, spelled_out
 from fiveaxis.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides
 from fiveaxis.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
 from fiveaxis.viewer.scene import Scene, build_scene
@@ -59,6 +59,7 @@ HEADERS = {
 }
 
 
+@spelled_out(CadFile)
 def write_preview(
     solution: Solution,
     path: str | Path,
@@ -80,7 +81,6 @@ def write_preview(
     part : mesh of the part in mm, or its file; None takes that of the surroundings
     surroundings : stock and fixtures to show
     findings : of verification, on the solution's motion
-    cad : how the file of `part` is taken (`fiveaxis.options.CadFile`)
 
     Raises
     ------
@@ -294,6 +294,7 @@ class Preview:
         self.close()
 
 
+@spelled_out(CadFile)
 def preview(
     solution: Solution,
     *,
@@ -313,7 +314,7 @@ def preview(
 
     Parameters
     ----------
-    solution, program, part, surroundings, findings, cad : as for `write_preview`
+    solution, program, part, surroundings, findings : as for `write_preview`
     open_browser : open the page; by default not in IPython and notebooks
     port : of the loopback address; 0 chooses a free one
 
