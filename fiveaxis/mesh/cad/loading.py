@@ -27,8 +27,8 @@ READER = Path(__file__).with_name("reader.py")
 CAD_SUFFIXES = (".step", ".stp", ".iges", ".igs")
 # Bytes of address space: 4 GiB are enough for parts of 100 000 faces.
 MEMORY = 4 << 30
-# s, for reading any file, and more per MB: the readers take 0.3 s per MB of ordinary parts.
-SECONDS, SECONDS_PER_MEGABYTE = 60.0, 5.0
+# s, for reading any file, and more per MB: 0.3 s per MB of ordinary parts, 5 s of twisted blades.
+SECONDS, SECONDS_PER_MEGABYTE = 30.0, 15.0
 MOST_FACES = 100_000
 # Names of units of length in STEP and IGES files.
 UNIT_NAMES: Mapping[str, Unit] = {
