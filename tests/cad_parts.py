@@ -2,12 +2,14 @@
 
 usage: python tests/cad_parts.py FOLDER
        python tests/cad_parts.py classify part.step points.npz answer.npy
+       python tests/cad_parts.py impeller part.step 24
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -66,8 +68,35 @@ def shapes() -> dict[str, list[Any]]:
     }
 
 
-def section(z: float, twist: float, chord: float) -> Any:
-    """Two straight sides and two round ends, turned about Z: four faces of a loft that join smoothly."""
+def impeller(blades: int) -> Any:
+    """A hub with twisted blades around it, of nine faces each."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform as Transform
+    from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone as Cone
+    from OCP.collections import List_TopoDS_Shape
+    from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
+
+    loft = BRepOffsetAPI_ThruSections(True, False)
+    loft.CheckCompatibility(False)
+    for z, twist, chord in ((30.0, 0.3, 16.0), (60.0, 0.6, 14.0), (90.0, 0.9, 10.0)):
+        loft.AddWire(section(z, twist, chord, sides=3))
+    hub, tools = List_TopoDS_Shape(), List_TopoDS_Shape()
+    x = gp_Dir(1, 0, 0)
+    hub.Append(Cone(gp_Ax2(gp_Pnt(-15, 0, 0), x), 45.0, 40.0, 30.0).Shape())
+    for k in range(blades):
+        turn = gp_Trsf()
+        turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), x), 2.0 * np.pi * k / blades)
+        tools.Append(Transform(loft.Shape(), turn, True).Shape())
+    joined = BRepAlgoAPI_Fuse()
+    joined.SetArguments(hub)
+    joined.SetTools(tools)
+    joined.Build()
+    return joined.Shape()
+
+
+def section(z: float, twist: float, chord: float, sides: int = 1) -> Any:
+    """Straight sides, of one or more edges, and round ends, turned about Z, for a loft of smooth faces."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge as Edge
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire as Wire
     from OCP.GC import GC_MakeArcOfCircle
@@ -83,13 +112,11 @@ def section(z: float, twist: float, chord: float) -> Any:
 
     h = chord / 2.0
     wire = Wire()
-    for edge in (
-        Edge(at(-h, -1.0), at(h, -1.0)).Edge(),
-        arc(1.0),
-        Edge(at(h, 1.0), at(-h, 1.0)).Edge(),
-        arc(-1.0),
-    ):
-        wire.Add(edge)
+    for y in (-1.0, 1.0):
+        xs = (-y * np.linspace(-h, h, sides + 1)).tolist()
+        for begin, end in pairwise(xs):
+            wire.Add(Edge(at(begin, y), at(end, y)).Edge())
+        wire.Add(arc(-y))
     return wire.Wire()
 
 
@@ -220,6 +247,8 @@ def classify(part: Path, points: Path, answer: Path) -> None:
 def main() -> None:
     if sys.argv[1] == "classify":
         return classify(*map(Path, sys.argv[2:5]))
+    if sys.argv[1] == "impeller":
+        return write(Path(sys.argv[2]), [impeller(int(sys.argv[3]))])
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
     made: Callable[[], dict[str, list[Any]]] = shapes

@@ -35,7 +35,16 @@ from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings, group_gaps
-from fiveaxis.options import Meshes, OnMachine, Placing, ProgramBounds, ReadProgram, Workpiece, completed
+from fiveaxis.options import (
+    CadFile,
+    Meshes,
+    OnMachine,
+    Placing,
+    ProgramBounds,
+    ReadProgram,
+    Workpiece,
+    completed,
+)
 from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
@@ -279,7 +288,6 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     fixtures = tuple(table.build() for table in found.get("fixture") or ())
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
-    taken = completed(Meshes, read_flags(Meshes, options))
     of_stock = {name: options[name] for name in ("stock_resolution", "stock_tolerance")}
     near = completed(Workpiece, {name: value for name, value in of_stock.items() if value is not None})
     return Surroundings.load(
@@ -288,9 +296,8 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
         fixtures,
         clearances,
         unit=options["part_unit"],
-        tolerance=taken["mesh_tolerance"],
-        body=taken["body"],
         **{name: near[name] for name in of_stock},
+        **read_flags(CadFile, options),
     )
 
 

@@ -221,7 +221,7 @@ class Surroundings:
         clearances: Clearances | None = None,
         *,
         unit: Unit | None = None,
-        tolerance: float = MESH_TOLERANCE,
+        mesh_tolerance: float = MESH_TOLERANCE,
         body: str | None = None,
         stock_resolution: float | None = None,
         stock_tolerance: float = STOCK_TOLERANCE,
@@ -232,7 +232,7 @@ class Surroundings:
         ----------
         stock : a mesh, or what `fiveaxis.stock.load_stock` takes; with a closed part it can be cut
         unit : of the files of part and stock: ``mm``, ``inch`` or ``m``; by default what they state, or mm
-        tolerance, body : of the part's CAD file, as of `load_mesh`
+        mesh_tolerance, body : of the part's CAD file, as of `load_mesh`
         stock_resolution : mm, distance of its rays; by default that of `load_stock`
         stock_tolerance : mm, distance from the part within which the cut stock is finished
 
@@ -247,7 +247,7 @@ class Surroundings:
         """
         solid = part
         if isinstance(part, str | Path):
-            solid = read_solid(part, unit, tolerance=tolerance, body=body)
+            solid = read_solid(part, unit, mesh_tolerance=mesh_tolerance, body=body)
         whole, blank = _take_stock(stock, solid, unit, stock_resolution)
         return cls(
             part=solid,

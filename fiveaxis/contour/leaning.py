@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from fiveaxis.toolpath import Constraints, Tool, Zone
 from fiveaxis.toolpath.bounds import Range
 
 # Angles to the normal at which strips are computed, and 1/mm, step of curvatures along the feed.
-ANGLES, BEND_STEP = 181, 1e-3
+ANGLES, BEND_STEP = 61, 1e-3
 # rad: a cutter at 90 deg to the normal has a lead or a lean without a finite tangent.
 NEARLY_SQUARE = math.radians(89.9)
 
@@ -81,27 +82,40 @@ class Leaning:
 
         Returns
         -------
-        (m,), mm; at most 0 where the cutter can stand on a sharp edge along the feed
+        (m,), mm
         """
         if self.turns_in_place:
             return np.full(len(bend), self.zone.radius)
+        steps, which = np.unique(np.ceil(np.maximum(bend, 0.0) / BEND_STEP), return_inverse=True)
+        return np.array([_narrowest_strip(self, height, step * BEND_STEP) for step in steps.tolist()])[which]
+
+    def postures(self) -> tuple[Array, Array]:
+        """Return the angles to the normal at which strips are narrowest, (2k,) rad, and how far across.
+
+        The latter is the share of the lean that is across the feed, as of `Zone.strip_radius`: at each angle
+        the least and the largest one.
+
+        Raises
+        ------
+        ToolError
+            The bounds allow no posture.
+        """
         high = min(self.high, NEARLY_SQUARE)
         angle = np.linspace(min(self.low, high), high, ANGLES)
         square = (np.sin(angle) / np.cos(angle)) ** 2
         ahead, sideways = (_squares(ends) for ends in (self.lead, self.lean))
-        # tan² of the angle is the sum of those of lead and lean; a strip's radius has its extremes at the
-        # ends of the range of their shares.
+        # tan² of the angle is the sum of those of lead and lean.
         shares = np.maximum(sideways[0], square - ahead[1]), np.minimum(sideways[1], square - ahead[0])
         possible = shares[0] <= shares[1] * (1.0 + 1e-9)
         if not possible.any():
             raise ToolError("tilt, lead and lean allow no common posture; widen one of them")
-        steps, which = np.unique(np.ceil(np.maximum(bend, 0.0) / BEND_STEP), return_inverse=True)
-        along = steps[:, None] * BEND_STEP
-        ends = [
-            self.zone.swept_radius(angle[possible], (share / square)[possible], along, height)
-            for share in shares
-        ]
-        return np.asarray(np.minimum(*ends).min(axis=1)[which])
+        return np.tile(angle[possible], 2), np.concatenate([(share / square)[possible] for share in shares])
+
+
+# Passes ask for the same few curvatures again and again.
+@lru_cache(maxsize=4096)
+def _narrowest_strip(leaning: Leaning, height: float, bend: float) -> float:
+    return float(leaning.zone.strip_radius(*leaning.postures(), bend, height).min())
 
 
 def _squares(ends: Range | None) -> Range:

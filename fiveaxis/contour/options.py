@@ -23,6 +23,8 @@ LOWEST = -float(np.cos(FLATTEST_WALL))
 LEAST_OVERHANG = np.radians(1.0)
 # mm, default distance of the sections.
 STEP = 1.0
+# A strip's radius at its contact is that at this share of the ridge's height.
+AT_CONTACT = 0.01
 # Finest step and spacing, as a share of the part's extent.
 FINEST_SHARE = 1e-5
 # Options that a strategy doesn't have.
@@ -179,14 +181,15 @@ class PlanOptions:
             step = "stepdown" if self.strategy == "waterline" else "stepover"
             raise SettingError(
                 f"scallop = {self.scallop:g} mm: within the bounds on its lean {tool} can cut a strip of "
-                f"radius {max(strip, 0.0):.3g} mm, as it does when it leans across the feed; bound lead and "
+                f"radius {round(strip, 3):g} mm, as it does when it leans across the feed; bound lead and "
                 f"lean (--lead 5:15 --lean -2:2), or give {step} in place of the scallop"
             )
         return found
 
     def strip_radius(self, leaning: Leaning) -> float:
-        """Return the smallest radius, mm, of the strips that a tool cuts on a flat surface."""
-        return float(leaning.strip_radius(self.scallop or 0.0, np.zeros(1))[0])
+        """Return the smallest radius at the contact, mm, of the strips that a tool cuts on a flat surface."""
+        height = AT_CONTACT * (self.scallop or 1.0)
+        return float(leaning.strip_radius(height, np.zeros(1))[0])
 
     def check_size(self, extent: float, area: float, radius: float) -> None:
         """Refuse steps so small for the part's extent, mm, and area, mm², that no plan ends.

@@ -146,7 +146,7 @@ def plan_passes(
         name=name,
         unit=unit,
         allow_open=options.allow_open,
-        tolerance=options.mesh_tolerance,
+        mesh_tolerance=options.mesh_tolerance,
         body=options.body,
     )
     model = model_of(mesh)

@@ -73,7 +73,7 @@ def path_quality(
     faces: str | None = None,
     unit: Unit | None = None,
     allow_open: bool = False,
-    tolerance: float = MESH_TOLERANCE,
+    mesh_tolerance: float = MESH_TOLERANCE,
     body: str | None = None,
 ) -> PlanReport:
     """Measure ridges and chords of a path of contacts.
@@ -91,7 +91,7 @@ def path_quality(
     toolpath : with contacts and normals at its cuts and, unless the cutter is a ball, with tool axes
     part : mesh file or mesh, workpiece frame
     strategy, raster_angle, overhang, faces : as given to `plan_contour`; they select the walls that count
-    unit, tolerance, body : of the part's file, as of `load_mesh`
+    unit, mesh_tolerance, body : of the part's file, as of `load_mesh`
     allow_open : accept a mesh that isn't watertight
 
     Raises
@@ -101,7 +101,7 @@ def path_quality(
     MeshError
         The mesh can't be read.
     """
-    mesh = take_mesh(part, unit=unit, allow_open=allow_open, tolerance=tolerance, body=body)
+    mesh = take_mesh(part, unit=unit, allow_open=allow_open, mesh_tolerance=mesh_tolerance, body=body)
     options = PlanOptions.of(strategy=strategy, raster_angle=raster_angle, overhang=overhang, faces=faces)
     measured = _Part.of(mesh, options)
     cuts = _Cuts.of(toolpath, measured)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpendicular
 from fiveaxis.mesh import Surface, Unit, model_of, take_mesh, tree_of
 from fiveaxis.mesh.distance import AT_SURFACE, SignedSurface
-from fiveaxis.options import CREASE, SURFACE_TOLERANCE, Meshes, completed
+from fiveaxis.options import CREASE, SURFACE_TOLERANCE, CadFile, Meshes, completed, spelled_out
 from fiveaxis.toolpath import MoveKind, Toolpath, Zone
 from fiveaxis.toolpath.cutter import ROUNDING
 
@@ -76,6 +76,7 @@ def count_touching(toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, to
     return int((np.abs(touch.gap) <= tolerance).sum())
 
 
+@spelled_out(CadFile)
 def find_contacts(
     toolpath: Toolpath,
     part: str | Path | trimesh.Trimesh,
@@ -83,6 +84,7 @@ def find_contacts(
     tolerance: float = SURFACE_TOLERANCE,
     crease: float = CREASE,
     unit: Unit | None = None,
+    **cad: Unpack[CadFile],
 ) -> Toolpath:
     """Find the surface normal at every cut of a programmed path.
 
@@ -122,7 +124,7 @@ def find_contacts(
         raise ToolpathError("has no tool axes, so where it touches isn't known", file=toolpath.name)
     completed(Meshes, {"crease": crease})
     rows = np.flatnonzero(toolpath.cutting)
-    mesh = take_mesh(part, name="part", unit=unit, allow_open=True)
+    mesh = take_mesh(part, name="part", unit=unit, allow_open=True, **cad)
     model = model_of(mesh)
     surface = Surface.from_mesh(mesh, crease=math.radians(crease), model=model)
     touch = _touches(toolpath.at(rows), SignedSurface.of(mesh, model))

@@ -23,7 +23,7 @@ from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
-from fiveaxis.options import Bounds, Search, Surrounding, completed, parted, spelled_out
+from fiveaxis.options import Bounds, CadFile, Meshes, Search, Surrounding, completed, parted, spelled_out
 from fiveaxis.posture import Options, with_bound
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
@@ -69,7 +69,7 @@ class Cleared:
     rounds: int
 
 
-class Optimising(Bounds, Surrounding, Search, total=False):
+class Optimising(Bounds, Surrounding, Meshes, Search, total=False):
     """Bounds on postures and turns, what stands around them, what is minimised, and how it is searched."""
 
 
@@ -141,9 +141,9 @@ def optimise(
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
-    bounds, search, surrounding = parted(given, Bounds, Search, Surrounding)
+    bounds, search, surrounding, meshes, cad = parted(given, Bounds, Search, Surrounding, Meshes, CadFile)
     constraints = Constraints.of_degrees(**bounds)
-    near = completed(Surrounding, surrounding)
+    near, taken = completed(Surrounding, surrounding), completed(Meshes, meshes)
     around = Surroundings.load(
         near["part"],
         near["stock"],
@@ -152,9 +152,10 @@ def optimise(
         unit=near["part_unit"],
         stock_resolution=near["stock_resolution"],
         stock_tolerance=near["stock_tolerance"],
+        **cad,
     )
     machine = take_machine(machine)
-    path = take_path(toolpath, machine, tool, around, near["surface_tolerance"])
+    path = take_path(toolpath, machine, tool, around, near["surface_tolerance"], taken["crease"])
     path = path if path_shape is None else path.shaped(path_shape)
     path, machine = placed(path, machine, constraints)
     if control is None:

@@ -26,7 +26,7 @@ from fiveaxis.nc.languages.choice import control_of, find_language
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
-from fiveaxis.options import CREASE, LeanBounds, options_of
+from fiveaxis.options import CadFile, LeanBounds, Meshes, options_of, parted
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
@@ -100,6 +100,7 @@ def take_path(
     tool: Tool | str | None,
     around: Surroundings,
     tolerance: float,
+    crease: float,
 ) -> Toolpath:
     """Return a path, read if it is given by its file; its missing surface normals are those of the part.
 
@@ -108,6 +109,7 @@ def take_path(
     machine : that a program was written for
     tool : the cutter, in place of the file's, or its name
     tolerance : mm, gap between cutter and part that counts as touching
+    crease : deg, as for `find_contacts`
 
     Raises
     ------
@@ -137,7 +139,7 @@ def take_path(
     require_leanable(path)
     if around.part is None or path.has_normals:
         return path
-    return find_settled_contacts(path, around.part, tolerance, read, set(), crease=CREASE)
+    return find_settled_contacts(path, around.part, tolerance, read, set(), crease=crease)
 
 
 def load_factors(job: Job) -> Factors | None:
@@ -345,7 +347,7 @@ def part_unit(job: Job) -> Unit | None:
 
 def cad_options(job: Job) -> dict[str, Any]:
     """Return how a job's CAD files are taken, as keywords of `load_mesh`."""
-    return {"tolerance": job.meshes["mesh_tolerance"], "body": job.meshes["body"]}
+    return parted(job.meshes, CadFile, Meshes)[0]
 
 
 def describe_inputs(job: Job) -> list[InputFile]:

@@ -12,6 +12,7 @@ from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine import Machine
 from fiveaxis.nc import ProgramSettings, control_for
 from fiveaxis.options import (
+    CadFile,
     Meshes,
     ProgramBounds,
     Reading,
@@ -84,7 +85,8 @@ def verify_program(
     FiveAxisError
         As `read_program`, `verify` and `find_contacts`; bounds that refer to a path or part that isn't given.
     """
-    reading, bounds, meshes, workpiece = parted(given, Reading, ProgramBounds, Meshes, Workpiece)
+    groups = Reading, ProgramBounds, Meshes, CadFile, Workpiece
+    reading, bounds, meshes, cad, workpiece = parted(given, *groups)
     around = completed(Workpiece, workpiece)
     if (workpiece or fixtures) and tool is None and toolpath is None:
         raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
@@ -92,17 +94,15 @@ def verify_program(
     program_asked = (
         None if settings is None else ProgramOptions.of(settings, control=control_for(machine, control))
     )
-    taken = completed(Meshes, meshes)
     standing = Surroundings.load(
         around["part"],
         around["stock"],
         fixtures,
         clearances,
         unit=around["part_unit"],
-        tolerance=taken["mesh_tolerance"],
-        body=taken["body"],
         stock_resolution=around["stock_resolution"],
         stock_tolerance=around["stock_tolerance"],
+        **cad,
     )
     against = Against(
         toolpath,
@@ -111,7 +111,7 @@ def verify_program(
         constraints,
         program=program_asked,
         part_unit=around["part_unit"] or "mm",
-        crease=taken["crease"],
+        crease=completed(Meshes, meshes)["crease"],
     )
     allowed = tolerances.with_gouge(around["gouge_tolerance"])
     return check_program(program, machine, against, reading, around["surface_tolerance"], allowed)

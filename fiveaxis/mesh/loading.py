@@ -50,7 +50,7 @@ def load_mesh(
     unit: Unit | None = None,
     allow_open: bool = False,
     turn: bool = True,
-    tolerance: float = MESH_TOLERANCE,
+    mesh_tolerance: float = MESH_TOLERANCE,
     body: str | None = None,
 ) -> trimesh.Trimesh:
     """Read a part: a mesh, or the mesh of a CAD file, whose exact surfaces `model_of` returns.
@@ -61,7 +61,7 @@ def load_mesh(
     unit : of the file's coordinates: ``mm``, ``inch`` or ``m``; by default what a CAD file states, or mm
     allow_open : accept a mesh that isn't watertight
     turn : turn the normals of a watertight mesh outward; those of CAD solids always are
-    tolerance : mm, chords of the mesh of a CAD file
+    mesh_tolerance : mm, chords of the mesh of a CAD file
     body : of a CAD file, the one that is taken, by name or number from 1; by default all
 
     Returns
@@ -86,7 +86,7 @@ def load_mesh(
     if body is not None and file.suffix.lower() not in CAD_SUFFIXES:
         raise MeshError(f"body = {body!r} is for CAD files, and this is a mesh; leave body out", file=file)
     if file.suffix.lower() in CAD_SUFFIXES:
-        model = load_model(file, unit=unit, tolerance=tolerance, body=body)
+        model = load_model(file, unit=unit, mesh_tolerance=mesh_tolerance, body=body)
         if model.meeting and not allow_open:
             one, two = (f"{number} {model.bodies[number]!r}" for number in model.meeting[0])
             raise MeshError(
@@ -152,12 +152,12 @@ def take_mesh(
     name: str = "mesh",
     unit: Unit | None = None,
     allow_open: bool = False,
-    tolerance: float = MESH_TOLERANCE,
+    mesh_tolerance: float = MESH_TOLERANCE,
     body: str | None = None,
 ) -> trimesh.Trimesh:
     """Read a part's file (`load_mesh`), or check a mesh in mm (`check_mesh`)."""
     if isinstance(part, str | Path):
-        return load_mesh(part, unit=unit, allow_open=allow_open, tolerance=tolerance, body=body)
+        return load_mesh(part, unit=unit, allow_open=allow_open, mesh_tolerance=mesh_tolerance, body=body)
     return check_mesh(part, name=name, allow_open=allow_open)
 
 
@@ -165,7 +165,7 @@ def read_solid(
     file: str | Path,
     unit: Unit | None = None,
     *,
-    tolerance: float = MESH_TOLERANCE,
+    mesh_tolerance: float = MESH_TOLERANCE,
     body: str | None = None,
 ) -> trimesh.Trimesh:
     """Read a part for collision checks (`load_mesh`): normals of meshes aren't turned, holes are allowed.
@@ -175,7 +175,7 @@ def read_solid(
     MeshError
         The file can't be read, or `require_solid` refuses the mesh.
     """
-    mesh = load_mesh(file, unit=unit, allow_open=True, turn=False, tolerance=tolerance, body=body)
+    mesh = load_mesh(file, unit=unit, allow_open=True, turn=False, mesh_tolerance=mesh_tolerance, body=body)
     require_solid(mesh, str(file))
     return mesh
 

@@ -8,7 +8,7 @@ keywords of functions (`spelled_out`), which editors complete and mypy checks, t
 from fiveaxis.options.bounds import Bounds, LeanBounds, ProgramBounds
 from fiveaxis.options.calibration import Calibrate, FitDrive, ReadLog
 from fiveaxis.options.machines import OnMachine, Placing
-from fiveaxis.options.meshes import CREASE, MESH_TOLERANCE, Meshes
+from fiveaxis.options.meshes import CREASE, MESH_TOLERANCE, CadFile, Meshes
 from fiveaxis.options.option import (
     Option,
     as_list,
@@ -52,6 +52,7 @@ __all__ = [
     "STOCK_TOLERANCE",
     "SURFACE_TOLERANCE",
     "Bounds",
+    "CadFile",
     "Calibrate",
     "Coordinates",
     "Direction",

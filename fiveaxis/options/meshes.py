@@ -10,19 +10,9 @@ from fiveaxis.options.option import Option
 CREASE, MESH_TOLERANCE = 30.0, 0.01
 
 
-class Meshes(TypedDict, total=False):
-    """How meshes are taken."""
+class CadFile(TypedDict, total=False):
+    """How a CAD file is taken."""
 
-    crease: Annotated[
-        float,
-        Option(
-            "facets of a mesh that meet at a smaller angle are one smooth surface",
-            unit="deg",
-            default=CREASE,
-            above=0.0,
-            most=90.0,
-        ),
-    ]
     mesh_tolerance: Annotated[
         float,
         Option(
@@ -35,4 +25,19 @@ class Meshes(TypedDict, total=False):
     body: Annotated[
         str | None,
         Option("name or number of the body of a CAD file that is the part; by default all", example="blade"),
+    ]
+
+
+class Meshes(CadFile, total=False):
+    """How meshes are taken."""
+
+    crease: Annotated[
+        float,
+        Option(
+            "facets of a mesh that meet at a smaller angle are one smooth surface",
+            unit="deg",
+            default=CREASE,
+            above=0.0,
+            most=90.0,
+        ),
     ]

@@ -27,6 +27,8 @@ LEAST_LEAN = math.radians(1.0)
 ROUNDING = 1e-9
 # rad, largest angle between points of an outline.
 OUTLINE_STEP = math.radians(5.0)
+# Shares of a range of angles that are tried for the widest place of a strip, and how often it is narrowed.
+TRIED, NARROWINGS = np.linspace(-1.0, 1.0, 33), 6
 # mm and deg: beyond these a figure is a slip, and squares and ratios of two leave what a number can hold.
 SMALLEST, LARGEST = 1e-9, 1e4
 
@@ -87,35 +89,53 @@ class Zone:
         across_plane = self.radius + (self.offset / math.sin(angle) if self.offset else 0.0)
         return min(self.radius, across_plane), max(self.radius, across_plane)
 
-    def swept_radius(self, angle: Array, sideways: Array, bend: Array | float, height: float = 0.0) -> Array:
+    def strip_radius(self, angle: Array, sideways: Array, bend: float, height: float) -> Array:
         """Compute the radius of the strip that the arc cuts, in the section across the feed, mm.
 
-        The arc sweeps a surface that touches it along a curve. With the cutter's normal curvatures at the
-        contact T along the feed t and across it b, and the surface's own one κ along the feed, the strip's is
-        ``T_bb − T_tb² / (T_tt + κ)``; on a straight feed it is that of the cutter's outline seen along t,
-        with the radius ``r + a sin²ψ / sin θ`` (ψ between b and the plane of axis and normal). The posture is
-        taken as constant along the feed.
+        It is that of the circle as wide as the strip at a height above the contact: ridges of that height
+        remain between strips of that width. Along a surface of curvature κ the posture keeps to the feed, so
+        the cutter turns about an axis 1/κ below. It consists of balls about the circle of the arc's centres;
+        each sweeps a ring, and the widest one at the height is searched along the circle (own derivation; a
+        barrel, whose arc's centre lies beyond the axis, is what all these balls have in common). On a
+        straight feed this is the cutter's outline seen along it, whose radius tends to
+        ``r + a sin²ψ / sin θ`` for low ridges, with ψ between the section and the plane of axis and normal.
 
         Parameters
         ----------
         angle : rad, θ between axis and normal
         sideways : 0…1, cos²ψ: 0 where the cutter leans along the feed, 1 where it leans across it
-        bend : 1/mm, κ, positive where the surface is convex along the feed
-        height : mm; the radius is that of the circle through the strip's points at this height above the
-            contact, to fourth order of their distance: the outline is an ellipse thickened by r
+        bend : 1/mm, κ, at least 0: convex along the feed
+        height : mm, above 0
 
         References
         ----------
-        Vickers, Quan (1989), Ball-mills versus end-mills for curved surface machining; Koenderink (1984),
-        What does the occluding contour tell us about solid shape?
+        Vickers, Quan (1989), Ball-mills versus end-mills for curved surface machining, for an edge that leans
+        along the feed.
         """
-        sine, ahead = np.sin(angle), 1.0 - sideways
-        ring, tube = self.offset + self.radius * sine, self.radius * sine
-        above = ring * ahead + tube * sideways + bend * self.radius * ring
-        radius = above / (sine + bend * (ring * sideways + tube * ahead))
-        ellipse = self.offset * ahead
-        share = ellipse / np.maximum(ellipse + tube, 1e-12)
-        return np.asarray(radius - height / 2.0 * share * (ahead / sine**2 - 1.0))
+        angle, sideways = np.broadcast_arrays(angle, sideways)
+        sine, cosine = np.sin(angle)[..., None], np.cos(angle)[..., None]
+        ahead, across_feed = np.sqrt(1.0 - sideways)[..., None], np.sqrt(sideways)[..., None]
+        sign, width = (-1.0 if self.offset < 0.0 else 1.0), np.zeros(np.shape(angle))
+
+        def reach(side: float, turn: Array) -> Array:
+            rise, swing = self.offset * (1.0 - np.cos(turn)), self.offset * np.sin(turn)
+            y = side * (ahead * swing - across_feed * cosine * rise)
+            x, z = across_feed * swing + ahead * cosine * rise, self.radius + sine * rise
+            far = 1.0 + np.sqrt((1.0 + bend * z) ** 2 + (bend * x) ** 2)
+            above = (z * (2.0 + bend * z) + bend * x * x) / far - height
+            above = above if sign < 0.0 else np.maximum(above, 0.0)
+            wide = np.sqrt(np.maximum(self.radius**2 - above**2, 0.0))
+            return np.where(above <= self.radius, sign * (y + wide), -np.inf)
+
+        for side in (1.0, -1.0):
+            best, step = np.zeros(np.shape(angle)), math.pi
+            for _ in range(NARROWINGS):
+                turn = best[..., None] + step * TRIED
+                far = reach(side, turn)
+                best = np.take_along_axis(turn, far.argmax(axis=-1)[..., None], axis=-1)[..., 0]
+                step *= 4.0 / len(TRIED)
+            width += sign * far.max(axis=-1)
+        return np.asarray((width**2 / 4.0 + height**2) / (2.0 * height))
 
     def outline(self) -> Array:
         """Sample the arc from its lower end, (m, 2) mm: distance from the axis, height above the tip."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from fiveaxis.geometry import Array
-from fiveaxis.mesh import TriangleTree
+from fiveaxis.mesh import Model, TriangleTree
 from fiveaxis.threads import at_once
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.pieces import ConvexPiece, cutter_height, cutter_pieces
@@ -73,13 +74,20 @@ class CuttingBody:
         -------
         (n,), mm; negative is clearance
         """
+        return self._deepest(partial(piece_depths, tree=tree), tips, axes, floors)
+
+    def exact_depths(self, tips: Array, axes: Array, model: Model, floors: Array) -> Array:
+        """Measure as `depths` does in the exact surfaces of a model, to 0.1 µm."""
+        return self._deepest(partial(exact_piece_depths, model=model), tips, axes, floors)
+
+    def _deepest(self, measure: Callable[..., Array], tips: Array, axes: Array, floors: Array) -> Array:
         tips, axes = np.ascontiguousarray(tips), np.ascontiguousarray(axes)
         depths = np.array(floors, dtype=float)
 
         def work(first: int) -> None:
             rows = slice(first, first + CHUNK)
             for piece in self.pieces:
-                depths[rows] = piece_depths(piece, tips[rows], axes[rows], tree, depths[rows])
+                depths[rows] = measure(piece, tips[rows], axes[rows], floors=depths[rows])
 
         at_once([partial(work, start) for start in range(0, len(tips), CHUNK)])
         return depths
@@ -96,6 +104,18 @@ def piece_depths(piece: ConvexPiece, tips: Array, axes: Array, tree: TriangleTre
     return gouge_kernel.deepest_all(
         tips, axes, piece.zones, piece.low, piece.high, tree.triangles, tree.boxes, floors
     )
+
+
+def exact_piece_depths(piece: ConvexPiece, tips: Array, axes: Array, model: Model, floors: Array) -> Array:
+    """Measure how deep a body reaches into exact surfaces at each row, at least `floors`; (n,) mm."""
+    from fiveaxis.verification import exact_depth
+
+    if piece.is_ball:
+        radius, height = piece.zones[0, [0, 2]]
+        return np.maximum(radius - model.nearest(tips + height * axes).distance, floors)
+    ends = piece.low, piece.high
+    surfaces = model.triangles, model.surfaces, model.deviation
+    return exact_depth.deepest_all(tips, axes, piece.zones, ends, *surfaces, floors)
 
 
 def _heart(piece: ConvexPiece, height: float) -> float:

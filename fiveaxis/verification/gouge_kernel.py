@@ -21,7 +21,7 @@ from fiveaxis.toolpath.profile import inside
 EXACT = 1e-9
 # Steps along a line; each shortens the bracket to about half or less.
 MOST_STEPS = 80
-# mm: a point of a line this near to a corner's edge counts as on it.
+# mm: a point of a line this near to a corner's edge counts as on it; mm²: no more is a sliver's area.
 EDGE = 1e-12
 
 
@@ -153,7 +153,8 @@ def deepest_in_triangle(triangle: Array, zones: Array, low: float, high: float, 
     u, v = triangle[1] - triangle[0], triangle[2] - triangle[0]
     normal = np.array([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
     area = np.sqrt(np.sum(normal * normal))
-    if area > 0.0 and count >= 3:
+    # Of a sliver, whose normal would be rounding, only the edges count.
+    if area > EDGE and count >= 3:
         best = deepest_across(corners, count, normal / area, zones, best)
     for i in range(count):
         best = deepest_on_line(corners[i], corners[(i + 1) % count] - corners[i], 0.0, 1.0, zones, best)

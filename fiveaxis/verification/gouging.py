@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -104,7 +104,7 @@ def _what_was_checked(
     what, model = f"the part's mesh ({size_text(mesh_size(mesh))})", model_of(mesh)
     if model is not None:
         what += f", which is within {model.deviation:.2g} mm of the model's surfaces"
-        what += ", and against these where that leaves a doubt," * body.pieces[0].is_ball
+        what += ", and against these where that leaves a doubt,"
     return (
         f"{name}, up to {body.height:g} mm above its tip, against {what} at every location "
         f"and, {how}, between them: every {body.finest:.3g} mm where the surface is near; at most "
@@ -196,13 +196,13 @@ class MovePoses:
 
 @dataclass(frozen=True, eq=False)
 class PartDepths:
-    """Measures how deep a cutter reaches into a part; balls in exact surfaces where the mesh leaves a doubt.
+    """Measures how deep a cutter reaches into a part: in exact surfaces where the mesh leaves a doubt.
 
     Parameters
     ----------
     body : the cutter
     tree : the part's triangles
-    model : the part's exact surfaces; None where only the mesh is known, or the cutter is no ball
+    model : the part's exact surfaces; None where only the mesh is known
     doubtful : mm, depths between which the mesh doesn't tell whether they are allowed
     """
 
@@ -214,7 +214,7 @@ class PartDepths:
     @classmethod
     def of(cls, body: CuttingBody, mesh: trimesh.Trimesh, tolerances: Tolerances) -> PartDepths:
         """Prepare the measurement in a mesh in mm."""
-        model = model_of(mesh) if body.pieces[0].is_ball else None
+        model = model_of(mesh)
         margin = 0.0 if model is None else model.deviation
         allowed = tolerances.gouge, tolerances.location_gouge, tolerances.row_gouge, tolerances.chord_gouge
         return cls(body, tree_of(mesh), model, (min(allowed) - margin, max(allowed) + margin))
@@ -225,11 +225,8 @@ class PartDepths:
         if self.model is None:
             return depths
         near = np.flatnonzero((depths > self.doubtful[0]) & (depths < self.doubtful[1]))
-        ball, *others = self.body.pieces
-        radius, height = ball.zones[0, [0, 2]]
-        sunk = radius - self.model.nearest(tips[near] + height * axes[near]).distance
-        shank = replace(self.body, pieces=tuple(others))
-        depths[near] = shank.depths(tips[near], axes[near], self.tree, np.maximum(sunk, floors[near]))
+        at_least = np.maximum(depths[near] - self.model.deviation, floors[near])
+        depths[near] = self.body.exact_depths(tips[near], axes[near], self.model, at_least)
         return depths
 
 

@@ -12,7 +12,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Gap, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
-from fiveaxis.options import Bounds, spelled_out
+from fiveaxis.options import Bounds, CadFile, parted, spelled_out
 from fiveaxis.toolpath import Constraints, MoveKind, Toolpath
 from fiveaxis.verification.between import CheckedInterpolation, check_gouges
 from fiveaxis.verification.check_context import (
@@ -55,7 +55,11 @@ NOT_CHECKED = (
 )
 
 
-@spelled_out(Bounds)
+class Verifying(Bounds, CadFile, total=False):
+    """Bounds on postures and turns, and how the part's file is taken."""
+
+
+@spelled_out(Verifying)
 def verify(
     motion: Motion,
     machine: Machine,
@@ -66,7 +70,7 @@ def verify(
     between: Interpolation | str | CheckedInterpolation | None = None,
     gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
     tolerances: Tolerances = DEFAULT_TOLERANCES,
-    **bounds: Unpack[Bounds],
+    **given: Unpack[Verifying],
 ) -> Report:
     """Check a motion against its machine, its path and its constraints, with independent kinematics.
 
@@ -87,7 +91,7 @@ def verify(
     gouge_tolerance : mm, allowed depth of the cutter in the part at a location; within a move 0.01 mm more,
         as the move is the chord of a curve
     tolerances : bounds beyond which any other difference is a finding
-    bounds : of postures and turns, **degrees** (`fiveaxis.options.Bounds`); without `max_turn`,
+    given : bounds of postures and turns, **degrees** (`fiveaxis.options.Bounds`); without `max_turn`,
         `Tolerances.jump` bounds the turn in a cutting move
 
     Returns
@@ -113,7 +117,8 @@ def verify(
     MissingDependency
         pinocchio isn't installed.
     """
-    around = surroundings or Surroundings.load(part)
+    bounds, cad = parted(given, Bounds, CadFile)
+    around = surroundings or Surroundings.load(part, **cad)
     constraints, allowed = Constraints.of_degrees(**bounds), tolerances.with_gouge(gouge_tolerance)
     return verify_within(
         constraints, motion, machine, toolpath, around, CheckedInterpolation.of(between), allowed

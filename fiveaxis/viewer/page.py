@@ -17,11 +17,12 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, group_findings
+from fiveaxis.options import CadFile, spelled_out
 from fiveaxis.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, shown_result
 from fiveaxis.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
 from fiveaxis.viewer.scene import STOCK_COLOUR, Scene, build_scene
@@ -59,6 +60,7 @@ HEADERS = {
 }
 
 
+@spelled_out(CadFile)
 def write_preview(
     solution: Solution,
     path: str | Path,
@@ -67,6 +69,7 @@ def write_preview(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
+    **cad: Unpack[CadFile],
 ) -> Path:
     """Write the simulation as one HTML page that works offline; the same solution gives the same bytes.
 
@@ -87,7 +90,9 @@ def write_preview(
     SettingError
         The page can't be written there.
     """
-    page = render_page(solution, program=program, part=part, surroundings=surroundings, findings=findings)
+    page = render_page(
+        solution, program=program, part=part, surroundings=surroundings, findings=findings, **cad
+    )
     logger.info("%s: %d kB", Path(path).name, len(page) // 1000)
     return write_atomically(path, page)
 
@@ -99,13 +104,14 @@ def render_page(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
+    **cad: Unpack[CadFile],
 ) -> str:
     """Return the text of the page that `write_preview` writes."""
     meshcat = load_meshcat()
     recorder = Recorder()
     sides = choose_sides(solution, program)
     vis = meshcat.Visualizer(window=recorder)
-    scene = build_scene(vis, solution, sides, part, surroundings=surroundings, findings=findings)
+    scene = build_scene(vis, solution, sides, part, surroundings=surroundings, findings=findings, **cad)
     blank = None if surroundings is None else surroundings.blank
     cut = None if program is None else program.report.cut
     played = None
@@ -311,6 +317,7 @@ class Preview:
         self.close()
 
 
+@spelled_out(CadFile)
 def preview(
     solution: Solution,
     *,
@@ -320,6 +327,7 @@ def preview(
     findings: Sequence[Finding] = (),
     open_browser: bool | None = None,
     port: int = 0,
+    **cad: Unpack[CadFile],
 ) -> Preview:
     """Show a solution in a browser on this computer, or inline in a notebook.
 
@@ -340,7 +348,9 @@ def preview(
     SettingError
         The port is taken.
     """
-    page = render_page(solution, program=program, part=part, surroundings=surroundings, findings=findings)
+    page = render_page(
+        solution, program=program, part=part, surroundings=surroundings, findings=findings, **cad
+    )
     shown = Preview(page, port)
     logger.info("%d kB at %s", len(page) // 1000, shown.url())
     if not in_notebook() if open_browser is None else open_browser:

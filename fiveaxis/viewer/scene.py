@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from fiveaxis.geometry import Array, inverse_transform
 from fiveaxis.kinematics import link_poses, tool_poses
 from fiveaxis.machine import BED, Body, Machine
 from fiveaxis.mesh import Model, load_mesh, model_of
+from fiveaxis.options import CadFile
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.viewer.moves import Side, shown_points
@@ -118,6 +119,7 @@ def build_scene(
     *,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
+    **cad: Unpack[CadFile],
 ) -> Scene:
     """Build the meshcat scene of a solution, every axis at 0.
 
@@ -136,7 +138,7 @@ def build_scene(
         A mesh of the part, a fixture or the machine can't be read.
     """
     machine, path = solution.machine, solution.toolpath
-    mesh, around = gather(part, surroundings)
+    mesh, around = gather(part, surroundings, **cad)
     points = path.pivot if mesh is None else np.vstack([path.pivot, mesh.vertices])
     part_box = Extent.of(points)
     workpiece = f"{STAGE}/workpiece"
@@ -212,7 +214,7 @@ def _set_stage(vis: Any, size: float) -> None:
 
 
 def gather(
-    part: str | Path | trimesh.Trimesh | None, surroundings: Surroundings | None
+    part: str | Path | trimesh.Trimesh | None, surroundings: Surroundings | None, **cad: Unpack[CadFile]
 ) -> tuple[trimesh.Trimesh | None, Surroundings]:
     """Return the part to show, and the surroundings without it.
 
@@ -228,7 +230,7 @@ def gather(
     """
     around = surroundings or Surroundings()
     shown = around.part if part is None else part
-    mesh = load_mesh(shown, allow_open=True) if isinstance(shown, str | Path) else shown
+    mesh = load_mesh(shown, allow_open=True, **cad) if isinstance(shown, str | Path) else shown
     return mesh, replace(around, part=None)
 
 

@@ -88,7 +88,7 @@ def main() -> None:
         parts = {"STEP": PART}
         for tolerance in MESHES:
             parts[f"STL, {tolerance:g} mm"] = file = Path(folder) / f"{tolerance:g}.stl"
-            load_mesh(PART, tolerance=tolerance).export(file)
+            load_mesh(PART, mesh_tolerance=tolerance).export(file)
         for name, part in parts.items():
             print(measure(name, part, exact, given.stepdown, optimise=not given.quick), flush=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

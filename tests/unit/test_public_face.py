@@ -12,7 +12,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.batch import run_batch
-from fiveaxis.options import Search, Surrounding, defaults, options_of
+from fiveaxis.options import Meshes, Search, Surrounding, defaults, options_of
 from fiveaxis.posture import Options
 from fiveaxis.toolpath import Constraints
 
@@ -50,6 +50,7 @@ def test_optimise_says_each_of_its_options_with_its_type():
     bounds = {field.name for field in fields(Constraints)}
     # What keeps the tool clear is the job's; constraints are taken in degrees, and passed on as one record.
     clear = {"toolpath", "tool", "path_shape", "machine", "fixtures", "clearances", *options_of(Surrounding)}
+    clear |= set(options_of(Meshes))
     # The program's control and coordinates decide what its blocks are and how long they take.
     program, decided = {"control", "coordinates"}, {"interpolation", "clock"}
     assert set(own) == clear | (set(options) - decided) | bounds | program

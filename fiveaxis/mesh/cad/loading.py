@@ -27,8 +27,8 @@ READER = Path(__file__).with_name("reader.py")
 CAD_SUFFIXES = (".step", ".stp", ".iges", ".igs")
 # Bytes of address space: 4 GiB are enough for parts of 100 000 faces.
 MEMORY = 4 << 30
-# s, for reading any file, and more per MB: the readers take 0.3 s per MB of ordinary parts.
-SECONDS, SECONDS_PER_MEGABYTE = 60.0, 5.0
+# s, for reading any file, and more per MB: 0.3 s per MB of ordinary parts, 5 s of twisted blades.
+SECONDS, SECONDS_PER_MEGABYTE = 30.0, 15.0
 MOST_FACES = 100_000
 # Names of units of length in STEP and IGES files.
 UNIT_NAMES: Mapping[str, Unit] = {
@@ -71,7 +71,7 @@ def load_model(
     file: Path,
     *,
     unit: Unit | None = None,
-    tolerance: float = MESH_TOLERANCE,
+    mesh_tolerance: float = MESH_TOLERANCE,
     body: str | None = None,
     seconds: float | None = None,
 ) -> Model:
@@ -80,7 +80,7 @@ def load_model(
     Parameters
     ----------
     unit : of a file that doesn't state its own
-    tolerance : mm, chords of the mesh
+    mesh_tolerance : mm, chords of the mesh
     body : name or number of the one that is taken; by default all
     seconds : after which reading is ended; by default by the size of the file
 
@@ -109,7 +109,7 @@ def load_model(
         )
     limit = seconds or SECONDS + SECONDS_PER_MEGABYTE * len(content) / MEGABYTE
     digest = hashlib.sha256(content).digest()
-    return _load(_Asked(file, digest, faces, unit, tolerance, body or None, limit))
+    return _load(_Asked(file, digest, faces, unit, mesh_tolerance, body or None, limit))
 
 
 # A job asks for its part several times: to plan, to check, to show.

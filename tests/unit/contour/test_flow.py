@@ -8,19 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from leaned import leaned
 from left_over import left_over
 
 from fiveaxis.contour import path_quality, plan_contour, plan_passes
 from fiveaxis.errors import MeshError
 from fiveaxis.geometry import angle_between
 from fiveaxis.mesh import Model, load_mesh, model_of
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 
 pytestmark = pytest.mark.skipif(find_spec("OCP") is None, reason="needs Open Cascade: fiveaxis[step]")
 MAKER = Path(__file__).parents[2] / "cad_parts.py"
 # mm and deg: what planned contacts may be off.
 OFF, TURNED = 1e-3, 0.01
 BLADE = "1,2,3,4"
+BOUNDS = {"lead": (4.0, 6.0), "lean": (-0.5, 0.5)}
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +98,35 @@ def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, nam
     assert found.scallop_largest == pytest.approx(scallop, rel=0.05)
     left = left_over(path, model(part), [int(face) - 1])
     assert left.max() < 1.06 * scallop
+
+
+@pytest.mark.parametrize("tool", ["bull:6:1", "flat:6"])
+@pytest.mark.parametrize(
+    ("name", "strategy", "form", "least"),
+    [
+        ("sphere", "flow", of_sphere, 0.75),
+        ("torus", "flow", of_torus, 0.75),
+        ("ruled", "flow", of_ruled, 0.65),  # its lines fan out
+        ("ruled", "waterline", of_ruled, 0.5),  # on a twisted wall the steepest place of each level counts
+    ],
+)
+def test_other_cutters_leave_no_higher_ridges_and_not_much_lower_ones(
+    parts, name, strategy, form, least, tool
+):
+    part, scallop = parts / f"{name}.step", 0.03
+    path = plan_contour(
+        part, parse_tool(tool), strategy=strategy, faces="1", scallop=scallop, spacing=0.3, **BOUNDS
+    )
+    distance, normal = form(path.contact[path.cutting])
+    assert np.abs(distance).max() < OFF
+    assert np.degrees(angle_between(path.normal[path.cutting], normal)).max() < TURNED
+    # Around the poles of the sphere the cutter would turn on the spot, and the ring's hole is too narrow.
+    x, y, z = path.contact.T
+    narrow = {"sphere": np.abs(z) > 9.0, "torus": np.hypot(x, y) < 12.0}.get(name, np.zeros(len(x), bool))
+    kept = path.with_links(~path.cutting | narrow)
+    found = path_quality(leaned(kept, 6.0, 0.5), part, strategy=strategy, faces="1")
+    assert found.scallop_largest < 1.05 * scallop
+    assert found.scallop_mean > least * scallop
 
 
 @pytest.mark.parametrize("along", [None, "u", "v"])

@@ -1,27 +1,18 @@
 """Passes of cutters that aren't balls: contacts, strips and ridges against closed forms and brute force."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import trimesh
+from leaned import leaned
 
 from fiveaxis.contour import path_quality, plan_contour
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.geometry import normalise
 from fiveaxis.mesh import tree_of
-from fiveaxis.toolpath import Toolpath, feed_directions, parse_tool
+from fiveaxis.toolpath import Toolpath, parse_tool
 
 CUTTERS = ["ball:6", "bull:10:2", "bull:10:0.5", "flat:10"]
 BOUNDS = {"lead": (4.0, 6.0), "lean": (-0.5, 0.5)}
-
-
-def leaned(path: Toolpath, lead: float, lean: float = 0.0) -> Toolpath:
-    """The path with one lead and lean, deg, at its cuts; upright in the air."""
-    feed = feed_directions(path, path.normal)
-    aside = np.cross(path.normal, feed)
-    axis = normalise(path.normal + np.tan(np.radians(lead)) * feed + np.tan(np.radians(lean)) * aside)
-    return replace(path, axis=np.where(np.isfinite(axis), axis, [0.0, 0.0, 1.0]))
 
 
 def width_of_outline(tool: str, lead: float, lean: float, height: float) -> float:
@@ -50,14 +41,14 @@ def on_wall(tool: str, distance: float) -> Toolpath:
 
 
 @pytest.mark.parametrize("tool", CUTTERS)
-@pytest.mark.parametrize(("lead", "lean"), [(3.0, 0.0), (10.0, 0.0), (8.0, 4.0), (40.0, -20.0)])
-def test_a_strip_has_the_radius_of_the_outline_seen_along_the_feed(tool, lead, lean):
-    height = 0.002
+@pytest.mark.parametrize(("lead", "lean"), [(3.0, 0.0), (10.0, 0.0), (8.0, 4.0), (4.0, 8.0), (40.0, -20.0)])
+@pytest.mark.parametrize("height", [0.002, 0.1])
+def test_a_strip_has_the_radius_of_the_outline_seen_along_the_feed(tool, lead, lean, height):
     across, ahead = (np.tan(np.radians(angle)) ** 2 for angle in (lean, lead))
     angle = np.arctan(np.sqrt(across + ahead))
-    found = parse_tool(tool).zone.swept_radius(angle, across / (across + ahead), 0.0, height)
+    found = parse_tool(tool).zone.strip_radius(angle, across / (across + ahead), 0.0, height)
     half = width_of_outline(tool, lead, lean, height) / 2.0
-    assert found == pytest.approx((half**2 + height**2) / (2.0 * height), rel=0.01)
+    assert found == pytest.approx((half**2 + height**2) / (2.0 * height), rel=0.002)
 
 
 @pytest.mark.parametrize("tool", CUTTERS[1:])

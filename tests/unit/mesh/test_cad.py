@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -14,13 +15,17 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
+from fiveaxis.contour import path_quality
 from fiveaxis.errors import MeshError, MissingDependency, SettingError
-from fiveaxis.mesh import Model, check_mesh, load_mesh, model_of
+from fiveaxis.kinematics import tool_poses
+from fiveaxis.mesh import Model, check_mesh, load_mesh, model_of, tree_of
 from fiveaxis.mesh.cad import loading
 from fiveaxis.mesh.cad.survey import survey
+from fiveaxis.toolpath import parse_tool
 from fiveaxis.verification.check_context import Tolerances
 from fiveaxis.verification.cutting_body import CuttingBody
 from fiveaxis.verification.gouging import PartDepths
+from fiveaxis.viewer import write_preview
 from fiveaxis.viewer.numbers import number_marks
 
 pytestmark = pytest.mark.skipif(find_spec("OCP") is None, reason="needs Open Cascade: fiveaxis[step]")
@@ -155,7 +160,7 @@ def test_faces_are_trimmed_as_open_cascade_trims_them(tmp_path):
 
 
 def test_contacts_lie_on_the_exact_surface_with_its_normal(parts):
-    part = load_mesh(parts / "torus.step", tolerance=0.1)
+    part = load_mesh(parts / "torus.step", mesh_tolerance=0.1)
     path = fx.plan_contour(part, fx.Tool.ball(3.0), stepdown=1.0)
     distance, normal = of_torus(path.contact[path.cutting])
     assert distance.max() < 1e-3
@@ -276,7 +281,7 @@ def test_a_file_that_open_cascade_never_ends_on_is_ended(parts):
 def test_memory_is_limited_and_said(parts, monkeypatch):
     monkeypatch.setattr(loading, "MEMORY", 150 << 20)
     with pytest.raises(MeshError, match=r"takes more than 0 GB of memory|Open Cascade failed"):
-        loading.load_model(parts / "blade.step", tolerance=0.02)
+        loading.load_model(parts / "blade.step", mesh_tolerance=0.02)
 
 
 def test_wires_and_too_many_faces_are_refused(parts, tmp_path):
@@ -317,7 +322,7 @@ def test_the_survey_finds_hollows_and_overhangs(parts):
 
 
 def test_a_gouge_that_the_mesh_would_hide_is_found(parts):
-    mesh = load_mesh(parts / "sphere.step", tolerance=0.2)
+    mesh = load_mesh(parts / "sphere.step", mesh_tolerance=0.2)
     tool, down = fx.Tool.ball(6.0), np.array([[0.0, 0.0, -1.0]])
     rng = np.random.default_rng(4)
     normal = rng.normal(size=(200, 3))
@@ -330,3 +335,100 @@ def test_a_gouge_that_the_mesh_would_hide_is_found(parts):
     bare = mesh.copy()
     bare.metadata.clear()
     assert (PartDepths.of(body, bare, Tolerances()).measure(tips, axes, floors) < 0.01).mean() > 0.5
+
+
+def on_sphere(rng, count):
+    normal = rng.normal(size=(count, 3))
+    normal[: count // 4, :2] *= 0.05  # at the poles
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return 10.0 * normal, normal
+
+
+def on_torus(rng, count):
+    turn, rise = rng.uniform(0.0, 6.28, count), rng.uniform(-1.2, 1.2, count)
+    out = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+    normal = np.cos(rise)[:, None] * out + np.sin(rise)[:, None] * [0.0, 0.0, 1.0]
+    return 12.0 * out + 4.0 * normal, normal
+
+
+def on_cylinder(rng, count):
+    turn, height = rng.uniform(0.0, 6.28, count), rng.uniform(8.0, 12.0, count)
+    normal = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+    return 5.0 * normal + height[:, None] * [0.0, 0.0, 1.0], normal
+
+
+ON = {"sphere": on_sphere, "torus": on_torus, "cylinder": on_cylinder}
+
+
+def leaning_into(form, tool, sunk, count=100, low=0.3, high=0.7):
+    """Contacts, tips and axes of a cutter that leans at random, sunk into a surface by a known depth."""
+    rng = np.random.default_rng(11)
+    on, normal = form(rng, count)
+    aside = np.cross(normal, rng.normal(size=(count, 3)))
+    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+    lean = rng.uniform(low, high, count)[:, None]
+    axes = np.cos(lean) * normal + np.sin(lean) * aside
+    zone = tool.cutter.zone_for(low, high)
+    return on, zone.tip(zone.pivot(on - sunk * normal, normal), normal, axes), axes
+
+
+@pytest.mark.parametrize("name", ON)
+@pytest.mark.parametrize("text", ["bull:10:2", "taper:4:5:10", "barrel:16:85:3"])
+def test_planted_gouges_of_leaning_cutters_are_as_deep_as_planted(parts, name, text):
+    mesh, tool = load_mesh(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool(text)
+    body, depths = CuttingBody.of(tool), PartDepths.of(CuttingBody.of(tool), mesh, Tolerances())
+    for sunk in (0.012, 0.03):
+        _, tips, axes = leaning_into(ON[name], tool, sunk)
+        found = depths.measure(tips, axes, np.full(len(tips), -1.0))
+        assert found == pytest.approx(np.full(len(tips), sunk), abs=1.1e-4)
+    flat = body.depths(tips, axes, tree_of(mesh), np.full(len(tips), -1.0))
+    assert flat.min() < 0.015
+
+
+@pytest.mark.parametrize("name", ON)
+def test_a_sharp_edge_sinks_as_deep_as_the_deepest_of_many_points_of_the_surface(parts, name):
+    mesh, tool = load_mesh(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool("flat:6")
+    on, tips, axes = leaning_into(ON[name], tool, 0.015, count=8)
+    found = PartDepths.of(CuttingBody.of(tool), mesh, Tolerances()).measure(tips, axes, np.full(8, -1.0))
+    part = model_of(mesh)
+    wall = max(range(len(part.faces)), key=lambda face: part.faces[face].area)
+    uv = part.nearest(on, np.full(8, wall)).uv
+    for k in range(8):
+        size = np.linalg.norm(part.evaluate(wall, uv[k : k + 1])[0, 1:3], axis=1)
+        steps = np.linspace(-0.7, 0.7, 701)
+        grid = uv[k] + np.stack(np.meshgrid(*(steps / np.maximum(size, 0.3)[:, None])), axis=-1).reshape(
+            -1, 2
+        )
+        away = part.evaluate(wall, grid)[:, 0] - tips[k]
+        height = away @ axes[k]
+        rho = np.sqrt(np.maximum(np.sum(away**2, axis=1) - height**2, 0.0))
+        most = np.minimum(3.0 - rho, height).max()
+        # How far apart points are, and the accuracy.
+        assert most - 1e-4 <= found[k] + 1e-9 <= most + 2e-3
+
+
+def test_every_call_that_takes_a_part_takes_a_body_of_its_file(parts, hayashi):
+    two, taken = parts / "two.step", {"body": "2", "mesh_tolerance": 0.05}
+    path = fx.plan_contour(two, fx.Tool.ball(6), stepdown=7.0, spacing=4.0, faces="7", **taken)
+    assert path.contact[path.cutting][:, 0].min() > 44.0
+    solution = fx.optimise(path, hayashi, tilt=(15, 75), part=two, effort="quick", crease=20.0, **taken)
+    part = model_of(solution.surroundings.part)
+    assert [face.kind for face in part.faces] == ["sphere"]
+    assert part.deviation > model(two, body="2").deviation
+    report = fx.verify(solution.motion, solution.machine, path, part=two, tilt=(15, 75), **taken)
+    assert report.figures["gouge_depth_mm"] == solution.verify().figures["gouge_depth_mm"] < 0.01
+    axes = tool_poses(solution.machine, solution.motion.positions)[1]
+    leaned = replace(solution.toolpath, axis=axes)
+    found = fx.find_contacts(leaned, two, **taken)
+    radii = np.linalg.norm(found.contact[found.cutting] - [50.0, 0.0, 0.0], axis=1)
+    assert np.abs(radii - 5.0).max() < 1e-5
+    assert path_quality(path, two, **taken).part_size == pytest.approx([10.0, 10.0, 10.0], abs=0.2)
+    for call in (
+        lambda: fx.optimise(path, hayashi, tilt=(15, 75), part=two, body="3"),
+        lambda: fx.verify(solution.motion, solution.machine, path, part=two, body="3"),
+        lambda: fx.verify_program("any.nc", hayashi, tool=path.tool, part=two, body="3"),
+        lambda: write_preview(solution, parts / "page.html", part=two, body="3"),
+        lambda: fx.find_contacts(leaned, two, body="3"),
+    ):
+        with pytest.raises(MeshError, match="has no body '3'; there are 1"):
+            call()
