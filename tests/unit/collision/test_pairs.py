@@ -1,4 +1,4 @@
-"""Pairs of pieces of all kinds against coal: far, near, a hair's breadth apart or into each other, and deep."""
+"""Pairs of pieces of all kinds against coal: far, near, a hair's breadth apart or into it, and deep."""
 
 import numpy as np
 import pytest
@@ -66,12 +66,20 @@ SHAPES = {
     "ball": lambda: of_mesh(trimesh.creation.icosphere(subdivisions=4, radius=25.0)),
     "cone": lambda: (coal_hull(ring(CONE)), revolved_pieces(CONE, HERE)[0]),
 }
-PAIRS = ["box-box", "cylinder-box", "disc-cylinder", "hull-box", "hull-cylinder", "hull-stepped", "plate-disc"]
+PAIRS = [
+    "box-box",
+    "cylinder-box",
+    "disc-cylinder",
+    "hull-box",
+    "hull-cylinder",
+    "hull-stepped",
+    "plate-disc",
+]
 PAIRS += ["cylinder-mesh", "disc-ball", "hull-mesh", "box-mesh", "box-ball", "mesh-mesh", "mesh-ball"]
 
 
 def touching_pose(query: CoalQuery, rng: np.random.Generator, reach: float) -> tuple[Array, Array] | None:
-    """A pose on a random line at which the pieces begin to touch, by coal, and the line; None if they don't."""
+    """A pose on a random line at which the pieces begin to touch, and the line; None if they don't."""
     pose, line = np.eye(4), rng.normal(size=3)
     pose[:3, :3] = Rotation.random(random_state=rng).as_matrix()
     line /= np.linalg.norm(line)
@@ -154,7 +162,9 @@ def test_the_depth_in_a_triangle_is_finite_where_coals_was_not():
 
 @pytest.mark.parametrize("apart", [5.0, 1e-3, 1e-6, -1e-6, -2.0])
 def test_boxes_along_an_axis_are_apart_or_deep_by_hand(apart):
-    query = PairQuery(box_piece(np.array([10.0, 20.0, 30.0]), HERE), box_piece(np.array([4.0, 8.0, 6.0]), HERE))
+    query = PairQuery(
+        box_piece(np.array([10.0, 20.0, 30.0]), HERE), box_piece(np.array([4.0, 8.0, 6.0]), HERE)
+    )
     pose = translation((7.0 + apart, 1.0, -2.0))
     assert query.nearer(pose, 0.0) is (apart <= 0.0)
     assert query.gap(pose, 10.0) == pytest.approx(max(apart, 0.0), abs=1e-7)

@@ -66,9 +66,7 @@ def test_a_holder_beside_a_clamp_gets_the_same_findings(hide, jaw):
 
     def verify() -> list[fx.Report]:
         return [
-            fx.verify(
-                blind.motion, machine, blind.toolpath, tilt=TILT, surroundings=around, between=between
-            )
+            fx.verify(blind.motion, machine, blind.toolpath, tilt=TILT, surroundings=around, between=between)
             for between in ("joint", "tcp")
         ]
 

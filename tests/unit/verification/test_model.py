@@ -1,4 +1,4 @@
-"""The kinematics of verification, pinocchio's and our own of a URDF, against the optimiser's and each other."""
+"""The kinematics of verification, pinocchio's and our own, against the optimiser's and each other."""
 
 import ast
 import sys
