@@ -284,7 +284,10 @@ def grow(corners: Array, new: int, faces: IntArray, planes: Array, count: int, e
                 edges[border, 0], edges[border, 1] = i, j
                 border += 1
         count -= 1
-        faces[k], planes[k] = faces[count], planes[count]
+        put(planes, k, vector(planes, count))
+        planes[k, 3] = planes[count, 3]
+        for c in range(3):  # numba takes seconds to compile the copy of a row
+            faces[k, c] = faces[count, c]
     if border == 0 or count + border > len(faces):
         return -1
     for m in range(border):
@@ -314,9 +317,12 @@ def overlap(a: Array, b: Array, pose: Array, floor: float) -> float:
         put_face(corners, faces, planes, k, i, j, m)
         if dot(vector(planes, k), vector(corners, k)) > planes[k, 3]:
             put_face(corners, faces, planes, k, i, m, j)
-    count = 4
+    count = k + 1  # numba would compile `grow` once more for the number 4
     for new in range(4, MOST_CORNERS):
-        at = int(np.argmin(planes[:count, 3]))
+        at = 0
+        for face in range(count):
+            if planes[face, 3] < planes[at, 3]:
+                at = face
         d = vector(planes, at)
         found = difference(a, b, pose, d)
         upper = min(upper, dot(d, found))

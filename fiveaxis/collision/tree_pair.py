@@ -48,13 +48,13 @@ def box_bounds(a: Array, b: Array, pose: Array) -> tuple[float, float]:
 
 @compiled
 def push_children(
-    boxes_a: Array, boxes_b: Array, pose: Array, deep: bool, waiting: IntArray, bounds: Array, count: int
+    boxes_a: Array, boxes_b: Array, pose: Array, sign: float, waiting: IntArray, bounds: Array, count: int
 ) -> int:
     """Replace the pair of nodes after the last one waiting by two of them, the more promising one last.
 
     Parameters
     ----------
-    deep : whether bounds are those of the overlap, with a minus sign, and not of the gap
+    sign : 1 where bounds are those of the gap, −1 where they are those of the overlap, with that sign
     waiting, bounds : (s, 2) and (s,), pairs of nodes, and their bounds, mm
     count : number of those waiting
 
@@ -73,7 +73,7 @@ def push_children(
         one, two = (2 * i + child, j) if split_a else (i, 2 * j + child)
         gap, over = box_bounds(boxes_a[one], boxes_b[two], pose)
         waiting[count + child, 0], waiting[count + child, 1] = one, two
-        bounds[count + child] = -over if deep else gap
+        bounds[count + child] = gap if sign > 0.0 else -over
     if bounds[count] < bounds[count + 1]:
         for k in range(2):
             waiting[count, k], waiting[count + 1, k] = waiting[count + 1, k], waiting[count, k]
@@ -105,7 +105,7 @@ def gap_between(
         if bounds[count] > best:
             continue
         if i < leaves_a or j < leaves_b:
-            count = push_children(boxes_a, boxes_b, pose, False, waiting, bounds, count)
+            count = push_children(boxes_a, boxes_b, pose, 1.0, waiting, bounds, count)
             continue
         for k in range((i - leaves_a) * width_a, (i - leaves_a + 1) * width_a):
             for m in range((j - leaves_b) * width_b, (j - leaves_b + 1) * width_b):
@@ -130,7 +130,7 @@ def depth_between(bodies_a: Array, boxes_a: Array, bodies_b: Array, boxes_b: Arr
         if -bounds[count] <= deepest:
             continue
         if i < leaves_a or j < leaves_b:
-            count = push_children(boxes_a, boxes_b, pose, True, waiting, bounds, count)
+            count = push_children(boxes_a, boxes_b, pose, -1.0, waiting, bounds, count)
             continue
         for k in range((i - leaves_a) * width_a, (i - leaves_a + 1) * width_a):
             for m in range((j - leaves_b) * width_b, (j - leaves_b + 1) * width_b):

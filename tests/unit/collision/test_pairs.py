@@ -2,114 +2,17 @@
 
 import numpy as np
 import pytest
-import trimesh
-from coal_query import CoalQuery, coal_box, coal_cylinder, coal_hull, coal_mesh
+from coal_query import HERE, PAIRS, SHAPES, CoalQuery, poses_of
 from scipy.spatial.transform import Rotation
 
-from fiveaxis.collision.pieces import (
-    PairQuery,
-    box_piece,
-    cylinder_piece,
-    hull_piece,
-    mesh_piece,
-    revolved_pieces,
-)
-from fiveaxis.geometry import Array, translation
+from fiveaxis.collision.pieces import PairQuery, box_piece, cylinder_piece, mesh_piece, revolved_pieces
+from fiveaxis.geometry import translation
 
-HERE = np.eye(4)
 POSES = 60
 # mm: where both agree that nothing touches or overlaps by more than this, the answers have to be the same.
 HAIR = 1e-6
 # mm: of gaps and depths; coal's are no more exact. A polygon of 96 sides is that much wider than a circle.
 EXACT, POLYGON = 3e-5, 0.006
-CONE, STEPPED = np.array([[4.0, 0.0], [10.0, 25.0]]), np.array([[3.0, 0.0], [9.0, 10.0], [9.0, 20.0]])
-
-
-def ring(outline: Array) -> Array:
-    """Corners of the polyhedron about a body of revolution."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False)
-    around = np.column_stack([np.cos(turn), np.sin(turn)]) / np.cos(np.pi / 96)
-    return np.concatenate([np.column_stack([r * around, np.full(96, h)]) for r, h in outline])
-
-
-def rough() -> trimesh.Trimesh:
-    """A block with uneven faces, and so with edges and corners of all kinds."""
-    mesh = trimesh.creation.box(extents=(24.0, 40.0, 16.0)).subdivide().subdivide().subdivide()
-    mesh.vertices += np.random.default_rng(0).normal(size=mesh.vertices.shape) * 0.3
-    return mesh
-
-
-def of_box(size):
-    return coal_box(size), box_piece(np.array(size), HERE)
-
-
-def of_cylinder(radius, height):
-    return coal_cylinder(radius, height), cylinder_piece(radius, height, HERE)
-
-
-def of_hull(points):
-    return coal_hull(points), hull_piece(points, HERE)
-
-
-def of_mesh(mesh):
-    return coal_mesh(mesh.vertices, mesh.faces), mesh_piece(mesh.vertices, mesh.faces, HERE, closed=True)
-
-
-SHAPES = {
-    "box": lambda: of_box((20.0, 30.0, 40.0)),
-    "plate": lambda: of_box((30.0, 8.0, 1.0)),
-    "cylinder": lambda: of_cylinder(5.0, 40.0),
-    "disc": lambda: of_cylinder(20.0, 3.0),
-    "hull": lambda: of_hull(ring(CONE)),
-    "stepped": lambda: of_hull(ring(STEPPED)),
-    "mesh": lambda: of_mesh(rough()),
-    "ball": lambda: of_mesh(trimesh.creation.icosphere(subdivisions=4, radius=25.0)),
-    "cone": lambda: (coal_hull(ring(CONE)), revolved_pieces(CONE, HERE)[0]),
-}
-PAIRS = [
-    "box-box",
-    "cylinder-box",
-    "disc-cylinder",
-    "hull-box",
-    "hull-cylinder",
-    "hull-stepped",
-    "plate-disc",
-]
-PAIRS += ["cylinder-mesh", "disc-ball", "hull-mesh", "box-mesh", "box-ball", "mesh-mesh", "mesh-ball"]
-
-
-def touching_pose(query: CoalQuery, rng: np.random.Generator, reach: float) -> tuple[Array, Array] | None:
-    """A pose on a random line at which the pieces begin to touch, and the line; None if they don't."""
-    pose, line = np.eye(4), rng.normal(size=3)
-    pose[:3, :3] = Rotation.random(random_state=rng).as_matrix()
-    line /= np.linalg.norm(line)
-    aside = rng.normal(size=3) * 0.15 * reach
-    aside -= (aside @ line) * line
-
-    def at(place: float) -> Array:
-        pose[:3, 3] = aside + place * line
-        return pose
-
-    places = np.linspace(1.2 * reach, 0.0, 40)
-    first = next((i for i, place in enumerate(places) if query.nearer(at(place), 0.0)), 0)
-    if not first:
-        return None
-    low, high = places[first], places[first - 1]
-    while high - low > 1e-6:
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if query.nearer(at(middle), 0.0) else (low, middle)
-    return at(low).copy(), line
-
-
-def poses_of(query: CoalQuery, reach: float) -> list[Array]:
-    rng, poses = np.random.default_rng(7), []
-    while len(poses) < POSES:
-        if (found := touching_pose(query, rng, reach)) is not None:
-            away = (rng.uniform(5, 30), rng.uniform(0, 2), rng.uniform(-0.01, 0.01), -rng.uniform(0.1, 3))
-            pose, line = found
-            pose[:3, 3] += away[len(poses) % 4] * line
-            poses.append(pose)
-    return poses
 
 
 @pytest.mark.parametrize("pair", PAIRS)
@@ -117,7 +20,7 @@ def test_pairs_are_near_apart_and_deep_as_coal_says(pair):
     (their_mover, mover), (their_other, other) = (SHAPES[name]() for name in pair.split("-"))
     theirs, ours = CoalQuery(their_mover, their_other), PairQuery(mover, other)
     wrong, gaps, depths = 0, [], []
-    for pose in poses_of(theirs, mover.size + other.size):
+    for pose in poses_of(theirs, mover.size + other.size, POSES):
         gap, depth = theirs.gap(pose, 2.0), theirs.depth(pose)
         if max(gap, depth) > HAIR:
             wrong += ours.nearer(pose, 0.0) is not theirs.nearer(pose, 0.0)
@@ -138,7 +41,7 @@ def test_pairs_are_near_apart_and_deep_as_coal_says(pair):
 def test_a_cone_is_exact_where_a_polyhedron_about_it_is_a_little_wider(other):
     (polyhedron, cone), (their_other, piece) = SHAPES["cone"](), SHAPES[other]()
     theirs, ours = CoalQuery(polyhedron, their_other), PairQuery(cone, piece)
-    for pose in poses_of(theirs, cone.size + piece.size):
+    for pose in poses_of(theirs, cone.size + piece.size, POSES):
         assert -EXACT < ours.gap(pose, 2.0) - theirs.gap(pose, 2.0) < POLYGON
         assert -POLYGON < ours.depth(pose) - theirs.depth(pose) < EXACT
 
