@@ -45,5 +45,5 @@ def _kept(make: Callable[[bool], T]) -> T:
 def _tell_that_nothing_is_kept() -> None:
     logger.warning(
         "machine code can't be kept, neither beside the package nor in the user's cache: every run compiles "
-        "anew, for about half a minute; name a folder that can be written in NUMBA_CACHE_DIR"
+        "anew, for about a minute; name a folder that can be written in NUMBA_CACHE_DIR"
     )

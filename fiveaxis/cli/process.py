@@ -90,8 +90,8 @@ def write_results(text: str) -> None:
 
 
 def is_closed_pipe(fault: OSError) -> bool:
-    """Tell whether nobody reads what is written; Windows calls it an invalid argument."""
-    return fault.errno in (errno.EPIPE, errno.EINVAL)
+    """Tell whether nobody reads what is written; Windows calls it an invalid argument, of no file."""
+    return fault.errno in (errno.EPIPE, errno.EINVAL) and fault.filename is None
 
 
 def _leave(code: int, message: str = "") -> None:
