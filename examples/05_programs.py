@@ -31,7 +31,7 @@ def main() -> None:
             file = Path(folder, name)
             solution.write(file, control=control)
             report = fx.verify_program(file, machine, toolpath=toolpath, tilt=TILT)
-            lines = file.read_text().splitlines()
+            lines = file.read_text(encoding="utf-8").splitlines()
             print(f"{control}: {len(lines)} lines, verified {report.ok}, findings {dict(report.counts)}")
 
 

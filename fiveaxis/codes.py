@@ -216,7 +216,6 @@ WRITING = {
     "operator": Code(NOTE, "the job asks for no tool, spindle, coolant or retract: the operator sees to it"),
     "wound": Code(NOTE, "a rotary axis ends more than a turn from zero, and isn't sent home"),
     "number-assumed": Code(WARNING, "a number wasn't given, or can't be written as given"),
-    "not-verified": Code(ERROR, "nothing is verified: a library that verification needs is missing"),
 }
 CODES: dict[str, Code] = CHECKS | PLANNING | READING | WRITING
 

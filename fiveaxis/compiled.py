@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
+from functools import cache
 from typing import ParamSpec, TypeVar, cast
 
 import numba
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 
 P = ParamSpec("P")
 T = TypeVar("T")
+logger = logging.getLogger(__name__)
 
 
 def compiled(function: Callable[P, T]) -> Callable[P, T]:
@@ -18,12 +21,29 @@ def compiled(function: Callable[P, T]) -> Callable[P, T]:
 
     Division by 0 gives infinity, as in numpy: checking for it takes half of a loop's time.
     """
-    options = {"cache": True, "nogil": True, "error_model": "numpy"}
-    return cast("Callable[P, T]", numba.njit(**options)(function))
+    options = {"nogil": True, "error_model": "numpy"}
+    return _kept(lambda keep: cast("Callable[P, T]", numba.njit(cache=keep, **options)(function)))
 
 
 def elementwise(function: Callable[..., float]) -> Callable[..., NDArray[np.float64]]:
     """Compile a function of numbers into one of arrays that broadcasts them, and cache the machine code."""
     numbers = ", ".join(["float64"] * function.__code__.co_argcount)
-    compiled_function = numba.vectorize([f"float64({numbers})"], cache=True)(function)
-    return cast("Callable[..., NDArray[np.float64]]", compiled_function)
+    made = _kept(lambda keep: numba.vectorize([f"float64({numbers})"], cache=keep)(function))
+    return cast("Callable[..., NDArray[np.float64]]", made)
+
+
+def _kept(make: Callable[[bool], T]) -> T:
+    """Make a compiled function whose machine code is kept, or else one of this process alone."""
+    try:
+        return make(True)
+    except RuntimeError:  # a read-only installation, and no home with a folder for caches
+        _tell_that_nothing_is_kept()
+        return make(False)
+
+
+@cache
+def _tell_that_nothing_is_kept() -> None:
+    logger.warning(
+        "machine code can't be kept, neither beside the package nor in the user's cache: every run compiles "
+        "anew, for about a minute; name a folder that can be written in NUMBA_CACHE_DIR"
+    )

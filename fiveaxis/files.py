@@ -11,13 +11,17 @@ import os
 import platform
 import shutil
 import stat
+import time
 import uuid
 import zlib
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TypeVar
 
 from fiveaxis.errors import InputError, NoSpace, SettingError
+
+T = TypeVar("T")
 
 # Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50 to 250, as text, so these are
 # paths of ten million locations and meshes of four million triangles or more: more than is in use, and less
@@ -29,6 +33,9 @@ MOST_MESH_BYTES = 1000 * MEGABYTE
 MOST_SETTINGS_BYTES = MEGABYTE
 # Beginning of the names of temporary files and folders.
 TEMPORARY = ".fiveaxis-"
+# Windows refuses to replace or remove a file that another program has open: an antivirus for a moment, a
+# spreadsheet until it is closed. Its error codes; how often it is tried again, and the s in between.
+HELD, MOST_TRIES, PAUSE = (5, 32, 33), 40, 0.05
 # A spreadsheet takes text that begins so for a formula; in wide form too, where East Asian text is typed.
 FORMULA = tuple("=+-@＝＋－＠")
 
@@ -197,12 +204,24 @@ def write_atomically(path: str | Path, content: str | bytes) -> Path:
         temporary = real.parent / _temporary_name()
         try:
             _write_to_disk(temporary, data)
-            temporary.replace(real)
+            persistently(lambda: temporary.replace(real))
         finally:
             temporary.unlink(missing_ok=True)
     except (OSError, ValueError) as fault:  # ValueError: a null character in the name
         raise unwritable(target, fault) from None
     return target
+
+
+def persistently(act: Callable[[], T]) -> T:
+    """Do what Windows may refuse for a moment, and raise its error if it still does after two seconds."""
+    for _ in range(MOST_TRIES):
+        try:
+            return act()
+        except OSError as fault:
+            if getattr(fault, "winerror", None) not in HELD:
+                raise
+            time.sleep(PAUSE)
+    return act()
 
 
 def unwritable(path: Path, fault: OSError | ValueError) -> SettingError:
@@ -218,7 +237,7 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
     """Make a folder for files that are renamed once they are whole, and remove it with the context."""
     remove_leftovers(parent)
     made = parent / _temporary_name()
-    made.mkdir(mode=0o700)
+    made.mkdir()  # with a mode of its own, Windows would let only this user read what is moved out of it
     try:
         yield made
     finally:

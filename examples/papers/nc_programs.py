@@ -122,7 +122,7 @@ def ramp_time(distance: float) -> float:
     axes = tuple(replace(axis, max_acceleration=FEED / RAMP) for axis in machine().axes)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "move.nc"
-        path.write_text(f"G21 G90\nG00 X0 Y0 Z0\nG01 X{distance:g} F500\nM30\n")
+        path.write_text(f"G21 G90\nG00 X0 Y0 Z0\nG01 X{distance:g} F500\nM30\n", encoding="utf-8")
         law = fx.program_energy(path, replace(machine(), axes=axes), corners="exact-stop")
     return float(law.rows[-1]["time"])
 

@@ -28,7 +28,7 @@ import psutil
 
 from fiveaxis.batch.record import Event, Listener, Row, bounded
 from fiveaxis.batch.tasks import Task
-from fiveaxis.batch.worker import remove_program
+from fiveaxis.batch.worker import FAULT, remove_program
 from fiveaxis.errors import LostWorkers
 
 # Workers that a job may lose before it counts as their killer, and the largest probability of chance then.
@@ -37,13 +37,18 @@ logger = logging.getLogger(__name__)
 
 # What a worker process runs. Linux kills it with the command (PR_SET_PDEATHSIG), within a compiled step too;
 # elsewhere it ends when it sees that its stdin is closed. That comes first, as the imports take seconds.
-ENTRY = """
+ENTRY = f"""
 import ctypes, os, signal, sys
 signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the command alone
 if sys.platform == "linux":
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)
     if os.getppid() != int(sys.argv[1]):
         sys.exit()
+if sys.platform == "win32":
+    def leave(*fault):
+        sys.__excepthook__(*fault)
+        os._exit({FAULT})
+    sys.excepthook = leave
 from fiveaxis.batch.worker import main
 main()
 """
@@ -58,8 +63,12 @@ INTERVAL, LONGEST_START, LONGEST_END = 0.2, 300.0, 10.0
 LAST_LINES = 5
 # Starts in a row that may fail through a fault, and for any reason; the pauses in between grow, in s.
 MOST_FAULTS, MOST_FAILURES, PAUSE, LONGEST_PAUSE = 3, 50, 0.1, 5.0
-# By these signals somebody ends a process; by others, or of itself, it ends through a fault.
+# By these signals somebody ends a process; by others, or of itself, it ends through a fault. On Windows these
+# are exit codes: of the task manager, of `os.kill`, and of a console that is closed.
 OUTSIDE = {getattr(signal, name, None) for name in ("SIGKILL", "SIGTERM", "SIGINT", "SIGHUP")}
+OUTSIDE_ON_WINDOWS = {1, 15, 0xC000013A}
+# On Windows, Ctrl-C goes to every process of a group.
+OWN_GROUP = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
 class Losses:
@@ -158,6 +167,11 @@ def run_on_pool(
         pool.end()
 
 
+def ended_by_others(code: int, system: str = sys.platform) -> bool:
+    """Tell by its exit code whether somebody ended a process; else it ended through a fault, or of itself."""
+    return code in OUTSIDE_ON_WINDOWS if system == "win32" else -code in OUTSIDE
+
+
 class _Worker:
     """A process that runs one job at a time, and two threads that read what it sends and prints.
 
@@ -182,6 +196,7 @@ class _Worker:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env=os.environ | THREADS | {"PYTHONPATH": paths},
+            creationflags=OWN_GROUP,
         )
         pipes = self._process.stdin, self._process.stdout, self._process.stderr
         self._tasks, self._messages, self._errors = cast("tuple[BinaryIO, BinaryIO, BinaryIO]", pipes)
@@ -222,7 +237,7 @@ class _Worker:
     @property
     def crashed(self) -> bool:
         """Whether it died through a fault; else somebody killed it."""
-        return -self._process.returncode not in OUTSIDE
+        return not ended_by_others(self._process.returncode)
 
     @property
     def last_words(self) -> str:

@@ -34,6 +34,8 @@ LONGEST_VALUE = 60
 LONGEST_NAME = 180
 # Names of the batch's own files in the output folder, and names that no folder may have.
 TAKEN = frozenset({"results.csv", "results.html", "results.jsonl", ".", ".."})
+# Names of devices on Windows, whatever follows a dot; it also drops a dot or a space at the end.
+RESERVED = re.compile(r"(con|prn|aux|nul|(com|lpt)[0-9¹²³])(\..*)?|.*[. ]", re.IGNORECASE)
 
 
 def apply_values(values: Mapping[str, Any], data: Mapping[str, Any]) -> dict[str, Any]:
@@ -165,7 +167,7 @@ def _in_name(value: Any) -> str:
         text = ",".join(f"{key}{_in_name(inner)}" for key, inner in value.items())
     else:
         text = str(value)
-    return _shorten(re.sub(r"[^\w.,+-]+", "-", text), value, LONGEST_VALUE)
+    return _shorten(re.sub(r"\.$", "_", re.sub(r"[^\w.,+-]+", "-", text)), value, LONGEST_VALUE)
 
 
 def _shorten(text: str, value: Any, longest: int) -> str:
@@ -281,7 +283,8 @@ def _named(files: Iterable[Path]) -> dict[str, Path]:
     for file in files:
         name = file.stem
         # A name that isn't printable would change the table, or the terminal.
-        if name.casefold() in TAKEN or name.startswith(".") or not name.isprintable():
+        taken = name.casefold() in TAKEN or RESERVED.fullmatch(name)
+        if taken or name.startswith(".") or not name.isprintable():
             raise SettingError(f"a job can't be called {name!r}; rename the file", file=file)
         # File systems that ignore case would put them into one folder.
         twin = next((other for known, other in found.items() if known.casefold() == name.casefold()), None)

@@ -7,7 +7,6 @@ import json
 import os
 import pickle
 import queue
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -25,6 +24,8 @@ from fiveaxis.progress import Progress
 
 # s between two messages of one stage, quick enough for a live table.
 PAUSE = 0.5
+# Exit code of a worker that ends through a fault: not 1, with which Windows ends what somebody kills.
+FAULT = 70
 
 
 def run_task(task: Task, folder: Path, progress: Progress) -> Row:
@@ -88,11 +89,22 @@ def main() -> None:
     faulthandler.enable()
     send = _take_stdout()
     tasks: queue.SimpleQueue[tuple[Task, Path]] = queue.SimpleQueue()
-    threading.Thread(target=_receive, args=(sys.stdin.buffer, tasks), daemon=True).start()
+    threading.Thread(target=_receive, args=(_take_stdin(), tasks), daemon=True).start()
     while True:
         task, folder = tasks.get()
         progress = Throttle(lambda stage, done, total: send(stage=stage, done=done, total=total))
         send(row=run_task(task, folder, progress).as_dict())
+
+
+def _take_stdin() -> BinaryIO:
+    """Keep stdin for tasks, and give libraries an empty one.
+
+    On Windows, loading a library asks for the kind of stdin, and waits while a thread reads it (numpy#24290).
+    """
+    stream = os.fdopen(os.dup(0), "rb")
+    with Path(os.devnull).open("rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    return stream
 
 
 def _take_stdout() -> Callable[..., None]:
@@ -113,4 +125,4 @@ def _receive(stream: BinaryIO, tasks: queue.SimpleQueue[tuple[Task, Path]]) -> N
         while True:
             tasks.put(pickle.load(stream))
     except BaseException as fault:
-        os._exit(0 if isinstance(fault, EOFError) else 1)
+        os._exit(0 if isinstance(fault, EOFError) else FAULT)

@@ -5,6 +5,7 @@ It is imported before everything else, so it imports nothing slow itself.
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -46,6 +47,8 @@ def run(load: Callable[[], Callable[[], object]]) -> None:
     except KeyboardInterrupt:
         _leave(INTERRUPTED, "interrupted")
     except OSError as fault:  # inputs and files of results have errors of their own
+        if is_closed_pipe(fault):
+            _leave(CLOSED)
         _leave(BROKEN, f"error: the output can't be written: {fault.strerror or fault}")
     except Exception as fault:
         _leave(BROKEN, _describe(fault))
@@ -80,8 +83,15 @@ def write_results(text: str) -> None:
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
-    except BrokenPipeError:
+    except OSError as fault:
+        if not is_closed_pipe(fault):
+            raise
         raise NobodyReads from None
+
+
+def is_closed_pipe(fault: OSError) -> bool:
+    """Tell whether nobody reads what is written; Windows calls it an invalid argument, of no file."""
+    return fault.errno in (errno.EPIPE, errno.EINVAL) and fault.filename is None
 
 
 def _leave(code: int, message: str = "") -> None:

@@ -1,20 +1,15 @@
-"""Bodies for coal: convex bodies, exact or as circumscribed polyhedra, and meshes as bounding-box trees."""
+"""Rigid shapes for the check of collisions: trees of boxes around convex bodies, and queries of two."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.errors import MissingDependency
-from fiveaxis.geometry import Array, IntArray, product, translation
+from fiveaxis.geometry import Array, IntArray
 
-# Sides of the polygon around a circle, 0.054 % wider at its corners, for shapes that coal hasn't got.
-SECTORS = 96
-# Largest number of contacts of one query, of which the deepest counts.
-MOST_CONTACTS = 256
+# Triangles in a leaf of a mesh's tree.
+LEAF = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,21 +18,31 @@ class Piece:
 
     Parameters
     ----------
-    geometry : coal's object
+    bodies : (leaves * width, m, 4), mm, own frame: convex bodies (`fiveaxis.collision.convex_pair`) in the
+        order of the leaves; the triangles of a mesh are padded with repetitions
+    boxes : (2 * leaves, 2, 3), mm, own frame; node 1 is the root, node i has the children 2i and 2i + 1
     frame : (4, 4), mm, its own frame in the workpiece frame, every axis at 0
-    low, high : (3,), mm, its bounding box in its own frame
     inner : (3,), mm, a point of it in its own frame
     triangles : (t, 3, 3), mm, own frame; None unless it is a mesh
     closed : whether its triangles enclose a volume
     """
 
-    geometry: Any
+    bodies: Array
+    boxes: Array
     frame: Array
-    low: Array
-    high: Array
     inner: Array
     triangles: Array | None = None
     closed: bool = False
+
+    @property
+    def low(self) -> Array:
+        """(3,), mm, lowest coordinates in its own frame."""
+        return self.boxes[1, 0]
+
+    @property
+    def high(self) -> Array:
+        """(3,), mm, highest coordinates in its own frame."""
+        return self.boxes[1, 1]
 
     @property
     def corners(self) -> Array:
@@ -57,9 +62,7 @@ class Piece:
     @property
     def memory(self) -> int:
         """Memory of a mesh with its tree, bytes; 0 for other shapes."""
-        if self.triangles is None:
-            return 0
-        return int(load_coal().computeMemoryFootprint(self.geometry)) + self.triangles.nbytes
+        return 0 if self.triangles is None else self.bodies.nbytes + self.boxes.nbytes + self.triangles.nbytes
 
 
 def box_corners(low: Array, high: Array) -> Array:
@@ -68,44 +71,24 @@ def box_corners(low: Array, high: Array) -> Array:
     return np.where(picks == 1, high, low)
 
 
-def load_coal() -> Any:
-    """Import coal.
-
-    Raises
-    ------
-    MissingDependency
-        It isn't installed.
-    """
-    try:
-        import coal
-    except ModuleNotFoundError as fault:
-        if fault.name != "coal":
-            raise
-        raise MissingDependency(
-            "coal",
-            "the check of collisions",
-            "install the wheel `pin`, which contains it (Linux, macOS); on Windows use WSL",
-        ) from None
-    return coal
+def hull_piece(points: Array, frame: Array) -> Piece:
+    """Build the convex hull of points, (v, 3) mm in its own frame; it is convex, so their mean is inside."""
+    return _convex(np.column_stack([points, np.zeros(len(points))]), frame)
 
 
 def box_piece(size: Array, frame: Array) -> Piece:
     """Build a box of size (3,) mm, centred on the origin of its frame."""
     half = np.asarray(size, dtype=float) / 2.0
-    return Piece(load_coal().Box(*(2.0 * half)), frame, -half, half, np.zeros(3))
+    return hull_piece(box_corners(-half, half), frame)
 
 
 def cylinder_piece(radius: float, height: float, frame: Array) -> Piece:
     """Build a cylinder, mm, along z and centred on the origin of its frame."""
-    half = np.array([radius, radius, height / 2.0])
-    return Piece(load_coal().Cylinder(radius, height), frame, -half, half, np.zeros(3))
+    return _revolved(np.array([[radius, -height / 2.0], [radius, height / 2.0]]), frame)
 
 
 def revolved_pieces(outline: Array, frame: Array) -> list[Piece]:
     """Revolve an outline about the z axis, as one or more convex pieces.
-
-    Cylinders are exact. In other shapes polygons of `SECTORS` sides replace the circles from outside, so the
-    pieces contain the revolved outline.
 
     Parameters
     ----------
@@ -129,47 +112,21 @@ def convex_runs(outline: Array) -> list[Array]:
 
 
 def _revolved(run: Array, frame: Array) -> Piece:
-    radius, height = run.T
-    low, high = float(height.min()), float(height.max())
-    if np.ptp(radius) < 1e-12:
-        middle = translation((0.0, 0.0, (low + high) / 2.0))
-        return cylinder_piece(float(radius[0]), high - low, product(frame, middle))
-    turn = np.linspace(0.0, 2.0 * np.pi, SECTORS, endpoint=False)
-    ring = np.column_stack([np.cos(turn), np.sin(turn)]) / np.cos(np.pi / SECTORS)
-    points = np.concatenate(
-        [np.column_stack([r * ring, np.full(SECTORS, h)]) for r, h in run[radius > 1e-9]]
-        + [np.array([[0.0, 0.0, low], [0.0, 0.0, high]])]
-    )
-    return replace(_hull(points.tobytes()), frame=frame)
+    """Revolve a convex outline: the hull of a circle for each of its points."""
+    radius, height = np.asarray(run, dtype=float).T
+    return _convex(np.column_stack([np.zeros((len(run), 2)), height, radius]), frame)
 
 
-# One tool is checked along many moves, and its hulls take most of the time of a short move.
-@lru_cache(maxsize=32)
-def _hull(rows: bytes) -> Piece:
-    """Build the convex hull of points, (v, 3) mm, in the workpiece frame; its shape is shared."""
-    from scipy.spatial import ConvexHull
-
-    coal = load_coal()
-    points = np.frombuffer(rows).reshape(-1, 3)
-    hull = ConvexHull(points)
-    number = np.full(len(points), -1)
-    number[hull.vertices] = np.arange(len(hull.vertices))
-    corners, faces = points[hull.vertices], number[hull.simplices]
-    middle = corners.mean(axis=0)
-    a, b, c = (corners[faces[:, i]] for i in range(3))
-    inward = np.sum(np.cross(b - a, c - a) * (a - middle), axis=1) < 0.0
-    faces[inward] = faces[inward][:, ::-1]
-    vertices, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
-    for corner in corners:
-        vertices.append(corner)
-    for face in faces.tolist():
-        triangles.append(coal.Triangle(*face))
-    shape = coal.Convex(vertices, triangles)
-    return Piece(shape, np.eye(4), corners.min(axis=0), corners.max(axis=0), middle)
+def _convex(circles: Array, frame: Array) -> Piece:
+    """Build the hull of circles, (m, 4) mm: centre and radius, 0 for a point."""
+    centre = circles[:, :3]
+    wide = circles[:, 3:] * np.array([1.0, 1.0, 0.0])
+    box = np.array([(centre - wide).min(axis=0), (centre + wide).max(axis=0)])
+    return Piece(circles[None].copy(), np.stack([box, box]), frame, centre.mean(axis=0))
 
 
 def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) -> Piece:
-    """Build the bounding-box tree of a mesh.
+    """Build the tree of a mesh.
 
     Parameters
     ----------
@@ -178,17 +135,44 @@ def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) 
     frame : (4, 4), mm, own frame in the workpiece frame, every axis at 0
     closed : whether it encloses a volume
     """
-    points = np.ascontiguousarray(vertices, dtype=float)
-    corners = np.ascontiguousarray(faces, dtype=np.int64)
-    # Oriented boxes suffice for queries by distance and take half the memory of OBBRSS.
-    tree = load_coal().BVHModelOBB()
-    tree.beginModel(len(corners), len(points))
-    tree.addVertices(points)
-    tree.addTriangles(corners)
-    tree.endModel()
-    used = points[np.unique(corners)]
-    low, high = used.min(axis=0), used.max(axis=0)
-    return Piece(tree, frame, low, high, used[0], triangles=points[corners], closed=closed)
+    triangles = np.ascontiguousarray(vertices, dtype=float)[faces]
+    order = _leaf_order(triangles.mean(axis=1))
+    bodies = np.zeros((len(order), 3, 4))
+    bodies[:, :, :3] = triangles[order]
+    return Piece(bodies, _boxes(triangles[order]), frame, triangles[0, 0], triangles, closed)
+
+
+def _leaf_order(middles: Array) -> IntArray:
+    """Sort points, (t, 3) mm, into leaves by halving each node along its longest extent: (leaves * `LEAF`,).
+
+    Some are repeated so that all leaves are full.
+    """
+    leaves = 1
+    while leaves * LEAF < len(middles):
+        leaves *= 2
+    order = np.sort(np.resize(np.arange(len(middles)), leaves * LEAF))
+    nodes = 1
+    while nodes < leaves:
+        rows = order.reshape(nodes, -1)
+        along = np.ptp(middles[rows], axis=1).argmax(axis=1)
+        ranks = np.argsort(middles[rows, along[:, None]], axis=1, kind="stable")
+        order = np.take_along_axis(rows, ranks, axis=1).ravel()
+        nodes *= 2
+    return order
+
+
+def _boxes(ordered: Array) -> Array:
+    """Compute the boxes of a tree's nodes, (2 * leaves, 2, 3) mm, of triangles in the leaves' order."""
+    leaves = len(ordered) // LEAF
+    corners = ordered.reshape(leaves, -1, 3)
+    boxes = np.zeros((2 * leaves, 2, 3))
+    boxes[leaves:] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
+    while leaves > 1:
+        pairs = boxes[leaves : 2 * leaves].reshape(-1, 2, 2, 3)
+        leaves //= 2
+        boxes[leaves : 2 * leaves, 0] = pairs[:, :, 0].min(axis=1)
+        boxes[leaves : 2 * leaves, 1] = pairs[:, :, 1].max(axis=1)
+    return boxes
 
 
 class PairQuery:
@@ -196,17 +180,14 @@ class PairQuery:
 
     Parameters
     ----------
-    mover, other : the pieces; a pose is that of the mover's own frame in the other's own frame
+    mover, other : the pieces; a pose is that of the mover's own frame in the other's own frame, (4, 4) mm
     """
 
     def __init__(self, mover: Piece, other: Piece) -> None:
-        coal = load_coal()
-        # coal holds no reference to the shapes.
-        self._pieces = mover, other
-        self._compute = coal.ComputeCollision(mover.geometry, other.geometry)
-        self._pose, self._origin = coal.Transform3s(), coal.Transform3s()
-        self._near, self._result = coal.CollisionRequest(), coal.CollisionResult()
-        self._deep = coal.CollisionRequest(coal.CollisionRequestFlag.CONTACT, MOST_CONTACTS)
+        from fiveaxis.collision.tree_pair import depth_between, gap_between
+
+        self._trees = other.bodies, other.boxes, mover.bodies, mover.boxes
+        self._gap, self._depth = gap_between, depth_between
         self.count = 0
 
     def nearer(self, pose: Array, margin: float) -> bool:
@@ -217,8 +198,8 @@ class PairQuery:
         pose : (4, 4), mm
         margin : mm, 0 or more
         """
-        self._near.security_margin = margin
-        return self._run(pose, self._near)
+        self.count += 1
+        return bool(self._gap(*self._trees, np.ascontiguousarray(pose), float(margin), False) <= margin)
 
     def depth(self, pose: Array) -> float:
         """Measure how far the mover would have to move to leave the triangle that it is deepest in.
@@ -227,20 +208,10 @@ class PairQuery:
         -------
         mm, 0 if they don't overlap
         """
-        if not self._run(pose, self._deep):
-            return 0.0
-        return max(-float(contact.penetration_depth) for contact in self._result.getContacts())
+        self.count += 1
+        return float(self._depth(*self._trees, np.ascontiguousarray(pose)))
 
     def gap(self, pose: Array, most: float) -> float:
-        """Measure the gap between pieces nearer than `most`, mm, to 1 % of that and never too large."""
-        low, high = 0.0, most
-        while high - low > 0.01 * most:
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if self.nearer(pose, middle) else (middle, high)
-        return low
-
-    def _run(self, pose: Array, request: Any) -> bool:
+        """Measure the gap between the pieces, mm, at most `most` and never too large."""
         self.count += 1
-        self._pose.setTransform(pose[:3, :3], pose[:3, 3])
-        self._result.clear()
-        return bool(self._compute(self._pose, self._origin, request, self._result))
+        return float(min(self._gap(*self._trees, np.ascontiguousarray(pose), float(most), True), most))

@@ -83,8 +83,6 @@ def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Sce
     ------
     MeshError
         A body's mesh can't be read or is refused.
-    MissingDependency
-        coal isn't installed.
     """
     links = machine.code.links
     standing, facts, gaps = _surrounding_bodies(surroundings, links[0])

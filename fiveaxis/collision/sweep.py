@@ -86,7 +86,7 @@ class Sweep:
     Parameters
     ----------
     tolerance : mm, of the mover's movement: shorter moves aren't halved
-    queries, culled : number of queries of coal, and of stretches proven clear by bounding boxes alone
+    queries, culled : number of queries of pairs, and of stretches proven clear by bounding boxes alone
     """
 
     tolerance: float = 0.05

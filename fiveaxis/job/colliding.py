@@ -6,7 +6,6 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.collision.scene import build_scene, choose_pairs
-from fiveaxis.errors import MissingDependency
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
@@ -20,31 +19,20 @@ from fiveaxis.verification.removal import cut_along
 
 
 def has_pairs(machine: Machine, tool: Tool, around: Surroundings) -> bool:
-    """Check whether any bodies could touch, and whether coal is there to ask.
+    """Check whether any bodies could touch.
 
     Cutters that aren't balls could touch the part between two clear locations.
     """
     if around.part is not None and not tool.cutter.is_ball:
         return True
-    try:
-        return bool(choose_pairs(build_scene(machine, tool, around), around.clearances)[0])
-    except MissingDependency:
-        return False
+    return bool(choose_pairs(build_scene(machine, tool, around), around.clearances)[0])
 
 
 def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     """Find the locations where a solution's motion collides, or next to a move that collides.
 
-    A ball that gouges does so in any posture; gouges of other cutters count too. Without coal and pinocchio
-    none are found; the verdict on the program says what is missing.
+    A ball that gouges does so in any posture; gouges of other cutters count too.
     """
-    try:
-        return _colliding_rows(solution, around)
-    except MissingDependency:
-        return np.empty(0, dtype=np.int64)
-
-
-def _colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     machine, path = solution.machine, solution.toolpath
     applied = PathConstraints.of(path, machine, Constraints())
     context = make_context(solution.motion, machine, path, applied, DEFAULT_TOLERANCES)

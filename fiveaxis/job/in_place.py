@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.errors import JobError, MissingDependency, ToolpathError
+from fiveaxis.errors import JobError, ToolpathError
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import operation_text
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_costs import price_program, word_rounding
-from fiveaxis.job.release import Gate, not_verified
+from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
@@ -130,10 +130,7 @@ class RevisedOperation:
             toolpath=self.path, surroundings=solution.surroundings, constraints=solution.constraints
         )
         gap = job.surrounding["surface_tolerance"]
-        try:
-            report = check_read(read, machine, against, gap, solution.tolerances)
-        except MissingDependency as fault:
-            report = not_verified(fault)
+        report = check_read(read, machine, against, gap, solution.tolerances)
         gate = Gate.of(report, job.writing["override"])
         planned = ProgramMotion(
             fill.blocks, np.full(len(fill.blocks), Phase.PATH, dtype=np.int64), self.wording.interpolation, 0

@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.errors import MissingDependency
 from fiveaxis.findings import Finding
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Fill, Filling, Motion, ProgramMotion
-from fiveaxis.motion.program_motion import LAST, axis_lead
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.toolpath import Constraints, MoveKind, Toolpath
+from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.verification import Leads, Tolerances, choose_leads
 from fiveaxis.verification.outside import surface_at_contacts
 
@@ -73,28 +71,22 @@ def plan_program(
     machine, is_program = wording.machine, wording.dialect.language == "blocks"
     fill = Filling.of(constraints, wording.interpolation).fill(toolpath, machine, motion)
     none = np.zeros(len(machine.letters))
-    try:
-        # Whoever posts a list of cutter locations adds the approach.
-        leads = (
-            choose_leads(
-                fill.motion,
-                machine,
-                toolpath,
-                surroundings=_with_surface(around, toolpath),
-                tolerances=tolerances,
-                tcp=wording.coordinates != "axes",
-                retract=_retract(settings),
-                rises=settings.retract is not None,
-                leaves=settings.way_out,
-            )
-            if is_program
-            else Leads(none, none)
+    # Whoever posts a list of cutter locations adds the approach.
+    leads = (
+        choose_leads(
+            fill.motion,
+            machine,
+            toolpath,
+            surroundings=_with_surface(around, toolpath),
+            tolerances=tolerances,
+            tcp=wording.coordinates != "axes",
+            retract=_retract(settings),
+            rises=settings.retract is not None,
+            leaves=settings.way_out,
         )
-    except MissingDependency:
-        # The usual leads, unchecked; the verdict on the text says so.
-        cuts = settings.way_out and fill.motion.kind[LAST] == MoveKind.CUT
-        out = axis_lead(fill.motion, machine, row=LAST) if cuts else none
-        leads = Leads(axis_lead(fill.motion, machine), out)
+        if is_program
+        else Leads(none, none)
+    )
     retract = _known_retract(settings, machine) if is_program else None
     return PlannedProgram(_around(fill, leads, wording, retract), fill, leads, retract)
 

@@ -12,14 +12,14 @@ import numpy as np
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.energy import Energy, Engaged
-from fiveaxis.errors import MissingDependency, ToolpathError, Unverified
+from fiveaxis.errors import ToolpathError, Unverified
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import IntArray
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
 from fiveaxis.job.program_costs import price_program, word_rounding
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.job.release import Gate, not_verified
+from fiveaxis.job.release import Gate
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import (
@@ -300,10 +300,7 @@ def compose_verified(
     if verdict is None:
         text = compose((*priced, *NOT_VERIFIED))
         return MadeProgram(machine, text, motion, Gate.unverified(), run_time, blocks, rounding, energy)
-    try:
-        found, *more = verdict(back, draft)
-    except MissingDependency as fault:
-        found, more = not_verified(fault), []
+    found, *more = verdict(back, draft)
     gate = Gate.of(found.merge(*more, unsaid(back.read.motion.findings)), options.writing["override"])
     text = compose((*priced, *gate.notes))
     # The header is comments only; make sure that the rest reads the same.

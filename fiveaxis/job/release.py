@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from fiveaxis.codes import require_codes
-from fiveaxis.errors import MissingDependency, SettingError, Unverified
+from fiveaxis.errors import SettingError, Unverified
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, motion_digest
@@ -19,8 +19,6 @@ NOTHING_TO_VERIFY = (
 )
 # Name of the header's comment for each code that was accepted.
 OVERRIDDEN = "OVERRIDDEN"
-# Code of a program that can't be verified on this computer.
-UNCHECKED = "not-verified"
 
 
 @dataclass(frozen=True)
@@ -82,8 +80,6 @@ class Gate:
             return list(NOT_VERIFIED)
         codes = ", ".join(f"{code} ({self.report.counts[code]})" for code in self.accepted)
         accepted = [(OVERRIDDEN, codes)] if codes else []
-        if UNCHECKED in self.accepted:
-            return [*accepted, *NOT_VERIFIED]
         verdict = "errors accepted by name" if accepted else "no errors"
         risks = len(self.report.risks)
         told = f"; risks that weren't checked: {risks}, see the report" if risks else ""
@@ -110,12 +106,6 @@ class Gate:
                 "accept each code by name (override)",
                 [f for f in self.report.findings if f.code in self.kept],
             )
-
-
-def not_verified(fault: MissingDependency) -> Report:
-    """Report that a program can't be verified here, as an error that a user may accept by its code."""
-    text = f"nothing was verified: {fault}; or accept {UNCHECKED} (override) for an unverified program"
-    return Report.of_findings([Finding(Severity.ERROR, UNCHECKED, text)])
 
 
 def require_report(report: Report, motion: Motion, machine: Machine) -> None:

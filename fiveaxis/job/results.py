@@ -6,10 +6,11 @@ import signal
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from fiveaxis.errors import SettingError
-from fiveaxis.files import remove_leftovers, temporary_folder, unwritable, write_atomically
+from fiveaxis.files import persistently, remove_leftovers, temporary_folder, unwritable, write_atomically
 from fiveaxis.job.revised_program import RevisedProgram
 from fiveaxis.job.stages import Outcome
 from fiveaxis.nc import DIALECTS, write_motion
@@ -129,8 +130,10 @@ def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
         for inner in {folder, *(target.parent for target in targets)}:
             inner.mkdir(parents=True, exist_ok=True)
         for path in stale:
-            path.unlink(missing_ok=True)
-        moved = [path.replace(target) for path, target in zip(made, targets, strict=True)]
+            persistently(partial(path.unlink, missing_ok=True))
+        moved = [
+            persistently(partial(path.replace, target)) for path, target in zip(made, targets, strict=True)
+        ]
         # Folders that an earlier front with more solutions leaves empty.
         for inner in (*earlier, folder / FRONT):
             if inner.is_dir() and not any(inner.iterdir()):

@@ -119,7 +119,7 @@ def _limit(axis: Axis) -> dict[str, str]:
 
 
 def _link(link: str, origin: Array, bodies: Sequence[Body]) -> ElementTree.Element:
-    element = ElementTree.Element("link", name=_link_name(link))
+    element = ElementTree.Element("link", name=link_name(link))
     for body in bodies:
         if body.link == link:
             element.extend(_body(kind, body, origin) for kind in ("visual", "collision"))
@@ -147,12 +147,12 @@ def _joint(name: str, kind: str, parent: str, child: str, placed: Array) -> Elem
     """Make a joint element; `placed` is the child's frame in the parent's, (4, 4) mm, at the value 0."""
     element = ElementTree.Element("joint", name=name, type=kind)
     element.append(_origin(placed))
-    ElementTree.SubElement(element, "parent", link=_link_name(parent))
-    ElementTree.SubElement(element, "child", link=_link_name(child))
+    ElementTree.SubElement(element, "parent", link=link_name(parent))
+    ElementTree.SubElement(element, "child", link=link_name(child))
     return element
 
 
-def _link_name(link: str) -> str:
+def link_name(link: str) -> str:
     """Name a link; the axis's letter itself is the joint's name."""
     return link if link in (WORKPIECE, BED, TOOL) else f"link_{link}"
 

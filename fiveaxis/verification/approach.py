@@ -20,9 +20,8 @@ from fiveaxis.motion.program_motion import FIRST, LAST, axis_lead, lead_position
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.verification.between import JOINT_ONLY
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances, make_context
-from fiveaxis.verification.collisions import pinocchio_poses
 from fiveaxis.verification.cutting_body import CuttingBody
-from fiveaxis.verification.model import tool_poses
+from fiveaxis.verification.model import link_poses, tool_poses
 from fiveaxis.verification.report import APPROACH, Check, Report, make_report
 from fiveaxis.verification.verdict import BODY_CHECKS, Examination, run_checks
 
@@ -221,7 +220,7 @@ def choose_leads(
 
     Raises
     ------
-    MeshError, MissingDependency
+    MeshError
         As `verify`.
     """
     check = _LeadCheck(motion, machine, toolpath, surroundings, tolerances, tcp)
@@ -269,7 +268,7 @@ def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: fl
     if "Z" not in code.head or any(None in axis.limits.ends for axis in machine.axes if not axis.is_rotary):
         return None
     bodies = build_scene(machine, tool, surroundings).bodies
-    column, pose = machine.column("Z"), pinocchio_poses(machine)
+    column, pose = machine.column("Z"), link_poses(machine)
     unit = pose(np.vstack([np.zeros(len(letters)), np.eye(len(letters))]))[code.head[-1]][:, :3, 3]
     moved = unit[1:] - unit[0]
     up = moved[column]

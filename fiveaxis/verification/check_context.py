@@ -233,7 +233,7 @@ class CheckContext:
     ----------
     motion, machine, toolpath : the motion, and what it is checked against
     positions : (n, k), mm and rad; rows with a value that isn't finite are NaN throughout
-    tip, axis : (n, 3), mm and unit vectors, workpiece frame: the tool poses by pinocchio
+    tip, axis : (n, 3), mm and unit vectors, workpiece frame: the tool poses by `tool_poses`
     constraints : bounds on postures and turns
     tolerances : bounds beyond which a difference is a finding
     """

@@ -14,6 +14,7 @@ from fiveaxis.machine.unknown import figure_findings
 from fiveaxis.options import Coordinates
 from fiveaxis.toolpath import Band, across
 from fiveaxis.verification.check_context import CheckContext
+from fiveaxis.verification.model import kinematics_name
 from fiveaxis.verification.report import Result, left_out, violated
 
 
@@ -45,7 +46,7 @@ def check_finite(context: CheckContext) -> Result:
         code="not-finite",
         rows=rows,
         message=message,
-        checked=("axis values and durations are finite numbers",),
+        checked=("axis values and durations are finite numbers", f"kinematics: {kinematics_name()}"),
     )
 
 
@@ -149,7 +150,7 @@ def check_contact(context: CheckContext) -> Result:
         values=error[rows],
         message=message,
         figures={"contact_error_mm": largest(error)},
-        checked=("tool centre and contact reached at every location, with pinocchio's kinematics",),
+        checked=("tool centre and contact reached at every location",),
     )
 
 

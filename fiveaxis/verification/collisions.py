@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,15 +11,14 @@ import numpy as np
 from fiveaxis.collision import Surroundings
 from fiveaxis.collision.scene import FIXTURE, MACHINE, STOCK, Pair, build_scene, choose_pairs, describe
 from fiveaxis.collision.sweep import Hits, Sweep, join
-from fiveaxis.collision.travel import Poses, Stretch
+from fiveaxis.collision.travel import Stretch
 from fiveaxis.findings import Severity, risk
-from fiveaxis.geometry import Array, BoolArray, IntArray, inverse_transform, product
-from fiveaxis.machine import Machine
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.motion import Interpolation
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.verification.check_context import WORDING, CheckContext
-from fiveaxis.verification.model import build_model, load_pinocchio
+from fiveaxis.verification.model import link_poses
 from fiveaxis.verification.report import Result, said, violated
 from fiveaxis.verification.tcp_moves import divide_tcp_moves
 
@@ -56,7 +55,7 @@ def check_collisions(
     tcp_height: float | None = None,
     stock_is_cut: bool = False,
 ) -> tuple[Result, ...]:
-    """Check all pairs of bodies that could touch, with coal, along the motion of the axes.
+    """Check all pairs of bodies that could touch along the motion of the axes.
 
     Between locations all axes are linear in time, or a point of the tool moves straight; links and rapids are
     checked like cuts.
@@ -78,8 +77,6 @@ def check_collisions(
     ------
     MeshError
         The mesh of a body can't be read or is refused.
-    MissingDependency
-        coal or pinocchio isn't installed.
     """
     scene = build_scene(context.machine, context.toolpath.tool, surroundings)
     pairs, left_out = choose_pairs(scene, surroundings.clearances)
@@ -110,39 +107,11 @@ def check_collisions(
     )
 
 
-def pinocchio_poses(machine: Machine) -> Poses:
-    """Return the function that computes the poses of a machine's links, with pinocchio.
-
-    Returns
-    -------
-    Axis values, (n, k) mm and rad → link → its displacement from its pose with every axis at 0, (n, 4, 4) mm,
-    workpiece frame
-    """
-    pin, built = load_pinocchio(), build_model(machine)
-    model, data = built.model, built.model.createData()
-    links = machine.code.links
-    pin.forwardKinematics(model, data, np.zeros(model.nq))
-    home = [pose.homogeneous.copy() for pose in data.oMi]
-    back = inverse_transform(np.array(home))
-
-    def poses(positions: Array) -> Mapping[str, Array]:
-        rows = np.ascontiguousarray(positions[:, built.columns])
-        placed = np.empty((len(rows), len(links), 4, 4))
-        for i, row in enumerate(rows):
-            pin.forwardKinematics(model, data, row)
-            for j, pose in enumerate(data.oMi):
-                placed[i, j] = pose.homogeneous
-        moved = product(placed, back)
-        return {link: moved[:, j] for j, link in enumerate(links)}
-
-    return poses
-
-
 def _sweep_all(
     context: CheckContext, pairs: tuple[Pair, ...], sweep: Sweep, tcp_height: float | None
 ) -> list[_PairHits]:
     """Sweep every pair along every stretch of known axis values."""
-    poses = pinocchio_poses(context.machine)
+    poses = link_poses(context.machine)
     rapid = context.toolpath.kind == MoveKind.RAPID
     back = _withdrawn(context)
     found = []

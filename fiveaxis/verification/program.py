@@ -67,7 +67,7 @@ def verify_text(
 
     Raises
     ------
-    SettingError, ToolpathError, MeshError, MissingDependency
+    SettingError, ToolpathError, MeshError
         As `verify`.
     """
     back, fill, machine = text.back, text.fill, text.back.wording.machine

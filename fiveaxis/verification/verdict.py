@@ -74,8 +74,8 @@ def verify(
 ) -> Report:
     """Check a motion against its machine, its path and its constraints, with independent kinematics.
 
-    Constraints are given as for `optimise`. The tool poses are computed from the axis values by pinocchio,
-    not by the equations that produced the axis values.
+    Constraints are given as for `optimise`. The tool poses are computed from the axis values by pinocchio
+    or a URDF (`fiveaxis.verification.model`), not by the equations that produced the axis values.
 
     Parameters
     ----------
@@ -114,8 +114,6 @@ def verify(
         A motion of another length than the path; a path without the direction that tilt or cone refers to.
     MeshError
         The part can't be read.
-    MissingDependency
-        pinocchio isn't installed.
     """
     bounds, cad = parted(given, Bounds, CadFile)
     around = surroundings or Surroundings.load(part, **cad)

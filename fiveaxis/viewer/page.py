@@ -242,6 +242,9 @@ def _listed(findings: Sequence[Finding], result: Side) -> str:
 class _Server(ThreadingHTTPServer):
     """A server that doesn't print the errors of connections."""
 
+    # On Windows, two servers could share a port; elsewhere it may be one that was closed just before.
+    allow_reuse_address = sys.platform != "win32"
+
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Log what ended a connection: a browser may close it at any time."""
         logger.debug("connection from %s: %s", client_address, sys.exception())
@@ -300,7 +303,8 @@ class Preview:
         if in_notebook():
             return
         try:
-            self._thread.join()
+            while self._thread.is_alive():  # on Windows, Ctrl-C doesn't end a wait without a time limit
+                self._thread.join(POLL)
         except KeyboardInterrupt:
             self.close()
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import errno
 import os
 import sys
+from pathlib import Path
 
 import pytest
 from killed import leave_behind
@@ -142,3 +144,40 @@ def test_text_that_a_spreadsheet_would_take_for_a_formula_is_marked_as_text(text
 @pytest.mark.parametrize("text", ["a=b", "-2.5", "-1e-3", "", "cup-2"])
 def test_other_text_of_one_line_is_written_as_it_is(text):
     assert next(csv.reader([csv_text([[text, "end"]])])) == [text, "end"]
+
+
+def held(name: str) -> PermissionError:
+    """Windows' error for a file that another program has open."""
+    fault = PermissionError(errno.EACCES, "it is being used by another process", name)
+    fault.winerror = 32
+    return fault
+
+
+@pytest.mark.parametrize("times", [2, 1000])
+def test_a_file_that_another_program_holds_is_replaced_once_it_lets_go(tmp_path, monkeypatch, times):
+    monkeypatch.setattr("fiveaxis.files.PAUSE", 0.0)
+    path, replace, refused = tmp_path / "a.csv", Path.replace, []
+    path.write_text("old")
+
+    def refusing(self, target):
+        if len(refused) < times:
+            refused.append(target)
+            raise held(str(target))
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", refusing)
+    if times == 2:
+        write_atomically(path, "new")
+    else:
+        with pytest.raises(
+            SettingError, match=r"a\.csv: can't be written: it is being used by another process"
+        ):
+            write_atomically(path, "new")
+    assert path.read_text() == ("new" if times == 2 else "old")
+    assert [file.name for file in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_what_is_moved_out_of_a_temporary_folder_has_the_access_of_any_new_file(tmp_path):
+    (tmp_path / "plain").mkdir()
+    with temporary_folder(tmp_path) as made:
+        assert made.stat().st_mode == (tmp_path / "plain").stat().st_mode

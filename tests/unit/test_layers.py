@@ -123,3 +123,27 @@ def test_no_modules_of_a_room_import_each_other_in_a_circle():
             TopologicalSorter(graph).prepare()
         except CycleError as circle:
             pytest.fail(" -> ".join(circle.args[1]))
+
+
+def reached(module: str) -> set[str]:
+    """A module of the package, and all that it imports, at once or later."""
+    found, waiting = set(), [module]
+    while waiting:
+        name = waiting.pop()
+        path = ROOT / f"{name.replace('.', '/')}.py"
+        path = path if path.is_file() else path.with_suffix("") / "__init__.py"
+        if name not in found and path.is_file():
+            found.add(name)
+            waiting += [other for other in imports(path) if other.startswith("fiveaxis.")]
+    return found
+
+
+def test_the_check_of_collisions_shares_no_tree_and_no_loop_with_the_mask_of_the_search():
+    """Else a fault of one could hide in the other; only vectors and the compiler are common."""
+    engine = {f"fiveaxis.collision.{name}" for name in ("pieces", "convex_pair", "tree_pair")}
+    assert engine <= reached("fiveaxis.verification.collisions")
+    for module in ("pieces", "convex_pair", "tree_pair"):
+        used = {name.split(".")[1] for name in reached(f"fiveaxis.collision.{module}") - engine}
+        assert used <= {"compiled", "geometry"}
+    for module in ("collision.obstacles", "collision.accessibility", "posture.mask", "posture.optimiser"):
+        assert not engine & reached(f"fiveaxis.{module}")

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from fiveaxis.batch.pool import MOST_KILLS, Losses
+from fiveaxis.batch.pool import MOST_KILLS, Losses, ended_by_others
 
 
 def test_a_job_that_loses_three_workers_kills_them_where_no_others_die():
@@ -45,3 +45,12 @@ def test_where_workers_are_killed_at_random_only_the_job_that_always_kills_its_o
                 waiting.append(name)
     assert wrongly <= 1  # of 2000
     assert found == 50
+
+
+@pytest.mark.parametrize(
+    ("system", "by_others", "of_itself"),
+    [("linux", (-9, -15, -2), (-11, -6, 0, 1, 70)), ("win32", (1, 15, 0xC000013A), (0xC0000005, 0, 70))],
+)
+def test_the_exit_code_says_whether_somebody_ended_a_worker(system, by_others, of_itself):
+    assert all(ended_by_others(code, system) for code in by_others)
+    assert not any(ended_by_others(code, system) for code in of_itself)

@@ -93,7 +93,9 @@ def test_two_jobs_of_one_name_are_refused_with_both_files(write_job):
         plan_tasks([one, other])
 
 
-@pytest.mark.parametrize("name", ["results.csv", "Results.JSONL", ".hidden", "...", "b\nc", "\x1b[2J"])
+@pytest.mark.parametrize(
+    "name", ["results.csv", "Results.JSONL", ".hidden", "...", "b\nc", "\x1b[2J", "NUL", "com1.a", "end."]
+)
 def test_names_that_no_job_can_have_are_refused(write_job, name):
     with pytest.raises(SettingError, match="a job can't be called"):
         plan_tasks([write_job(name)])

@@ -31,6 +31,18 @@ main()
 """
 
 
+# A pipe that its reader has closed, as Windows tells it.
+CLOSED_ON_WINDOWS = """
+import errno, io, sys
+class Closed(io.TextIOWrapper):
+    def write(self, text):
+        raise OSError(errno.EINVAL, "Invalid argument")
+sys.stdout = Closed(io.BytesIO(), encoding="utf-8")
+from fiveaxis.cli import main
+main()
+"""
+
+
 def start(*words, script=START, **options):
     return subprocess.Popen(
         [sys.executable, "-c", script, *words],
@@ -90,16 +102,24 @@ def test_a_fault_of_the_program_is_one_line_and_its_traceback_is_for_who_asks():
         assert "Traceback (most recent call last)" in process.communicate(timeout=PATIENCE)[1]
 
 
-@posix
-def test_a_terminal_that_knows_only_ascii_gets_question_marks(tmp_path):
-    env = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+@pytest.mark.parametrize("words", [["machines"], ["machines", "--json"]])
+def test_a_closed_pipe_is_one_too_where_it_is_called_an_invalid_argument(words):
+    with start(*words, script=CLOSED_ON_WINDOWS) as process:
+        assert process.communicate(timeout=PATIENCE)[1] == ""
+    assert process.returncode == 141
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_a_terminal_that_lacks_characters_gets_question_marks(tmp_path, encoding):
+    env = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
     for words in (["machines"], ["info", "hayashi-640123"]):
         done = subprocess.run(
             [sys.executable, "-m", "fiveaxis.cli", *words],
             capture_output=True,
             text=True,
+            encoding=encoding,
             env=env,
             cwd=tmp_path,
         )
         assert (done.returncode, done.stderr) == (0, "")
-    assert "?" in done.stdout
+    assert "?" in done.stdout or encoding != "ascii"

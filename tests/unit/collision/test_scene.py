@@ -136,4 +136,4 @@ def test_a_mesh_of_many_triangles_is_accepted_and_its_memory_reported(bodied, mo
     monkeypatch.setattr("fiveaxis.collision.scene.MANY_TRIANGLES", 1000)
     part = trimesh.creation.icosphere(subdivisions=4)
     (sentence,) = build_scene(bodied, TOOL, Surroundings(part)).checked
-    assert sentence == "part: 5,120 triangles, 2 MiB of memory"
+    assert sentence == "part: 5,120 triangles, 1 MiB of memory"

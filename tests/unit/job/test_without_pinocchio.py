@@ -1,85 +1,76 @@
-"""Without pinocchio and coal only verification and collision checks are missing, and it is said."""
+"""Where pinocchio and coal can't be imported, programs are the same, and verified with the same findings."""
 
-import json
 import sys
+from pathlib import Path
 
-import numpy as np
 import pytest
-from typer.testing import CliRunner
+import trimesh
 
 import fiveaxis as fx
-from fiveaxis.cli import app
-from fiveaxis.job import make_job, run_job, write_outcome
+from fiveaxis.collision import Clearances, Fixture, Surroundings
+from fiveaxis.job import read_job, run_job
+from fiveaxis.machine import Box, Cylinder
+from fiveaxis.toolpath import Holder, Section
 
-MACHINE = "hayashi-640123"
-TOOL = """
-shape = "ball"
-diameter = 8
-length = 10
-shank_diameter = 8
-[holder]
-stick_out = 30
-sections = [{ length = 40, diameter = 30 }]
-"""
-CLAMP = {"name": "clamp", "box": {"size": (10, 10, 10), "center": (0, 0, 5)}}
-
-
-@pytest.fixture(autouse=True)
-def hidden(monkeypatch):
-    """As on a platform without the wheel `pin`: neither library can be imported."""
-    for name in ("pinocchio", "coal"):
-        monkeypatch.setitem(sys.modules, name, None)
+EXAMPLE = Path(__file__).parents[3] / "examples/overhang/job.toml"
+TILT = (15, 75)
+KINEMATICS = "kinematics: "
 
 
 @pytest.fixture
-def path(tmp_path):
-    angle = np.linspace(0.0, 1.0, 12)
-    around = np.column_stack([np.cos(angle), np.sin(angle), np.full(12, 0.3)])
-    normal = around / np.linalg.norm(around, axis=1, keepdims=True)
-    rows = np.hstack([25.0 * around + [0.0, 0.0, 20.0], normal])
-    np.savetxt(tmp_path / "path.csv", rows, delimiter=",", header="x,y,z,nx,ny,nz", comments="")
-    (tmp_path / "tool.toml").write_text(TOOL)
-    return tmp_path / "path.csv"
+def hide(monkeypatch):
+    """Make both libraries impossible to import, as on a computer for which they have no wheel."""
+    pytest.importorskip("pinocchio")
+
+    def hide() -> None:
+        for name in ("pinocchio", "coal"):
+            monkeypatch.setitem(sys.modules, name, None)
+
+    return hide
 
 
-def job_of(path, **more):
-    words = {
-        "machine": MACHINE,
-        "tool": str(path.with_name("tool.toml")),
-        "tilt": (15, 75),
-        "effort": "quick",
+def told(report: fx.Report) -> tuple[object, ...]:
+    """Verdict, findings and sentences, but for the one that names the kinematics."""
+    findings = [(f.code, f.severity, f.message, f.place) for f in report.findings]
+    passed = [sentence for sentence in report.passed if not sentence.startswith(KINEMATICS)]
+    return report.ok, dict(report.counts), findings, passed, report.not_checked
+
+
+@pytest.mark.slow
+def test_the_example_gets_the_same_program_and_verdict(hide):
+    job = read_job(EXAMPLE, effort="quick")
+    first = run_job(job)
+    hide()
+    second = run_job(job)
+    assert first.ok
+    assert second.program.text.lines == first.program.text.lines
+    assert told(second.verdict) == told(first.verdict)
+    assert f"{KINEMATICS}own URDF forward kinematics" in second.verdict.passed
+    assert any(sentence.startswith(f"{KINEMATICS}pinocchio") for sentence in first.verdict.passed)
+
+
+@pytest.mark.parametrize("jaw", ["box", "cylinder"])
+def test_a_holder_beside_a_clamp_gets_the_same_findings(hide, jaw):
+    part = trimesh.creation.box((16.0, 16.0, 10.0))
+    part.apply_translation((0.0, 0.0, 5.0))
+    shapes = {
+        "box": Box(size=(20.0, 40.0, 20.0), center=(35.0, 0.0, 10.0)),
+        "cylinder": Cylinder(10.0, 40.0, (35.0, 0.0, 10.0), (0.0, 1.0, 0.0)),
     }
-    return make_job(input=path, **words | more)
+    around = Surroundings.load(part, None, (Fixture("clamp", shapes[jaw]),), Clearances())
+    holder = Holder(stick_out=30.0, sections=(Section(length=40.0, diameter=40.0),))
+    tool = fx.Tool.ball(8, shank_diameter=7.0, holder=holder)
+    machine = fx.load_machine("hayashi-640123")
+    toolpath = fx.plan_contour(part, tool, stepdown=10, spacing=1.0)
+    blind = fx.optimise(toolpath, machine, tilt=TILT, effort="quick")
 
+    def verify() -> list[fx.Report]:
+        return [
+            fx.verify(blind.motion, machine, blind.toolpath, tilt=TILT, surroundings=around, between=between)
+            for between in ("joint", "tcp")
+        ]
 
-@pytest.mark.parametrize("fixture", [[], [CLAMP]], ids=["alone", "clamp"])
-def test_a_job_is_optimised_and_reported_and_its_program_kept_back(path, tmp_path, fixture):
-    outcome = run_job(job_of(path, fixture=fixture))
-    assert not outcome.ok
-    assert outcome.gate.kept == {"not-verified": 1}
-    assert outcome.solution.energy.total > 0.0
-    (finding,) = (f for f in outcome.verdict.findings if f.code == "not-verified")
-    assert "which isn't installed" in finding.message
-    assert "install the wheel `pin`" in finding.message
-    write_outcome(outcome, tmp_path / "out")
-    names = {file.name for file in (tmp_path / "out").iterdir()}
-    assert names == {"motion.csv", "report.json", "report.html", "preview.html"}
-    assert json.loads((tmp_path / "out/report.json").read_text())["kept_back"] == {"not-verified": 1}
-
-
-def test_who_accepts_it_by_name_gets_a_program_that_says_so(path, tmp_path):
-    outcome = run_job(job_of(path, override=["not-verified"]))
-    write_outcome(outcome, tmp_path / "out")
-    text = (tmp_path / "out/program.ngc").read_text()
-    assert "NOT VERIFIED" in text
-    assert "(OVERRIDDEN: not-verified [1])" in text
-    assert "verified" not in text.replace("not-verified", "")
-
-
-def test_what_only_verifies_says_what_is_missing(path):
-    machine, toolpath = fx.load_machine(MACHINE), fx.read_toolpath(path, tool=fx.Tool.ball(8))
-    solution = fx.optimise(toolpath, machine, tilt=(15, 75), effort="quick")
-    with pytest.raises(fx.FiveAxisError, match="verification needs pinocchio, which isn't installed"):
-        fx.verify(solution.motion, machine, toolpath, tilt=(15, 75))
-    words = ["verify", str(path), "-m", MACHINE, "--tool", "ball:8", "--tilt", "15:75"]
-    assert CliRunner().invoke(app, words).exit_code == 2
+    before = verify()
+    assert any("holder-collision" in report.counts for report in before)
+    hide()
+    assert [told(report) for report in verify()] == [told(report) for report in before]

@@ -16,7 +16,8 @@ from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Tolerances
 from fiveaxis.verification.check_context import CheckContext, make_context
-from fiveaxis.verification.collisions import check_collisions, pinocchio_poses
+from fiveaxis.verification.collisions import check_collisions
+from fiveaxis.verification.model import link_poses as verified_poses
 from fiveaxis.verification.report import Result, make_report
 
 TOUCHING_ONLY = Clearances(0.0, 0.0, 0.0, 0.0)
@@ -25,8 +26,8 @@ TOOL = Tool.ball(
     6, shank_diameter=2.0 * SHANK, holder=Holder(STICK_OUT, (Section(TOP - STICK_OUT, 2.0 * HOLDER),))
 )
 MICROMETRE = 1e-3
-# mm, how exact coal's depths are.
-COAL = 5e-5
+# mm, how exact depths of round bodies are.
+DEPTH = 5e-5
 # By which part of its radius a ball's polygon lies outside of it.
 AROUND = 5.4e-4
 
@@ -69,7 +70,7 @@ def test_a_holder_meets_a_wall_beyond_the_analytic_angle(table_table, as_box):
     """The holder's upper rim is ``TOP·sin θ + HOLDER·cos θ`` from the tip: 50 mm at θ = arcsin … − atan …"""
     distance = 50.0
     edge = np.degrees(np.arcsin(distance / np.hypot(TOP, HOLDER)) - np.arctan2(HOLDER, TOP))
-    axis = pinocchio_poses(table_table)(np.radians([leaning_to_x(10.0)]))["Z"][0, :3, 2]
+    axis = verified_poses(table_table)(np.radians([leaning_to_x(10.0)]))["Z"][0, :3, 2]
     side = axis * [1.0, 1.0, 0.0] / np.linalg.norm(axis[:2])
     mesh = wall(distance)
     turn = np.eye(4)
@@ -112,7 +113,7 @@ def test_a_micrometre_decides_while_the_shank_grazes_a_wall(table_table, gap, hi
     assert ("shank-collision" in found) is hits
     if hits:
         assert found["shank-collision"].rows.tolist() == [0, 1, 2]
-        np.testing.assert_allclose(found["shank-collision"].values, MICROMETRE, atol=COAL)
+        np.testing.assert_allclose(found["shank-collision"].values, MICROMETRE, atol=DEPTH)
 
 
 def test_a_turn_that_is_clear_at_both_ends_collides_in_the_middle(table_table):
@@ -317,10 +318,10 @@ def test_pairs_that_collide_at_one_location_are_one_finding_on_the_worst(table_t
     assert "1 more pair" in result.message(0)
 
 
-def test_pinocchio_places_links_where_our_equations_do(trunnion):
+def test_links_are_verified_where_our_equations_place_them(trunnion):
     machine = trunnion.with_setup((1.0, 2.0, 3.0), (10.0, 20.0, 30.0)).with_tool_length(70.0)
     positions = np.random.default_rng(1).uniform(-2.0, 2.0, (20, 5)) * [100.0, 100.0, 100.0, 1.0, 3.0]
-    found, expected = pinocchio_poses(machine)(positions), link_poses(machine, positions)
+    found, expected = verified_poses(machine)(positions), link_poses(machine, positions)
     assert list(found) == list(expected)
     for link in expected:
         np.testing.assert_allclose(found[link], expected[link], atol=1e-9)

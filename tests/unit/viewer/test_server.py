@@ -158,15 +158,16 @@ def test_ctrl_c_while_waiting_closes(monkeypatch):
     [thread] = [t for t in threading.enumerate() if t.name == "fiveaxis-preview"]
     join, calls = thread.join, []
 
-    def interrupted():
-        calls.append(None)
+    def interrupted(*limit):
+        calls.append(limit)
         if len(calls) == 1:
             raise KeyboardInterrupt
-        join()
+        join(*limit)
 
     monkeypatch.setattr(thread, "join", interrupted)
     shown.wait()
     assert not thread.is_alive()
+    assert calls[0]  # a wait without a time limit would keep Ctrl-C from Windows
 
 
 @pytest.mark.parametrize("wanted", [True, False])

@@ -1,0 +1,36 @@
+"""An installation that can't be written, of a user without a home: loops are compiled all the same."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fiveaxis
+
+PACKAGE = Path(fiveaxis.__file__).parent
+SCRIPT = """
+import numpy as np
+from fiveaxis.mesh import TriangleTree
+import fiveaxis.mesh.kernels
+print(TriangleTree.build(np.eye(3)[None]).distances(np.zeros((1, 3)))[0])
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no /proc")
+def test_without_a_folder_for_machine_code_it_is_compiled_anew_and_that_is_said_once(tmp_path):
+    copy = tmp_path / "fiveaxis"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    # Nobody, root neither, makes a folder where a file has its name, or a home in /proc.
+    for folder in [copy, *(path for path in copy.rglob("*") if path.is_dir())]:
+        (folder / "__pycache__").touch()
+    env = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")}
+    env |= {"HOME": "/proc/nowhere", "PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT], capture_output=True, text=True, env=env, cwd=tmp_path
+    )
+    assert (done.returncode, done.stdout[:5]) == (0, "0.577"), done.stderr
+    assert done.stderr.count("machine code can't be kept") == 1
+    assert "NUMBA_CACHE_DIR" in done.stderr
