@@ -36,12 +36,14 @@ class Playback:
     lives : (q, 2), step at which each appears, ascending, and at which it is gone; `STAYS` for none.
         Step 0 is the stock before
     cell : mm, distance of the rays that were cut
+    removed : (s,), mm³ that each step removes
     """
 
     vertices: Array
     quads: NDArray[np.int32]
     lives: NDArray[np.int32]
     cell: float
+    removed: Array
 
     def at(self, step: int) -> NDArray[np.int32]:
         """Return the quads that are there after a step, (q, 4)."""
@@ -69,17 +71,20 @@ def play(stock: Stock, tool: Tool, poses: Poses, rows: int, ends: Array) -> Play
     ends : (s,), fractional rows at which the steps end, ascending
     """
     thin = stock.thinned(stride_of(stock))
-    nets = _Nets(thin)
-    for step, box in enumerate(_cut_in_steps(thin, stock, tool, poses, np.arange(rows), ends), start=1):
+    nets, removed = _Nets(thin), np.zeros(len(ends))
+    for step, (box, volume) in enumerate(
+        _cut_in_steps(thin, stock, tool, poses, np.arange(rows), ends), start=1
+    ):
+        removed[step - 1] = volume
         if box is not None:
             nets.renew(step, box)
-    return nets.playback()
+    return nets.playback(removed)
 
 
 def _cut_in_steps(
     thin: Stock, stock: Stock, tool: Tool, poses: Poses, rows: IntArray, ends: Array
-) -> Iterator[Array | None]:
-    """Cut in steps, and give what each has changed: a box, (2, 3) in cells, or None."""
+) -> Iterator[tuple[Array | None, float]]:
+    """Cut in steps, and give what each has changed, a box, (2, 3) in cells, or None, and removed, mm³."""
     # A move is divided where a step ends within it.
     places = np.unique(np.concatenate([rows, ends]))
 
@@ -92,21 +97,21 @@ def _cut_in_steps(
     by_step = tuple(replace(sweep, block=np.searchsorted(last, sweep.block)) for sweep in sweeps)
     for step in range(len(ends)):
         parts = of_blocks(by_step, step, step + 1)
-        yield _lost(thin, parts) if parts else None
+        yield _lost(thin, parts) if parts else (None, 0.0)
 
 
-def _lost(stock: Stock, parts: Sequence[Sweep]) -> Array | None:
-    """Cut, and return the box, (2, 3) in cells, in which rays have lost something."""
+def _lost(stock: Stock, parts: Sequence[Sweep]) -> tuple[Array | None, float]:
+    """Cut, and return the box, (2, 3) in cells, in which rays have lost something, and how much, mm³."""
     from fiveaxis.stock.surface_nets import widen
 
     before = [(bundle.ends.copy(), bundle.count.copy()) for bundle in stock.bundles]
-    stock.cut(*parts, blocks=1)
+    removed = float(stock.cut(*parts, blocks=1).volume.mean())
     box = np.array([np.full(3, np.inf), np.full(3, -np.inf)])
     for d, (bundle, (ends, count)) in enumerate(zip(stock.bundles, before, strict=True)):
         at = d, stock.pitch, stock.cells
         widen(*at, bundle.ends, bundle.count, ends, count, box)
         widen(*at, ends, count, bundle.ends, bundle.count, box)
-    return box if box[0, 0] < box[1, 0] else None
+    return (box if box[0, 0] < box[1, 0] else None), removed
 
 
 class _Nets:
@@ -159,11 +164,11 @@ class _Nets:
                 room[: len(held)] = held
                 setattr(self, name, room)
 
-    def playback(self) -> Playback:
-        """Return what was found in all steps."""
+    def playback(self, removed: Array) -> Playback:
+        """Return what was found in all steps, in which so much was removed, (s,) mm³."""
         points, many = self.count
         vertices, cell = self.stock.low + self.points[:points], self.stock.resolution
-        return Playback(vertices, self.quads[:many], self.lives[:many], cell)
+        return Playback(vertices, self.quads[:many], self.lives[:many], cell, removed)
 
 
 def stride_of(stock: Stock) -> int:
@@ -173,4 +178,4 @@ def stride_of(stock: Stock) -> int:
 
 def mesh_of(stock: Stock) -> trimesh.Trimesh:
     """Make a closed mesh of a stock, mm, on a lattice of at most `MOST_NODES` along its longest side."""
-    return _Nets(stock.thinned(stride_of(stock))).playback().mesh()
+    return _Nets(stock.thinned(stride_of(stock))).playback(np.zeros(0)).mesh()

@@ -20,6 +20,8 @@ from fiveaxis.viewer.payload import Sections
 
 # Steps, of equal duration, in which a stock is cut.
 STEPS = 2000
+# Steps over whose mean a removal rate is shown: what one removes is known to a few rays only.
+WINDOW = 21
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +80,15 @@ class PlayedStock:
             UNCUT: "not cut, or not yet finished",
         }
 
+    @property
+    def rate(self) -> Array:
+        """Material removal rate about the end of each step, (s + 1,) mm³/s."""
+        sums = np.concatenate([[0.0], np.cumsum(self.playback.removed)])
+        step = np.arange(len(sums))
+        begin, end = np.maximum(step - WINDOW // 2, 0), np.minimum(step + WINDOW // 2, step[-1])
+        taken = self.clock[end] - self.clock[begin]
+        return np.asarray((sums[end] - sums[begin]) / np.where(taken > 0.0, taken, 1.0))
+
     def describe(self, sections: Sections) -> dict[str, Any]:
         """Add its arrays to those of the page, and return what else the script needs."""
         found = self.playback
@@ -90,4 +101,5 @@ class PlayedStock:
         sections.add("stock/born", lives[:, 0], "i4")
         sections.add("stock/gone", lives[:, 1], "i4")
         sections.add("stock/clock", self.clock, "f8")
+        sections.add("stock/rate", self.rate, "f4")
         return {"low": low.tolist(), "most": int(np.cumsum(there).max())}

@@ -67,7 +67,7 @@ class Show {
     if (beside)
       this.twin.show(beside.rowAt(this.result.at("place", row), beside.place), this.inMachine, this.apart.map(way => -way));
     this.root.updateMatrixWorld(true);
-    this.readings.show(this.stage, beside ? this.twin : null);
+    this.readings.show(this.stage, beside ? this.twin : null, this.stock);
     this.timeline.point(this.time);
     pick("#time").value = this.time;
     pick("#clock").textContent = `${this.time.toFixed(1)} of ${this.result.duration.toFixed(1)} s`;

@@ -13,8 +13,10 @@ class Readings {
     this.write(this.figures.lean.querySelector("th"), `lean, ${digits(low, 0)} … ${digits(high, 0)}°`);
   }
 
-  show(stage, beside) {
+  show(stage, beside, stock) {
     const side = stage.side, row = stage.row, end = side.end(row), line = side.line[end];
+    this.figures.removal.hidden = !stock;
+    if (stock) this.write(this.figures.removal.querySelector(".value"), `${digits(stock.removal, 1)} mm³/s`);
     const text = line > 0 ? `${line}: ${this.head.text[line - 1]}` : end > 0 ? `move ${end}` : "start";
     this.write(pick("#block"), text);
     this.column(side, row, "value");

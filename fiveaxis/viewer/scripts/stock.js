@@ -6,7 +6,7 @@ const ROUNDING = 1e-6;  // s, of sums of durations
 class CutStock {
   constructor({low, most, colour}, arrays) {
     const own = what => arrays[`stock/${what}`];
-    for (const what of ["quads", "born", "gone", "clock"]) this[what] = own(what);
+    for (const what of ["quads", "born", "gone", "clock", "rate"]) this[what] = own(what);
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(own("vertices"), 3));
     geometry.setAttribute("color", new THREE.BufferAttribute(own("colours"), 3, true));
@@ -27,6 +27,9 @@ class CutStock {
     material.color.copy(byMap ? new THREE.Color(1, 1, 1) : this.plain);
     material.needsUpdate = true;
   }
+
+  // mm³/s at the step shown.
+  get removal() { return this.rate[this.step]; }
 
   show(time) {
     const step = lastUpTo(this.clock, time + ROUNDING);

@@ -80,3 +80,11 @@ def test_a_stock_that_isnt_cut_is_shown_as_before(solution, part):
     around = Surroundings(part=part, stock=trimesh.creation.box(extents=(100.0, 100.0, 40.0)))
     head, _ = unpacked(render_page(replace(solution, compared={}), surroundings=around))
     assert "stock" not in head
+
+
+def test_the_removal_rate_adds_up_to_what_is_removed(stock_page):
+    head, arrays = unpacked(stock_page)
+    clock, rate = arrays["stock/clock"], arrays["stock/rate"]
+    first, last = (surface(head, arrays, step).volume for step in (0, len(clock) - 1))
+    assert (rate >= 0.0).all()
+    assert (rate[1:] * np.diff(clock)).sum() == pytest.approx(first - last, rel=0.03)
