@@ -82,7 +82,11 @@ def minimise(
     barrier, last : first and last barrier parameter, J
     flat : J/rad and J/s, scaled, accepted error of the gradient
     """
-    method = _Method(rows, model or ChainModel(rows), start, barrier, last, flat)
+    model = model or ChainModel(rows)
+    if not np.isfinite(model.values(start)).all():
+        # A flat bottom has no position where its axis is the normal, and nothing leads on from there.
+        return LocalOptimum(start, np.zeros(len(rows.first)), False, 0)
+    method = _Method(rows, model, start, barrier, last, flat)
     for number in range(iterations):
         solved = method.is_solved()
         if solved or not method.advance():

@@ -273,10 +273,13 @@ def long_turns(problem: Problem, toolpath: Toolpath) -> list[Finding]:
     step = SHARE * smallest
     if not FINEST <= step < np.inf or len(problem) > MOST_LOCATIONS:
         return []
-    layers = _layers(problem, min(step, COARSEST))
+    # In links axes turn as far as they like.
+    bound = np.flatnonzero(problem.bound_rows)
+    layers = _layers(problem, bound, min(step, COARSEST))
     if layers is None:
         return []
-    path = _traced(layers)
+    path = np.full((len(problem), 2), np.nan)
+    path[bound] = _traced(layers)
     turns = _turns(problem, path[:-1, None], path[1:, None])[:, 0]
     past = (turns - problem.max_turn).max(axis=1)
     rows = np.flatnonzero(problem.strict & (past > ALLOWED))
@@ -299,22 +302,27 @@ def _finding(problem: Problem, toolpath: Toolpath, row: int, turns: Array, neede
     )
 
 
-def _layers(problem: Problem, step: float) -> list[_Layer] | None:
-    """Find the postures of every location with the least cost to reach each; None if a location has none."""
+def _layers(problem: Problem, rows: IntArray, step: float) -> list[_Layer] | None:
+    """Find the postures of locations, (m,), with the least cost to reach each; None if one has none."""
     grids = [spin_angles(problem, axis, step) for axis in (0, 1)]
     every = every_pair(*grids).reshape(-1, 2)
     layers: list[_Layer] = []
-    for row in range(len(problem)):
+    bound = problem.bound_rows
+    for row in rows.tolist():
         positions, excess = problem.placed(np.array([row]), every[None])
         rotary = every[(excess[0] <= ALLOWED) & (problem.limit_excess(positions[0]) <= ALLOWED)]
         if not len(rotary):
             return None
-        if not row:
+        if not layers:
             layers.append((rotary, np.zeros(len(rotary)), np.zeros(len(rotary), dtype=np.int64)))
             continue
         before, cost, _ = layers[-1]
+        if not (bound[row - 1] and problem.strict[row - 1]):
+            cheapest = np.full(len(rotary), np.argmin(cost))
+            layers.append((rotary, cost[cheapest], cheapest))
+            continue
         past = (_turns(problem, before[None], rotary[:, None]) - problem.max_turn[row - 1]).max(axis=-1)
-        total = cost + (np.maximum(past, 0.0) ** 2 if problem.strict[row - 1] else 0.0 * past)
+        total = cost + np.maximum(past, 0.0) ** 2
         # Of equals the one with the smallest turn.
         came = np.argmin(total + 1e-9 * np.maximum(past + np.pi, 0.0), axis=1)
         layers.append((rotary, total[np.arange(len(rotary)), came], came))

@@ -1,6 +1,7 @@
 """The structured method: its algebra against dense matrices, its optima against IPOPT's for every term."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from fiveaxis.machine import load_machine
 from fiveaxis.posture.local import kernel
 from fiveaxis.posture.local.interior import minimise, split_steps
 from fiveaxis.posture.local.ipopt import minimise_by_ipopt
-from fiveaxis.posture.local.rows import build_rows
+from fiveaxis.posture.local.rows import ChainModel, build_rows
 from fiveaxis.posture.problem import ALLOWED
 from fiveaxis.toolpath import Tool, Toolpath
 
@@ -100,3 +101,14 @@ def test_prices_may_change_from_one_solve_to_the_next(problem, start):
     found = minimise(again, again.start(halved, first.rotary), iterations=300, barrier=0.1)
     assert found.solved
     assert cost(halved, found.rotary) <= cost(halved, first.rotary) * (1.0 + GAP)
+
+
+def test_a_start_that_has_no_position_somewhere_stays_as_it_is(problem, start):
+    """A flat end mill along the normal has none: nothing is warned of, and nothing claimed."""
+    rows = build_rows(problem, (False, False))
+    x = rows.start(problem, start)
+    nowhere = np.full_like(ChainModel(rows).values(x), -np.inf)
+    lost = SimpleNamespace(values=lambda _: nowhere, derivatives=ChainModel(rows).derivatives)
+    found = minimise(rows, x, model=lost, iterations=20, barrier=1.0)
+    assert not found.solved
+    np.testing.assert_array_equal(found.x, x)
