@@ -14,6 +14,7 @@ from left_over import left_over
 from fiveaxis.contour import path_quality, plan_contour, plan_passes
 from fiveaxis.errors import MeshError
 from fiveaxis.geometry import angle_between
+from fiveaxis.job import make_job, run_job
 from fiveaxis.mesh import Model, load_mesh, model_of
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 
@@ -237,3 +238,18 @@ def test_faces_of_the_propeller_are_cut_as_far_as_the_ball_has_room(data):
     # Where the ball has no clear link, a few contacts are left out, and told.
     assert np.percentile(left, 99.0) < 0.0105
     assert [found.code for found in path.findings] == ["contacts-left-out"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("cutter", "bounds"),
+    [("flat:10", {"lead": (5.0, 25.0), "lean": (-5.0, 5.0)}), ("bull:10:2", {"tilt": (15.0, 60.0)})],
+)
+def test_cutters_of_every_kind_get_from_the_model_to_a_program_without_errors(parts, cutter, bounds):
+    plan = {"strategy": "flow", "faces": "1", "stepover": 2.0, "spacing": 1.5}
+    job = make_job(
+        input=parts / "ruled.step", machine="hayashi-640123", effort="quick", tool=cutter, plan=plan, **bounds
+    )
+    outcome = run_job(job)
+    assert outcome.ok
+    assert outcome.verdict.figures["gouge_depth_mm"] < 0.02
