@@ -237,7 +237,7 @@ class Pair:
 
 RETRACTS = risk(
     f"rapid moves of the cutter out of the stock, within {LONGEST_RETRACT:g} mm or back along the tool's "
-    "axis: the removal of stock isn't simulated"
+    "axis: without a closed part the stock isn't cut"
 )
 
 

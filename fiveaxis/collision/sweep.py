@@ -4,7 +4,7 @@ A single query "nearer than d?", with d the clearance plus the farthest that any
 the queried pose within a stretch of the motion, proves the whole stretch clear if the answer is no. If it is
 yes, the stretch is halved, down to moves shorter than the tolerance.
 
-Rapid moves of the cutter may begin in the stock. The removal of stock isn't simulated, so a retract begins
+Rapid moves of the cutter may begin in the stock. The stock isn't cut here, so a retract begins
 there. It is taken as clear if it goes back along the tool's axis or leaves the stock soon; any other rapid
 move there runs through uncut material.
 """

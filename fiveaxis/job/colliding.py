@@ -11,6 +11,7 @@ from fiveaxis.geometry import IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.toolpath import Constraints, Tool
+from fiveaxis.toolpath.tool import CUTTER
 from fiveaxis.verification import PathConstraints
 from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
 from fiveaxis.verification.collisions import check_collisions
@@ -39,9 +40,10 @@ def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     found, height = check_collisions(context, around, stock_is_cut=around.blank is not None), path.zone.height
     errors = [r.rows for r in found if r.severity is Severity.ERROR]
     if around.blank is not None:
-        # Its blocks will keep the tool on its path between the locations.
+        # Its blocks will keep the tool on its path between the locations. At rapid a cutter is as far in the
+        # stock in any posture.
         touched = cut_along(context, around.blank, height).touched
-        errors += [np.flatnonzero(volume > 0.0) for volume in touched.values()]
+        errors += [np.flatnonzero(volume > 0.0) for name, volume in touched.items() if name != CUTTER]
     if not path.tool.cutter.is_ball:
         errors.append(check_gouge(context, around.part, tcp_height=height).rows)
     ends = np.unique(np.concatenate(errors)).astype(np.int64)

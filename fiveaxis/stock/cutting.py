@@ -15,7 +15,7 @@ from fiveaxis.stock.dexels import Removal, Stock
 from fiveaxis.stock.sources import fill
 from fiveaxis.stock.sweeping import Poses, Sweep, swept, swept_outline
 from fiveaxis.toolpath import Tool
-from fiveaxis.toolpath.tool import HOLDER, SHANK
+from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 
 if TYPE_CHECKING:
     import trimesh
@@ -74,7 +74,8 @@ class CutStock:
     first : name of row 0 on the ends of rays
     removal : what each row's move removed
     deviations : the finished stock beside the part
-    touched : shank and holder, where known: mm³ of the stock, as it was then, that each row's move touches
+    touched : shank and holder, where known, and the cutter at rapid: mm³ of the stock, as it was then, that
+        each row's move touches
     """
 
     blank: Blank
@@ -90,7 +91,9 @@ class CutStock:
         return replace(self.blank, stock=self.finished)
 
 
-def cut_stock(blank: Blank, tool: Tool, poses: Poses, rows: IntArray, count: int) -> CutStock:
+def cut_stock(
+    blank: Blank, tool: Tool, poses: Poses, rows: IntArray, count: int, rapid: IntArray | None = None
+) -> CutStock:
     """Cut a stock along a program, and compare the result with the part.
 
     Parameters
@@ -100,6 +103,7 @@ def cut_stock(blank: Blank, tool: Tool, poses: Poses, rows: IntArray, count: int
     poses : of the tool, at fractional rows of the program
     rows : (m,), ascending, at which the moves end that are swept
     count : number of rows
+    rapid : those of `rows` in whose moves the cutter mustn't touch the stock either; by default none
     """
     stock = blank.stock.copy()
     first, bounds, tolerance = (
@@ -108,15 +112,15 @@ def cut_stock(blank: Blank, tool: Tool, poses: Poses, rows: IntArray, count: int
         sweep_tolerance(stock.resolution),
     )
     sweeps = swept(tool, poses, rows, tolerance, bounds)
-    # A shank as thick as its cutter slides along what that has cut, to the tolerance of both.
-    others = {
-        part.name: tuple(
-            sweep.inflated(-SLACK * tolerance)
-            for sweep in swept_outline(part.outline, poses, rows, tolerance, bounds)
-        )
+    mustnt: dict[str, tuple[Sweep, ...]] = {
+        part.name: swept_outline(part.outline, poses, rows, tolerance, bounds)
         for part in tool.parts()
         if part.name in (SHANK, HOLDER)
     }
+    if rapid is not None and len(rapid):
+        mustnt[CUTTER] = swept(tool, poses, rapid, tolerance, bounds)
+    # A shank as thick as its cutter slides along what that has cut, to the tolerance of both.
+    others = {n: tuple(one.inflated(-SLACK * tolerance) for one in found) for n, found in mustnt.items()}
     run = _Run(stock, sweeps, others, count)
     for begin in range(0, count, MOST_AT_ONCE):
         run.cut(begin, min(begin + MOST_AT_ONCE, count))
@@ -137,11 +141,11 @@ class _Run:
     ) -> None:
         self.stock, self.sweeps, self.others = stock, sweeps, others
         self.volume, self.contact = np.zeros((3, count)), np.zeros(count)
-        # As it was last measured: of a block that may touch the stock, after that was cut.
+        # As last measured: of a block that may touch the stock, after that was cut; of a cutter, before.
         self.touched = {name: np.full(count, np.inf) for name in others}
 
     def cut(self, begin: int, end: int) -> None:
-        """Cut blocks, and measure what shank and holder touch of the stock as it is then.
+        """Cut blocks, and measure what bodies touch of the stock as it is then that mustn't.
 
         The stock only shrinks: blocks whose bodies touch nothing of it before a range of blocks touch nothing
         after any of them. The others are looked at again in shorter ranges, down to the block after which
@@ -155,13 +159,13 @@ class _Run:
         sweeps = of_blocks(self.sweeps, begin, end)
         removal = self.stock.cut(*sweeps, blocks=end - begin)
         self.volume[:, begin:end], self.contact[begin:end] = removal.volume, removal.contact
-        self._touches(begin, end)
+        self._touches(begin, end, but=CUTTER)
 
-    def _touches(self, begin: int, end: int) -> bool:
+    def _touches(self, begin: int, end: int, but: str = "") -> bool:
         """Measure what bodies touch of the stock in those of some blocks in which they did so before."""
         for name, sweeps in self.others.items():
             touched = self.touched[name][begin:end]
-            if touched.any():
+            if touched.any() and name != but:
                 parts = [sweep.at(touched[sweep.block] > 0.0) for sweep in of_blocks(sweeps, begin, end)]
                 touched[:] = self.stock.touched(*parts, blocks=end - begin)
         return any(volume[begin:end].any() for volume in self.touched.values())

@@ -56,6 +56,10 @@ class BallSweep:
         """Select segments."""
         return replace(self, kinds=self.kinds[rows], nodes=self.nodes[rows], block=self.block[rows])
 
+    def inflated(self, by: float) -> BallSweep:
+        """Inflate the ball by so much, mm; below 0 it shrinks."""
+        return replace(self, radius=self.radius + by)
+
     def loop(self) -> tuple[Callable[..., int], tuple[Any, ...]]:
         """Return the compiled loop that removes it, and what is swept as its arguments."""
         from fiveaxis.stock.ball_sweep import sweep_balls

@@ -9,7 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.collision.scene import FIXTURE, MACHINE, STOCK, Pair, build_scene, choose_pairs, describe
+from fiveaxis.collision.scene import (
+    FIXTURE,
+    MACHINE,
+    RETRACTS,
+    STOCK,
+    TOOL_KINDS,
+    Pair,
+    build_scene,
+    choose_pairs,
+    describe,
+)
 from fiveaxis.collision.sweep import Hits, Sweep, join
 from fiveaxis.collision.travel import Stretch
 from fiveaxis.findings import Severity, risk
@@ -65,7 +75,7 @@ def check_collisions(
     context : motion, machine, and path with the tool
     surroundings : part, stock, fixtures and clearances
     tcp_height : mm above the tip, of the point that moves straight under TCP; None with joint interpolation
-    stock_is_cut : whether shank and holder are checked against the stock as it is at each moment
+    stock_is_cut : whether the tool is checked against the stock as it is at each moment
         (`fiveaxis.verification.removal`), and not against all of it here
 
     Returns
@@ -81,7 +91,8 @@ def check_collisions(
     scene = build_scene(context.machine, context.toolpath.tool, surroundings)
     pairs, left_out = choose_pairs(scene, surroundings.clearances)
     if stock_is_cut:
-        pairs = tuple(p for p in pairs if not (p.kind in (SHANK, HOLDER) and p.second.kind == STOCK))
+        pairs = tuple(p for p in pairs if not (p.kind in TOOL_KINDS and p.second.kind == STOCK))
+        left_out = [gap for gap in left_out if gap is not RETRACTS]
     sweep = Sweep(TOLERANCE)
     found = _sweep_all(context, pairs, sweep, tcp_height)
     logger.info(

@@ -13,8 +13,9 @@ from fiveaxis.motion import Interpolation
 from fiveaxis.stock import Blank, CutStock, Poses, cut_stock
 from fiveaxis.stock.cutting import SLACK
 from fiveaxis.toolpath import interpolate
+from fiveaxis.toolpath.tool import CUTTER
 from fiveaxis.verification.check_context import WORDING, CheckContext
-from fiveaxis.verification.collisions import REMEDIES
+from fiveaxis.verification.collisions import CODES, REMEDIES
 from fiveaxis.verification.model import tool_poses
 from fiveaxis.verification.report import Result, violated
 
@@ -35,8 +36,9 @@ def check_removal(
     Returns
     -------
     ``gouge``, errors: material of the part is gone, deeper than `Tolerances.chord_gouge`; ``left-over``,
-    warnings: ridges between places that are finished, higher than `Blank.tolerance`; ``shank-collision`` and
-    ``holder-collision``, errors: they reach into the stock as it is at that moment
+    warnings: ridges between places that are finished, higher than `Blank.tolerance`; ``shank-collision``,
+    ``holder-collision`` and, of the cutter at rapid, ``fixture-collision``, errors: they reach into the stock
+    as it is at that moment
     """
     cut = cut_along(context, blank, tcp_height)
     how = WORDING[Interpolation.JOINT if tcp_height is None else Interpolation.TCP]
@@ -50,7 +52,8 @@ def cut_along(context: CheckContext, blank: Blank, tcp_height: float | None) -> 
     """Cut a stock along the moves between known positions; arguments as for `check_removal`."""
     known = np.asarray(np.isfinite(context.positions).all(axis=1))
     rows = np.flatnonzero(known[1:] & known[:-1]) + 1
-    return cut_stock(blank, context.toolpath.tool, _poses(context, tcp_height), rows, len(known))
+    rapid = rows[context.toolpath.rapid[rows]]
+    return cut_stock(blank, context.toolpath.tool, _poses(context, tcp_height), rows, len(known), rapid)
 
 
 def _poses(context: CheckContext, tcp_height: float | None) -> Poses:
@@ -125,23 +128,23 @@ def _left_over(cut: CutStock, radius: float) -> Result:
 
 
 def _touches(cut: CutStock, name: str) -> Result:
-    """Tell where shank or holder reach into the stock as it is at that moment."""
+    """Tell where shank or holder, or the cutter at rapid, reach into the stock as it is at that moment."""
     volume, depth = cut.touched[name], SLACK * cut.deviations.uncertainty
-    rows = np.flatnonzero(volume > 0.0)
+    rows, moves = np.flatnonzero(volume > 0.0), "rapid move" if name == CUTTER else "move"
 
     def message(i: int) -> str:
         return (
             f"the {name} reaches into the stock that is still there, {volume[rows[i]]:.3g} mm3 of it, on the "
-            f"move to here; {REMEDIES[name]}"
+            f"{moves} to here; {REMEDIES[name]}"
         )
 
     return violated(
-        code=f"{name}-collision",
+        code=f"{CODES[name]}-collision",
         rows=rows,
         values=volume[rows],
         message=message,
         figures={f"{name}_in_stock_mm3": float(volume.max(initial=0.0))},
-        checked=(f"{name} against the stock as it is then, in every move: at most {depth:g} mm deep",),
+        checked=(f"{name} against the stock as it is then, in every {moves}: at most {depth:g} mm deep",),
     )
 
 

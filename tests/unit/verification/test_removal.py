@@ -36,11 +36,19 @@ def face(step: float = 0.5) -> np.ndarray:
 
 
 def check(
-    tips: np.ndarray, part, hayashi, folder: Path, tool: Tool | None = None, stock: str = "part+1", **given
+    tips: np.ndarray,
+    part,
+    hayashi,
+    folder: Path,
+    tool: Tool | None = None,
+    stock: str = "part+1",
+    rapids: int = 0,
+    **given,
 ):
     """Write a program of tips with the tool upright, and verify it with a stock."""
     tool = tool or Tool.ball(2.0 * RADIUS)
     path = Toolpath.from_tips(tips, np.tile([0.0, 0.0, 1.0], (len(tips), 1)), tool)
+    path = path.with_rapids(np.arange(len(path)) >= len(path) - rapids)
     motion = follow(path, hayashi, np.zeros((len(path), 2)))
     file = write_text(motion, folder / "face.ngc", machine=hayashi)
     return fx.verify_program(
@@ -121,3 +129,21 @@ def test_a_holder_is_kept_clear_of_the_stock_as_it_is_then(levels, collides, par
     assert ("holder-collision" in report.counts) is collides
     assert (report.figures["holder_in_stock_mm3"] > 1.0) is collides
     assert report.figures["shank_in_stock_mm3"] == 0.0 or collides
+
+
+@pytest.mark.parametrize(("height", "collides"), [(0.5, True), (0.9, True), (1.2, False), (5.0, False)])
+def test_rapid_moves_of_the_cutter_are_held_against_the_stock_that_is_left(
+    height, collides, part, hayashi, tmp_path
+):
+    """Half of the top is cut, and the rest is 1 mm higher; the way up from the cut is clear."""
+    tips = face()
+    tips = tips[tips[:, 1] <= 0.0]
+    x, y, _ = tips[-1]
+    over = TOP + height
+    tips = np.concatenate([tips, [(x, y, over), (0.0, y, over), (0.0, 4.0, over)]])
+    report = check(tips, part, hayashi, tmp_path, rapids=3, tool=Tool.ball(2.0 * RADIUS))
+    assert ("fixture-collision" in report.counts) == collides
+    assert not any("out of the stock" in gap for gap in report.not_checked)
+    if collides:
+        (found,) = [f for f in report.findings if f.code == "fixture-collision"]
+        assert "rapid move" in found.message
