@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fiveaxis.batch.ledger import own_folder
-from fiveaxis.batch.record import Listener, Row, Status
+from fiveaxis.batch.record import ORDER, Listener, Row, Status
 from fiveaxis.batch.run import Batch, run_batch
 from fiveaxis.errors import SettingError
 from fiveaxis.machine.files import machine_names
@@ -87,15 +87,18 @@ class MachineComparison:
     @property
     def exit_code(self) -> int:
         """0 where a machine can, else that of the best row."""
-        return min(c.row.status.exit_code for c in self.candidates)
+        return min((c.row.status for c in self.candidates), key=ORDER.index).exit_code
 
     @property
     def claims(self) -> tuple[str, str]:
-        """Which machine is cheapest and which is quickest, or what has to be measured to know."""
+        """Which machine is cheapest and which is quickest, or what has to be measured to know.
+
+        Base power isn't in it: few machines state theirs, and unknown is never zero.
+        """
         measure = "measure the axis powers of these (fiveaxis calibrate)"
         state = "state max_acceleration of the axes of these"
         return (
-            self._claim("cheapest", "J", lambda c: c.energy, measure),
+            self._claim("cheapest for the feed drives", "J", lambda c: c.energy, measure),
             self._claim("quickest", "s", lambda c: c.time, state),
         )
 

@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.markup import escape
 from rich.table import Column, Table
 
-from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.options import AsJson, Scheduler, Workers
 from fiveaxis.cli.process import INTERRUPTED
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import clock_text
@@ -35,14 +35,8 @@ def batch(
         list[Path], typer.Argument(help="job files (.toml), also with sweeps", metavar="JOB.toml…")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="folder for the results")],
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="dask scheduler, tls://host:8786; default: this computer"),
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", help="number of processes on this computer; default: one per core", min=1),
-    ] = None,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
     job_timeout: Annotated[
         float | None, typer.Option("--job-timeout", help="s after which a job is stopped and broken")
     ] = None,

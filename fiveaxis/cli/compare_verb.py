@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fiveaxis.cli.batch_verb import interruptible, live_table
-from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.options import AsJson, Scheduler, Workers
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 
 if TYPE_CHECKING:
@@ -23,14 +23,8 @@ def compare(
         str, typer.Option("--machines", help="names or files, joined by commas; all: those of the library")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="folder for the results")],
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", help="dask scheduler, tls://host:8786; default: this computer"),
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", help="number of processes on this computer; default: one per core", min=1),
-    ] = None,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
     as_json: AsJson = False,
 ) -> None:
     """Run a job on several machines, and tell which is cheapest and which is quickest, if that is known.

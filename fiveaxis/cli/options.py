@@ -46,6 +46,13 @@ Input = Annotated[
     Path,
     typer.Argument(help="part (.stl .ply .obj .off .step .iges), points, APT/CLSF, program, or a job .toml"),
 ]
+Scheduler = Annotated[
+    str | None, typer.Option("--scheduler", help="dask scheduler, tls://host:8786; default: this computer")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", help="number of processes on this computer; default: one per core", min=1),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 
 UNIT = optional(str, "mm, inch or, for meshes, m: unit of the input, in place of what it states")

@@ -36,6 +36,14 @@ PLAY = (
 )
 
 
+# ms a step of the stock, to and fro.
+STEP = (
+    "(() => { const began = performance.now(), to = k => show.stock.show(show.result.duration * k / 1000);"
+    " for (let k = 0; k <= 1000; k++) to(k); for (let k = 1000; k >= 0; k--) to(k);"
+    " return (performance.now() - began) / 2002; })()"
+)
+
+
 def dome(machine: fx.Machine, count: int, turns: int = 200) -> Solution:
     """A spiral down a dome of 80 mm with two postures."""
     down, turn = np.linspace(0.3, 1.4, count), np.linspace(0.0, 2.0 * turns * np.pi, count)
@@ -74,10 +82,11 @@ def main() -> None:
                 browser.open(page.as_uri(), "document.body.dataset.ready === 'yes'")
                 ready = browser.run("performance.getEntriesByName('ready')[0].startTime") / 1000.0
                 shown = browser.run(PLAY)
+                step = "" if around is None else f", {browser.run(STEP):.2f} ms a step of the stock"
                 name = f"{count} moves" + ", with a stock" * (around is not None)
                 print(
                     f"{name}: {page.stat().st_size / 1e6:.1f} MB in {spent:.2f} s of processor; first "
-                    f"picture after {ready:.2f} s, {shown:.1f} pictures/s"
+                    f"picture after {ready:.2f} s, {shown:.1f} pictures/s{step}"
                 )
         finally:
             browser.close()

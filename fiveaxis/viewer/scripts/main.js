@@ -26,7 +26,7 @@ class Show {
     this.stage.follow(this.result, head);
     this.readings = new Readings(head);
     const marks = pickAll("#findings [data-row]").map(one => ({row: Number(one.dataset.row), severity: one.className}));
-    this.timeline = new Timeline(this.result, marks, time => this.seek(time));
+    this.timeline = new Timeline(this.result, marks, time => this.seek(time), this.stock);
   }
 
   get beside() {

@@ -1,15 +1,15 @@
 "use strict";
-// Power, feed and findings over time, and below them a row for each axis with its starts and reversals. They are
+// Power, feed, removal rate of a stock and findings over time, and below them a row for each axis with its starts and reversals. They are
 // drawn once a size and baseline, the cursor moves above them.
-const POWER_COLOUR = "#e8c468", ACTUAL_COLOUR = "#6cb8ff", PROGRAMMED_COLOUR = "#8a919c";
+const POWER_COLOUR = "#e8c468", ACTUAL_COLOUR = "#6cb8ff", PROGRAMMED_COLOUR = "#8a919c", REMOVAL_COLOUR = "#b48cff";
 const FINDING_COLOURS = {error: "#ff4d5e", warning: "#ffb224", note: "#6cb8ff"};
 // A start, a reversal.
 const EVENT_COLOURS = ["#4fd1b5", "#ff7ad9"], BASELINE_COLOUR = "#2c3038";
 const ROW = 12;  // pixels, of an axis
 
 class Timeline {
-  constructor(side, marks, seek) {
-    Object.assign(this, {side, marks, beside: null, frame: pick("#timeline"), canvas: pick("#curves"), cursor: pick("#cursor")});
+  constructor(side, marks, seek, stock) {
+    Object.assign(this, {side, marks, stock, beside: null, frame: pick("#timeline"), canvas: pick("#curves"), cursor: pick("#cursor")});
     const goTo = event => {
       const box = this.frame.getBoundingClientRect();
       seek(this.side.duration * Math.min(Math.max((event.clientX - box.left) / box.width, 0), 1));
@@ -19,10 +19,10 @@ class Timeline {
     new ResizeObserver(() => this.draw()).observe(this.frame);
   }
 
-  // The highest value of each pixel's moves: no peak is lost, however many moves there are.
-  peaks(values, width) {
-    const found = new Float32Array(width), {clock, count, duration} = this.side;
-    for (let row = 1; row < count; row++) {
+  // The highest value of each pixel's moves, which end at clock: no peak is lost, however many there are.
+  peaks(values, clock, width) {
+    const found = new Float32Array(width), {duration} = this.side;
+    for (let row = 1; row < clock.length; row++) {
       const first = Math.min(Math.floor(clock[row - 1] / duration * width), width - 1);
       const last = Math.min(Math.floor(clock[row] / duration * width), width - 1);
       for (let x = first; x <= last; x++) if (values[row] > found[x]) found[x] = values[row];
@@ -36,8 +36,8 @@ class Timeline {
     const whole = this.canvas.height = Math.max(1, Math.round(box.height * ratio));
     const height = whole - ROW * ratio * this.side.axes;
     const pen = this.canvas.getContext("2d");
-    const curve = (values, colour, filled, top) => {
-      const peaks = this.peaks(values, width);
+    const curve = (values, colour, filled, top, clock = this.side.clock) => {
+      const peaks = this.peaks(values, clock, width);
       pen.beginPath();
       pen.moveTo(0, height);
       peaks.forEach((value, x) => pen.lineTo(x + 0.5, height * (1 - 0.92 * value / top)));
@@ -51,6 +51,7 @@ class Timeline {
     curve(this.side.total, POWER_COLOUR, true, largest(this.side.total));
     curve(this.side.programmed, PROGRAMMED_COLOUR, false, feed);
     curve(this.side.actual, ACTUAL_COLOUR, false, feed);
+    if (this.stock) curve(this.stock.rate, REMOVAL_COLOUR, false, largest(this.stock.rate), this.stock.clock);
     for (const {row, severity} of this.marks) {
       pen.fillStyle = FINDING_COLOURS[severity];
       pen.fillRect(this.side.clock[row] / this.side.duration * width - ratio, 0, 2 * ratio, height / 4);

@@ -34,7 +34,7 @@ def test_a_winner_that_is_named_wins_wherever_the_true_energies_lie(spans, seed)
     draw = np.random.default_rng(seed)
     true = [draw.uniform(*span) for span in spans]
     winner = names[int(np.argmin(true))]
-    assert cheapest.startswith(f"{winner} is cheapest") or "isn't known" in cheapest
+    assert cheapest.startswith(f"{winner} is cheapest for the feed drives") or "isn't known" in cheapest
     apart = sorted(spans)
     assert ("isn't known" in cheapest) == (apart[0][1] >= apart[1][0])
 
@@ -52,6 +52,9 @@ def test_a_machine_that_cant_is_no_rival_and_one_that_can_is_enough():
     assert done.claims[0] == "Only can can run it."
     assert done.exit_code == 0
     assert compared(cannot).exit_code == 1
+    none, wrong = (candidate(s.name, (0.1, 0.2), status=s) for s in (Status.NO_POSTURE, Status.WRONG_INPUT))
+    # From bad to worse, as of a batch.
+    assert compared(none, wrong).exit_code == 3
     assert "No machine" in compared(cannot).claims[0]
 
 

@@ -54,14 +54,19 @@ def test_the_slider_goes_back_and_forth(opened, stock_page):
     assert opened.complaints == []
 
 
-def test_a_step_takes_less_than_a_picture_either_way(opened):
-    for order in ("k", "1000 - k"):
-        spent = opened.run(
-            "(() => { const began = performance.now();"
-            f" for (let k = 0; k <= 1000; k++) show.stock.show(show.result.duration * ({order}) / 1000);"
-            " return (performance.now() - began) / 1000; })()"
-        )
-        assert spent < 16.0, "ms"
+def test_the_removal_rate_is_read_and_drawn_over_time(opened, stock_page):
+    _, arrays = unpacked(stock_page)
+    rate = arrays["stock/rate"]
+    opened.run("show.seek(0.5 * show.result.duration)")
+    text = opened.run("pick('tr[data-figure=removal] .value').textContent")
+    assert float(text.removesuffix(" mm³/s").replace(",", "")) == pytest.approx(rate[1000], abs=0.051)
+    violet = (
+        "(c => { const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;"
+        " for (let k = 0; k < p.length; k += 4)"
+        " n += p[k] === 0xb4 && p[k + 1] === 0x8c && p[k + 2] === 0xff; return n; })(pick('#curves'))"
+    )
+    assert opened.run(violet) > 100
+    assert opened.complaints == []
 
 
 def test_the_map_is_switched_on_and_off(opened, tmp_path):
