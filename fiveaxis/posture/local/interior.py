@@ -83,10 +83,11 @@ def minimise(
     flat : J/rad and J/s, scaled, accepted error of the gradient
     """
     model = model or ChainModel(rows)
-    if not np.isfinite(model.values(start)).all():
+    quantities = model.values(start)
+    if not np.isfinite(quantities).all():
         # A flat bottom has no position where its axis is the normal, and nothing leads on from there.
         return LocalOptimum(start, np.zeros(len(rows.first)), False, 0)
-    method = _Method(rows, model, start, barrier, last, flat)
+    method = _Method(rows, model, start, quantities, barrier, last, flat)
     for number in range(iterations):
         solved = method.is_solved()
         if solved or not method.advance():
@@ -98,12 +99,19 @@ class _Method:
     """State of a run: unknowns, parts with duals, multipliers, rows, barrier and filter."""
 
     def __init__(
-        self, rows: Rows, model: Model, start: Array, barrier: float, last: float, flat: float
+        self,
+        rows: Rows,
+        model: Model,
+        start: Array,
+        quantities: Array,
+        barrier: float,
+        last: float,
+        flat: float,
     ) -> None:
         self.last, self.flat = last, flat
         self.rows, self.model, self.mu, self.shift, self.restarts = rows, model, barrier, 0.0, 0
         self.x, self.free = start.copy(), np.ascontiguousarray(rows.free.ravel())
-        quantities, value = model.values(self.x), np.empty(len(rows.first))
+        value = np.empty(len(rows.first))
         self.weights = np.zeros(quantities.shape)
         self._evaluate(quantities, value)
         state, multiplier = central_point(rows, value, barrier)
