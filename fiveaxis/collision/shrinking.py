@@ -61,21 +61,20 @@ class ShrinkingStock:
         toolpath : n locations
         solids : of the tool
         """
-        stock, part = blank.stock, blank.part
-        stride = -(-int(stock.cells.max()) // MOST_VOXELS)
-        cells, side = -(-stock.cells // stride), stride * stock.pitch
-        i, j, k = np.indices(tuple(cells)).reshape(3, -1)
-        middle = np.minimum(np.stack([i, j]) * stride + stride // 2, stock.cells[:2, None] - 1)
-        rays, places = middle[0] * stock.cells[1] + middle[1], (k + 0.5) * side[2]
+        stride = -(-int(blank.stock.cells.max()) // MOST_VOXELS)
+        stock, part = (one.thinned(stride) for one in (blank.stock, blank.part))
+        i, j, k = np.indices(tuple(stock.cells)).reshape(3, -1)
+        rays, places = i * stock.cells[1] + j, (k + 0.5) * stock.pitch[2]
         whole, finished = (
             covered(b.ends, b.count, rays, places) for b in (stock.bundles[2], part.bundles[2])
         )
-        move = np.where(whole & ~finished, len(toolpath), NEVER).astype(np.int32).reshape(cells)
+        left = np.where(whole & ~finished, len(toolpath), NEVER)
+        move = left.astype(np.int32).reshape(stock.cells)
         zone, moving = toolpath.zone, np.flatnonzero(toolpath.kind != MoveKind.RAPID)
         # The arc of a barrel is larger than the cutter.
         if zone.radius and zone.offset >= 0.0:
-            _take_away(move, side, toolpath.pivot - stock.low, zone.radius, moving[moving > 0])
-        return cls("stock", solids, stock.low, side, *_gathered(move))
+            _take_away(move, stock.pitch, toolpath.pivot - stock.low, zone.radius, moving[moving > 0])
+        return cls("stock", solids, stock.low, stock.pitch, *_gathered(move))
 
     def hit_by(self, rows: IntArray, tip: Array, axis: Array) -> BoolArray:
         """Find which tools reach into the material that is left when the location is reached.
