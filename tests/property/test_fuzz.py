@@ -10,7 +10,11 @@ from fuzzing.trial import try_reader
 COUNT = 120
 
 
-@pytest.mark.parametrize("reader", readers(), ids=lambda reader: reader.name)
+# A process of Open Cascade reads each STEP file.
+READERS = [pytest.param(r, id=r.name, marks=[pytest.mark.slow] * (r.name == "STEP")) for r in readers()]
+
+
+@pytest.mark.parametrize("reader", READERS)
 def test_damaged_inputs_are_read_or_refused_by_an_error_of_our_own(reader: Reader):
     outcome = try_reader(reader, COUNT)
     told = "\n".join(f"{content!r}\n{trace}" for content, trace in outcome.first.values())

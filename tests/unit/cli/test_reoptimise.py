@@ -84,7 +84,7 @@ def test_a_cone_about_the_programmed_axis_saves_energy_with_no_surface_known(tmp
     assert rows[-1].split(",")[rows[0].split(",").index("source")] == str(3 + N)
 
 
-@pytest.mark.parametrize("text", ["ball:6", "bull:6:1"])
+@pytest.mark.parametrize("text", ["ball:6", pytest.param("bull:6:1", marks=pytest.mark.slow)])
 def test_with_the_part_any_cutter_is_turned_about_its_contact(tmp_path, part, text):
     program = write_program(tmp_path / "wall.ngc", parse_tool(text))
     # At the program's own zero the part would lie in the table; above this the first turn is too high.

@@ -50,7 +50,7 @@ def test_it_is_what_chords_of_the_ball_leave(blank, path):
     """Points of the material against cylinders about drawn axes; voxels may round a surface by their half."""
     draw = np.random.default_rng(3)
     # Crests between passes are thinner than a voxel.
-    points = draw.uniform([-20.0, -15.0, RESOLUTION], [20.0, 15.0, HEIGHT], (40_000, 3))
+    points = draw.uniform([-20.0, -15.0, RESOLUTION], [20.0, 15.0, HEIGHT], (12_000, 3))
     slim, wide = (
         ShrinkingStock.build(blank, path, (Solid("shank", np.array([[4.0, r, 60.0, r]])),))
         for r in (2.0, 4.0)

@@ -77,27 +77,27 @@ def of_ruled(p):
     return np.sum((p - start) * normal, axis=1), normal
 
 
-@pytest.mark.parametrize("along", ["u", "v"])
 @pytest.mark.parametrize(
-    ("name", "face", "form"),
+    ("name", "along", "form"),
     [
-        ("sphere", "1", of_sphere),
-        ("torus", "1", of_torus),
-        ("cylinder", "1", of_cylinder),
-        ("ruled", "1", of_ruled),
+        pytest.param("sphere", "u", of_sphere, marks=pytest.mark.slow),
+        pytest.param("torus", "v", of_torus, marks=pytest.mark.slow),
+        ("cylinder", "u", of_cylinder),
+        ("cylinder", "v", of_cylinder),
+        ("ruled", "v", of_ruled),
     ],
 )
-def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, name, face, form, along):
+def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, name, along, form):
     part, scallop = parts / f"{name}.step", 0.01
     path = plan_contour(
-        part, Tool.ball(6), strategy="flow", flow_along=along, faces=face, scallop=scallop, spacing=0.1
+        part, Tool.ball(6), strategy="flow", flow_along=along, faces="1", scallop=scallop, spacing=0.1
     )
     distance, normal = form(path.contact[path.cutting])
     assert np.abs(distance).max() < OFF
     assert np.degrees(angle_between(path.normal[path.cutting], normal)).max() < TURNED
-    found = path_quality(path, part, strategy="flow", faces=face)
+    found = path_quality(path, part, strategy="flow", faces="1")
     assert found.scallop_largest == pytest.approx(scallop, rel=0.05)
-    left = left_over(path, model(part), [int(face) - 1])
+    left = left_over(path, model(part), [0])
     assert left.max() < 1.06 * scallop
 
 
@@ -246,7 +246,7 @@ def test_faces_of_the_propeller_are_cut_as_far_as_the_ball_has_room(data):
     [("flat:10", {"lead": (5.0, 25.0), "lean": (-5.0, 5.0)}), ("bull:10:2", {"tilt": (15.0, 60.0)})],
 )
 def test_cutters_of_every_kind_get_from_the_model_to_a_program_without_errors(parts, cutter, bounds):
-    plan = {"strategy": "flow", "faces": "1", "stepover": 2.0, "spacing": 1.5}
+    plan = {"strategy": "flow", "faces": "1", "stepover": 4.0, "spacing": 2.5}
     job = make_job(
         input=parts / "ruled.step", machine="hayashi-640123", effort="quick", tool=cutter, plan=plan, **bounds
     )

@@ -19,6 +19,7 @@ def outcome_of(wall, **settings):
     return run_job(make_job(input=wall, machine="hayashi-640123", effort="quick", **settings))
 
 
+@pytest.mark.slow
 def test_a_bull_nose_gets_a_verified_program_with_the_ridges_asked_for(wall):
     plan = {"scallop": 0.03, "spacing": 1.0}
     outcome = outcome_of(wall, tool="bull:6:1", tilt=(20.0, 75.0), plan=plan)

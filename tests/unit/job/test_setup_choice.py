@@ -26,7 +26,7 @@ MACHINE = "hayashi-640123"
 @pytest.fixture
 def ring(tmp_path: Path) -> Path:
     """Contacts once round a cylinder whose axis passes the workpiece zero."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 24)
+    angle = np.linspace(0.0, 2.0 * np.pi, 13)
     around = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=1)
     normal = np.cos(0.5) * around - np.sin(0.5) * np.array([0.0, 0.0, 1.0])
     rows = np.hstack([20.0 * around + [0.0, 0.0, 30.0], normal])
