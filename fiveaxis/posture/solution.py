@@ -79,13 +79,15 @@ def program_energy(
 
 
 def blocks_energy(machine: Machine, blocks: Motion, clock: Clock, rounding: float = 0.0) -> Energy:
-    """Compute the energy of blocks over the time that the control takes for them.
+    """Compute the energy of blocks over the time that the control takes for them, and what limits it.
 
     Parameters
     ----------
     rounding : mm, as for `motion_energy`
     """
-    return timed_energy(machine, blocks, clock(blocks, machine), rounding)
+    taken = clock(blocks, machine)
+    energy = timed_energy(machine, blocks, taken, rounding)
+    return replace(energy, limited=taken.limiting.by_cause)
 
 
 def timed_energy(machine: Machine, blocks: Motion, taken: PredictedTime, rounding: float = 0.0) -> Energy:

@@ -17,7 +17,7 @@ from fiveaxis.findings import JOB, Finding, Place, Severity, risk
 from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, PredictedTime, follow
+from fiveaxis.motion import Motion, follow, predicted_time
 from fiveaxis.nc.program import Preparation
 from fiveaxis.nc.writing.header import Note
 from fiveaxis.posture import Baseline, Solution, Stage
@@ -142,7 +142,7 @@ def program(solution: Solution) -> ProgramFigures:
         axis_left_plane=0,
         redundant_kept_for=(),
         interpolation="joint",
-        run_time=PredictedTime(solution.motion.time, "programmed"),
+        run_time=predicted_time(solution.motion, solution.machine),
         energy=solution.energy,
         path_tolerance_mm=0.005,
         axis_tolerance_deg=0.02,
