@@ -26,8 +26,8 @@ class Limiting:
     """Run time by what limits the speed.
 
     ``feed``; ``stops``: speeding up from rest and braking to it, also for corners at which the path
-    turns back, by more than 90°; ``C speed`` and so on: an axis at its highest speed; ``C acceleration``: other
-    changes of speed and direction; ``short blocks``: they end within a cycle of the control's clock;
+    turns back, by more than 90°; ``C speed`` and so on: an axis at its highest speed; ``C acceleration``:
+    other changes of speed and direction; ``short blocks``: they end within a cycle of the control's clock;
     ``dwell``.
 
     Parameters

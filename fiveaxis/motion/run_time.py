@@ -184,28 +184,31 @@ def predicted_time(
     lacking = f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}"
     clock = Clock(dialect, coordinates)
     if clock.is_programmed(machine):
-        limits = partial(programmed_limiting, motion, machine)
-        return PredictedTime(motion.time, limits, "programmed", lacking)
+        bounding = partial(programmed_limiting, motion, machine)
+        return PredictedTime(motion.time, bounding, "programmed", lacking)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
     blocks = _whole_blocks(motion, last)
     if clock.limits_words:
         blocks = _in_words(blocks, machine)
     assumptions = [f"{lacking}: their speed changes at once"] if unknown else []
-    if dialect is None or dialect.corners is None:
-        assumptions.append(f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm")
-        if dialect is not None:
-            assumptions[-1] += f", since how control {dialect.name!r} takes them is a setting of the machine"
-    if dialect is not None and isinstance(dialect.corners, str):
-        blends = dialect.corners == "blended"
+    corners = None if dialect is None else dialect.corners
+    limits: Callable[[], Limiting]
+    if dialect is not None and isinstance(corners, str):
+        blends = corners == "blended"
         run = servo_times(blocks, machine, dialect.cycle, blends=blends, tolerance=dialect.blend)
-        times, limited = run.times, lambda: run
+        times, limits = run.times, partial(replace, run)
     else:
-        within = PATH_TOLERANCE if dialect is None or dialect.corners is None else dialect.corners
-        law = time_motion(blocks, machine, corners=within)
-        times, limited = law.motion.time, partial(law_limiting, law)
+        if corners is None:
+            assumptions.append(f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm")
+            if dialect is not None:
+                assumptions[-1] += (
+                    f", since how control {dialect.name!r} takes them is a setting of the machine"
+                )
+        law = time_motion(blocks, machine, corners=PATH_TOLERANCE if corners is None else float(corners))
+        times, limits = law.motion.time, partial(law_limiting, law)
 
     def of_rows() -> Limiting:
-        found = limited()
+        found = limits()
         return replace(found, time=_distribute(found.time, motion.time, last))
 
     return PredictedTime(

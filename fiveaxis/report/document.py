@@ -37,6 +37,7 @@ UNITS = {
     "time": "s",
     "savings_range": "shares, least and most on machines drawn from the bands of estimated powers, with base "
     "power where it is known",
+    "limited": "s, for how long each cause limits the speed; together the time",
     "savings": "share of the baseline, 1 is everything; negative is a loss",
     "speed_changes": "mm/s or deg/s; `block` counts the program's moves from its first location, and `line` "
     "is that of its text",
@@ -155,6 +156,11 @@ class ReportDocument:
         if self.revises and AS_PROGRAMMED in baselines:
             return AS_PROGRAMMED
         return min(baselines, key=lambda name: getattr(baselines[name], self.measure), default=None)
+
+    @property
+    def timed_against(self) -> str | None:
+        """Name of the baseline whose run time is compared: the program as it was, or else `baseline`."""
+        return AS_PROGRAMMED if AS_PROGRAMMED in self.solution.baselines else self.baseline
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:

@@ -22,6 +22,7 @@ from fiveaxis.report.figures import (
     axis_lines,
     cut_lines,
     energy_bars,
+    limit_strips,
     power_lines,
     speed_lines,
     spending_lines,
@@ -86,8 +87,10 @@ def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
         solver=_solver(document),
         machine=_machine(document.machine),
         inputs=scroll(tables.input_table(document.inputs)),
+        time_caption=escape(_time_caption(document)),
         energy_bars=energy_bars(solution, baseline),
         spending_lines=spending_lines(solution, baseline),
+        limit_strips=limit_strips(solution, document.timed_against),
         axis_lines=axis_lines(solution, baseline),
         speed_lines=speed_lines(solution, baseline),
         power_lines=power_lines(solution, baseline),
@@ -135,6 +138,20 @@ def _facts(document: ReportDocument) -> str:
         f"{number(document.locations)} locations · {document.tool} · "
         f"machine {machine.name} (code {machine.code}, axes {' '.join(machine.letters)}) · "
         f"tool axis {low}…{high}° from the {solution.tilt.name}"
+    )
+
+
+def _time_caption(document: ReportDocument) -> str:
+    """Say what the causes of the strips mean, and what isn't known."""
+    if document.solution.energy.timing == "accelerations":
+        return (
+            "Stops: speeding up from rest, braking to it, and turning back. Speed: an axis at its highest. "
+            "Acceleration: other changes of speed and direction. Feed: nothing else limits the speed; "
+            f"{document.solution.clock.basis}."
+        )
+    return (
+        "Speed: an axis at its highest. Feed: nothing else limits the speed. What stops and corners cost "
+        f"isn’t known: the machine states no max_acceleration of {', '.join(document.accelerations_unknown)}."
     )
 
 

@@ -151,7 +151,7 @@ def program(solution: Solution) -> ProgramFigures:
 
 # What a page shows of the solution alone, whatever its document says: nearly all the work of a page.
 DRAWN = (
-    *("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
+    *("energy_bars", "limit_strips", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
     *("path_valley", "draw_valley", "location_surface"),
 )
 
