@@ -157,6 +157,7 @@ POSTURE: Mapping[str, Any] = {
     **flags_of(Search),
     "front": optional(int, "find N solutions, from the cheapest path to the steadiest"),
     "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
+    "edge_use": optional(bool, "report where on the cutter's edge the path cuts", "--edge-use/--no-edge-use"),
     "setup_search": optional(
         str, "choose the setup too: x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
     ),

@@ -189,6 +189,9 @@ class Job(_Bounded):
     pick: int | None = Field(
         None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"
     )
+    edge_use: bool = Field(
+        False, description="report where on the cutter's edge the path cuts, by contact angle"
+    )
     nc: ProgramSettings = Field(ProgramSettings(), description="tool, spindle, coolant… of the NC program")
     setup: SetupTable = SetupTable()
     process: ProcessTable | None = None
@@ -216,8 +219,12 @@ class Job(_Bounded):
 
     @property
     def bounds(self) -> dict[str, Any]:
-        """The bounds on postures and turns as given, in degrees."""
-        return self._of(Bounds)
+        """The bounds on postures and turns as given, in degrees; the spindle's speed as the job states it."""
+        bounds = self._of(Bounds)
+        if bounds["spindle_speed"] is None:
+            process = None if self.process is None else self.process.spindle_rpm
+            bounds["spindle_speed"] = self.nc.spindle_rpm or process
+        return bounds
 
     @property
     def search(self) -> Search:

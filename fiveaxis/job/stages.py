@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -43,7 +44,7 @@ from fiveaxis.motion import Clock, Filling
 from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.nc.revision import Revision
 from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.posture import Front, Options, find_front
+from fiveaxis.posture import RESULT, Front, Options, find_front
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
@@ -51,6 +52,8 @@ from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
 from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.toolpath.bounds import require_touching
+from fiveaxis.toolpath.edge import EdgeUse
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Report
 
@@ -118,6 +121,9 @@ class Outcome:
             scallop=self.scallop,
             setup_search=self.setup_search,
             front=self.front_programs,
+            edge_use=_edge_use(self.solution, self.job.bounds["spindle_speed"])
+            if self.job.edge_use
+            else None,
         )
 
     @cached_property
@@ -193,6 +199,8 @@ def run_stages(
     constraints = job.constraints
     toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
     require_reached(toolpath, job.writing["override"])
+    if job.edge_use:
+        require_touching(toolpath, "where on its edge it cuts (edge_use)")
     cleared, front = solve(job, constraints, toolpath, machine, wording, progress, passes, around, start)
     inputs = describe_inputs(job)
 
@@ -235,6 +243,20 @@ def run_stages(
     )
     figures = FrontPrograms(programs, front.dominated, picked + 1)
     return replace(outcomes[picked], of_front=tuple(outcomes), front_programs=figures)
+
+
+def _edge_use(solution: Postures, rpm: float | None) -> EdgeUse:
+    """Find where on the cutter's edge a solution and its baselines cut."""
+    motions = {RESULT: (solution.toolpath, solution.motion)}
+    motions |= {
+        name: (one.toolpath or solution.toolpath, one.motion) for name, one in solution.compared.items()
+    }
+    columns = solution.machine.rotary_columns
+    programs = {
+        name: (path, tool_axes(solution.machine, motion.positions[:, columns]))
+        for name, (path, motion) in motions.items()
+    }
+    return EdgeUse.of(programs, None if rpm is None else 2.0 * math.pi * rpm / 60.0)
 
 
 def _rounded_alike(solution: Postures, filling: Filling, rounding: float) -> dict[str, Baseline]:

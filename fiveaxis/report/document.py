@@ -26,6 +26,7 @@ from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report.facts import FrontPrograms, InputFile, Overriding, ProgramFigures, SetupSearched
 from fiveaxis.report.questions import Answers, answers
 from fiveaxis.report.words import describe_tool
+from fiveaxis.toolpath.edge import EdgeUse
 from fiveaxis.verification import Report
 
 # Attribute of `Energy` by which two programs are compared.
@@ -69,7 +70,7 @@ class ReportDocument:
     part_size : (3,), mm, extents of the part, if there is one
     scallop : mm, highest ridge between passes that was asked for, and as the cutter leans; None where none
         was asked for, or the lean has no influence on it
-    setup_search, front : where the job asks for them
+    setup_search, front, edge_use : where the job asks for them
     """
 
     solution: Solution
@@ -84,6 +85,7 @@ class ReportDocument:
     scallop: tuple[float, float] | None = None
     setup_search: SetupSearched | None = None
     front: FrontPrograms | None = None
+    edge_use: EdgeUse | None = None
 
     @property
     def name(self) -> str:
@@ -240,6 +242,8 @@ class ReportDocument:
             document["override_unused"] = unused
         if self.front is not None:
             document["front"] = self.front.as_dict()
+        if self.edge_use is not None:
+            document["edge_use"] = self.edge_use.as_dict()
         if self.setup_search is not None:
             document["setup_search"] = self.setup_search.as_dict()
         return {key: _plain(value) for key, value in document.items()}

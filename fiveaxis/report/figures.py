@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -13,13 +12,11 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Axis
 from fiveaxis.motion import Motion
-from fiveaxis.motion.time_law import INSTANT
 from fiveaxis.posture import RESULT, Solution
 from fiveaxis.report.chart import (
     AFTER,
     BEFORE,
     BELOW,
-    GRID,
     LEFT,
     RIGHT,
     TOP,
@@ -27,7 +24,6 @@ from fiveaxis.report.chart import (
     Panel,
     Range,
     heading,
-    legend,
     svg,
     text,
     thin_rows,
@@ -41,9 +37,6 @@ TIME_LABEL = "time (s)"
 BAND, GAP = 66.0, 12.0
 # A line of steps has two points per row, so it gets half the rows of a line of points.
 STEP_BUCKETS = 400
-# Pieces of a strip along the path; colours of the causes that take longest (Okabe & Ito).
-STRIP_PIECES = 400
-CAUSE_COLOURS = ("#56B4E9", "#D55E00", "#F0E442", "#009E73", "#CC79A7", "#0072B2", "#E69F00")
 # What the charts go over, as the page's script says it.
 PATH, TIME = "location", "time in s"
 
@@ -65,7 +58,7 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
         panel.frame("energy (J)", "machine axis", x_ticks=dict(enumerate(letters))),
     ]
     width = 0.8 / len(series)
-    for row, colour, shift in zip(heights, series.values(), _shifts(len(series)), strict=True):
+    for row, colour, shift in zip(heights, series.values(), shifts(len(series)), strict=True):
         parts += [panel.bar(k + shift, 0.96 * width, h, colour, number(h)) for k, h in enumerate(row)]
     return svg(panel.bottom + BELOW, parts, f"Bar chart: energy of each axis, {' and '.join(series)}")
 
@@ -83,39 +76,6 @@ def spending_lines(solution: Solution, baseline: str | None) -> str:
     lines = [thinned_line(panel, last, values, series[name], name) for name, values in spent.items()]
     drawn = panel.group(label, [panel.frame(label, LOCATION_LABEL), *lines])
     return svg(panel.bottom + BELOW, [heading(series, title), drawn], _line_chart(title, series), PATH)
-
-
-def limit_strips(solution: Solution, baseline: str | None) -> str:
-    """Draw along the path for which share of its time each cause limits the speed, one strip per program."""
-    runs = {name: solution.limiting(name) for name in series_of(solution, baseline)}
-    totals = dict(sum((Counter(run.by_cause) for run in runs.values()), Counter()).most_common())
-    shown = list(totals)[: len(CAUSE_COLOURS)]
-    colours = dict(zip(shown, CAUSE_COLOURS, strict=False)) | (
-        {"others": GRID} if totals.keys() - shown else {}
-    )
-    parts = [text("What limits the speed along the path, as a share of the time", LEFT, 12.0, bold=True)]
-    for k, (name, run) in enumerate(runs.items()):
-        panel = band(k, along(solution), (0.0, 1.0))
-        last = k == len(runs) - 1
-        drawn = [
-            panel.frame(name, LOCATION_LABEL if last else "", y_ticks={0.0: "0", 1.0: "100 %"}, grid=False)
-        ]
-        n = len(run.time)
-        starts = np.unique(np.linspace(0, n, min(n, STRIP_PIECES), endpoint=False).astype(np.int64))
-        spent = np.add.reduceat(run.time, starts, axis=0)
-        shares = spent / np.maximum(spent.sum(axis=1, keepdims=True), INSTANT)
-        edges = np.append(starts, n) * ((len(solution.toolpath) - 1) / n)
-        columns = [shares[:, run.causes.index(cause)] for cause in shown]
-        tops = np.cumsum([*columns, np.maximum(1.0 - sum(columns), 0.0)], axis=0)
-        tops *= spent.sum(axis=1) > 0.0
-        for low, high, colour in zip(np.vstack([0.0 * tops[:1], tops]), tops, colours.values(), strict=False):
-            drawn.append(panel.area(edges, low, high, colour))
-        parts.append(panel.group(name, drawn))
-    names = list(colours.items())
-    for row, few in enumerate((names[:4], names[4:])):
-        parts.append(legend(dict(few), WIDTH - RIGHT, panel.bottom + BELOW + 8.0 + 13.0 * row))
-    words = f"Chart: what limits the speed along the path, {' and '.join(runs)}"
-    return svg(panel.bottom + BELOW + 26.0, parts, words)
 
 
 def axis_lines(solution: Solution, baseline: str | None) -> str:
@@ -306,6 +266,6 @@ def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:
     return ({} if baseline is None else {baseline: BEFORE}) | {RESULT: AFTER}
 
 
-def _shifts(bars: int) -> Array:
+def shifts(bars: int) -> Array:
     """Compute the offsets of bars side by side at a tick."""
     return (np.arange(bars) - (bars - 1) / 2.0) * 0.8 / bars

@@ -22,7 +22,6 @@ from fiveaxis.report.figures import (
     axis_lines,
     cut_lines,
     energy_bars,
-    limit_strips,
     power_lines,
     speed_lines,
     spending_lines,
@@ -30,7 +29,14 @@ from fiveaxis.report.figures import (
 from fiveaxis.report.finished import finished_section
 from fiveaxis.report.landscape import FIRST_STEP, MOST_LOCATIONS, SECOND_STEP, Admits, feed_mm_min
 from fiveaxis.report.maps import draw_location, draw_valley
-from fiveaxis.report.sections import answers_section, front_section, program_section, setup_section
+from fiveaxis.report.sections import (
+    answers_section,
+    edge_section,
+    front_section,
+    program_section,
+    setup_section,
+)
+from fiveaxis.report.shares import limit_strips
 from fiveaxis.report.surfaces import location_surface, path_valley
 from fiveaxis.report.tables import scroll
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, what_stays
@@ -75,7 +81,7 @@ def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
         facts=_facts(document),
         answers=answers_section(document),
         compared=_compared(document),
-        setup=setup_section(document.setup_search) + front_section(document.front),
+        setup=setup_section(document.setup_search) + front_section(document.front) + edge_section(document),
         programs=f"{'' if baseline is None else f'“{escape(baseline)}” and of '}the optimised program",
         axis_table=scroll(tables.axis_table(document)),
         budget=_budget(document.budget),

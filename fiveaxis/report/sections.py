@@ -8,10 +8,12 @@ from itertools import groupby
 
 import numpy as np
 
+from fiveaxis.posture import RESULT
 from fiveaxis.report.document import ReportDocument
 from fiveaxis.report.facts import FrontPrograms, ProgramFigures, SetupSearched, TriedSetup
 from fiveaxis.report.figures import front_chart
 from fiveaxis.report.questions import Answer
+from fiveaxis.report.shares import edge_bars
 from fiveaxis.report.tables import NOTHING, kinds_table, saved_table, scroll, table
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, saving
 
@@ -163,6 +165,29 @@ def _setup_row(tried: TriedSetup, found: SetupSearched) -> list[str]:
 
 def _format_setup(tried: TriedSetup) -> str:
     return f"({plain_list(tried.offset)}) mm, turned by ({plain_list(tried.rotation_deg)}) deg"
+
+
+def edge_section(document: ReportDocument) -> str:
+    """Draw where on its edge the cutter cuts; empty where that wasn't asked for."""
+    use = document.edge_use
+    if use is None:
+        return ""
+    shown = [name for name in (document.baseline, RESULT) if name is not None]
+    known = "" if use.speeds is None else f", and its speed at {use.spindle_rpm:.6g} rev/min"
+    words = [
+        f"Length of cut by the angle between tool axis and surface normal{known}. At 0° the tip cuts, which "
+        "stands still; length spread over many angles wears the edge evenly."
+    ]
+    words += [
+        f"The contact of {number(use.unknown[name], 1)} mm of {name} isn’t known."
+        for name in shown
+        if use.unknown[name] > 0.0
+    ]
+    caption = f"<figcaption>{escape(' '.join(words))}</figcaption>"
+    return (
+        "<section>\n<h2>Where on its edge the cutter cuts</h2>\n"
+        f"<figure>\n{edge_bars(use, shown)}\n{caption}\n</figure>\n</section>"
+    )
 
 
 def front_section(front: FrontPrograms | None) -> str:

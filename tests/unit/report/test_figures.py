@@ -12,7 +12,6 @@ from fiveaxis.report.figures import (
     axis_lines,
     drive_powers,
     energy_bars,
-    limit_strips,
     mean_speeds,
     power_lines,
     speed_lines,
@@ -124,15 +123,3 @@ def test_a_highest_speed_is_dotted_only_where_the_motion_comes_near_it(
     )
     quick = replace(solution, machine=replace(solution.machine, axes=axes), compared={})
     assert ("#555555" in speed_lines(quick, None)) is dotted
-
-
-def test_the_strips_show_for_which_share_of_the_time_each_cause_limits_the_speed(solution):
-    limited = solution.limiting()
-    assert limited.times.sum() == pytest.approx(solution.timed().time.sum())
-    drawn = limit_strips(solution, "normal")
-    for cause in limited.by_cause:
-        assert f">{cause}</text>" in drawn
-    assert drawn == limit_strips(solution, "normal")
-    # One strip for each program, of one area per cause.
-    assert drawn.count('class="panel"') == 2
-    assert limit_strips(solution, None).count('class="panel"') == 1
