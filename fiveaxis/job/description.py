@@ -184,7 +184,14 @@ class Job(_Bounded):
         "smooth for planned paths and points with normals, programs and CL files as they state it",
     )
     front: int | None = Field(
-        None, ge=2, le=50, description="number of solutions from the cheapest path to the steadiest one"
+        None,
+        ge=2,
+        le=50,
+        description="number of solutions from the cheapest program to the fastest one, or to the steadiest "
+        "where no accelerations are known",
+    )
+    feed_share: float | None = Field(
+        None, gt=0.0, lt=1.0, description="with front: least share of the feed, where slower cuts save energy"
     )
     pick: int | None = Field(
         None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"

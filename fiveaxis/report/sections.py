@@ -194,21 +194,27 @@ def front_section(front: FrontPrograms | None) -> str:
     """List and draw the solutions of a front; empty without a front."""
     if front is None:
         return ""
+    based = any(each.point.energy.with_base is not None for each in front.points)
+    slower = any(each.point.slowest < 1.0 for each in front.points)
     heads = (
         "#number",
         "#energy (J)",
+        *["#with base power (J)"] * based,
+        "#program (s)",
         "#bends Σ‖Δρ‖² (rad²)",
         "#largest turn (deg/mm)",
-        "#program (s)",
+        *["#least share of the feed"] * slower,
         "NC program",
     )
     rows = [
         (
             str(each.number),
             number(each.energy, 1),
+            *[number(each.point.energy.with_base, 1)] * based,
+            number(each.time, 1),
             number(each.point.bend, 4),
             number(math.degrees(each.point.steepest), 2),
-            number(each.time, 1),
+            *[number(each.point.slowest, 2)] * slower,
             "released" if each.released else "kept back, see its report",
         )
         for each in front.points
@@ -216,18 +222,24 @@ def front_section(front: FrontPrograms | None) -> str:
     text = (
         f"Number {front.picked} is the optimised program of this page. Each has its files in front/<number> "
         "and underwent the same verification. Dominated solutions, which one of these beats in every figure, "
-        f"are left out: {front.dominated}."
+        f"and programs that were kept back are left out: {front.dominated}."
     )
+    what = "time" if front.by_time else "steadiness"
     return (
-        "<section>\n<h2>Energy against steadiness</h2>\n"
+        f"<section>\n<h2>Energy against {what}</h2>\n"
         f"{scroll(table(heads, rows, 'Solutions of the front'))}\n<p>{escape(text)}</p>\n"
-        f"<figure>\n{_front_chart(front)}\n<figcaption>What steadiness costs: each solution by its number; "
-        "feed drives only.</figcaption>\n</figure>\n</section>"
+        f"<figure>\n{_front_chart(front, what)}\n<figcaption>What {what} costs: each solution by its number"
+        f"{'' if based else '; feed drives only'}.</figcaption>\n</figure>\n</section>"
     )
 
 
-def _front_chart(front: FrontPrograms) -> str:
-    bend = np.array([each.point.bend for each in front.points])
-    energy = np.array([each.energy for each in front.points])
+def _front_chart(front: FrontPrograms, what: str) -> str:
+    energies = [
+        e.energy if e.point.energy.with_base is None else e.point.energy.with_base for e in front.points
+    ]
+    over = {"bends Σ‖Δρ‖² (rad²)": np.array([each.point.bend for each in front.points])}
+    if front.by_time:
+        over = {"run time on the control’s clock (s)": np.array([each.time for each in front.points])}
     names = [str(each.number) for each in front.points]
-    return front_chart(energy, "energy (J)", {"bends Σ‖Δρ‖² (rad²)": bend}, names, front.picked - 1)
+    title = f"What {what} costs"
+    return front_chart(np.array(energies), "energy (J)", over, names, front.picked - 1, title)

@@ -75,7 +75,9 @@ def edge_bars(use: EdgeUse, programs: Sequence[str]) -> str:
     colours = dict(zip(reversed(programs), (AFTER, BEFORE), strict=False))
     angles = np.degrees(use.edges)
     most = max(float(use.lengths[name].max(initial=0.0)) for name in programs)
-    panel = Panel(TOP, 140.0, (angles[0], angles[-1]), (0.0, 1.05 * most or 1.0))
+    # Words about the last angle stand half beyond the panel.
+    width = WIDTH - LEFT - RIGHT - 24.0
+    panel = Panel(TOP, 140.0, (angles[0], angles[-1]), (0.0, 1.05 * most or 1.0), width)
     kept = np.unique(np.linspace(0, len(angles) - 1, min(len(angles), 9)).astype(np.int64))
     figures = [(angles, "°"), (use.diameters, " mm")]
     figures += [] if use.speeds is None else [(60e-3 * use.speeds, " m/min")]
@@ -87,7 +89,7 @@ def edge_bars(use: EdgeUse, programs: Sequence[str]) -> str:
     for line, (values, unit) in enumerate(figures):
         below = panel.bottom + 12.0 * (line + 1)
         parts += [
-            text(f"{values[k]:.4g}{unit}", float(panel.across(angles[k])), below, anchor="middle")
+            text(f"{values[k]:.3g}{unit}", float(panel.across(angles[k])), below, anchor="middle")
             for k in kept
         ]
     below = panel.bottom + 12.0 * len(figures) + 15.0

@@ -83,7 +83,7 @@ class EdgeUse:
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
         return {
-            "angle_deg": np.degrees(self.edges),
+            "angle_deg": np.degrees(self.edges).round(9),
             "effective_diameter_mm": self.diameters,
             "cutting_speed_m_min": None if self.speeds is None else 60e-3 * self.speeds,
             "length_mm": self.lengths,

@@ -32,7 +32,7 @@ def test_the_bars_say_angle_diameter_and_speed_of_the_edge():
     assert ">5 mm</text>" in silent  # 10 mm of diameter, sin 30° of it
     assert "m/min" not in silent
     turning = EdgeUse(use.edges, use.lengths, use.unknown, ball, spindle=8000 * np.pi / 30.0)
-    assert f">{np.pi * 5.0 * 8000 / 1000:.4g} m/min</text>" in edge_bars(turning, ["optimised"])
+    assert f">{np.pi * 5.0 * 8000 / 1000:.3g} m/min</text>" in edge_bars(turning, ["optimised"])
 
 
 def test_a_report_has_no_bars_where_nobody_asked(solution, verdict):
