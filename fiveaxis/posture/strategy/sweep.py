@@ -56,12 +56,13 @@ class FrontPoint:
     fastest: float
     slowest: float = 1.0
 
-    def as_dict(self) -> dict[str, float]:
+    def as_dict(self) -> dict[str, float | None]:
         """Return the figures as plain data for JSON, angles in degrees but for ``bend``."""
         return {
             "smoothing_J_rad2": self.smoothing,
             "time_price_W": self.time_price,
             "energy_J": self.energy.total,
+            "with_base_J": self.energy.with_base,
             "cost_J": self.cost,
             "bend_rad2": self.bend,
             "steepest_deg_mm": float(np.degrees(self.steepest)),
