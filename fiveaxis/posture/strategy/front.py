@@ -131,7 +131,8 @@ def _by_clock(
 ) -> list[Member]:
     """Search solutions with an increasing price of time, the last for least time where speeds are known."""
     problem, start = solved(solution)
-    prices = problem.time_price + solution.energy.total / solution.energy.time * np.geomspace(*DELAYS, n - 1)
+    least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
+    prices = least + solution.energy.total / solution.energy.time * np.geomspace(*DELAYS, n - 1)
     speeds = [axis.max_speed for axis in solution.machine.axes if not axis.limits.is_fixed]
     members = [(measured(solution, start, 0.0, problem, problem), solution)]
     most = interrupted_cuts(solution, start)
