@@ -17,11 +17,19 @@ def optimise(path: Toolpath, machine, **options: Any) -> posture.Solution:
     return posture.optimise(path, machine, _taken(options), posture.Options(**QUICK | options))
 
 
-def find_front(path: Toolpath, machine, n: int = 8, smoothest=None, **options: Any) -> posture.Front:
+def find_front(
+    path: Toolpath, machine, n: int = 8, smoothest=None, feed_share=None, **options: Any
+) -> posture.Front:
     """Find a front; `options` as for `optimise`."""
     bounds = _taken(options)
     return posture.find_front(
-        path, machine, bounds, n, posture.Options(**QUICK | options), smoothest=smoothest
+        path,
+        machine,
+        bounds,
+        n,
+        posture.Options(**QUICK | options),
+        smoothest=smoothest,
+        feed_share=feed_share,
     )
 
 

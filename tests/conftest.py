@@ -89,7 +89,7 @@ def write(tmp_path: Path) -> Callable[..., Path]:
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the figures out of reports: drawing takes most of a short run, and other tests look at them."""
-    for name in ("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"):
+    for name in ("energy_bars", "limit_strips", "spending_lines", "axis_lines", "speed_lines", "power_lines"):
         monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_: "<svg></svg>")
     for name in ("path_valley", "draw_valley", "draw_location"):
         monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_, **__: "data:,")

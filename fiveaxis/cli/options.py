@@ -155,8 +155,10 @@ POSTURE: Mapping[str, Any] = {
         "between locations: smooth (a curve where they are its samples) or chord; default: as the path says",
     ),
     **flags_of(Search),
-    "front": optional(int, "find N solutions, from the cheapest path to the steadiest"),
+    "front": optional(int, "find N solutions, from the cheapest program to the fastest or steadiest"),
+    "feed_share": optional(float, "with --front: least share of the feed, where slower cuts save energy"),
     "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
+    "edge_use": optional(bool, "report where on the cutter's edge the path cuts", "--edge-use/--no-edge-use"),
     "setup_search": optional(
         str, "choose the setup too: x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
     ),

@@ -363,18 +363,23 @@ def _print_compared(document: ReportDocument) -> None:
 
 
 def _print_front(front: FrontPrograms) -> None:
-    """Print the solutions from the cheapest path to the steadiest one."""
+    """Print the solutions from the cheapest program to the fastest or steadiest one."""
     from fiveaxis.posture import RESULT
 
-    heads = ("number", "J", "bends rad²", "deg/mm", "program s", "program", "")
+    based = any(each.point.energy.with_base is not None for each in front.points)
+    slower = any(each.point.slowest < 1.0 for each in front.points)
+    heads = ["number", "J", *["with base J"] * based, "program s", "bends rad²", "deg/mm"]
+    heads += [*["least feed"] * slower, "program", ""]
     table = Table(*heads, box=None)
     for each in front.points:
         table.add_row(
             str(each.number),
             f"{each.energy:.1f}",
+            *[f"{each.point.energy.with_base:.1f}"] * based,
+            f"{each.time:.1f}",
             f"{each.point.bend:.4f}",
             f"{math.degrees(each.point.steepest):.2f}",
-            f"{each.time:.1f}",
+            *[f"{each.point.slowest:.2f}"] * slower,
             "released" if each.released else "kept back",
             RESULT if each.number == front.picked else "",
         )

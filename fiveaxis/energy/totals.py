@@ -64,6 +64,8 @@ class Energy(ShownAsTable, HasColumns):
     steadiness : starts, reversals and changes of speed of the axes
     timing : what the durations are: ``programmed``, or with ``accelerations``
     by_kind : cost of the motion's ``cut``, ``link`` and ``rapid`` moves
+    limited : s, for how long each cause limits the speed (`fiveaxis.motion.limiting`), longest first; their
+        sum is the duration. Empty where that wasn't asked for
     """
 
     by_axis: dict[str, float]
@@ -76,6 +78,7 @@ class Energy(ShownAsTable, HasColumns):
     timing: Timing = "programmed"
     by_kind: dict[str, KindEnergy] = field(default_factory=dict)
     most: float | None = None
+    limited: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{letter} {joule:.0f}" for letter, joule in self.by_axis.items())
@@ -163,6 +166,7 @@ class Energy(ShownAsTable, HasColumns):
             "time": self.time,
             "feed_time": self.feed_time,
             "timing": self.timing,
+            "limited": dict(self.limited),
             "travel": self.travel,
             "travel_by_axis": dict(self.travel_by_axis),
             "travel_error": self.travel_error,

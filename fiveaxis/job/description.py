@@ -184,10 +184,20 @@ class Job(_Bounded):
         "smooth for planned paths and points with normals, programs and CL files as they state it",
     )
     front: int | None = Field(
-        None, ge=2, le=50, description="number of solutions from the cheapest path to the steadiest one"
+        None,
+        ge=2,
+        le=50,
+        description="number of solutions from the cheapest program to the fastest one, or to the steadiest "
+        "where no accelerations are known",
+    )
+    feed_share: float | None = Field(
+        None, gt=0.0, lt=1.0, description="with front: least share of the feed, where slower cuts save energy"
     )
     pick: int | None = Field(
         None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"
+    )
+    edge_use: bool = Field(
+        False, description="report where on the cutter's edge the path cuts, by contact angle"
     )
     nc: ProgramSettings = Field(ProgramSettings(), description="tool, spindle, coolant… of the NC program")
     setup: SetupTable = SetupTable()
@@ -216,8 +226,12 @@ class Job(_Bounded):
 
     @property
     def bounds(self) -> dict[str, Any]:
-        """The bounds on postures and turns as given, in degrees."""
-        return self._of(Bounds)
+        """The bounds on postures and turns as given, in degrees; the spindle's speed as the job states it."""
+        bounds = self._of(Bounds)
+        if bounds["spindle_speed"] is None:
+            process = None if self.process is None else self.process.spindle_rpm
+            bounds["spindle_speed"] = self.nc.spindle_rpm or process
+        return bounds
 
     @property
     def search(self) -> Search:

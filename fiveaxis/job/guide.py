@@ -21,8 +21,8 @@ from fiveaxis.settings import models_in
 
 # Units as descriptions write them, at their start or after a comma; the longest first.
 _UNIT = re.compile(
-    r"(?:^|, )(mm and deg|mm/min|deg/mm|deg/min|rev/min|J/mm|J/rad2|N/mm2|N/mm|kg of CO2 per kWh|deg|mm|kg|W"
-    r"|N)(?=$|[,;.: ])"
+    r"(?:^|, )(mm and deg|mm/min|m/min|deg/mm|deg/min|rev/min|J/mm|J/rad2|N/mm2|N/mm|kg of CO2 per kWh"
+    r"|deg|mm|kg|W|N)(?=$|[,;.: ])"
 )
 _BOUNDS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _PLAIN = {float: "number", int: "whole number", bool: "true or false", str: "text", Path: "file"}
@@ -35,6 +35,7 @@ EXAMPLES: Mapping[str, Any] = {
     "unit": "mm",
     "columns": ["x", "y", "z", "nx", "ny", "nz"],
     "front": 5,
+    "feed_share": 0.7,
     "pick": 2,
     "path_shape": "chord",
     "program.machine": "hayashi-640123",

@@ -30,6 +30,7 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
 from fiveaxis.motion import Motion, PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
+from fiveaxis.motion.limiting import law_limiting, programmed_limiting
 from fiveaxis.nc import ReadMotion, stated_clock
 from fiveaxis.nc.control.program_reader import require_timed
 from fiveaxis.nc.own_header import set_up_as_stated, stated_feed, stated_tool
@@ -201,6 +202,8 @@ def price_program(
     if corners == "control":
         clock = stated_clock(source, control)
         taken = predicted_time(read, machine, clock.dialect, clock.coordinates)
+    limiting = programmed_limiting(read, machine) if taken is None else taken.limiting
+    known = ~read.from_unknown
     if corners in ("programmed", "control"):
         read, taken = _whole_blocks(read, machine, taken)
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
@@ -226,13 +229,15 @@ def price_program(
     else:
         # The durations of blocks that only turn follow from their own feed words.
         law = time_motion(read, machine, corners=corners)
+        limiting = law_limiting(law)
         motion = replace(motion, time=np.where(lost, 0.0, law.motion.time))
         by_block = np.where(lost[:, None], 0.0, law_energies(machine, law, force))
         integral = by_block
     timed = law is not None if taken is None else taken.basis == "accelerations"
     timing: Timing = "accelerations" if timed else "programmed"
     spent = motion_energy(machine, motion, integral, rounding, force)
-    energy = replace(spent, feed_time=feed_time, timing=timing)
+    limited = replace(limiting, time=limiting.time * known[:, None]).by_cause
+    energy = replace(spent, feed_time=feed_time, timing=timing, limited=limited)
     budget = None if cut is None else job_budget(machine, motion, cut, None, rounding, integral)
     coordinates: Coordinates = "tip" if read.tcp.any() else "axes"
     # What axis words cost doesn't depend on where the tool goes.

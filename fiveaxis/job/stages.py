@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -43,14 +44,17 @@ from fiveaxis.motion import Clock, Filling
 from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.nc.revision import Revision
 from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.posture import Front, Options, find_front
+from fiveaxis.posture import RESULT, Front, Options, find_front
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
+from fiveaxis.posture.strategy.front import undominated
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
 from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.toolpath.bounds import require_touching
+from fiveaxis.toolpath.edge import EdgeUse
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Report
 
@@ -118,6 +122,9 @@ class Outcome:
             scallop=self.scallop,
             setup_search=self.setup_search,
             front=self.front_programs,
+            edge_use=_edge_use(self.solution, self.job.bounds["spindle_speed"])
+            if self.job.edge_use
+            else None,
         )
 
     @cached_property
@@ -193,6 +200,8 @@ def run_stages(
     constraints = job.constraints
     toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
     require_reached(toolpath, job.writing["override"])
+    if job.edge_use:
+        require_touching(toolpath, "where on its edge it cuts (edge_use)")
     cleared, front = solve(job, constraints, toolpath, machine, wording, progress, passes, around, start)
     inputs = describe_inputs(job)
 
@@ -218,7 +227,7 @@ def run_stages(
         timed = solution.clock.timed(blocks, machine)
         budget = job_budget(machine, timed, process, factors, rounding, engaged=program.engaged)
         return Outcome(
-            job, solution, program, budget, inputs, front, cleared, revision=revision, scallop=scallop
+            job, solution, program, budget, inputs, cleared=cleared, revision=revision, scallop=scallop
         )
 
     solutions = (cleared.solution,) if front is None else front.solutions
@@ -226,15 +235,47 @@ def run_stages(
     for number, one in enumerate(solutions, start=1):
         progress("writing and verifying the program", number - 1, len(solutions))
         outcomes.append(finish(one))
-    if front is None:
-        return outcomes[0]
-    picked = next(k for k, one in enumerate(solutions) if one.motion is cleared.solution.motion)
+    return outcomes[0] if front is None else _picked(job, front, outcomes)
+
+
+def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
+    """Return the outcome that a job picks of a front: of the programs that no other one dominates as made.
+
+    Words are rounded and blocks removed, so two programs may be in another order than their solutions were.
+    A program that is kept back stands beside none that isn't.
+    """
+    able = [k for k, made in enumerate(outcomes) if made.gate.is_open] or list(range(len(outcomes)))
+    delivered = [replace(front.points[k], energy=outcomes[k].solution.energy) for k in able]
+    kept = undominated([point.figures(point.energy) for point in delivered])
+    members = tuple(outcomes[able[k]] for k in kept)
+    points = tuple(delivered[k] for k in kept)
+    dominated = front.dominated + len(outcomes) - len(members)
+    solutions = [front.solutions[able[k]] for k in kept]
     programs = tuple(
-        FrontProgram(point, number, made.solution.energy.total, made.solution.energy.time, made.gate.is_open)
-        for number, (point, made) in enumerate(zip(front.points, outcomes, strict=True), start=1)
+        FrontProgram(point, number, point.energy.total, point.energy.time, made.gate.is_open)
+        for number, (point, made) in enumerate(zip(points, members, strict=True), start=1)
     )
-    figures = FrontPrograms(programs, front.dominated, picked + 1)
-    return replace(outcomes[picked], of_front=tuple(outcomes), front_programs=figures)
+    picked = min(job.pick or 1, len(members))
+    return replace(
+        members[picked - 1],
+        front=Front(points, dominated, solutions[0], tuple(solutions[1:])),
+        of_front=members,
+        front_programs=FrontPrograms(programs, dominated, picked),
+    )
+
+
+def _edge_use(solution: Postures, rpm: float | None) -> EdgeUse:
+    """Find where on the cutter's edge a solution and its baselines cut."""
+    motions = {RESULT: (solution.toolpath, solution.motion)}
+    motions |= {
+        name: (one.toolpath or solution.toolpath, one.motion) for name, one in solution.compared.items()
+    }
+    columns = solution.machine.rotary_columns
+    programs = {
+        name: (path, tool_axes(solution.machine, motion.positions[:, columns]))
+        for name, (path, motion) in motions.items()
+    }
+    return EdgeUse.of(programs, None if rpm is None else 2.0 * math.pi * rpm / 60.0)
 
 
 def _rounded_alike(solution: Postures, filling: Filling, rounding: float) -> dict[str, Baseline]:
@@ -345,12 +386,18 @@ def solve(
             else f"pick = {job.pick} chooses from a front; give front too",
             file=job.input,
         )
+    if job.feed_share is not None and (job.front is None or revises(job)):
+        raise JobError(
+            "feed_share belongs to a front, and to a program of its own; give front, and for a program "
+            "that is revised in place also control",
+            file=job.input,
+        )
     fronts: list[Front] = []
 
     def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Postures:
         if job.front is None:
             return optimise_postures(path, machine, constraints, chosen)
-        fronts.append(find_front(path, machine, constraints, job.front, chosen))
+        fronts.append(find_front(path, machine, constraints, job.front, chosen, feed_share=job.feed_share))
         return fronts[-1].pick(job.pick or 1)
 
     cleared = solve_clear(

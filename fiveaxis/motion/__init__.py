@@ -2,6 +2,7 @@
 
 from fiveaxis.motion.deviation import PATH_TOLERANCE, axis_deviation, path_deviation
 from fiveaxis.motion.filling import Fill, Filling, fill_in, inside_rapids, respaced
+from fiveaxis.motion.limiting import Limiting
 from fiveaxis.motion.motion import Motion, follow, located, motion_digest
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
 from fiveaxis.motion.program_motion import Interpolation, Phase, ProgramMotion
@@ -43,6 +44,7 @@ __all__ = [
     "Fill",
     "Filling",
     "Interpolation",
+    "Limiting",
     "Motion",
     "PeakRate",
     "Phase",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Literal, Protocol
 
 import numpy as np
@@ -11,6 +13,7 @@ from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion.deviation import PATH_TOLERANCE
+from fiveaxis.motion.limiting import Limiting, law_limiting, programmed_limiting
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.servo_cycles import servo_times
 from fiveaxis.motion.time_law import time_motion
@@ -68,12 +71,14 @@ class PredictedTime:
     Parameters
     ----------
     times : (n,), s, of the motion's rows
+    limits : finds what limits the speed in each row
     basis : with ``accelerations``, or ``programmed`` where they or the control's corner behaviour are unknown
     missing : reason for programmed times, else empty
     assumed : about corners and accelerations that aren't known
     """
 
     times: Array
+    limits: Callable[[], Limiting]
     basis: Literal["programmed", "accelerations"]
     missing: str = ""
     assumed: str = ""
@@ -82,6 +87,11 @@ class PredictedTime:
     def total(self) -> float:
         """Time of the whole program, s."""
         return float(self.times.sum())
+
+    @cached_property
+    def limiting(self) -> Limiting:
+        """What limits the speed in each row; computed on first use."""
+        return self.limits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,24 +184,38 @@ def predicted_time(
     lacking = f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}"
     clock = Clock(dialect, coordinates)
     if clock.is_programmed(machine):
-        return PredictedTime(motion.time, "programmed", lacking)
+        bounding = partial(programmed_limiting, motion, machine)
+        return PredictedTime(motion.time, bounding, "programmed", lacking)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
     blocks = _whole_blocks(motion, last)
     if clock.limits_words:
         blocks = _in_words(blocks, machine)
     assumptions = [f"{lacking}: their speed changes at once"] if unknown else []
-    if dialect is None or dialect.corners is None:
-        assumptions.append(f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm")
-        if dialect is not None:
-            assumptions[-1] += f", since how control {dialect.name!r} takes them is a setting of the machine"
-        times = time_motion(blocks, machine, corners=PATH_TOLERANCE).motion.time
-    elif isinstance(dialect.corners, str):
-        blends = dialect.corners == "blended"
-        times = servo_times(blocks, machine, dialect.cycle, blends=blends, tolerance=dialect.blend)
+    corners = None if dialect is None else dialect.corners
+    limits: Callable[[], Limiting]
+    if dialect is not None and isinstance(corners, str):
+        blends = corners == "blended"
+        run = servo_times(blocks, machine, dialect.cycle, blends=blends, tolerance=dialect.blend)
+        times, limits = run.times, partial(replace, run)
     else:
-        times = time_motion(blocks, machine, corners=dialect.corners).motion.time
+        if corners is None:
+            assumptions.append(f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm")
+            if dialect is not None:
+                assumptions[-1] += (
+                    f", since how control {dialect.name!r} takes them is a setting of the machine"
+                )
+        law = time_motion(blocks, machine, corners=PATH_TOLERANCE if corners is None else float(corners))
+        times, limits = law.motion.time, partial(law_limiting, law)
+
+    def of_rows() -> Limiting:
+        found = limits()
+        return replace(found, time=_distribute(found.time, motion.time, last))
+
     return PredictedTime(
-        _distribute(times, motion.time, last), "accelerations", assumed="; ".join(assumptions)
+        _distribute(times[:, None], motion.time, last)[:, 0],
+        of_rows,
+        "accelerations",
+        assumed="; ".join(assumptions),
     )
 
 
@@ -216,8 +240,8 @@ def _in_words(blocks: Motion, machine: Machine) -> Motion:
 
 
 def _distribute(times: Array, programmed: Array, last: BoolArray) -> Array:
-    """Distribute the time of each block over its rows, (n,) s, in proportion to the programmed times."""
+    """Distribute times of blocks, (b, c) s, over rows, (n, c), in proportion to the programmed times."""
     block = np.concatenate([[0], np.cumsum(last)[:-1]])
-    whole = np.bincount(block, programmed)
+    whole = np.bincount(block, programmed)[:, None]
     share = np.divide(times, whole, out=np.zeros_like(times), where=whole > 0.0)
-    return np.asarray(programmed * share[block])
+    return np.asarray(programmed[:, None] * share[block])

@@ -11,8 +11,9 @@ from typing import Protocol
 import numpy as np
 
 from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
+from fiveaxis.motion.limiting import AT_LIMIT, DWELL, FEED, OTHERS, SHORT, STOPS, Limiting, levers
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.servo_queue import (
     EXACT,
@@ -36,11 +37,13 @@ STANDS = 1e-8
 NO_WAY, NO_SPEED, NO_TIME = 1e-12, 1e-8, 1e-12
 # s: a tangent move that takes less has one acceleration (ARC_BLEND_RAMP_FREQ = 100 Hz).
 RAMP_TIME = 0.01
+# What a move does in a cycle: it gains speed, runs at its highest, or loses speed.
+RISING, CRUISING, FALLING = range(3)
 
 
 def servo_times(
     blocks: Motion, machine: Machine, cycle: float, *, blends: bool, tolerance: float = 0.0
-) -> Array:
+) -> Limiting:
     """Run blocks through LinuxCNC's trajectory planner, from rest to rest.
 
     The length of a block is that of its X, Y and Z words, or of its rotary words where these stand; the speed
@@ -65,7 +68,7 @@ def servo_times(
 
     Returns
     -------
-    times : (n,), s; a block without a move keeps its own
+    The time of each block, by what limits its speed; a block without a move keeps its own time
 
     References
     ----------
@@ -77,9 +80,10 @@ def servo_times(
     along, turn = (np.linalg.norm(steps[:, columns], axis=1) for columns in (linear, rotary))
     length = np.where(along > 0.0, along, turn)
     moving = np.flatnonzero(length > 0.0)
-    times = np.where(length > 0.0, 0.0, blocks.time)
+    still = np.flatnonzero(length == 0.0)
+    rests = np.full(len(still), DWELL)
     if not len(moving):
-        return times
+        return Limiting.of(blocks.letters, len(steps), still, rests, blocks.time)
     rates = np.abs(steps[moving]) / length[moving, None]
     queue = np.zeros(len(moving), QUEUED_MOVE)
     queue["block"], queue["length"], queue["whole"] = moving, length[moving], length[moving]
@@ -95,9 +99,31 @@ def servo_times(
     queue["rapid"] = blocks.rapid[moving]
     queue["join"], queue["kink"] = PARABOLIC if blends else EXACT, np.inf
     limits = np.array([bounds.acceleration[linear], bounds.speed[linear]])
+    with np.errstate(divide="ignore"):
+        slowest, weakest = ((most / rates).argmin(axis=1) for most in (bounds.speed, bounds.acceleration))
     joined = queue_moves(queue, limits, tolerance, cycle)
     spent = run_cycles(joined, np.zeros(len(joined), STATE), tolerance, cycle)
-    return np.asarray(times + np.bincount(joined["block"], spent, len(times)))
+    move = np.searchsorted(moving, joined["block"])
+    pushed = len(OTHERS) + len(blocks.letters) + weakest[move]
+    most = queue["most"][move]
+    cruising = np.where(joined["feed"] < AT_LIMIT * most, FEED, len(OTHERS) + slowest[move])
+    cruising[joined["most"] < np.minimum(AT_LIMIT * joined["feed"], most)] = SHORT
+    cruising[joined["arc"]] = pushed[joined["arc"]]
+    # A blend stops an axis where the path turns back.
+    along = steps[joined["block"]] * levers(blocks.letters)
+    back = (along[1:] * along[:-1]).sum(axis=1) < 0.0
+    turned = np.append(False, back), np.append(back, False)
+    rising, falling = (
+        np.where(stops | backs, STOPS, pushed)
+        for stops, backs in zip(touching_rest(spent, joined["join"]).T, turned, strict=True)
+    )
+    return Limiting.of(
+        blocks.letters,
+        len(steps),
+        np.concatenate([still, *[joined["block"]] * 3]),
+        np.concatenate([rests, rising, cruising, falling]),
+        np.concatenate([blocks.time[still], *spent.T]),
+    )
 
 
 class State(Protocol):
@@ -113,6 +139,7 @@ class State(Protocol):
     split: bool  # whether it ends within the coming cycle
     end_speed: float  # at a tangent end
     done: bool
+    doing: int  # RISING, CRUISING or FALLING, in the last step
 
 
 STATE = record_type(State)
@@ -164,6 +191,9 @@ def step_on(move: QueuedMove, state: State, cycle: float) -> None:
     else:
         state.gone = min(state.gone + 0.5 * (speed + state.speed) * state.step, move.length)
     state.speed = speed
+    state.doing = RISING if acceleration >= 0.0 else FALLING
+    if speed >= AT_LIMIT * top_speed(move):
+        state.doing = CRUISING
     state.braking = abs(wanted - speed) < NO_SPEED and acceleration < 0.0
     look_for_end(move, state, cycle)
 
@@ -241,9 +271,10 @@ def run_cycles(queue: Records, states: Records, tolerance: float, cycle: float) 
 
     Returns
     -------
-    times : (m,), s; a cycle in which one move ends and the next begins is shared out between them
+    times : (m, 3), s, in which each move is RISING, CRUISING and FALLING; a cycle in which one move ends and
+        the next begins is shared out between them
     """
-    times = np.zeros(len(queue))
+    times = np.zeros((len(queue), 3))
     for place in range(len(queue)):
         states[place].step = cycle
     for place in range(len(queue)):
@@ -252,17 +283,43 @@ def run_cycles(queue: Records, states: Records, tolerance: float, cycle: float) 
         blend = blend_speeds(move, queue[place + 1], tolerance, 1.0)[0] if overlaps else 0.0
         while not state.done:
             begin(move, state)
-            times[place] += cycle
             if state.split:
                 rest = finish(queue, states, place, cycle)
-                times[place] -= rest
+                times[place, state.doing] += cycle - rest
                 if place + 1 < len(queue):
-                    times[place + 1] += rest
+                    times[place + 1, states[place + 1].doing] += rest
                 continue
             state.step = cycle
             step_on(move, state, cycle)
+            times[place, state.doing] += cycle
             if overlaps and not state.done:
                 state.blending = state.blending or (state.braking and state.speed < blend)
                 if state.blending:
                     step_on(queue[place + 1], states[place + 1], cycle)
     return times
+
+
+@compiled
+def touching_rest(spent: Array, join: IntArray) -> BoolArray:
+    """Find the moves that gain speed from a standstill, and those that lose it towards one.
+
+    Parameters
+    ----------
+    spent : (m, 3), of `run_cycles`
+    join : (m,), how each ends
+
+    Returns
+    -------
+    (m, 2), for RISING and FALLING
+    """
+    count = len(join)
+    rest = np.ones((count, 2), np.bool_)
+    for place in range(1, count):
+        stops, before = join[place - 1] in (STOP, EXACT), spent[place - 1]
+        goes_on = rest[place - 1, 0] and join[place - 1] == TANGENT
+        rest[place, 0] = stops or (goes_on and before[CRUISING] == 0.0 and before[FALLING] == 0.0)
+    for place in range(count - 2, -1, -1):
+        stops, after = join[place] in (STOP, EXACT), spent[place + 1]
+        goes_on = rest[place + 1, 1] and join[place] == TANGENT
+        rest[place, 1] = stops or (goes_on and after[CRUISING] == 0.0 and after[RISING] == 0.0)
+    return rest

@@ -75,13 +75,6 @@ class TimeLaw:
         """Time of the whole motion, s."""
         return float(self.motion.time.sum())
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the limits: ``feed``, ``X speed`` …, ``X acceleration`` …, ``dwell``."""
-        letters = self.motion.letters
-        speeds, accelerations = (tuple(f"{c} {what}" for c in letters) for what in ("speed", "acceleration"))
-        return ("feed", *speeds, *accelerations, "dwell")
-
     @cached_property
     def rates(self) -> Array:
         """(n, k), mm/s and rad/s: speed of every axis at the end of each block."""
@@ -132,23 +125,6 @@ class TimeLaw:
         time = (start[:, None] + length[:, None] * GAUSS_POINTS).ravel()
         block, weight = np.repeat(phases.block[phase], 2), np.repeat(length / 2.0, 2)
         return Samples(time, weight, block, *self.at(time))
-
-    @cached_property
-    def usage(self) -> Array:
-        """(s, 2 k + 2), utilisation of each limit in each sample, 1 at the limit, in the order of `names`."""
-        samples = self.samples
-        _, path_speed, _ = self.phases.at(samples.time)
-        feed = np.nan_to_num(path_speed / self.feed_speed[samples.block])
-        dwell = (~np.isfinite(self.feed_speed[samples.block])).astype(float)
-        speeds = np.abs(samples.speed) / self.bounds.speed
-        accelerations = np.abs(samples.acceleration) / self.bounds.acceleration
-        return np.column_stack([feed, speeds, accelerations, dwell])
-
-    @cached_property
-    def shares(self) -> dict[str, float]:
-        """For how long each limit is the active one, s; those that never are are left out."""
-        spent = np.bincount(self.usage.argmax(axis=1), self.samples.weight, len(self.names))
-        return {name: float(t) for name, t in zip(self.names, spent, strict=True) if t > INSTANT}
 
 
 def time_motion(

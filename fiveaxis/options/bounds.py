@@ -82,3 +82,22 @@ class Bounds(ProgramBounds, total=False):
     turn_rate: Annotated[
         float | None, Option("largest rotary turn along a cut", unit="deg/mm", above=0.0, example=5)
     ]
+    least_cutting_speed: Annotated[
+        float | None,
+        Option(
+            "lowest speed of the cutting edge at the contact, so that the tool leans away from its tip",
+            unit="m/min",
+            above=0.0,
+            example=60,
+        ),
+    ]
+    spindle_speed: Annotated[
+        float | None,
+        Option(
+            "speed of the spindle that least_cutting_speed is of; by default the program's, or the process's",
+            unit="rev/min",
+            above=0.0,
+            most=200000.0,
+            example=8000,
+        ),
+    ]

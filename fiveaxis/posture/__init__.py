@@ -6,7 +6,8 @@ from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import RESULT, Baseline, Solution, Stage
 from fiveaxis.posture.strategy.effort import Effort
-from fiveaxis.posture.strategy.front import Front, FrontPoint, find_front
+from fiveaxis.posture.strategy.front import Front, find_front
+from fiveaxis.posture.strategy.sweep import FrontPoint
 
 __all__ = [
     "RESULT",

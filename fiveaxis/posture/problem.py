@@ -108,7 +108,8 @@ class Problem:
         up_penalty : J/mm, added to the cost of lifting what a linear axis carries (`lifting_costs`)
         max_turn : rad, largest turn of a rotary axis in each step (`turn_bounds`), or one for all
         time_price : J/s, of time beyond that at the programmed feed
-        bend_price : J/rad², of ‖Δρ‖² in each step
+        bend_price : J/rad², of ‖Δρ‖² between given locations; on the m parts of a move m times that, so that
+            a turn that is spread evenly over them costs the same
         jerk_price : J per rad/s², of changes of a rotary axis's acceleration between cuts
 
         Raises
@@ -145,7 +146,7 @@ class Problem:
                 [ROTARY_EXCESS_PRICE if a.is_rotary else LINEAR_EXCESS_PRICE for a in machine.axes]
             ),
             time_price=time_price,
-            bend_price=np.full(len(toolpath) - 1, bend_price),
+            bend_price=np.asarray(bend_price * parts_of_moves(toolpath), dtype=np.float64),
             jerk_price=jerk_price,
         )
 
@@ -326,3 +327,10 @@ class Problem:
         """Compute how far cutting steps turn beyond their bound, (n − 1,) rad; 0 on links."""
         turns = (np.abs(np.diff(rotary, axis=0)) - self.max_turn).max(axis=1)
         return np.where(self.strict, np.maximum(turns, 0.0), 0.0)
+
+
+def parts_of_moves(toolpath: Toolpath) -> IntArray:
+    """Count the steps of which the move between two given locations consists, for each of them, (n − 1,)."""
+    ends = np.flatnonzero(~toolpath.inserted)
+    counts = np.diff(ends, prepend=0, append=len(toolpath) - 1)
+    return np.repeat(counts, counts)

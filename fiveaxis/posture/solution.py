@@ -14,7 +14,7 @@ from fiveaxis.energy import Energy, energy_draws, motion_energy, move_powers
 from fiveaxis.geometry import Array, angle_between, product
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Motion, PredictedTime
+from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Limiting, Motion, PredictedTime
 from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optima import Optimality, optimality
@@ -79,13 +79,15 @@ def program_energy(
 
 
 def blocks_energy(machine: Machine, blocks: Motion, clock: Clock, rounding: float = 0.0) -> Energy:
-    """Compute the energy of blocks over the time that the control takes for them.
+    """Compute the energy of blocks over the time that the control takes for them, and what limits it.
 
     Parameters
     ----------
     rounding : mm, as for `motion_energy`
     """
-    return timed_energy(machine, blocks, clock(blocks, machine), rounding)
+    taken = clock(blocks, machine)
+    energy = timed_energy(machine, blocks, taken, rounding)
+    return replace(energy, limited=taken.limiting.by_cause)
 
 
 def timed_energy(machine: Machine, blocks: Motion, taken: PredictedTime, rounding: float = 0.0) -> Energy:
@@ -312,24 +314,36 @@ class Solution(ShownAsTable, HasColumns):
 
         They are the programmed ones on a machine without accelerations.
         """
-        if name not in self._timed:
-            self._timed[name] = self._in_time(None if name == RESULT else self.compared[name])
-        return self._timed[name]
+        return self._run(name)[0]
+
+    def limiting(self, name: str = RESULT) -> Limiting:
+        """Return what limits the speed in each row of the motion, or of a baseline's, and for how long."""
+        return self._run(name)[1]
+
+    def _run(self, name: str) -> tuple[Motion, Limiting]:
+        if name not in self._runs:
+            self._runs[name] = self._in_time(None if name == RESULT else self.compared[name])
+        return self._runs[name]
 
     @cached_property
-    def _timed(self) -> dict[str, Motion]:
-        """Motions with the control's times, by name, as far as they were asked for."""
+    def _runs(self) -> dict[str, tuple[Motion, Limiting]]:
+        """Motions with the control's times, and what limits them, by name, as far as they were asked for."""
         return {}
 
-    def _in_time(self, given: Baseline | None) -> Motion:
+    def _in_time(self, given: Baseline | None) -> tuple[Motion, Limiting]:
         motion = self.motion if given is None else given.motion
         path = self.toolpath if given is None else given.toolpath or self.toolpath
         if self.clock.is_programmed(self.machine) or len(motion) == 1:
-            return motion
+            return motion, self.clock(motion, self.machine).limiting
         fill = self.filling.thin(self.filling.fill(path, self.machine, motion))
-        reached = np.cumsum(fill.times(self.clock(fill.blocks, self.machine).times))
+        taken = self.clock(fill.blocks, self.machine)
         rows = np.searchsorted(fill.row, np.arange(len(motion)))
-        return replace(motion, time=np.diff(reached[rows], prepend=0.0))
+
+        def along(times: Array) -> Array:
+            return np.diff(np.cumsum(fill.times(times))[rows], prepend=0.0)
+
+        spent = np.stack([along(times) for times in taken.limiting.time.T], axis=1)
+        return replace(motion, time=along(taken.times)), replace(taken.limiting, time=spent)
 
     def residuals(self) -> dict[str, float]:
         """Audit the motion against the problem; every figure is 0 for a perfect solution.

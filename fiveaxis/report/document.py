@@ -26,6 +26,7 @@ from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report.facts import FrontPrograms, InputFile, Overriding, ProgramFigures, SetupSearched
 from fiveaxis.report.questions import Answers, answers
 from fiveaxis.report.words import describe_tool
+from fiveaxis.toolpath.edge import EdgeUse
 from fiveaxis.verification import Report
 
 # Attribute of `Energy` by which two programs are compared.
@@ -37,6 +38,7 @@ UNITS = {
     "time": "s",
     "savings_range": "shares, least and most on machines drawn from the bands of estimated powers, with base "
     "power where it is known",
+    "limited": "s, for how long each cause limits the speed; together the time",
     "savings": "share of the baseline, 1 is everything; negative is a loss",
     "speed_changes": "mm/s or deg/s; `block` counts the program's moves from its first location, and `line` "
     "is that of its text",
@@ -68,7 +70,7 @@ class ReportDocument:
     part_size : (3,), mm, extents of the part, if there is one
     scallop : mm, highest ridge between passes that was asked for, and as the cutter leans; None where none
         was asked for, or the lean has no influence on it
-    setup_search, front : where the job asks for them
+    setup_search, front, edge_use : where the job asks for them
     """
 
     solution: Solution
@@ -83,6 +85,7 @@ class ReportDocument:
     scallop: tuple[float, float] | None = None
     setup_search: SetupSearched | None = None
     front: FrontPrograms | None = None
+    edge_use: EdgeUse | None = None
 
     @property
     def name(self) -> str:
@@ -155,6 +158,11 @@ class ReportDocument:
         if self.revises and AS_PROGRAMMED in baselines:
             return AS_PROGRAMMED
         return min(baselines, key=lambda name: getattr(baselines[name], self.measure), default=None)
+
+    @property
+    def timed_against(self) -> str | None:
+        """Name of the baseline whose run time is compared: the program as it was, or else `baseline`."""
+        return AS_PROGRAMMED if AS_PROGRAMMED in self.solution.baselines else self.baseline
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
@@ -234,6 +242,8 @@ class ReportDocument:
             document["override_unused"] = unused
         if self.front is not None:
             document["front"] = self.front.as_dict()
+        if self.edge_use is not None:
+            document["edge_use"] = self.edge_use.as_dict()
         if self.setup_search is not None:
             document["setup_search"] = self.setup_search.as_dict()
         return {key: _plain(value) for key, value in document.items()}

@@ -186,14 +186,19 @@ class FrontPrograms:
 
     Parameters
     ----------
-    points : from the cheapest solution to the steadiest one
-    dominated : how many solutions were left out because one of these beats them in every figure
+    points : from the cheapest program to the fastest or steadiest one
+    dominated : how many were left out because one of these beats them in every figure, or as kept back
     picked : number of the one that the report is about
     """
 
     points: tuple[FrontProgram, ...]
     dominated: int
     picked: int
+
+    @property
+    def by_time(self) -> bool:
+        """Whether the control's clock is known, so that time is what the programs are compared by."""
+        return all(each.point.energy.timing == "accelerations" for each in self.points)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the programs as plain data for JSON."""

@@ -58,7 +58,7 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
         panel.frame("energy (J)", "machine axis", x_ticks=dict(enumerate(letters))),
     ]
     width = 0.8 / len(series)
-    for row, colour, shift in zip(heights, series.values(), _shifts(len(series)), strict=True):
+    for row, colour, shift in zip(heights, series.values(), shifts(len(series)), strict=True):
         parts += [panel.bar(k + shift, 0.96 * width, h, colour, number(h)) for k, h in enumerate(row)]
     return svg(panel.bottom + BELOW, parts, f"Bar chart: energy of each axis, {' and '.join(series)}")
 
@@ -168,8 +168,9 @@ def front_chart(
     measures: Mapping[str, Array],
     names: Sequence[str],
     picked: int | None = None,
+    title: str = "What steadiness costs",
 ) -> str:
-    """Draw the solutions of a front, (n,), over what steadiness is measured by, side by side.
+    """Draw the solutions of a front, (n,), over what they cost energy for, side by side.
 
     Parameters
     ----------
@@ -179,7 +180,7 @@ def front_chart(
     picked : the solution with a larger mark
     """
     share = WIDTH / len(measures)
-    parts = [text("What steadiness costs", LEFT, 12.0, bold=True)]
+    parts = [text(title, LEFT, 12.0, bold=True)]
     for k, (what, values) in enumerate(measures.items()):
         x, y = widened(values), widened(energy, margin=0.1)
         panel = Panel(TOP, 150.0, x, y, share - LEFT - RIGHT, LEFT + k * share)
@@ -189,7 +190,7 @@ def front_chart(
             size = 5.0 if i == picked else 3.0
             parts.append(f'<circle cx="{across:.2f}" cy="{down:.2f}" r="{size:g}" fill="{AFTER}"/>')
             parts.append(text(name, across + 6.0, down - 5.0))
-    words = "Line chart: energy over bends, one point for each solution"
+    words = f"Line chart: energy over {' and '.join(measures)}, one point for each solution"
     return svg(TOP + 150.0 + BELOW, parts, words)
 
 
@@ -266,6 +267,6 @@ def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:
     return ({} if baseline is None else {baseline: BEFORE}) | {RESULT: AFTER}
 
 
-def _shifts(bars: int) -> Array:
+def shifts(bars: int) -> Array:
     """Compute the offsets of bars side by side at a tick."""
     return (np.arange(bars) - (bars - 1) / 2.0) * 0.8 / bars

@@ -29,7 +29,14 @@ from fiveaxis.report.figures import (
 from fiveaxis.report.finished import finished_section
 from fiveaxis.report.landscape import FIRST_STEP, MOST_LOCATIONS, SECOND_STEP, Admits, feed_mm_min
 from fiveaxis.report.maps import draw_location, draw_valley
-from fiveaxis.report.sections import answers_section, front_section, program_section, setup_section
+from fiveaxis.report.sections import (
+    answers_section,
+    edge_section,
+    front_section,
+    program_section,
+    setup_section,
+)
+from fiveaxis.report.shares import limit_strips
 from fiveaxis.report.surfaces import location_surface, path_valley
 from fiveaxis.report.tables import scroll
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, what_stays
@@ -74,7 +81,7 @@ def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
         facts=_facts(document),
         answers=answers_section(document),
         compared=_compared(document),
-        setup=setup_section(document.setup_search) + front_section(document.front),
+        setup=setup_section(document.setup_search) + front_section(document.front) + edge_section(document),
         programs=f"{'' if baseline is None else f'“{escape(baseline)}” and of '}the optimised program",
         axis_table=scroll(tables.axis_table(document)),
         budget=_budget(document.budget),
@@ -86,8 +93,10 @@ def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
         solver=_solver(document),
         machine=_machine(document.machine),
         inputs=scroll(tables.input_table(document.inputs)),
+        time_caption=escape(_time_caption(document)),
         energy_bars=energy_bars(solution, baseline),
         spending_lines=spending_lines(solution, baseline),
+        limit_strips=limit_strips(solution, document.timed_against),
         axis_lines=axis_lines(solution, baseline),
         speed_lines=speed_lines(solution, baseline),
         power_lines=power_lines(solution, baseline),
@@ -135,6 +144,20 @@ def _facts(document: ReportDocument) -> str:
         f"{number(document.locations)} locations · {document.tool} · "
         f"machine {machine.name} (code {machine.code}, axes {' '.join(machine.letters)}) · "
         f"tool axis {low}…{high}° from the {solution.tilt.name}"
+    )
+
+
+def _time_caption(document: ReportDocument) -> str:
+    """Say what the causes of the strips mean, and what isn't known."""
+    if document.solution.energy.timing == "accelerations":
+        return (
+            "Stops: speeding up from rest, braking to it, and turning back. Speed: an axis at its highest. "
+            "Acceleration: other changes of speed and direction. Feed: nothing else limits the speed; "
+            f"{document.solution.clock.basis}."
+        )
+    return (
+        "Speed: an axis at its highest. Feed: nothing else limits the speed. What stops and corners cost "
+        f"isn’t known: the machine states no max_acceleration of {', '.join(document.accelerations_unknown)}."
     )
 
 

@@ -242,8 +242,12 @@ def write_front_figure(front: Front, path: str | Path) -> Path:
     bend = np.array([point.bend for point in front.points])
     steepest = np.degrees([point.steepest for point in front.points])
     measures = {"bends Σ‖Δρ‖² (rad²)": bend, "largest turn along the path (deg/mm)": steepest}
-    ends = ["cheapest", *[""] * (len(energy) - 2), "smoothest"][: len(energy)]
-    return write_figure(front_chart(energy, SPENT, measures, ends), path, "Front of solutions")
+    last, title = "smoothest", "What steadiness costs"
+    if all(point.energy.timing == "accelerations" for point in front.points):
+        measures = {"run time on the control’s clock (s)": np.array([p.energy.time for p in front.points])}
+        last, title = "fastest", "What time costs"
+    ends = ["cheapest", *[""] * (len(energy) - 2), last][: len(energy)]
+    return write_figure(front_chart(energy, SPENT, measures, ends, title=title), path, "Front of solutions")
 
 
 def write_program_figure(

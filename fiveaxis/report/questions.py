@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from fiveaxis.findings import Cause, Severity, group_gaps
 from fiveaxis.nc.program import Preparation
 from fiveaxis.posture.solution import AS_PROGRAMMED
-from fiveaxis.report.words import NO_CHANGE, describe_cutter, number, plain, saving, speed_change
+from fiveaxis.report.words import NO_CHANGE, describe_cutter, number, plain, saving, speed_change, time_shares
 
 if TYPE_CHECKING:
     from fiveaxis.report.document import ReportDocument
@@ -141,7 +141,7 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
     question, name = "What does it save?", document.baseline
     if name is None:
         text = "Unknown: there is no baseline to compare with."
-        return Answer(question, text, folded=tuple(_steadiness(document)))
+        return Answer(question, text, folded=(*_time(document), *_steadiness(document)))
     energy, baseline = document.solution.energy, document.solution.baselines[name]
     own, other = (number(getattr(e, document.measure)) for e in (energy, baseline))
     as_it_was = document.revises and name == AS_PROGRAMMED
@@ -157,9 +157,25 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
         low, high = map(saving, document.savings_range[name])
         text_of = f"powers are estimated; on machines drawn from their bands it is {low} to {high}."
         details.append(Detail("Range", text_of))
-    times = (number(e.time, 1) for e in (energy, baseline))
-    time = Detail("Time", "{} s, with that baseline {} s.".format(*times))
-    return Answer(question, text, tuple(details), (time, *_steadiness(document)))
+    time, steadiness = tuple(_time(document)), tuple(_steadiness(document))
+    if energy.timing == "accelerations":
+        return Answer(question, text, (*details, *time), steadiness)
+    # What starts and stops cost isn't known there.
+    return Answer(question, text, tuple(details), (*time, *steadiness))
+
+
+def _time(document: ReportDocument) -> Iterator[Detail]:
+    """Say how long the control takes, and what limits the speed for which share of that."""
+    solution, name = document.solution, document.timed_against
+    energies = {"": solution.energy} | ({} if name is None else {name: solution.baselines[name]})
+    own, *others = energies.values()
+    against = f" against {number(others[0].time, 1)} s of {name}" if others else ""
+    less = f": {saving(1.0 - own.time / others[0].time)}" if others and others[0].time else ""
+    clock = "" if own.timing == "accelerations" else ", without starts and stops"
+    yield Detail("Time", f"{number(own.time, 1)} s{against}{clock}{less}.")
+    limits = [f"{n and f'{n}: '}{time_shares(e.limited)}" for n, e in energies.items() if e.limited]
+    if limits:
+        yield Detail("Limited by", f"{'; '.join(limits)}.")
 
 
 def _steadiness(document: ReportDocument) -> Iterator[Detail]:

@@ -8,10 +8,12 @@ from itertools import groupby
 
 import numpy as np
 
+from fiveaxis.posture import RESULT
 from fiveaxis.report.document import ReportDocument
 from fiveaxis.report.facts import FrontPrograms, ProgramFigures, SetupSearched, TriedSetup
 from fiveaxis.report.figures import front_chart
 from fiveaxis.report.questions import Answer
+from fiveaxis.report.shares import edge_bars
 from fiveaxis.report.tables import NOTHING, kinds_table, saved_table, scroll, table
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, saving
 
@@ -165,25 +167,54 @@ def _format_setup(tried: TriedSetup) -> str:
     return f"({plain_list(tried.offset)}) mm, turned by ({plain_list(tried.rotation_deg)}) deg"
 
 
+def edge_section(document: ReportDocument) -> str:
+    """Draw where on its edge the cutter cuts; empty where that wasn't asked for."""
+    use = document.edge_use
+    if use is None:
+        return ""
+    shown = [name for name in (document.baseline, RESULT) if name is not None]
+    known = "" if use.speeds is None else f", and its speed at {use.spindle_rpm:.6g} rev/min"
+    words = [
+        f"Length of cut by the angle between tool axis and surface normal{known}. At 0° the tip cuts, which "
+        "stands still; length spread over many angles wears the edge evenly."
+    ]
+    words += [
+        f"The contact of {number(use.unknown[name], 1)} mm of {name} isn’t known."
+        for name in shown
+        if use.unknown[name] > 0.0
+    ]
+    caption = f"<figcaption>{escape(' '.join(words))}</figcaption>"
+    return (
+        "<section>\n<h2>Where on its edge the cutter cuts</h2>\n"
+        f"<figure>\n{edge_bars(use, shown)}\n{caption}\n</figure>\n</section>"
+    )
+
+
 def front_section(front: FrontPrograms | None) -> str:
     """List and draw the solutions of a front; empty without a front."""
     if front is None:
         return ""
+    based = any(each.point.energy.with_base is not None for each in front.points)
+    slower = any(each.point.slowest < 1.0 for each in front.points)
     heads = (
         "#number",
         "#energy (J)",
+        *["#with base power (J)"] * based,
+        "#program (s)",
         "#bends Σ‖Δρ‖² (rad²)",
         "#largest turn (deg/mm)",
-        "#program (s)",
+        *["#least share of the feed"] * slower,
         "NC program",
     )
     rows = [
         (
             str(each.number),
             number(each.energy, 1),
+            *[number(each.point.energy.with_base, 1)] * based,
+            number(each.time, 1),
             number(each.point.bend, 4),
             number(math.degrees(each.point.steepest), 2),
-            number(each.time, 1),
+            *[number(each.point.slowest, 2)] * slower,
             "released" if each.released else "kept back, see its report",
         )
         for each in front.points
@@ -191,18 +222,24 @@ def front_section(front: FrontPrograms | None) -> str:
     text = (
         f"Number {front.picked} is the optimised program of this page. Each has its files in front/<number> "
         "and underwent the same verification. Dominated solutions, which one of these beats in every figure, "
-        f"are left out: {front.dominated}."
+        f"and programs that were kept back are left out: {front.dominated}."
     )
+    what = "time" if front.by_time else "steadiness"
     return (
-        "<section>\n<h2>Energy against steadiness</h2>\n"
+        f"<section>\n<h2>Energy against {what}</h2>\n"
         f"{scroll(table(heads, rows, 'Solutions of the front'))}\n<p>{escape(text)}</p>\n"
-        f"<figure>\n{_front_chart(front)}\n<figcaption>What steadiness costs: each solution by its number; "
-        "feed drives only.</figcaption>\n</figure>\n</section>"
+        f"<figure>\n{_front_chart(front, what)}\n<figcaption>What {what} costs: each solution by its number"
+        f"{'' if based else '; feed drives only'}.</figcaption>\n</figure>\n</section>"
     )
 
 
-def _front_chart(front: FrontPrograms) -> str:
-    bend = np.array([each.point.bend for each in front.points])
-    energy = np.array([each.energy for each in front.points])
+def _front_chart(front: FrontPrograms, what: str) -> str:
+    energies = [
+        e.energy if e.point.energy.with_base is None else e.point.energy.with_base for e in front.points
+    ]
+    over = {"bends Σ‖Δρ‖² (rad²)": np.array([each.point.bend for each in front.points])}
+    if front.by_time:
+        over = {"run time on the control’s clock (s)": np.array([each.time for each in front.points])}
     names = [str(each.number) for each in front.points]
-    return front_chart(energy, "energy (J)", {"bends Σ‖Δρ‖² (rad²)": bend}, names, front.picked - 1)
+    title = f"What {what} costs"
+    return front_chart(np.array(energies), "energy (J)", over, names, front.picked - 1, title)

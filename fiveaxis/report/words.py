@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from fiveaxis.motion import SpeedChange
 from fiveaxis.toolpath import Tool
@@ -51,6 +51,16 @@ def saving(share: float | None) -> str:
     if percent == 0.0:
         return NO_CHANGE
     return f"{abs(percent):.1f}{THIN_SPACE}% {'less' if percent > 0.0 else 'more'}"
+
+
+def time_shares(limited: Mapping[str, float]) -> str:
+    """Format for which shares of the time each cause limits the speed: ``feed 61 %, stops 20 %``."""
+    total = sum(limited.values())
+    shares = {cause: round(100.0 * time / total) for cause, time in limited.items()} if total else {}
+    said = [f"{cause} {percent}{THIN_SPACE}%" for cause, percent in shares.items() if percent]
+    rest = len(shares) - len(said)
+    few = f"{rest} other{'s' if rest > 1 else ''} less than 0.5{THIN_SPACE}%"
+    return ", ".join([*said, few] if rest else said)
 
 
 def speed_change(letter: str, change: SpeedChange, line: int | None) -> str:

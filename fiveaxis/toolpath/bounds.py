@@ -227,6 +227,51 @@ def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None)
     return tuple(bounds)
 
 
+def require_touching(toolpath: Toolpath, what: str) -> None:
+    """Raise unless it is known where the cutter touches, in words of what hangs on that.
+
+    Raises
+    ------
+    ToolpathError
+        A path without normals.
+    """
+    if not toolpath.has_normals:
+        raise ToolpathError(
+            f"has no surface normals, so where the cutter touches isn't known, nor {what}; say which surface "
+            "it cuts (part, --part)",
+            file=toolpath.name,
+        )
+
+
+def cutting_speed_bounds(toolpath: Toolpath, speed: float, spindle: float) -> TiltBounds:
+    """Return the angles to the normal at which the cutting edge is fast enough at the contact.
+
+    Parameters
+    ----------
+    toolpath : with surface normals
+    speed : mm/s, lowest speed
+    spindle : rad/s
+
+    Raises
+    ------
+    ToolpathError
+        A path without normals.
+    SettingError
+        No part of the cutter's zone is that fast.
+    """
+    require_touching(toolpath, "how fast its edge cuts")
+    zone, radius = toolpath.zone, speed / spindle
+    fastest = float(zone.contact_radius(math.pi / 2.0))
+    if radius >= fastest:
+        raise SettingError(
+            f"least_cutting_speed {60e-3 * speed:g} m/min is out of reach: at {30.0 * spindle / math.pi:g} "
+            f"rev/min {toolpath.tool} cuts at less than {60e-3 * fastest * spindle:.4g} m/min wherever it "
+            "touches; raise the spindle's speed or lower this one"
+        )
+    low = 0.0 if zone.radius == 0.0 else math.asin(max((radius - zone.offset) / zone.radius, 0.0))
+    return TiltBounds(toolpath.normal, low, math.pi - low, "normal")
+
+
 def _combined_tilt(angles: list[float]) -> float:
     """Compute the tilt of a lead and a lean, rad."""
     return math.atan(math.hypot(*(math.tan(a) for a in angles)))

@@ -13,7 +13,14 @@ from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Place
 from fiveaxis.geometry import Array, angle_between
 from fiveaxis.options import Bounds, completed, spelled_out
-from fiveaxis.toolpath.bounds import Range, TiltBounds, lead_lean_bounds, require_lead_lean, tilt_of
+from fiveaxis.toolpath.bounds import (
+    Range,
+    TiltBounds,
+    cutting_speed_bounds,
+    lead_lean_bounds,
+    require_lead_lean,
+    tilt_of,
+)
 from fiveaxis.toolpath.path import SHORTEST_DIRECTION, Toolpath
 
 # Tolerance on a tool axis in a plane, which the search needs.
@@ -40,6 +47,8 @@ class Constraints:
     singular_cone : half angle about the direction of the first rotary axis within which a cut turns that axis
         by at most `singular_rate`
     singular_rate : rad/mm
+    least_cutting_speed : mm/s, lowest speed of the cutting edge at the contact; beside a bound on angles
+    spindle_speed : rad/s, at which it is
     """
 
     tilt: Range | None = None
@@ -52,6 +61,8 @@ class Constraints:
     turn_rate: float | None = None
     singular_cone: float | None = None
     singular_rate: float = 0.0
+    least_cutting_speed: float | None = None
+    spindle_speed: float | None = None
 
     @classmethod
     @spelled_out(Bounds)
@@ -63,7 +74,7 @@ class Constraints:
         SettingError
             Both `tilt` and `cone`; a range that is empty, reversed or outside 0…180° (lead and lean:
             −90…90°); a zero plane vector; a bound on turns that isn't positive; a singular rate without its
-            cone.
+            cone, a least cutting speed without the spindle's.
         """
         given = completed(Bounds, bounds)
         tilt, cone, lead, lean, plane = (given[name] for name in ("tilt", "cone", "lead", "lean", "plane"))
@@ -88,6 +99,12 @@ class Constraints:
             raise SettingError(
                 f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; set singular_cone too"
             )
+        cutting, spindle = given["least_cutting_speed"], given["spindle_speed"]
+        if cutting is not None and spindle is None:
+            raise SettingError(
+                f"least_cutting_speed {cutting:g} m/min needs the speed of the spindle; give spindle_speed "
+                "(--spindle-speed 8000), in rev/min"
+            )
         return cls(
             tilt=_radians_of(tilt),
             cone=None if cone is None else math.radians(cone),
@@ -99,6 +116,8 @@ class Constraints:
             turn_rate=None if turn_rate is None else math.radians(turn_rate),
             singular_cone=None if singular_cone is None else math.radians(singular_cone),
             singular_rate=math.radians(singular_rate),
+            least_cutting_speed=None if cutting is None else 1000.0 * cutting / 60.0,
+            spindle_speed=None if spindle is None else 2.0 * math.pi * spindle / 60.0,
         )
 
     @property
@@ -121,12 +140,20 @@ class Constraints:
     @property
     def of_lean(self) -> Constraints:
         """The bounds on the tool's lean only."""
-        return Constraints(self.tilt, self.cone, self.lead, self.lean, self.plane)
+        return Constraints(
+            self.tilt,
+            self.cone,
+            self.lead,
+            self.lean,
+            self.plane,
+            least_cutting_speed=self.least_cutting_speed,
+            spindle_speed=self.spindle_speed,
+        )
 
     @property
     def of_turns(self) -> Constraints:
         """The bounds on rotary axes only."""
-        return replace(self, tilt=None, cone=None, lead=None, lean=None, plane=None)
+        return replace(self, tilt=None, cone=None, lead=None, lean=None, plane=None, least_cutting_speed=None)
 
     def lean_bounds(self, toolpath: Toolpath) -> TiltBounds:
         """Return the bounds on the tool's lean along a path; they all hold at once.
@@ -149,6 +176,15 @@ class Constraints:
         """
         low, high = self._range(toolpath)
         beside = lead_lean_bounds(toolpath, self.lead, self.lean)
+        if self.least_cutting_speed is not None and self.spindle_speed is not None:
+            bound = cutting_speed_bounds(toolpath, self.least_cutting_speed, self.spindle_speed)
+            if self.cone is None and high <= bound.low:
+                raise SettingError(
+                    f"at a least cutting speed of {60e-3 * self.least_cutting_speed:g} m/min {toolpath.tool} "
+                    f"touches at {math.degrees(bound.low):.4g} deg to the normal or more; the range ends at "
+                    f"{math.degrees(high):g} deg; widen it (--tilt), or raise the spindle's speed"
+                )
+            beside = (*beside, bound)
         zone = toolpath.zone
         if self.cone is not None:
             if zone.offset != 0.0 or len(toolpath.tool.cutter.zones) > 1:

@@ -17,6 +17,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fiveaxis.errors import ToolError
 from fiveaxis.geometry import Array, angle_between
@@ -61,6 +62,13 @@ class Zone:
     def holds(self, low: float, high: float) -> bool:
         """Check whether a range of angles, rad, lies within the zone."""
         return self.least - ROUNDING <= low and high <= self.high + ROUNDING
+
+    def contact_radius(self, angle: ArrayLike) -> Array:
+        """Compute the contact's distance from the axis, mm, at angles to the normal, rad: ``a + r sin φ``.
+
+        Twice that is the cutter's effective diameter; for a ball it is ``D sin φ``.
+        """
+        return np.asarray(self.offset + self.radius * np.sin(angle))
 
     def pivot(self, contact: Array, normal: Array) -> Array:
         """Compute the arc's centre for contacts, (n, 3) mm: ``contact + r·n``."""

@@ -132,7 +132,7 @@ class Delivery:
         path = refined(self.given, location) if path is None else path
         problem, bounds = self.build(path, location)
         if self.options.objective == "time":
-            problem = by_time(problem, self.options.up_penalty, self.options.smoothing)
+            problem = by_time(problem, self.options.up_penalty)
         return Posed(path, location, problem, bounds)
 
     @cached_property

@@ -31,7 +31,7 @@ SHORTEST, STANDING = 1e-4, 1e-7
 UNLIMITED = 1e9
 
 
-def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -> Problem:
+def by_time(problem: Problem, up_penalty: float = 0.0) -> Problem:
     """Return a problem priced by the time of its path.
 
     *Speed*: a step waits for the slowest axis, at `TIME_PRICE`. *Acceleration*: an axis that has to change
@@ -44,9 +44,8 @@ def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -
 
     Parameters
     ----------
-    problem : with other prices, and the highest speeds of all axes
+    problem : with the price of bends, and the highest speeds of all axes; other prices are replaced
     up_penalty : J/mm, added to the price of lifting what a linear axis carries (`lifting_costs`)
-    smoothing : J/rad², added to the price of bends
     """
     speed, push, least = problem.top_speed, problem.top_acceleration, problem.least_time
     travel = np.broadcast_to(TIME_PRICE * TRAVEL_SHARE / speed, problem.plus.shape)
@@ -59,7 +58,7 @@ def by_time(problem: Problem, up_penalty: float = 0.0, smoothing: float = 0.0) -
         minus=travel + down,
         time_price=TIME_PRICE,
         excess_price=TIME_PRICE / (2.0 * push),
-        bend_price=smoothing + TIME_PRICE * BEND_SHARE / (lasting * turning**2),
+        bend_price=problem.bend_price + TIME_PRICE * BEND_SHARE / (lasting * turning**2),
     )
 
 

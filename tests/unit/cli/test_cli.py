@@ -715,6 +715,9 @@ def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
         (("--winding", "round"), "winding = 'round' must be"),
         (("--front", "3", "--smoothing", "5"), "smoothing is varied along a front"),
         (("--pick", "2"), "pick = 2 chooses from a front; give front too"),
+        (("--feed-share", "0.7"), "feed_share belongs to a front"),
+        (("--least-cutting-speed", "60"), "needs the speed of the spindle"),
+        (("--least-cutting-speed", "600", "--spindle-rpm", "8000"), "is out of reach"),
         (("--front", "3", "--pick", "4"), "pick = 4 is none of the 3 solutions of the front"),
     ],
 )

@@ -22,7 +22,15 @@ from fiveaxis.machine.tables import MachineFile
 from fiveaxis.nc import Dialect
 
 # Numbers that count or compare, and directions: they have no unit.
-WITHOUT_UNIT = {"plane", "front", "pick", "process.teeth", "factors.price", "fixture.cylinder.direction"}
+WITHOUT_UNIT = {
+    "plane",
+    "front",
+    "pick",
+    "feed_share",
+    "process.teeth",
+    "factors.price",
+    "fixture.cylinder.direction",
+}
 WITHOUT_UNIT |= {
     "nc.number",
     "nc.tool_number",

@@ -92,6 +92,12 @@ def test_another_control_takes_another_time(made, tmp_path):
     programmed = fx.program_energy(file, TRUNNION, corners="programmed")
     assert programmed.energy.time == pytest.approx(own.energy.feed_time)
     assert programmed.energy.time < other.energy.time
+    law = fx.program_energy(file, TRUNNION, corners="exact-stop")
+    for one in (own, other, programmed, law):
+        assert sum(one.energy.limited.values()) == pytest.approx(one.energy.time, rel=1e-6)
+    # LinuxCNC stops in every block that turns an axis; without accelerations nobody knows of stops.
+    assert own.energy.limited["stops"] > other.energy.limited["stops"]
+    assert "stops" not in programmed.energy.limited
 
 
 def test_no_baseline_is_cheaper_in_that_time(made):
@@ -104,6 +110,8 @@ def test_charts_show_the_times_of_the_control(made):
     solution, _ = made
     shown = solution.timed()
     assert shown.time.sum() == pytest.approx(solution.energy.time, rel=1e-9)
+    assert sum(solution.energy.limited.values()) == pytest.approx(solution.energy.time, rel=1e-9)
+    np.testing.assert_allclose(solution.limiting().times, shown.time, atol=1e-9)
     assert (shown.time[1:] > 0.0).all()
     name = next(iter(solution.compared))
     assert solution.timed(name).time.sum() == pytest.approx(solution.baselines[name].time, rel=1e-9)

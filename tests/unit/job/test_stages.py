@@ -69,6 +69,24 @@ def test_each_has_its_files_and_those_of_an_earlier_run_go(outcome, tmp_path):
     assert "Number 2 is the optimised program" in page
 
 
+def test_on_a_known_clock_no_program_of_a_front_beats_another_as_delivered(job):
+    clocked = make_job(job, machine="linuxcnc-xyzac-trt", front=4, pick=1, feed_share=0.7, feed=2000.0)
+    outcome = run_job(clocked)
+    figures = [(one.solution.energy.total, one.solution.energy.time) for one in outcome.of_front]
+    assert len(figures) >= 2
+    # Cheaper ones take longer, so none is as good as another in both.
+    assert figures == sorted(figures)
+    assert [time for _, time in figures] == sorted((time for _, time in figures), reverse=True)
+    assert len({time for _, time in figures}) == len(figures)
+    assert all(one.gate.is_open and one.verdict.ok for one in outcome.of_front)
+    assert outcome.front_programs.by_time
+    assert outcome.program is outcome.of_front[0].program
+    told = outcome.document["front"]["points"]
+    assert [(p["energy_J"], p["program_time_s"]) for p in told] == figures
+    limited = outcome.document["energy"]["limited"]
+    assert sum(limited.values()) == pytest.approx(outcome.solution.energy.time)
+
+
 def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
     rows = "".join(f"{x},0,0,0,0,1\n" for x in (-10, -5, 0, 5, 10))
     (tmp_path / "path.csv").write_text("x,y,z,i,j,k\n" + rows)

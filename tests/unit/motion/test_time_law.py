@@ -13,6 +13,7 @@ from trapezoids import rest_times
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.motion import Motion, TimeLaw, block_times, follow, time_motion
+from fiveaxis.motion.limiting import law_limiting
 from fiveaxis.toolpath import Tool, Toolpath
 
 # Bounds hold all along the path but for rounding in the shortest phases; measured 6e-11.
@@ -123,7 +124,7 @@ def test_a_circle_sampled_densely_runs_at_its_feed():
     circle = with_speed(motion_of(20.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1)), 15.0)
     law = time_motion(circle, TRUNNION)
     assert law.total == pytest.approx(2 * np.pi * 20.0 / 15.0 + 15.0 / 300.0, rel=1e-4)
-    assert law.shares["feed"] > 0.98 * law.total
+    assert law_limiting(law).by_cause["feed"] > 0.98 * law.total
 
 
 def test_a_small_circle_runs_at_the_speed_of_its_centripetal_acceleration():
@@ -344,21 +345,6 @@ def test_samples_integrate_over_time():
     assert (np.diff(samples.time) > 0.0).all()
 
 
-def limiting(law: TimeLaw) -> np.ndarray:
-    """Index in `TimeLaw.names` of what limits each block for the longest time; −1 where it takes none."""
-    spent = np.zeros((len(law.motion), len(law.names)))
-    np.add.at(spent, (law.samples.block, law.usage.argmax(axis=1)), law.samples.weight)
-    return np.where(spent.any(axis=1), spent.argmax(axis=1), -1)
-
-
-def test_the_active_limit_of_every_block_is_known():
-    law = time_motion(motion_of([[0.0] * 5, [50.0, 0, 0, 0, 0], [50.0, 0, 0, 0, 0.02]]), TRUNNION)
-    assert [law.names[i] for i in limiting(law)[1:]] == ["X speed", "C acceleration"]
-    assert limiting(law)[0] == -1
-    assert sum(law.shares.values()) == pytest.approx(law.total)
-    assert law.usage.max(axis=1).min() > 1.0 - 1e-6  # something always limits on straight moves
-
-
 def test_a_rotary_axis_goes_on_turning_over_its_turns():
     turns = np.zeros((400, 5))
     turns[:, 4] = np.linspace(0.0, 6 * np.pi, 400)
@@ -407,7 +393,7 @@ def test_a_dwell_is_a_stop_of_its_time():
     motion = motion_of([[0.0], [10.0], [10.0], [20.0]], [0.0, 1.0, 2.5, 1.0])
     law = time_motion(motion, TRUNNION)
     np.testing.assert_allclose(law.motion.time, [0.0, 1.0 + 10 / 300, 2.5, 1.0 + 10 / 300])
-    assert law.names[limiting(law)[2]] == "dwell"
+    assert law_limiting(law).by_cause["dwell"] == pytest.approx(2.5)
     np.testing.assert_allclose(law.at(2.0)[1], 0.0, atol=1e-12)
 
 
@@ -416,7 +402,7 @@ def test_a_motion_that_goes_nowhere_takes_no_time(rows):
     law = time_motion(motion_of(rows, 0.0), TRUNNION)
     assert law.total == 0.0
     assert not law.rates.any()
-    assert law.shares == {}
+    assert law_limiting(law).by_cause == {}
     position, speed, _ = law.at([0.0, 1.0])
     np.testing.assert_array_equal(position[:, :2], [[1.0, 2.0]] * 2)
     assert not speed.any()

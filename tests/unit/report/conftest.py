@@ -17,7 +17,7 @@ from fiveaxis.findings import JOB, Finding, Place, Severity, risk
 from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, PredictedTime, follow
+from fiveaxis.motion import Motion, follow, predicted_time
 from fiveaxis.nc.program import Preparation
 from fiveaxis.nc.writing.header import Note
 from fiveaxis.posture import Baseline, Solution, Stage
@@ -142,7 +142,7 @@ def program(solution: Solution) -> ProgramFigures:
         axis_left_plane=0,
         redundant_kept_for=(),
         interpolation="joint",
-        run_time=PredictedTime(solution.motion.time, "programmed"),
+        run_time=predicted_time(solution.motion, solution.machine),
         energy=solution.energy,
         path_tolerance_mm=0.005,
         axis_tolerance_deg=0.02,
@@ -151,7 +151,7 @@ def program(solution: Solution) -> ProgramFigures:
 
 # What a page shows of the solution alone, whatever its document says: nearly all the work of a page.
 DRAWN = (
-    *("energy_bars", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
+    *("energy_bars", "limit_strips", "spending_lines", "axis_lines", "speed_lines", "power_lines"),
     *("path_valley", "draw_valley", "location_surface"),
 )
 

@@ -211,7 +211,7 @@ def test_the_page_needs_no_network(page: Page, solution: Solution, verdict: Repo
     own = re.sub(r"(data:image/png;base64,|sha256-)[\w+/=]+", "data:", text)
     assert OUTSIDE.findall(own) == []
     assert text.count("data:image/png;base64,") == 4
-    assert text.count("<svg") == 7
+    assert text.count("<svg") == 8
 
 
 def test_the_page_runs_its_own_script_alone(page: Page, solution: Solution, verdict: Report) -> None:
@@ -238,7 +238,7 @@ def test_every_chart_says_in_words_what_it_shows(page: Page, solution: Solution,
     charts = re.findall(r"<svg[^>]*>", page(solution, verdict))
     assert all(re.search(r'role="img" aria-label="[^"]{20,}"', chart) for chart in charts)
     assert [re.findall(r'data-over="([^"]*)"', chart) for chart in charts] == [
-        *([], ["location"], ["location"], ["time in s"], ["time in s"], [], [])
+        *([], [], ["location"], ["location"], ["time in s"], ["time in s"], [], [])
     ]
 
 

@@ -11,6 +11,7 @@ from fiveaxis.energy import Energy
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.motion import SpeedChange
 from fiveaxis.posture import Solution
+from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report import ReportDocument
 from fiveaxis.report.facts import Overriding, ProgramFigures
 from fiveaxis.report.words import saving
@@ -178,7 +179,7 @@ def test_starts_and_reversals_stand_beside_those_of_every_baseline(
     assert line in document.answers.saved.lines
     alone = ReportDocument(replace(solution, compared={}), verdict)
     words = f"starts {solution.energy.starts}, reversals {solution.energy.reversals}."
-    assert alone.answers.saved.lines[1] == f"Steadiness: {words}"
+    assert f"Steadiness: {words}" in alone.answers.saved.lines
 
 
 def test_without_accelerations_it_says_what_is_assumed_and_how_smooth_the_program_is(
@@ -206,7 +207,25 @@ def test_where_accelerations_are_charged_nothing_is_assumed(solution: Solution, 
     stated = replace(solution, machine=replace(solution.machine, axes=axes))
     for one in (charged, stated):
         words = [detail.about for detail in ReportDocument(one, verdict).answers.saved.folded]
-        assert words == ["Time", "Steadiness"]
+        assert words[-1] == "Steadiness"
+        assert ("Time" in words) == (one is stated)
+
+
+def test_the_run_time_is_told_first_with_what_limits_it(solution: Solution, verdict: Report) -> None:
+    normal = solution.compared["normal"]
+    fast = replace(
+        solution.energy, time=80.0, timing="accelerations", limited={"feed": 60.0, "C speed": 20.0}
+    )
+    slow = replace(normal.energy, time=100.0, limited={"stops": 99.9, "feed": 0.1})
+    timed = replace(solution, energy=fast, compared={"normal": replace(normal, energy=slow)})
+    details = [f"{about}: {text}" for about, text in ReportDocument(timed, verdict).answers.saved.details]
+    assert details == [
+        f"Time: 80.0 s against 100.0 s of normal: 20.0{THIN}% less.",
+        f"Limited by: feed 75{THIN}%, C speed 25{THIN}%; "
+        f"normal: stops 100{THIN}%, 1 other less than 0.5{THIN}%.",
+    ]
+    programmed = replace(timed, compared={AS_PROGRAMMED: timed.compared["normal"], "normal": normal})
+    assert "100.0 s of as-programmed" in ReportDocument(programmed, verdict).answers.saved.details[0].text
 
 
 def test_one_axis_without_acceleration_is_named_alone(solution: Solution, verdict: Report) -> None:

@@ -11,9 +11,10 @@ from fiveaxis import posture
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Limits
-from fiveaxis.posture.strategy.front import FrontPoint, undominated
+from fiveaxis.posture.strategy.front import undominated
+from fiveaxis.posture.strategy.sweep import FrontPoint
 from fiveaxis.posture.turns.unwrapped import with_path
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.toolpath import Constraints, Tool, Toolpath, refined
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +62,8 @@ def test_a_path_that_the_mask_refuses_is_no_point_of_the_front(hayashi):
         return np.abs(rotary[:, 1] - kept[rows, 1]) < np.radians(8.0)
 
     front = find_front(ring(60), hayashi, 4, tilt=(15, 75), mask=mask)
-    for p in front.points:
-        assert mask(np.arange(60), given(front.solution, p.motion)).all()
+    for solution in front.solutions:
+        assert mask(np.arange(60), given(solution, solution.motion)).all()
 
 
 def test_a_point_that_costs_more_is_steadier(found):
@@ -74,20 +75,41 @@ def test_a_point_that_costs_more_is_steadier(found):
 
 
 def test_every_point_keeps_the_bounds(found):
-    for point in found.points:
-        residuals = replace(found.solution, motion=point.motion).residuals()
-        assert max(residuals.values()) <= 1e-9
-        turns = np.degrees(np.abs(point.motion.moves[:, found.solution.machine.rotary_columns]))
+    for solution in found.solutions:
+        assert max(solution.residuals().values()) <= 1e-9
+        turns = np.degrees(np.abs(solution.motion.moves[:, solution.machine.rotary_columns]))
         assert turns.max() <= 15.0 + 1e-6
 
 
+def bends(solution) -> float:
+    """Σ‖Δρ‖² between the given locations, rad²."""
+    return float((np.diff(given(solution, solution.motion), axis=0) ** 2).sum())
+
+
 @pytest.mark.parametrize("end", [0, -1])
-def test_the_ends_are_no_worse_than_a_search_at_their_own_price(found, hayashi, end):
-    point = found.points[end]
-    alone = optimise(ring(60), hayashi, tilt=(15, 75), smoothing=point.smoothing)
-    columns = hayashi.rotary_columns
-    searched = alone.energy.travel + point.smoothing * float((alone.motion.moves[:, columns] ** 2).sum())
+@pytest.mark.parametrize("locations", [40, 60])
+def test_the_ends_are_no_worse_than_a_search_at_their_own_price(found, hayashi, end, locations):
+    path = ring(locations)
+    front = found if locations == 60 else find_front(path, hayashi, 5, tilt=(15, 75))
+    point, solution = front.points[end], front.solutions[end]
+    alone = optimise(path, hayashi, tilt=(15, 75), smoothing=point.smoothing)
+    assert point.bend == pytest.approx(bends(solution))
+    searched = alone.energy.travel + point.smoothing * bends(alone)
     assert point.energy.travel + point.smoothing * point.bend <= searched * (1 + 1e-9)
+
+
+def test_bends_cost_the_same_however_finely_their_moves_are_divided(hayashi):
+    """A turn that is spread evenly over the parts of a move costs what it costs in one."""
+    path, bounds = ring(12), Constraints.of_degrees(tilt=(15, 75))
+    rotary = np.stack([np.linspace(0.0, 6.0, 12), np.linspace(0.4, 0.9, 12)], axis=1)
+    costs = []
+    for parts in (1, 7):
+        row = np.arange(11 * parts + 1) / parts
+        finer = refined(path, row)
+        built = posture.Problem.build(finer, hayashi, bounds.lean_bounds(finer), bend_price=50.0)
+        turns = np.diff(np.stack([np.interp(row, np.arange(12), a) for a in rotary.T], axis=1), axis=0)
+        costs.append((built.bend_price[:, None] * turns**2).sum())
+    assert costs[1] == pytest.approx(costs[0])
 
 
 def test_no_other_point_is_better_at_a_points_own_price(found):
@@ -96,13 +118,15 @@ def test_no_other_point_is_better_at_a_points_own_price(found):
         assert point.cost + point.smoothing * point.bend <= min(costs) * (1 + 1e-3)
 
 
-def test_where_time_has_a_price_the_solution_is_the_cheapest_with_it(trunnion, hayashi):
+def test_where_the_clock_is_known_less_time_costs_more_and_the_first_is_the_cheapest(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
     path = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
     front = find_front(path, machine, 3, tilt=(15, 75), time_price=500.0)
-    cost = [p.cost for p in front.points]
-    assert cost == sorted(cost)
-    assert front.solution.problem.cost(front.solution.motion.positions) == cost[0]
+    spent, times = ([getattr(p.energy, name) for p in front.points] for name in ("travel", "time"))
+    assert spent == sorted(spent)
+    assert times == sorted(times, reverse=True)
+    alone = optimise(path, machine, tilt=(15, 75), time_price=500.0)
+    assert spent[0] <= alone.energy.travel
 
 
 def test_where_speeds_are_known_delay_costs_more_along_the_front_and_time_shrinks(trunnion, hayashi):
@@ -111,7 +135,8 @@ def test_where_speeds_are_known_delay_costs_more_along_the_front_and_time_shrink
     found = find_front(small, machine, 3, tilt=(15, 75))
     assert found.points[0].time_price < found.points[-1].time_price
     assert found.points[-1].energy.time <= found.points[0].energy.time * (1 + 1e-9)
-    assert found.points[-1].fastest <= found.points[0].fastest * (1 + 1e-9)
+    least = optimise(small, machine, tilt=(15, 75), objective="time")
+    assert found.points[-1].energy.time <= least.energy.time * (1 + 1e-9)
 
 
 def test_the_data_have_each_points_figures(found):
@@ -139,7 +164,7 @@ def test_the_same_front_comes_out_again(found, hayashi):
 def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
     steps = []
     find_front(ring(24), hayashi, 3, tilt=(15, 75), progress=lambda *step: steps.append(step))
-    assert [step[1:] for step in steps if step[0] == "front"] == [(k, 7) for k in range(1, 8)]
+    assert [step[1:] for step in steps if step[0] == "front"] == [(k, 9) for k in range(1, 10)]
     # The stages of one point would look as if all were done.
     assert "refining postures" not in {stage for stage, _, _ in steps}
 
@@ -151,6 +176,8 @@ def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
         ({"smoothest": 0.0}, "above 0"),
         ({"smoothest": float("nan")}, "above 0"),
         ({"smoothing": 3.0}, "its own smoothing"),
+        ({"feed_share": 1.0}, "below 1"),
+        ({"feed_share": 0.7}, "the objective is travel"),
     ],
 )
 def test_a_front_that_makes_no_sense_is_refused(hayashi, options, what):
@@ -166,8 +193,18 @@ def point(found, energy: float, bend: float, time: float) -> FrontPoint:
 
 def test_a_dominated_point_is_left_out_and_of_equals_one_stays(found):
     figures = [(5, 1, 1), (1, 5, 1), (5, 5, 1), (1, 5, 1), (9, 9, 0.5)]
-    kept = undominated([point(found, *f) for f in figures])
-    assert [(p.energy.total, p.bend, p.energy.time) for p in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]
+    points = [point(found, *f) for f in figures]
+    kept = undominated([p.figures(p.energy) for p in points])
+    assert [figures[k] for k in kept] == [(1, 5, 1), (5, 1, 1), (9, 9, 0.5)]
+
+
+def test_on_a_known_clock_energy_with_base_power_counts_against_time_alone(found):
+    figures = [(3870.5, 1, 100), (3869.1, 9, 99), (3900, 0.1, 98), (4000, 0.0, 99)]
+    points = [point(found, *f) for f in figures]
+    timed = [replace(p.energy, timing="accelerations", base=2.0 * p.energy.time) for p in points]
+    rows = [p.figures(energy) for p, energy in zip(points, timed, strict=True)]
+    assert rows[0] == (3870.5 + 200, 100)
+    assert undominated(rows) == [1, 2]
 
 
 @pytest.fixture(scope="module")
