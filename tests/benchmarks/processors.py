@@ -1,6 +1,6 @@
 """Optimise the cases on record as on other processors, and hold the programs' text to each other.
 
-Usage: python tests/benchmarks/processors.py [vase] [wall] [example] [dome-top] …
+Usage: python tests/benchmarks/processors.py [vase] [wall] [example] [dome-top] … [--effort quick]
 
 Kernels of linear algebra are chosen by hand, also without numpy's vector code; compiled loops are made with
 and without fused multiply-add. A line for each case and setting: the energy to the last digit, and whether
@@ -44,18 +44,18 @@ def settings() -> dict[str, dict[str, str]]:
     }
 
 
-def tell(name: str) -> None:
+def tell(name: str, effort: str) -> None:
     """Print a case's energy, J, and a digest of its program."""
     case = PATHS[name]
     path, machine = case.make()
-    solution = fx.optimise(path, machine, **case.options)
+    solution = fx.optimise(path, machine, **{**case.options, "effort": effort})
     lines = compose_program(solution.motion, machine=machine, control="linuxcnc").lines
     print(f"{solution.energy.total!r} {sha256(chr(10).join(lines).encode()).hexdigest()}")
 
 
-def told(name: str, environment: dict[str, str]) -> str:
+def told(name: str, effort: str, environment: dict[str, str]) -> str:
     """Return what a process under environment variables prints of a case."""
-    command = [sys.executable, __file__, "--tell", name]
+    command = [sys.executable, __file__, "--tell", name, "--effort", effort]
     ran = subprocess.run(
         command, env={**os.environ, **environment}, stdout=subprocess.PIPE, text=True, check=True
     )
@@ -66,16 +66,17 @@ def main() -> int:
     """Run all cases under all settings, and compare."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", default=CASES)
+    parser.add_argument("--effort", default="normal", choices=("quick", "normal", "thorough"))
     parser.add_argument("--tell", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.tell:
-        tell(given.tell)
+        tell(given.tell, given.effort)
         return 0
     others = 0
     for name in given.names:
         first = None
         for setting, environment in settings().items():
-            joules, digest = found = told(name, environment).split()
+            joules, digest = found = told(name, given.effort, environment).split()
             first = first or found
             others += found != first
             print(
