@@ -18,6 +18,9 @@ from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
+# Automatic ranges for the setup: mm to each side, deg.
+WIDEST, ROUND = 100.0, (-180.0, 180.0)
+
 
 @dataclass(frozen=True, eq=False)
 class PlacedJob:
@@ -65,13 +68,32 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     The job with its offset, and what has been chosen; no finding where the offset is given, or where
     `choose_offset` leaves it at 0
     """
-    said = "offset" in job.setup.model_fields_set or job.setup.search is not None
+    search = job.setup.search
+    said = "offset" in job.setup.model_fields_set or (search is not None and not search.auto)
     chosen = None if said else choose_offset(toolpath, machine, job.constraints, kept_clear(job))
     if chosen is None:
         return job, ()
     offset, finding = chosen
     setup = job.setup.model_copy(update={"offset": offset})
     return job.model_copy(update={"setup": setup}), (finding,)
+
+
+def with_ranges(job: Job, machine: Machine, toolpath: Toolpath) -> Job:
+    """Give a job's automatic search for the setup its ranges, about the place that is given or chosen.
+
+    X and Y go a quarter of the shortest linear travel to both sides, at most `WIDEST`; Z goes so far up, as a
+    table is below; the part turns all around.
+    """
+    search = job.setup.search
+    if search is None or not search.auto:
+        return job
+    there = place(job, machine, toolpath)[0].setup
+    travels = (machine.high - machine.low)[machine.linear_columns]
+    side = min(WIDEST, 0.25 * float(travels.min()))
+    x, y, z = there.offset
+    ends = {"x": (x - side, x + side), "y": (y - side, y + side), "z": (z, z + side), "angle": ROUND}
+    asked = search.model_copy(update={"auto": False} | ends | search.ranges)
+    return job.model_copy(update={"setup": there.model_copy(update={"search": asked})})
 
 
 def kept_clear(job: Job) -> Surroundings | None:
