@@ -142,8 +142,8 @@ class MachineComparison:
         if not close:
             second = min(ranges, key=lambda name: ranges[name])
             return (
-                f"{best.machine} is {what}: {low:.0f} to {high:.0f} {unit}, and the next one, {second}, takes "
-                f"at least {ranges[second][0]:.0f} {unit}."
+                f"{best.machine} is {what}: {low:.0f} to {high:.0f} {unit}, and the next one, {second}, "
+                f"takes at least {ranges[second][0]:.0f} {unit}."
             )
         return (
             f"Which is {what} isn't known: the range of {best.machine}, from {low:.0f} {unit} on, overlaps "

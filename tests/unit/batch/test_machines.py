@@ -71,7 +71,7 @@ def test_every_machine_has_a_row_with_its_reason_and_no_duplicates(write_job, pr
     assert "measure the power of X on" in done.claims[0]
     assert done.candidates[0].row.values["setup.search"]["auto"]
     page = (tmp_path / "out/machines.html").read_text()
-    assert "X0 Y0 Z0" in page and "X 100.0 mm" in page and "nosuch" in page
+    assert all(words in page for words in ("X0 Y0 Z0", "X 100.0 mm", "nosuch"))
     again = read_job(tmp_path / "out/cup/machine=dmu50ev/job.toml")
     assert (again.machine, again.setup.offset, again.setup.search) == ("dmu50ev", (0.0, 0.0, 0.0), None)
 
