@@ -1,45 +1,57 @@
-"""One job on several machines: which is cheapest, which is quickest, and how surely that is known."""
+"""One job on several machines: where on each, which is cheapest, which is quickest, and how surely."""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from fiveaxis.batch.ledger import own_folder
+from fiveaxis.batch.machine_page import write_machines
 from fiveaxis.batch.record import ORDER, Listener, Row, Status
 from fiveaxis.batch.run import Batch, run_batch
-from fiveaxis.errors import SettingError
-from fiveaxis.machine.files import machine_names
+from fiveaxis.batch.tasks import Task
+from fiveaxis.energy import Factors
+from fiveaxis.errors import JobError, SettingError
+from fiveaxis.files import write_atomically
+from fiveaxis.machine.files import READERS, machine_names
+from fiveaxis.options import Costs, completed, spelled_out
+from fiveaxis.settings import read_document
 
-REPORT = "report.json"
+REPORT, JOB = "report.json", "job.toml"
+# How many setups are tried on each machine where the job doesn't say.
+TRIES = 12
 # Share by which the time of a program on a machine that states its accelerations is known
 # (docs/pages/checks.md); without accelerations it isn't known how surely.
 TIME_KNOWN = 0.006
 ALL = "all"
+# A range of a candidate, lowest and highest; None where it can't run the job.
+Span = Callable[["Candidate"], tuple[float, float] | None]
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A job on one machine.
+    """A job on one machine, with the part where it is cheapest there.
 
     Parameters
     ----------
     row : of the batch; its message says why the machine can't
     figures : further ones by name, with units; None where the program was kept back, or the machine doesn't
         state what they depend on
+    widths : J, by axis, between the ends of the band of its estimated power
     """
 
     row: Row
-    figures: Mapping[str, float | str | None]
+    figures: Mapping[str, Any]
+    widths: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def machine(self) -> str:
         """Its name, or its file without folder."""
-        name = str(self.row.values["machine"])
-        return Path(name).stem if name.endswith(".toml") else name
+        return _name_of(str(self.row.values["machine"]))
 
     @property
     def can(self) -> bool:
@@ -51,6 +63,16 @@ class Candidate:
         """Least and most energy of the feed drives, J."""
         least, most = self.row.energy_least, self.row.energy_most
         return None if least is None or most is None or not self.can else (least, most)
+
+    @property
+    def with_base(self) -> tuple[float, float] | None:
+        """Least and most energy with base power, J; open at the top where the machine states none."""
+        if self.energy is None or self.time is None or not self.row.time:
+            return None
+        if self.row.base is None:
+            return self.energy[0], float("inf")
+        base = [self.row.base * seconds / self.row.time for seconds in self.time]
+        return self.energy[0] + base[0], self.energy[1] + base[1]
 
     @property
     def time(self) -> tuple[float, float] | None:
@@ -66,7 +88,8 @@ class Candidate:
         row, energy = self.row, self.energy
         given = {"machine": self.machine, "status": str(row.status), "reason": row.message}
         span = None if energy is None else list(energy)
-        return given | {"energy_J": row.energy, "energy_range_J": span, "time_s": row.time, **self.figures}
+        known = {"energy_J": row.energy, "energy_range_J": span, "time_s": row.time}
+        return given | known | {**self.figures, "power_band_J": dict(self.widths)}
 
 
 @dataclass(frozen=True)
@@ -78,11 +101,13 @@ class MachineComparison:
     job : its name
     candidates : those that can by energy, then the others
     batch : that ran them, with its pages
+    files : page and picture of the comparison
     """
 
     job: str
     candidates: tuple[Candidate, ...]
     batch: Batch
+    files: tuple[Path, ...] = ()
 
     @property
     def exit_code(self) -> int:
@@ -90,86 +115,128 @@ class MachineComparison:
         return min((c.row.status for c in self.candidates), key=ORDER.index).exit_code
 
     @property
-    def claims(self) -> tuple[str, str]:
-        """Which machine is cheapest and which is quickest, or what has to be measured to know.
+    def claims(self) -> tuple[str, ...]:
+        """Which machine is cheapest, without and with base power, and which is quickest, or what to measure.
 
-        Base power isn't in it: few machines state theirs, and unknown is never zero.
+        A machine that doesn't state its base power may take any: unknown is never zero.
         """
-        measure = "measure the axis powers of these (fiveaxis calibrate)"
-        state = "state max_acceleration of the axes of these"
         return (
-            self._claim("cheapest for the feed drives", "J", lambda c: c.energy, measure),
-            self._claim("quickest", "s", lambda c: c.time, state),
+            self._claim("cheapest for the feed drives", "J", lambda c: c.energy, _measure_axis),
+            self._claim("cheapest with base power", "J", lambda c: c.with_base, _measure_base),
+            self._claim("quickest", "s", lambda c: c.time, _state_accelerations),
         )
 
-    def _claim(
-        self,
-        what: str,
-        unit: str,
-        span: Callable[[Candidate], tuple[float, float] | None],
-        remedy: str,
-    ) -> str:
-        found = [(c.machine, s) for c in self.candidates if (s := span(c)) is not None]
-        found.sort(key=lambda pair: pair[1])
-        if not found:
+    def contenders(self, span: Span) -> tuple[Candidate, ...]:
+        """Return the machines that may have the least of a range; one where that is known."""
+        found = sorted((s, k) for k, c in enumerate(self.candidates) if (s := span(c)) is not None)
+        return tuple(self.candidates[k] for (least, _), k in found if least <= found[0][0][1])
+
+    def _claim(self, what: str, unit: str, span: Span, remedy: Callable[[Sequence[Candidate]], str]) -> str:
+        ranges = {c.machine: s for c in self.candidates if (s := span(c)) is not None}
+        if not ranges:
             return f"No machine can run it, so none is {what}."
-        if len(found) == 1:
-            return f"Only {found[0][0]} can run it."
-        (name, (low, high)), others = found[0], found[1:]
-        close = [other for other, (least, _) in others if least <= high]
+        best, *close = self.contenders(span)
+        if len(ranges) == 1:
+            return f"Only {best.machine} can run it."
+        low, high = ranges.pop(best.machine)
         if not close:
-            second, (least, _) = others[0]
+            second = min(ranges, key=lambda name: ranges[name])
             return (
-                f"{name} is {what}: {low:.0f} to {high:.0f} {unit}, and the next one, {second}, takes at "
-                f"least {least:.0f} {unit}."
+                f"{best.machine} is {what}: {low:.0f} to {high:.0f} {unit}, and the next one, {second}, "
+                f"takes at least {ranges[second][0]:.0f} {unit}."
             )
         return (
-            f"Which is {what} isn't known: the range of {name}, from {low:.0f} {unit} on, overlaps those of "
-            f"{', '.join(close)}; {remedy} to decide."
+            f"Which is {what} isn't known: the range of {best.machine}, from {low:.0f} {unit} on, overlaps "
+            f"{'that' if len(close) == 1 else 'those'} of {', '.join(c.machine for c in close)}; to decide, "
+            f"{remedy([best, *close])}."
         )
 
     def as_dict(self) -> dict[str, Any]:
         """Return the comparison as plain data for JSON."""
-        cheapest, quickest = self.claims
+        names = ("cheapest", "cheapest_with_base", "quickest")
         rows = [candidate.as_dict() for candidate in self.candidates]
-        return {"job": self.job, "machines": rows, "cheapest": cheapest, "quickest": quickest}
+        return {"job": self.job, "machines": rows, **dict(zip(names, self.claims, strict=True))}
 
 
+def _measure_axis(rivals: Sequence[Candidate]) -> str:
+    """Name the axis whose power contributes most to an overlap."""
+    widths = {(axis, c.machine): width for c in rivals for axis, width in c.widths.items()}
+    if not widths:
+        return "time both programs by their logs: the words of a program can be read in two ways"
+    (axis, machine), width = max(widths.items(), key=lambda item: item[1])
+    share = 100.0 * width / sum(widths.values())
+    return (
+        f"measure the power of {axis} on {machine} first (fiveaxis calibrate): its band spans {width:.0f} J, "
+        f"{share:.0f} % of what isn't known"
+    )
+
+
+def _measure_base(rivals: Sequence[Candidate]) -> str:
+    """Name the machines whose base power isn't known; else the axis that contributes most."""
+    silent = [c.machine for c in rivals if c.row.base is None]
+    if silent:
+        return f"measure the base power of {', '.join(silent)} and state it (base_power)"
+    return _measure_axis(rivals)
+
+
+def _state_accelerations(rivals: Sequence[Candidate]) -> str:
+    """Name the machines that don't state their accelerations."""
+    silent = [c.machine for c in rivals if c.time is not None and math.isinf(c.time[1])]
+    if silent:
+        return f"state max_acceleration of the axes of {', '.join(silent)}"
+    return "run both programs: their times differ by less than they are known to"
+
+
+@spelled_out(Costs)
 def compare_machines(
     job: str | Path,
     machines: Sequence[str | Path],
     folder: str | Path,
     *,
+    as_placed: bool = False,
     scheduler: str | None = None,
     workers: int | None = None,
     tell: Listener | None = None,
+    **costs: Unpack[Costs],
 ) -> MachineComparison:
-    """Run a job on several machines, each with postures of its own, and compare their programs.
+    """Run a job on several machines, each with a place and postures of its own, and compare their programs.
 
-    Where the job states no place of the part, it is where each machine reaches the path; where it has ranges
-    for the setup, that is searched on every machine. A machine that can't is a row with the reason. A winner
-    is named only where its range doesn't overlap the next one's.
+    The place of the part and its turn about the table's axis are searched on every machine: within the job's
+    ranges for the setup, or else about the place that the job gives, or where the machine reaches the path. A
+    machine that can't is a row with the reason. A winner is named only where its range doesn't overlap the
+    next one's. The folder of each machine has a `JOB` with its machine and place.
 
     Parameters
     ----------
     job : job file; its own machine counts only if it is among `machines`
     machines : names of the library, files, or ``all`` for the library
-    folder : for a folder per machine and the pages of `run_batch`
+    folder : for a folder per machine, the page of the comparison, and the pages of `run_batch`
+    as_placed : whether the part stays where the job has it, or where it is placed without a search
     scheduler, workers, tell : as for `run_batch`
 
     Raises
     ------
     SettingError
-        Fewer than two machines; as `run_batch`.
+        Fewer than two machines, or two of one name; as `run_batch`.
     """
     names = list(dict.fromkeys(_named(machines)))
     if len(names) < 2:
         raise SettingError(f"machines: {', '.join(names) or 'none'}; name at least two, or all")
+    _require_names(names)
+    data = read_document(Path(job), JobError)[1]
+    priced = _factors(data.get("factors"), completed(Costs, costs), costs)
+    searched = isinstance(data.get("setup"), dict) and "search" in data["setup"]
+    settings: dict[str, Any] = {}
+    if as_placed and searched:
+        settings = {"setup.search": None}
+    elif not as_placed and not searched:
+        settings = {"setup.search": {"auto": True, "tries": TRIES}}
     how: Any = {"scheduler": scheduler, "workers": workers, "tell": tell}
-    batch = run_batch([job], folder, machines=names, **how)
-    candidates = [Candidate(row, _figures(own_folder(batch.folder, row.name) / REPORT)) for row in batch.rows]
-    candidates.sort(key=lambda c: (c.energy is None, c.energy or (0.0, 0.0), c.machine))
-    return MachineComparison(Path(job).stem, tuple(candidates), batch)
+    batch = run_batch([job], folder, machines=names, settings=settings, **how)
+    found = (_candidate(row, Path(job).absolute(), batch.folder, priced) for row in batch.rows)
+    candidates = sorted(found, key=lambda c: (c.energy is None, c.energy or (0.0, 0.0), c.machine))
+    done = MachineComparison(Path(job).stem, tuple(candidates), batch)
+    return replace(done, files=write_machines(done.job, done.candidates, done.claims, batch.folder))
 
 
 def _named(machines: Sequence[str | Path]) -> Iterator[str]:
@@ -179,22 +246,73 @@ def _named(machines: Sequence[str | Path]) -> Iterator[str]:
             yield from machine_names()
         else:
             file = Path(machine)
-            yield str(file.absolute()) if file.suffix == ".toml" and file.is_file() else machine
+            yield str(file.absolute()) if file.suffix in READERS and file.is_file() else machine
 
 
-def _figures(file: Path) -> dict[str, float | str | None]:
-    """Read what a machine's report says; nothing where its job ended before there was one."""
-    if not file.is_file():
-        return {}
-    report = json.loads(file.read_text(encoding="utf-8"))
-    energy, budget = report["energy"], report["budget"] or {}
-    turns = [rate["speed_deg_s"] for rate in report["rates"].get("optimised", {}).values()]
-    travel = {f"travel_{letter}_J": joules for letter, joules in energy["travel_by_axis"].items()}
-    return {
+def _require_names(machines: Sequence[str]) -> None:
+    """Refuse two machines of one name, which rows and folders couldn't tell apart."""
+    seen: dict[str, str] = {}
+    for machine in machines:
+        twin = seen.setdefault(_name_of(machine), machine)
+        if twin != machine:
+            raise SettingError(
+                f"machines: {twin} and {machine} are both called {_name_of(machine)!r}; rename a file, or "
+                "leave one out"
+            )
+
+
+def _name_of(machine: str) -> str:
+    return Path(machine).stem if Path(machine).suffix in READERS else machine
+
+
+def _factors(table: Any, known: Mapping[str, Any], given: Mapping[str, Any]) -> Factors:
+    """Take the prices that are given, and the others from the job."""
+    own = table if isinstance(table, dict) else {}
+    said = {name: value for name, value in given.items() if value is not None}
+    return Factors(**{name: said.get(name, own.get(name, default)) for name, default in known.items()})
+
+
+def _candidate(row: Row, job: Path, folder: Path, factors: Factors) -> Candidate:
+    """Read what a machine's report says, and write its job; no figures where there is no report."""
+    own = own_folder(folder, row.name)
+    if row.energy is None or not (own / REPORT).is_file():
+        return Candidate(row, {})
+    report = json.loads((own / REPORT).read_text(encoding="utf-8"))
+    figures, widths = _figures(report, factors)
+    if row.status is Status.FINE and "place" in figures:
+        _write_job(Task(row.name, job, row.sweep, row.values), figures["place"], own / JOB)
+    return Candidate(row, figures, widths)
+
+
+def _figures(report: Mapping[str, Any], factors: Factors) -> tuple[dict[str, Any], dict[str, float]]:
+    energy, budget, machine = report["energy"], report["budget"] or {}, report["machine"]
+    turns = {c: rate["speed_deg_s"] for c, rate in report["rates"].get("optimised", {}).items()}
+    margins = {c: use for c, use in report["axes"].items() if use["margin"] is not None}
+    nearest = min(margins, key=lambda c: margins[c]["margin"], default=None)
+    spent = budget.get("total", energy["total"])
+    figures = {
+        "place": {"offset": machine["setup"]["offset"], "rotation": machine["setup"]["rotation_deg"]},
         "with_base_J": energy["with_base"],
         "time_basis": report["program"]["run_time"]["basis"],
-        "largest_rotary_deg_s": max(turns, default=None),
-        "cost": budget.get("cost"),
-        "co2_kg": budget.get("co2_kg"),
-        **travel,
+        "largest_rotary_deg_s": max(turns.values(), default=None),
+        "fastest_axis": max(turns, key=lambda c: turns[c], default=None),
+        "margin": None if nearest is None else margins[nearest]["margin"],
+        "margin_unit": None if nearest is None else margins[nearest]["unit"],
+        "margin_axis": nearest,
+        "cost": factors.cost(spent, energy["time"]),
+        "currency": factors.currency,
+        "co2_kg": factors.emission(spent),
+        **{f"travel_{letter}_J": joules for letter, joules in energy["travel_by_axis"].items()},
+        **{f"travel_{letter}_{use['unit']}": use["travel"] for letter, use in report["axes"].items()},
     }
+    bands, joules = machine["bands"], energy["by_axis"]
+    return figures, {c: joules[c] * (high - low) for c, (low, high) in bands.items()}
+
+
+def _write_job(task: Task, place: Mapping[str, Any], file: Path) -> None:
+    """Write a job with the machine and the place of the part, for ``fiveaxis optimise``."""
+    import tomli_w
+
+    data = task.load()[0].model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    setup = {key: value for key, value in data.get("setup", {}).items() if key != "search"}
+    write_atomically(file, tomli_w.dumps(data | {"setup": setup | dict(place)}))

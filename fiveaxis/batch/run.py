@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,6 +62,7 @@ def run_batch(
     folder: str | Path,
     *,
     machines: Sequence[str] = (),
+    settings: Mapping[str, Any] | None = None,
     scheduler: str | None = None,
     workers: int | None = None,
     job_timeout: float | None = None,
@@ -79,6 +80,7 @@ def run_batch(
     files : job files; one with a ``[sweep]`` stands for many jobs
     folder : for the results: ``results.html``, ``results.csv``, ``results.jsonl`` and a folder for each job
     machines : on each of which every job runs, in place of its own machine and of a sweep
+    settings : of the jobs on these machines, by key of a job
     scheduler : address of a dask scheduler, ``tls://host:8786``, whose workers see the same folders; by
         default workers are processes of this computer, which no other process can reach
     workers : number of local workers; by default one per core
@@ -99,7 +101,7 @@ def run_batch(
     """
     limits = Limits(job_timeout, job_memory)
     _require_limits(workers, limits, scheduler)
-    planned = plan_tasks(map(Path, files), machines)
+    planned = plan_tasks(map(Path, files), machines, settings)
     require_folder(Path(folder))
     if scheduler is not None:
         require_scheduler(scheduler)

@@ -237,12 +237,15 @@ class Planned:
     sweeps: dict[str, list[str]]
 
 
-def plan_tasks(files: Iterable[Path], machines: Sequence[str] = ()) -> Planned:
+def plan_tasks(
+    files: Iterable[Path], machines: Sequence[str] = (), settings: Mapping[str, Any] | None = None
+) -> Planned:
     """Read job files, and make the tasks of them and their sweeps.
 
     Parameters
     ----------
     machines : on each of which every job runs, in place of its own and of a sweep
+    settings : of the jobs on these machines, by key of a job
 
     Raises
     ------
@@ -258,7 +261,8 @@ def plan_tasks(files: Iterable[Path], machines: Sequence[str] = ()) -> Planned:
         except Exception as fault:  # of whatever kind: it mustn't end the others
             planned.faults.append(_row_of_unreadable(Task(name, file), fault))
             continue
-        tasks = [Task(f"{name}/{variant}", file, name, values) for variant, values in variants.items()]
+        more = dict(settings or {}) if machines else {}
+        tasks = [Task(f"{name}/{variant}", file, name, values | more) for variant, values in variants.items()]
         if variants:
             planned.sweeps[name] = [task.name for task in tasks]
         for task in tasks or [Task(name, file)]:

@@ -3,41 +3,50 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from fiveaxis.cli.batch_verb import interruptible, live_table
-from fiveaxis.cli.options import AsJson, Scheduler, Workers
+from fiveaxis.cli.options import AsJson, Scheduler, Workers, flags_of, read_flags, takes
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.options import Costs
 
 if TYPE_CHECKING:
-    from fiveaxis.batch.machines import Candidate, MachineComparison
+    from fiveaxis.batch.machines import MachineComparison
 
 
+@takes(flags_of(Costs))
 def compare(
+    context: typer.Context,
     job: Annotated[Path, typer.Argument(help="job file (.toml)", metavar="JOB.toml")],
     machines: Annotated[
         str, typer.Option("--machines", help="names or files, joined by commas; all: those of the library")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="folder for the results")],
+    as_placed: Annotated[
+        bool, typer.Option("--as-placed", help="leave the part where the job or its machine has it")
+    ] = False,
     scheduler: Scheduler = None,
     workers: Workers = None,
     as_json: AsJson = False,
+    **_: Any,
 ) -> None:
-    """Run a job on several machines, and tell which is cheapest and which is quickest, if that is known.
+    """Run a job on several machines, each with its best place of the part, and tell which is cheapest.
 
-    A machine that can't run it is a row with the reason; the exit code is 0 if at least one can.
+    A machine that can't run it is a row with the reason; the exit code is 0 if at least one can. What isn't
+    known surely enough to name a winner is told with what to measure.
     """
     with errors_explained(as_json) as written:
         with interruptible(), live_table(err) as listener:
             from fiveaxis.batch.machines import compare_machines
 
             names = [name.strip() for name in machines.split(",") if name.strip()]
-            done = compare_machines(job, names, output, scheduler=scheduler, workers=workers, tell=listener)
-        written += (*done.batch.files, *(path for c in done.batch.comparisons for path in c.files))
+            how: Any = {"scheduler": scheduler, "workers": workers, **read_flags(Costs, context.params)}
+            done = compare_machines(job, names, output, as_placed=as_placed, tell=listener, **how)
+        written += (*done.files, *done.batch.files, *(p for c in done.batch.comparisons for p in c.files))
         if as_json:
             print_json(done.as_dict())
         else:
@@ -49,22 +58,19 @@ def compare(
 
 
 def _print(done: MachineComparison) -> None:
-    table = Table("machine", "J", "from", "to", "s", "deg/s", "state", box=None)
-    for candidate in done.candidates:
-        table.add_row(escape(candidate.machine), *_cells(candidate), str(candidate.row.status))
-    out.print("energy of the feed drives with its range, run time, largest speed of a rotary axis")
+    from fiveaxis.batch.machine_page import HEADS, cells
+
+    rows = [cells(candidate) for candidate in done.candidates]
+    # What no machine has would only make the others narrow.
+    shown = [k for k in range(len(HEADS)) if any(row[k] for row in rows)]
+    heads = (Column(HEADS[k].lstrip("#"), justify="right" if HEADS[k][0] == "#" else "left") for k in shown)
+    table = Table(*heads, box=None)
+    for row in rows:
+        table.add_row(*(escape(row[k]) for k in shown))
+    out.print("energy of the feed drives (J) with its range; travel of the axes and margin in mm and deg")
     out.print(table)
     for candidate in done.candidates:
         if candidate.row.message:
             out.print(f"{candidate.machine}: {candidate.row.message}", markup=False, soft_wrap=True)
     for claim in done.claims:
         out.print(claim, markup=False, soft_wrap=True)
-
-
-def _cells(candidate: Candidate) -> tuple[str, ...]:
-    if candidate.energy is None or candidate.row.energy is None or candidate.row.time is None:
-        return ("",) * 5
-    fastest = candidate.figures.get("largest_rotary_deg_s")
-    speed = f"{fastest:.0f}" if isinstance(fastest, float) else ""
-    joules = (candidate.row.energy, *candidate.energy)
-    return *(f"{joule:.0f}" for joule in joules), f"{candidate.row.time:.1f}", speed

@@ -160,7 +160,7 @@ POSTURE: Mapping[str, Any] = {
     "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
     "edge_use": optional(bool, "report where on the cutter's edge the path cuts", "--edge-use/--no-edge-use"),
     "setup_search": optional(
-        str, "choose the setup too: x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
+        str, "choose the setup too: auto, or x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
     ),
 }
 # The settings of a program have names of the table "nc" of a job, some of which other flags have too.

@@ -152,7 +152,12 @@ def cell_centres(cells: IntArray, count: int) -> Array:
 
 
 def find_accessible(
-    toolpath: Toolpath, machine: Machine, surroundings: Surroundings, *, extra: float = 0.0
+    toolpath: Toolpath,
+    machine: Machine,
+    surroundings: Surroundings,
+    *,
+    extra: float = 0.0,
+    whole_head: bool = False,
 ) -> Accessibility | None:
     """Build the mask that admits postures in which the tool is clear of everything on the workpiece side.
 
@@ -167,6 +172,7 @@ def find_accessible(
     machine : with its bodies
     surroundings : with the clearances
     extra : mm, added to every clearance
+    whole_head : whether all bodies of the head are tested, each as the cylinder about the tool axis around it
 
     Returns
     -------
@@ -179,7 +185,7 @@ def find_accessible(
         A fixture's or body's mesh can't be read.
     """
     tool, clearances = toolpath.tool, surroundings.clearances
-    head = [solid.grown(clearances.machine + extra) for solid in head_solids(machine)]
+    head = [solid.grown(clearances.machine + extra) for solid in head_solids(machine, whole=whole_head)]
     obstacles: list[Obstacle | ShrinkingStock] = []
     for name, mesh in surroundings.meshes.items():
         solids = [*_solids_above_cut(tool, clearances, extra), *head]
@@ -207,16 +213,27 @@ def _log_obstacles(toolpath: Toolpath, obstacles: list[Obstacle | ShrinkingStock
         logger.debug("%s is tested against %s", obstacle.name, solids)
 
 
-def head_solids(machine: Machine) -> Iterator[Solid]:
-    """Yield the head's cylinders about the tool axis, such as the spindle nose."""
+def head_solids(machine: Machine, *, whole: bool = False) -> Iterator[Solid]:
+    """Yield the head's cylinders about the tool axis, such as the spindle nose.
+
+    Parameters
+    ----------
+    whole : whether its other bodies count too, each as the cylinder about the tool axis around it
+    """
     for body in machine.bodies:
-        if body.link != machine.code.links[-1] or not isinstance(body.shape, Cylinder):
+        if body.link != machine.code.links[-1]:
             continue
-        frame = product(inverse_transform(machine.chain.tool_home), machine.machine_frame, body.shape.frame)
-        on_axis = np.hypot(frame[0, 3], frame[1, 3]) < OFF_AXIS and abs(frame[2, 2]) > 1.0 - OFF_DIRECTION
-        if on_axis:
-            low, high = frame[2, 3] + np.array([-0.5, 0.5]) * body.shape.height
-            yield Solid(HEAD, np.array([[low, body.shape.radius, high, body.shape.radius]]))
+        shape, placed = body.shape, product(inverse_transform(machine.chain.tool_home), machine.machine_frame)
+        if isinstance(shape, Cylinder):
+            frame = product(placed, shape.frame)
+            if np.hypot(frame[0, 3], frame[1, 3]) < OFF_AXIS and abs(frame[2, 2]) > 1.0 - OFF_DIRECTION:
+                low, high = frame[2, 3] + np.array([-0.5, 0.5]) * shape.height
+                yield Solid(HEAD, np.array([[low, shape.radius, high, shape.radius]]))
+                continue
+        if whole:
+            x, y, z = np.moveaxis(product(shape_triangles(shape), placed[:3, :3].T) + placed[:3, 3], -1, 0)
+            radius = np.hypot(x, y).max()
+            yield Solid(HEAD, np.array([[z.min(), radius, z.max(), radius]]))
 
 
 def _cutter_in_cut(tool: Tool) -> Solid:

@@ -21,7 +21,7 @@ from fiveaxis.motion import STANDSTILL, Motion
 
 logger = logging.getLogger(__name__)
 
-JOULES_PER_KWH = 3.6e6
+JOULES_PER_KWH, SECONDS_PER_HOUR = 3.6e6, 3600.0
 
 
 @dataclass(frozen=True)
@@ -71,18 +71,30 @@ class Process:
 
 @dataclass(frozen=True)
 class Factors:
-    """Price and emission of a kWh.
+    """Price and emission of a kWh, and rate of the machine.
 
     Parameters
     ----------
     price : of 1 kWh
-    currency : of the price
+    currency : of the prices
     co2 : kg of CO₂ per kWh
+    hour : of the machine
     """
 
     price: float | None = None
     currency: str = "EUR"
     co2: float | None = None
+    hour: float | None = None
+
+    def cost(self, energy: float, time: float) -> float | None:
+        """Price an energy, J, and a time, s, by what has a price; None where nothing has."""
+        prices = ((self.price, energy / JOULES_PER_KWH), (self.hour, time / SECONDS_PER_HOUR))
+        known = [price * amount for price, amount in prices if price is not None]
+        return sum(known) if known else None
+
+    def emission(self, energy: float) -> float | None:
+        """Compute the emission of an energy, J, in kg of CO₂; None without an emission per kWh."""
+        return None if self.co2 is None else self.co2 * energy / JOULES_PER_KWH
 
 
 @dataclass(frozen=True)
@@ -137,13 +149,13 @@ class Budget:
 
     @property
     def cost(self) -> float | None:
-        """Price of the total; None without a price per kWh."""
-        return None if self.factors.price is None else self.kwh * self.factors.price
+        """Price of the total and of the machine's time; None without a price of either."""
+        return self.factors.cost(self.total, self.time)
 
     @property
     def co2(self) -> float | None:
         """Emission of the total, kg; None without an emission per kWh."""
-        return None if self.factors.co2 is None else self.kwh * self.factors.co2
+        return self.factors.emission(self.total)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table as plain data for JSON."""

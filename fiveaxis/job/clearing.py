@@ -11,13 +11,14 @@ from typing import Unpack
 import numpy as np
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres, find_accessible
+from fiveaxis.collision.accessibility import Accessibility, find_accessible
 from fiveaxis.contour import on_part
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.colliding import colliding_rows, has_pairs
 from fiveaxis.job.loading import take_machine, take_path
+from fiveaxis.job.obstruction import OF_BODIES, explain, require_clear
 from fiveaxis.job.placement import placed
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
@@ -27,21 +28,11 @@ from fiveaxis.options import Bounds, CadFile, Meshes, Search, Surrounding, compl
 from fiveaxis.posture import Options, with_bound
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.mask import Mask, MaskFunction, Spots, Wording
+from fiveaxis.posture.mask import Mask, MaskFunction, Spots
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, PathShape, Tool, Toolpath
 from fiveaxis.toolpath.passes import Passes
 
-# Most locations without a posture whose blocking bodies are determined.
-MOST_EXPLAINED = 20
-# How it is said what a mask does that stands for collisions.
-OF_BODIES = Wording(
-    "that is clear of collisions",
-    "some postures are clear of collisions here",
-    "tool, holder or machine collide in each of the admissible postures that were tried",
-    "tool, holder or machine collide in the posture",
-    "give the tool more stick-out or a thinner holder, or move part or fixtures",
-)
 # Solves a path with a mask or None; the third argument says whether starts are free, which masks don't allow.
 Solve = Callable[[Toolpath, Mask | None, bool], Postures]
 # Solves a path on a machine within constraints, as `fiveaxis.posture.optimise` does.
@@ -157,7 +148,8 @@ def optimise(
     machine = take_machine(machine)
     path = take_path(toolpath, machine, tool, around, near["surface_tolerance"], taken["crease"])
     path = path if path_shape is None else path.shaped(path_shape)
-    path, machine = placed(path, machine, constraints)
+    near_by = around if near["keep_clear"] else None
+    path, machine = placed(path, machine, constraints, near_by)
     if control is None:
         clock = Clock(None, coordinates or "axes")
         interpolation = Interpolation.JOINT if clock.coordinates == "axes" else Interpolation.TCP
@@ -174,7 +166,7 @@ def optimise(
         progress=progress,
     )
     path = on_part(constraints.zoned(path), around.part)
-    cleared = solve_clear(path, machine, constraints, options, around if near["keep_clear"] else None)
+    cleared = solve_clear(path, machine, constraints, options, near_by)
     return Solution.of(cleared.solution, constraints, around, near["gouge_tolerance"])
 
 
@@ -292,6 +284,8 @@ def _keep_order(
     progress("finding postures that are clear", 0, 1)
     admits = find_accessible(constraints.zoned(toolpath), machine, around)
     mask = own if admits is None else Mask(admits, admits.rough, OF_BODIES)
+    if admits is not None:
+        require_clear(admits, machine, constraints)
     if own is not None and admits is not None:
         # The mask for collisions is asked first: it is quick.
         mask = Mask(admits, admits.rough).within(own)
@@ -300,7 +294,7 @@ def _keep_order(
     except Infeasible as fault:
         if admits is None:
             raise
-        raise _explain(fault, admits, constraints.of_lean) from None
+        raise explain(fault, admits, constraints.of_lean) from None
     if not has_pairs(machine, toolpath.tool, around):
         return Cleared(solution, _if_same_rows(admits, solution), 0)
     best, fewest, rounds, spots = solution, len(toolpath) + 1, 0, Spots()
@@ -330,24 +324,6 @@ def _if_same_rows(admits: Accessibility | None, solution: Postures) -> Accessibi
     """Return the mask if it was made for the solution's given locations, else None."""
     same = admits is not None and len(admits.toolpath) == solution.toolpath.count_given
     return admits if same and solution.unwrapped is None else None
-
-
-def _explain(fault: Infeasible, admits: Accessibility, constraints: Constraints) -> Infeasible:
-    """Add to each location without a posture which bodies block the directions within its bounds."""
-    bounds = constraints.lean_bounds(admits.toolpath)
-    axes = cell_centres(np.arange(CELLS * CELLS), CELLS)
-    findings = []
-    for number, finding in enumerate(fault.findings):
-        row = finding.place.location
-        if number >= MOST_EXPLAINED or row is None:
-            findings.append(finding)
-            continue
-        inside = axes[bounds.admits(np.broadcast_to(axes, (1, *axes.shape)), np.array([row]))[0]]
-        shares = admits.blockers(row, inside) if len(inside) else {}
-        pairs = ", ".join(f"{pair} in {100.0 * share:.0f} %" for pair, share in shares.items())
-        more = f"; of the directions within the bounds, these collide: {pairs}" if pairs else ""
-        findings.append(replace(finding, message=finding.message + more))
-    return Infeasible(str(fault), findings)
 
 
 def _with_note(cleared: Cleared, message: str) -> Cleared:

@@ -17,6 +17,7 @@ from fiveaxis.nc import ProgramSettings, control_for, find_dialect
 from fiveaxis.options import (
     HIGHEST_FEED,
     Bounds,
+    Costs,
     Meshes,
     OnMachine,
     Placing,
@@ -67,6 +68,9 @@ else:
 class SetupSearch(StrictModel):
     """Ranges within which the optimiser may set up the workpiece; without a range a value stays as given."""
 
+    auto: bool = Field(
+        False, description="search all four about the place that is given or chosen, where no range is given"
+    )
     x: tuple[float, float] | None = Field(None, description="range of the workpiece zero's X, mm")
     y: tuple[float, float] | None = Field(None, description="range of its Y, mm")
     z: tuple[float, float] | None = Field(None, description="range of its Z, mm")
@@ -82,8 +86,8 @@ class SetupSearch(StrictModel):
 
     @model_validator(mode="after")
     def _has_a_range(self) -> SetupSearch:
-        if not self.ranges:
-            raise ValueError(f"setup.search has no range; give {', '.join(SEARCHED)}, or some of them")
+        if not self.ranges and not self.auto:
+            raise ValueError(f"setup.search has no range; give {', '.join(SEARCHED)}, some of them, or auto")
         for name, (low, high) in self.ranges.items():
             if not low < high:
                 raise ValueError(
@@ -136,13 +140,20 @@ class ProcessTable(StrictModel):
     source: str = Field(min_length=1, description="where the coefficients come from, or why they are assumed")
 
 
-class FactorsTable(StrictModel):
-    """Price and CO2 emission of a kWh."""
+class _Sourced(StrictModel):
+    source: str = Field(min_length=1, description="where prices and emission come from")
 
-    price: float | None = Field(None, ge=0.0, description="price of 1 kWh, in the currency")
-    currency: str = Field("EUR", description="currency of the price")
-    co2: float | None = Field(None, ge=0.0, description="emission of the electricity, kg of CO2 per kWh")
-    source: str = Field(min_length=1, description="where price and emission come from")
+
+if TYPE_CHECKING:
+
+    class FactorsTable(_Sourced):  # noqa: D101 -- what mypy sees of the one below
+        price: float | None
+        hour: float | None
+        currency: str
+        co2: float | None
+
+else:
+    FactorsTable = table_of(Costs, _Sourced)
 
 
 class _Input(StrictModel):

@@ -143,9 +143,9 @@ def take_path(
 
 
 def load_factors(job: Job) -> Factors | None:
-    """Return a job's price and emission of a kWh; None where it gives none."""
+    """Return a job's prices and its emission of a kWh; None where it gives none."""
     table = job.factors
-    return None if table is None else Factors(table.price, table.currency, table.co2)
+    return None if table is None else Factors(table.price, table.currency, table.co2, table.hour)
 
 
 def load_job_toolpath(job: Job, progress: Progress = unheard) -> Toolpath:

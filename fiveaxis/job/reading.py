@@ -152,7 +152,7 @@ def make_job(base: Job | None = None, **settings: Any) -> Job:
 
 
 def choose_search(job: Job, text: str) -> Job:
-    """Set the search for the setup as the option `--setup` says: ranges, or names of the job's ranges.
+    """Set the search for the setup as the option `--setup` says: ranges, names of the job's, or ``auto``.
 
     Parameters
     ----------
@@ -164,6 +164,8 @@ def choose_search(job: Job, text: str) -> Job:
         Another form, an unknown name, a name without a range.
     """
     search = job.setup.search
+    if text.strip() == "auto":
+        return make_job(job, setup={"search": {"auto": True}})
     known = {} if search is None else search.ranges
     chosen: dict[str, Any] = {}
     for part in text.split(","):

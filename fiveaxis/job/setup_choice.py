@@ -13,8 +13,8 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
-from fiveaxis.job.loading import load_job_machine, load_job_passes, load_surroundings, require_writable
-from fiveaxis.job.placement import advised, load_placed
+from fiveaxis.job.loading import load_job_machine, load_job_passes, require_writable
+from fiveaxis.job.placement import advised, kept_clear, load_placed, with_ranges
 from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
@@ -56,9 +56,9 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
     require_writable(job)
     machine = load_job_machine(job)
     loaded = load_job_passes(job, progress)
+    job = with_ranges(job, machine, loaded[0])
     given = job.setup.model_copy(update={"search": None})
-    around = load_surroundings(job) if job.surrounding["keep_clear"] else None
-    trials = search_setups(job, machine, loaded[0], progress, around)
+    trials = search_setups(job, machine, loaded[0], progress, kept_clear(job))
     numbers = count(1)
 
     def run(setup: SetupTable, start: Array | None = None) -> Outcome | Infeasible:

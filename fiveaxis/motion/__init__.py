@@ -13,7 +13,14 @@ from fiveaxis.motion.run_time import (
     PredictedTime,
     predicted_time,
 )
-from fiveaxis.motion.steadiness import PeakRate, SpeedChange, Steadiness, measure_steadiness, peak_rates
+from fiveaxis.motion.steadiness import (
+    PeakRate,
+    SpeedChange,
+    Steadiness,
+    axis_uses,
+    measure_steadiness,
+    peak_rates,
+)
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
 from fiveaxis.motion.timing import (
@@ -56,6 +63,7 @@ __all__ = [
     "Thinned",
     "TimeLaw",
     "axis_deviation",
+    "axis_uses",
     "block_times",
     "feed_times",
     "fill_in",

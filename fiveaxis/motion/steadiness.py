@@ -178,6 +178,19 @@ def peak_rates(machine: Machine, motion: Motion) -> dict[str, PeakRate]:
     return rates
 
 
+def axis_uses(machine: Machine, motion: Motion) -> dict[str, dict[str, Any]]:
+    """Measure how far each axis travels, and how near it comes to its limits, as plain data by letter.
+
+    Returns
+    -------
+    ``travel`` and ``margin`` in ``unit``, mm or deg; the margin is infinite for an axis without limits
+    """
+    positions, travel = motion.positions, np.abs(motion.moves).sum(axis=0)
+    margin = np.minimum(positions - machine.low, machine.high - positions).min(axis=0)
+    shown = zip(machine.axes, machine.shown(travel).tolist(), machine.shown(margin).tolist(), strict=True)
+    return {axis.letter: {"travel": far, "margin": near, "unit": axis.unit} for axis, far, near in shown}
+
+
 def _peak(values: Array) -> tuple[float, int | None]:
     """Return the largest value and its row, None if all are 0."""
     if not values.any():

@@ -7,6 +7,7 @@ keywords of functions (`spelled_out`), which editors complete and mypy checks, t
 
 from fiveaxis.options.bounds import Bounds, LeanBounds, ProgramBounds
 from fiveaxis.options.calibration import Calibrate, FitDrive, ReadLog
+from fiveaxis.options.costs import Costs
 from fiveaxis.options.machines import OnMachine, Placing
 from fiveaxis.options.meshes import CREASE, MESH_TOLERANCE, CadFile, Meshes
 from fiveaxis.options.option import (
@@ -55,6 +56,7 @@ __all__ = [
     "CadFile",
     "Calibrate",
     "Coordinates",
+    "Costs",
     "Direction",
     "FitDrive",
     "FlowAlong",

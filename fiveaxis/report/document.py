@@ -20,7 +20,7 @@ from fiveaxis.energy import Budget
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Cause, Finding, count_codes, group_findings, without_folder
 from fiveaxis.machine import Machine
-from fiveaxis.motion import peak_rates
+from fiveaxis.motion import axis_uses, peak_rates
 from fiveaxis.posture import RESULT, Solution
 from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report.facts import FrontPrograms, InputFile, Overriding, ProgramFigures, SetupSearched
@@ -209,6 +209,7 @@ class ReportDocument:
             "missing_baselines": solution.missing,
             "moved_baselines": self.moved_baselines,
             "rates": self._rates(),
+            "axes": axis_uses(self.machine, solution.motion),
             "savings": {
                 name: {measure: self.saved(name, measure) for measure in MEASURES}
                 for name in solution.baselines
@@ -264,6 +265,7 @@ class ReportDocument:
             "description": machine.description,
             "axes": machine.letters,
             "base_power": machine.base_power,
+            "bands": machine.bands,
             "setup": asdict(machine.setup),
             "tool_length": machine.tool_length,
             "acceleration_unknown": self.accelerations_unknown,

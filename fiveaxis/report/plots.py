@@ -68,6 +68,8 @@ PAGE = """<!DOCTYPE html>
 # Height of a panel and of a row of bars, points; share of a row that its bars fill.
 HIGH, ROW, FILLED = 120.0, 30.0, 0.76
 LONGEST = 48  # characters; longer names leave no room for bars
+# Decades of a logarithmic scale from which on only powers of ten are named; share of it that a range shows.
+FEW_DECADES, LEAST_SPAN = 2.0, 0.003
 # Colours of the axes, distinguishable without colour vision too.
 COLOURS = {"X": "#4477AA", "Y": "#66CCEE", "Z": "#EE6677", "A": "#228833", "B": "#AA3377", "C": "#CCBB44"}
 SPENT = "energy of the feed drives (J)"
@@ -210,6 +212,38 @@ def bar_rows(
             if colour == AFTER:
                 middle = float(panel.down(begin + thick / 2.0)) + 3.0
                 parts.append(text(labels[row], float(panel.across(value)) + 4.0, middle))
+    return parts, panel.bottom + BELOW
+
+
+def range_rows(
+    top: float, names: Sequence[str], ranges: Sequence[Range | None], x_label: str
+) -> tuple[list[str], float]:
+    """Draw a range per row on a logarithmic scale; one that is open at the top ends at the frame.
+
+    Parameters
+    ----------
+    ranges : above 0, lowest and highest; None where nothing is known
+
+    Returns
+    -------
+    The parts, and the chart's height down to their end
+    """
+    known = [end for ends in ranges if ends is not None for end in ends if np.isfinite(end)]
+    ends = np.log10([min(known), max(known)]) if known else np.zeros(2)
+    panel = _named_rows(top, names, widened(ends, margin=0.15))
+    first, last = np.ceil(panel.x[0]), np.floor(panel.x[1])
+    steps = (1.0, 2.0, 5.0) if last - first < FEW_DECADES else (1.0,)
+    marks = [s * 10.0**k for k in np.arange(first - 1.0, last + 1.0) for s in steps]
+    x_ticks = {float(np.log10(m)): f"{m:g}" for m in marks if panel.x[0] <= np.log10(m) <= panel.x[1]}
+    parts = [panel.frame("", x_label, x_ticks=x_ticks, y_ticks=dict(enumerate(map(_shorten, names))))]
+    for row, one in enumerate(ranges):
+        if one is None:
+            continue
+        low, high = np.log10(one[0]), np.log10(one[1]) if np.isfinite(one[1]) else panel.x[1]
+        middle, half = (low + high) / 2.0, max((high - low) / 2.0, LEAST_SPAN * (panel.x[1] - panel.x[0]))
+        parts.append(panel.span((middle - half, middle + half), (row - 0.25, row + 0.25), AFTER))
+        if not np.isfinite(one[1]):
+            parts.append(text("open", WIDTH - RIGHT - 4.0, float(panel.down(row - 0.3)), anchor="end"))
     return parts, panel.bottom + BELOW
 
 

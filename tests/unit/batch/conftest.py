@@ -127,8 +127,16 @@ class Pretended:
 
     def _document(self, outcome: Any) -> dict[str, Any]:
         spent = vars(outcome.report.solution.energy) | {"with_base": None, "travel_by_axis": {}}
-        run_time = {"basis": "programmed"}
-        return {"energy": spent, "budget": None, "rates": {}, "program": {"run_time": run_time}}
+        spent["by_axis"] = {"X": spent["total"]}
+        setup = {"offset": list(outcome.job.setup.offset), "rotation_deg": list(outcome.job.setup.rotation)}
+        return {
+            "energy": spent,
+            "budget": None,
+            "rates": {},
+            "axes": {"X": {"travel": 30.0, "margin": 100.0, "unit": "mm"}},
+            "machine": {"setup": setup, "bands": {"X": [0.5, 2.0]}},
+            "program": {"run_time": {"basis": "programmed"}},
+        }
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """One job on several machines: the rows, and what is claimed of a winner."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 from fiveaxis.batch import Candidate, MachineComparison, Row, Status, compare_machines
 from fiveaxis.cli import app
 from fiveaxis.errors import SettingError
+from fiveaxis.job import read_job
 
 RANGE = st.tuples(st.floats(1.0, 1e3), st.floats(0.0, 1e3)).map(lambda pair: (pair[0], pair[0] + pair[1]))
 
@@ -41,9 +43,9 @@ def test_a_winner_that_is_named_wins_wherever_the_true_energies_lie(spans, seed)
 
 def test_times_without_accelerations_have_no_upper_end():
     known = [candidate(name, span) for name, span in (("quick", (90.0, 110.0)), ("slow", (190.0, 210.0)))]
-    assert compared(*known).claims[1].startswith("quick is quickest: 99 to 101 s")
+    assert compared(*known).claims[-1].startswith("quick is quickest: 99 to 101 s")
     unknown = [candidate("quick", (90.0, 110.0), "programmed"), known[1]]
-    assert "max_acceleration" in compared(*unknown).claims[1]
+    assert "max_acceleration" in compared(*unknown).claims[-1]
 
 
 def test_a_machine_that_cant_is_no_rival_and_one_that_can_is_enough():
@@ -66,7 +68,45 @@ def test_every_machine_has_a_row_with_its_reason_and_no_duplicates(write_job, pr
     assert ends == {"hayashi-640123": "fine", "dmu50ev": "fine", "nosuch": "wrong input"}
     assert "nosuch" in done.candidates[-1].row.message
     assert done.candidates[0].energy == pytest.approx((900.0, 1200.0))
-    assert "isn't known" in done.claims[0]
+    assert "measure the power of X on" in done.claims[0]
+    assert done.candidates[0].row.values["setup.search"]["auto"]
+    page = (tmp_path / "out/machines.html").read_text()
+    assert all(words in page for words in ("X0 Y0 Z0", "X 100.0 mm", "nosuch"))
+    again = read_job(tmp_path / "out/cup/machine=dmu50ev/job.toml")
+    assert (again.machine, again.setup.offset, again.setup.search) == ("dmu50ev", (0.0, 0.0, 0.0), None)
+
+
+def test_a_part_that_stays_isnt_searched_for_and_a_jobs_own_ranges_are_kept(write_job, pretended, tmp_path):
+    ranged = write_job("cup", "tilt = [15, 75]\nsetup.search.x = [-5, 5]\n")
+    names = ["hayashi-640123", "dmu50ev"]
+    assert "setup.search" not in compare_machines(ranged, names, tmp_path / "a").candidates[0].row.values
+    stays = compare_machines(ranged, names, tmp_path / "b", as_placed=True).candidates[0].row.values
+    assert stays["setup.search"] is None
+
+
+def test_prices_that_are_given_replace_the_jobs(write_job, pretended, tmp_path):
+    job = write_job("cup", 'tilt = [15, 75]\nfactors = { price = 3.6, co2 = 0.36, source = "the bill" }\n')
+    done = compare_machines(job, ["hayashi-640123", "dmu50ev"], tmp_path / "out", hour=3600.0)
+    figures = done.candidates[0].figures
+    assert figures["cost"] == pytest.approx(1000.0 * 1e-6 + 9.5)
+    assert figures["co2_kg"] == pytest.approx(1e-4)
+
+
+def test_two_machines_of_one_name_are_refused(write_job, tmp_path):
+    files = [tmp_path / folder / "mill.toml" for folder in "ab"]
+    for file in files:
+        file.parent.mkdir()
+        file.write_text("")
+    with pytest.raises(SettingError, match=r"a/mill\.toml and .*b/mill\.toml are both called 'mill'; rename"):
+        compare_machines(write_job("cup"), files, tmp_path / "out")
+
+
+def test_a_base_power_that_isnt_stated_may_be_any():
+    frugal, other = candidate("frugal", (10.0, 20.0)), candidate("other", (30.0, 40.0))
+    assert "base power of frugal, other and state it" in compared(frugal, other).claims[1]
+    stated = Candidate(replace(frugal.row, base=5.0), frugal.figures)
+    assert stated.with_base == pytest.approx((14.97, 25.03))
+    assert compared(stated, other).claims[1].startswith("frugal is cheapest with base power: 15 to 25 J")
 
 
 def test_one_machine_is_nothing_to_compare(write_job, pretended, tmp_path):

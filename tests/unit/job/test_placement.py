@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import fiveaxis as fx
 from fiveaxis.cli import app
+from fiveaxis.collision import Surroundings
 from fiveaxis.errors import Infeasible
-from fiveaxis.job import make_job, run_job
+from fiveaxis.job import load_placed, make_job, run_job
+from fiveaxis.job.reach import Reach
 from fiveaxis.nc import write_toolpath
+
+CASES = Path(__file__).parents[4] / "shared/data/cases"
 
 
 @pytest.fixture
@@ -75,3 +81,57 @@ def test_a_program_is_verified_with_the_part_where_its_job_was_placed(ring, tmp_
     assert "part placed at" in found.stderr
     moved = ["--work-offset", "0,0,0"]
     assert runner.invoke(app, ["verify", str(program), "--path", str(job), *moved]).exit_code == 1
+
+
+LOWEST = {  # pass or turn near the bed, tool, tilt
+    "leaning_s_wall": (slice(1, 300, 6), "ball:8", (20.0, 80.0)),
+    "dome_underside": (slice(-60, None, 3), "ball:6", (10.0, 70.0)),
+}
+
+
+@pytest.fixture(params=LOWEST)
+def over_the_bed(request, tmp_path):
+    """A job whose path on the table's centre takes the cutter, or the head, into the bed."""
+    file = CASES / f"{request.param}.csv"
+    if not file.exists():
+        pytest.skip("../shared/data isn't here")
+    rows, tool, tilt = LOWEST[request.param]
+    lines = file.read_text().splitlines()
+    path = tmp_path / file.name
+    path.write_text("\n".join([lines[0], *lines[rows]]) + "\n")
+    on = {"machine": "linuxcnc-bridgemill", "drives": "hayashi-640123", "tool_length": 80.0}
+    return make_job(input=path, tool=tool, tilt=tilt, feed=500.0, effort="quick", **on)
+
+
+@pytest.mark.slow
+def test_a_part_is_raised_until_cutter_and_head_pass_the_bed(over_the_bed):
+    outcome = run_job(over_the_bed)
+    assert outcome.ok
+    assert -300.0 < outcome.solution.machine.setup.offset[2] <= -250.0
+    assert "tried locations can't be reached" in findings_of(outcome)["part-placed"]
+
+
+def test_the_place_that_is_chosen_leaves_every_tried_location_a_posture(over_the_bed):
+    offset = load_placed(over_the_bed).machine.setup.offset
+    assert offset[2] > -300.0
+    lower = make_job(over_the_bed, setup={"offset": (*offset[:2], -300.0)})
+    there = load_placed(lower)
+    reach = Reach.of(there.toolpath, there.machine, lower.constraints, (0.0, 0.0, 0.0), Surroundings())
+    assert reach.reached(offset).all()
+    assert not reach.reached(lower.setup.offset).all()
+
+
+def test_what_stands_in_the_way_at_a_given_place_is_told_before_a_search(over_the_bed, monkeypatch):
+    monkeypatch.setattr("fiveaxis.job.stages.optimise_postures", lambda *_: pytest.fail("searched"))
+    given = make_job(over_the_bed, setup={"offset": (0.0, 0.0, -300.0)})
+    with pytest.raises(Infeasible, match=r"in the way: .*bed body 0.*all of them are reached") as fault:
+        run_job(given)
+    assert "with bed body 0 in 100 %" in fault.value.findings[0].message
+
+
+def test_a_part_that_fits_nowhere_is_refused_with_what_is_in_the_way(ring, monkeypatch):
+    monkeypatch.setattr("fiveaxis.job.stages.optimise_postures", lambda *_: pytest.fail("searched"))
+    lid = {"name": "lid", "box": {"size": (200.0, 200.0, 10.0), "center": (0.0, 0.0, 25.0)}}
+    skirt = {"name": "skirt", "box": {"size": (200.0, 10.0, 60.0), "center": (0.0, 28.0, 0.0)}}
+    with pytest.raises(Infeasible, match=r"no posture that is clear of collisions; in the way: .*skirt"):
+        run_job(job_on(ring, "hayashi-640123", tool_length=80.0, fixture=(lid, skirt)))

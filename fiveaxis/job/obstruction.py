@@ -1,0 +1,83 @@
+"""What stands in the way where a path has no posture that is clear of collisions, found before a search."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres
+from fiveaxis.errors import Infeasible
+from fiveaxis.findings import Finding, Severity
+from fiveaxis.geometry import Array
+from fiveaxis.job.reach import spread
+from fiveaxis.machine import Machine
+from fiveaxis.posture.baselines.branches import postures
+from fiveaxis.posture.mask import Wording
+from fiveaxis.toolpath import Constraints
+
+# Most locations without a posture whose blocking bodies are determined.
+MOST_EXPLAINED = 20
+# Every so many directions of a location are tested before all others are; most locations without a posture
+# that are tested again with so many times as many directions along each side of the map.
+SOME, MOST_REPEATED, DENSER = 29, 5, 3
+# How it is said what a mask does that stands for collisions.
+OF_BODIES = Wording(
+    "that is clear of collisions",
+    "some postures are clear of collisions here",
+    "tool, holder or machine collide in each of the admissible postures that were tried",
+    "tool, holder or machine collide in the posture",
+    "give the tool more stick-out or a thinner holder, or move part or fixtures",
+)
+
+
+def require_clear(admits: Accessibility, machine: Machine, constraints: Constraints) -> None:
+    """Raise `Infeasible` if one of the locations spread along the path has no posture that is clear.
+
+    Directions are tried at three times the density of a search's. What the limits alone leave no posture is
+    for the search to say.
+    """
+    if constraints.hold or not constraints.bounds_angle:
+        return
+    path, bounds = admits.toolpath, constraints.lean_bounds(admits.toolpath)
+
+    def blocked(row: int, axes: Array) -> bool:
+        inside = axes[bounds.admits(axes[None], np.array([row]))[0]]
+        reached = inside
+        for some in (inside[::SOME], inside):
+            at = np.full(len(some), row)
+            reached = some[postures(machine, path.at(at), some).allowed.any(axis=0)]
+            if admits.clear(np.full(len(reached), row), reached).any():
+                return False
+        return bool(len(reached))
+
+    few, many = (cell_centres(np.arange(count * count), count) for count in (CELLS, DENSER * CELLS))
+    rows = spread(path.pivot, np.flatnonzero(path.bounding & np.isfinite(bounds.reference).all(axis=1)))
+    doubtful = [int(row) for row in rows if blocked(int(row), few)]
+    lost = [row for row in doubtful[:MOST_REPEATED] if blocked(row, many)]
+    if not lost:
+        return
+    text = f"{OF_BODIES.none}; widen the tilt range or {OF_BODIES.remedy}"
+    findings = [Finding(Severity.ERROR, "no-posture", text, path.place(row)) for row in lost]
+    said = f"at least {len(lost)} of {len(path)} locations have no posture {OF_BODIES.admitted}"
+    raise explain(Infeasible(said, findings), admits, constraints.of_lean)
+
+
+def explain(fault: Infeasible, admits: Accessibility, constraints: Constraints) -> Infeasible:
+    """Add to each location without a posture which bodies block the directions within its bounds."""
+    bounds = constraints.lean_bounds(admits.toolpath)
+    axes = cell_centres(np.arange(CELLS * CELLS), CELLS)
+    findings, ways = [], set[str]()
+    for number, finding in enumerate(fault.findings):
+        row = finding.place.location
+        if number >= MOST_EXPLAINED or row is None:
+            findings.append(finding)
+            continue
+        inside = axes[bounds.admits(np.broadcast_to(axes, (1, *axes.shape)), np.array([row]))[0]]
+        shares = admits.blockers(row, inside) if len(inside) else {}
+        ways |= shares.keys()
+        pairs = ", ".join(f"{pair} in {100.0 * share:.0f} %" for pair, share in shares.items())
+        more = f"; of the directions within the bounds, these collide: {pairs}" if pairs else ""
+        findings.append(replace(finding, message=finding.message + more))
+    between = f"; in the way: {', '.join(sorted(ways))}" if ways else ""
+    return Infeasible(f"{fault}{between}", findings)
