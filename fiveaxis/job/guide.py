@@ -50,6 +50,7 @@ EXAMPLES: Mapping[str, Any] = {
     "process.basis": "assumed",
     "process.source": "where the coefficients come from",
     "factors.price": 0.3,
+    "factors.hour": 60,
     "factors.co2": 0.35,
     "factors.source": "where price and factor come from",
     "fixture.name": "vice",

@@ -43,7 +43,7 @@ def wall() -> fx.Toolpath:
 CASES: dict[str, tuple[fx.Toolpath, dict[str, Any]]] = {
     "rim off the table's axis": (
         rim(),
-        {"machine": "hayashi-640123", "tilt": (15.0, 17.0), "setup": {"offset": (60.0, 0.0, 0.0)}},
+        {"machine": "hayashi-640123", "tilt": (15.0, 17.0), "setup": {"offset": (80.0, 0.0, 0.0)}},
     ),
     "wall on a table that stands still": (
         wall(),
@@ -63,7 +63,7 @@ def measure(folder: Path) -> Iterator[tuple[str, float, float, float]]:
     for name, (path, settings) in CASES.items():
         file = write_toolpath(path, folder / f"{path.name}.csv")
         job = make_job(input=file, tool="ball:8", feed=1000.0, effort="quick", **settings)
-        search = {"x": (-90.0, 90.0), "angle": (-180.0, 180.0), "tries": 16}
+        search = {"x": (-40.0, 80.0), "angle": (-180.0, 180.0), "tries": 20}
         given, moved = (run_job(one).solution for one in (job, make_job(job, setup={"search": search})))
         plain = given.baselines[RULE].total
         spent = moved.baselines[RULE].total, given.energy.total, moved.energy.total

@@ -1,7 +1,9 @@
 """One job on several machines: the rows, and what is claimed of a winner."""
 
+import importlib
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from fiveaxis.cli import app
 from fiveaxis.errors import SettingError
 from fiveaxis.job import read_job
 
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 RANGE = st.tuples(st.floats(1.0, 1e3), st.floats(0.0, 1e3)).map(lambda pair: (pair[0], pair[0] + pair[1]))
 
 
@@ -112,6 +115,14 @@ def test_a_base_power_that_isnt_stated_may_be_any():
 def test_one_machine_is_nothing_to_compare(write_job, pretended, tmp_path):
     with pytest.raises(SettingError, match="at least two"):
         compare_machines(write_job("cup"), ["dmu50ev"], tmp_path / "out")
+
+
+@pytest.mark.slow
+def test_the_cheapest_of_machines_drawn_from_their_bands_is_claimed(monkeypatch):
+    monkeypatch.syspath_prepend(BENCHMARKS)
+    draws = importlib.import_module("draws")
+    for width, hits, names in draws.count(100, ("dmu50ev", "variaxis-630")):
+        assert hits >= 95, (width, names)
 
 
 @pytest.mark.slow

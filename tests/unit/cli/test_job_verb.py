@@ -29,6 +29,7 @@ WITHOUT_UNIT = {
     "feed_share",
     "process.teeth",
     "factors.price",
+    "factors.hour",
     "fixture.cylinder.direction",
 }
 WITHOUT_UNIT |= {

@@ -12,8 +12,17 @@ from typer.testing import CliRunner
 
 from fiveaxis.cli import app
 from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.job import choose_search, load_surroundings, make_job, run_job, setup_choice, setup_search
+from fiveaxis.job import (
+    choose_search,
+    load_placed,
+    load_surroundings,
+    make_job,
+    run_job,
+    setup_choice,
+    setup_search,
+)
 from fiveaxis.job.box_search import halton, search_box
+from fiveaxis.job.placement import with_ranges
 from fiveaxis.job.setup_search import SetupCosts, search_setups
 from fiveaxis.machine import DirectionalDrive, load_machine
 from fiveaxis.nc import read_toolpath
@@ -275,3 +284,19 @@ def test_scattered_points_are_even():
     counts, *_ = np.histogram2d(*points.T, bins=4, range=[[0, 1], [0, 1]])
     assert counts.min() >= 2
     assert counts.max() <= 6
+
+
+def test_an_automatic_search_is_about_the_place_that_is_chosen_and_keeps_ranges_that_are_given(ring):
+    job = make_job(input=ring, machine="variaxis-630", tool="ball:10", tilt=(15, 75), effort="quick")
+    there = load_placed(job).machine.setup.offset
+    assert there[2] > 50.0
+    search = {"auto": True, "x": (-5.0, 5.0)}
+    asked = make_job(job, setup={"search": search})
+    placed = load_placed(asked)
+    ranged = with_ranges(asked, placed.machine, placed.toolpath).setup
+    assert ranged.offset == there
+    assert ranged.search.ranges["x"] == (-5.0, 5.0)
+    low, high = ranged.search.ranges["y"]
+    assert (low + high) / 2.0 == there[1]
+    assert ranged.search.ranges["z"][0] == there[2]
+    assert choose_search(job, "auto").setup.search.auto

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.machine import load_machine
-from fiveaxis.motion import Motion, peak_rates
+from fiveaxis.motion import Motion, axis_uses, peak_rates
 from fiveaxis.toolpath import MoveKind
 
 
@@ -31,3 +31,16 @@ def test_links_have_a_speed_but_no_acceleration():
     rates = peak_rates(load_machine("hayashi-640123"), motion([0, 90, 90], [0, 1, 1], kinds))
     assert np.degrees(rates["C"].speed) == pytest.approx(90.0)
     assert rates["C"].acceleration == 0.0
+
+
+def test_travel_and_the_margin_to_the_nearest_limit_are_told_by_axis():
+    machine = load_machine("hayashi-640123")
+    there = motion([0, 2, 6, 6, 5], [0, 1, 1, 0.5, 1])
+    uses = axis_uses(machine, there)
+    positions = machine.shown(there.positions)
+    for k, axis in enumerate(machine.axes):
+        ends = axis.shown(axis.limits.low), axis.shown(axis.limits.high)
+        least = min(positions[:, k].min() - ends[0], ends[1] - positions[:, k].max())
+        assert uses[axis.letter]["margin"] == pytest.approx(least)
+        assert uses[axis.letter]["travel"] == pytest.approx(np.abs(np.diff(positions[:, k])).sum())
+    assert {letter: use["unit"] for letter, use in uses.items()}["C"] == "deg"
