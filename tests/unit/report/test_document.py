@@ -25,6 +25,7 @@ KEYS = [
     "missing_baselines",
     "moved_baselines",
     "rates",
+    "axes",
     "savings",
     "savings_range",
     "bound",
