@@ -249,7 +249,7 @@ def range_rows(
 
 def _named_rows(top: float, names: Sequence[str], x: Range) -> Panel:
     """Make the panel of rows that have names, the first on top."""
-    left = 14.0 + max(width_of(_shorten(name)) for name in names)
+    left = 20.0 + max(width_of(_shorten(name)) for name in names)
     return Panel(top, ROW * len(names), x, (len(names) - 0.5, -0.5), WIDTH - RIGHT - left, left)
 
 
