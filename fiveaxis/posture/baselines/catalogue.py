@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
+from fiveaxis.compiled import compiled, inner
 from fiveaxis.energy import motion_energy, move_energies, travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin, arctan2, product
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
@@ -264,7 +264,7 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array
     )
 
 
-@compiled
+@inner
 def best_move(
     locations: Locations,
     i: int,
