@@ -178,6 +178,10 @@ class _Course:
         ok &= self._keeps_standing(first, last)
         at = np.flatnonzero(ok & ~single)
         if len(at):
+            # Most spans that are too long are off at half of their rows, which are few to compare.
+            half = (first[at] + last[at]) // 2
+            at = at[~self._strays(half, self._shares(half, first[at], last[at])[0], first[at], last[at])]
+            ok &= single
             ok[at] = self._keeps(first[at], last[at])
         return ok | single
 
@@ -198,20 +202,26 @@ class _Course:
         top = np.maximum.reduceat(self.speed[row], begins)
         level = top - np.minimum.reduceat(self.speed[row], begins) <= SPEED_TOLERANCE * top
         ends, middle = self._shares(row, first[span], last[span])
-        tip, axis = self._poses(ends, first[span], last[span])
-        height = self.path.zone.height
-        off = Band(self.path.centres(axis, row), self.chords[row]).distances(tip + height * axis)
-        bad = (off > FARTHEST) | self._tilts_off(axis, self.poses[1][row], row)
+        bad = self._strays(row, ends, first[span], last[span])
         level &= ~np.logical_or.reduceat(bad, begins)
         # Most spans that are too long have failed by now, so the middles are compared in the others only.
         left = np.flatnonzero(level[span])
         at, of = row[left], span[left]
         tip, axis = self._poses(middle[left], first[of], last[of])
+        height = self.path.zone.height
         middle_band = Band(self.middles.curve[at], self.middles.chord[at])
         bad[left] |= middle_band.distances(tip + height * axis) > FARTHEST
         bad[left] |= self._tilts_off(axis, self.middle_axes[at], at)
         level &= ~np.logical_or.reduceat(bad, begins)
         return level & self._drives_no_more(row, begins, first[span], last[span]) if self.tcp else level
+
+    def _strays(self, row: IntArray, share: Array, first: IntArray, last: IntArray) -> BoolArray:
+        """Check which rows, (r,), a single block passes too far away, at shares of spans, (r,)."""
+        tip, axis = self._poses(share, first, last)
+        off = Band(self.path.centres(axis, row), self.chords[row]).distances(
+            tip + self.path.zone.height * axis
+        )
+        return np.asarray((off > FARTHEST) | self._tilts_off(axis, self.poses[1][row], row))
 
     def _tilts_off(self, axis: Array, wanted: Array, row: IntArray) -> BoolArray:
         """Check which tool axes are too far from the wanted ones, or from the planes of the moves to rows."""
