@@ -22,7 +22,7 @@ def compiled(function: Callable[P, T]) -> Callable[P, T]:
 
     Division by 0 gives infinity, as in numpy: checking for it takes half of a loop's time.
     """
-    options = {"nogil": True, "error_model": "numpy"}
+    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
     return _kept(lambda keep: cast("Callable[P, T]", numba.njit(cache=keep, **options)(function)))
 
 

@@ -159,9 +159,12 @@ def optimise(
             return None
         best = delivery.run(found.motion.positions[:, machine.rotary_columns], everywhere=True)
         delivery.options.progress("settling the postures between knots", 0, 1)
-        run = np.cumsum(toolpath.lengths)
-        at = np.interp(best.posed.location, np.arange(len(rows)), run[rows])
-        return np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)
+        run, location = np.cumsum(toolpath.lengths), best.posed.location
+        at = np.interp(location, np.arange(len(rows)), run[rows])
+        rotary = np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)
+        # Where the pivot stands still, several locations are at the same length.
+        rotary[rows] = best.rotary[location == np.floor(location)]
+        return rotary
 
     def solved_on(narrow: Narrow, mask: Mask | None) -> _Attempt:
         """Solve on the machine of the bounds."""
