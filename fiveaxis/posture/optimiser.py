@@ -158,7 +158,6 @@ def optimise(
         except Infeasible:  # the moves between the knots may be too far, or the mask too narrow there
             return None
         best = delivery.run(found.motion.positions[:, machine.rotary_columns], everywhere=True)
-        delivery.options.progress("settling the postures between knots", 0, 1)
         run, location = np.cumsum(toolpath.lengths), best.posed.location
         at = np.interp(location, np.arange(len(rows)), run[rows])
         rotary = np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)

@@ -242,7 +242,7 @@ class Delivery:
 
         Around postures that the mask refuses a wide corridor is searched, of more and more locations.
         """
-        found, refused = [here], np.inf
+        best, refused = here, np.inf
         for number in range(SETTLING):
             if 0 < here.refused.sum() < refused:
                 refused = here.refused.sum()
@@ -253,10 +253,10 @@ class Delivery:
             else:
                 here = self._corridor(here, grain)
             here = self._with_inserted(here)
-            found.append(here)
+            best = min(best, here, key=rank)
             if not here.broken:
                 break
-        return min(found, key=rank)
+        return best
 
     def _with_inserted(self, best: Delivered) -> Delivered:
         """Search narrow corridors until inserted locations cost no more than they have to.
