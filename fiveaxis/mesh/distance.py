@@ -68,6 +68,7 @@ class TriangleTree:
         order = np.resize(np.arange(len(triangles)), leaves * LEAF)
         order.sort()
         kernels.sort_into_leaves(order, triangles.mean(axis=1), LEAF)
+        order.reshape(-1, LEAF).sort(axis=1)
         ordered = np.ascontiguousarray(triangles[order])
         return cls(ordered, kernels.tree_boxes(ordered, leaves), order)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
+from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array, IntArray
 
 # Deep enough for any tree: two nodes wait at each of at most 62 levels.
@@ -16,7 +16,7 @@ STACK = 128
 MUCH_LARGER = 4.0
 
 
-@compiled
+@inner
 def share_along(p: Array, a: Array, b: Array) -> float:
     """Share, 0…1, of the segment from a to b at which it is nearest to a point."""
     along = 0.0
@@ -27,7 +27,7 @@ def share_along(p: Array, a: Array, b: Array) -> float:
     return 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)
 
 
-@compiled
+@inner
 def segment_gap(p: Array, a: Array, b: Array) -> float:
     """Squared distance from a point to the segment from a to b."""
     t = share_along(p, a, b)
@@ -37,7 +37,7 @@ def segment_gap(p: Array, a: Array, b: Array) -> float:
     return gap
 
 
-@compiled
+@inner
 def triangle_gap(p: Array, triangle: Array) -> float:
     """Squared distance from a point to a triangle, (3, 3); also right for one without area."""
     a, b, c = triangle[0], triangle[1], triangle[2]
@@ -56,7 +56,7 @@ def triangle_gap(p: Array, triangle: Array) -> float:
     return min(segment_gap(p, a, b), segment_gap(p, b, c), segment_gap(p, c, a))
 
 
-@compiled
+@inner
 def box_gap(p: Array, box: Array) -> float:
     """Squared distance from a point to a box, (2, 3); zero inside."""
     gap = 0.0
@@ -66,7 +66,7 @@ def box_gap(p: Array, box: Array) -> float:
     return gap
 
 
-@compiled
+@inner
 def push_children(p: Array, boxes: Array, node: int, waiting: IntArray, count: int) -> int:
     """Put a node's children on the stack, and return the number of nodes there.
 
@@ -78,7 +78,7 @@ def push_children(p: Array, boxes: Array, node: int, waiting: IntArray, count: i
     return count + 2
 
 
-@compiled
+@inner
 def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> tuple[int, float]:
     """Find the row of the nearest triangle, in the tree's order, and its distance, mm.
 
@@ -114,7 +114,7 @@ def nearest_triangle(p: Array, triangles: Array, boxes: Array, bound: float) -> 
     return found, float(np.sqrt(best))
 
 
-@compiled
+@inner
 def nearest(p: Array, triangles: Array, boxes: Array, bound: float) -> float:
     """Return only the distance of `nearest_triangle`, mm."""
     return nearest_triangle(p, triangles, boxes, bound)[1]
@@ -129,7 +129,7 @@ def nearest_all(points: Array, triangles: Array, boxes: Array, bound: float) -> 
     return gaps
 
 
-@compiled
+@inner
 def foot_on_triangle(p: Array, triangle: Array) -> Array:
     """Nearest point to p on a triangle, (3, 3) → (3,) mm; same cases as `triangle_gap`."""
     a, b, c = triangle[0], triangle[1], triangle[2]
@@ -288,7 +288,7 @@ def merge_rows(rows: Array) -> tuple[IntArray, IntArray]:
     return first[:count].copy(), number
 
 
-@compiled
+@inner
 def halve(keys: Array, rows: IntArray) -> None:
     """Move the smaller half, by key and then by row, before the larger one, in place.
 
@@ -320,7 +320,7 @@ def halve(keys: Array, rows: IntArray) -> None:
 
 @compiled
 def sort_into_leaves(rows: IntArray, centres: Array, leaf: int) -> None:
-    """Halve each node along its longest extent down to leaves, in place.
+    """Halve each node along its longest extent down to leaves, in place; rows of a leaf are in no order.
 
     Parameters
     ----------
@@ -344,8 +344,6 @@ def sort_into_leaves(rows: IntArray, centres: Array, leaf: int) -> None:
                 along[i] = centres[part[i], axis]
             halve(along, part)
         size //= 2
-    for begin in range(0, len(rows), leaf):
-        rows[begin : begin + leaf].sort()
 
 
 @compiled

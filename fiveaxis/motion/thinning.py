@@ -15,7 +15,7 @@ from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
 from fiveaxis.motion.timing import axis_bounds, standing_speeds
-from fiveaxis.toolpath import Band, Toolpath
+from fiveaxis.toolpath import Band, Toolpath, longest_spans
 
 # Largest relative difference of the path speeds of the blocks in one span.
 SPEED_TOLERANCE = 0.01
@@ -28,9 +28,6 @@ FARTHEST = WRITTEN_TOLERANCE / BETWEEN
 LARGEST_CHORD = 2.0 * math.sin(AXIS_TOLERANCE / BETWEEN / 2.0)
 # s: a shorter block has no duration.
 SHORTEST = 1e-9
-# Spans are searched in parallel within sections of this many rows. Each section ends with a truncated span,
-# so sections grow by the second factor while they hold fewer spans than that on average.
-SECTION, LONGER = 64, 8
 # Rounding, in mm and rad, and as a share of speeds.
 ROUNDING = 5e-7
 
@@ -94,7 +91,7 @@ def thinned(
         # A span must not end at one of them.
         needed = motion.rapid if needed is None else motion.rapid | needed
     course = _Course(toolpath, machine, motion, max_turn, tcp, needed, planes, inside)
-    kept = _joined(course, _longest_spans(course))
+    kept = longest_spans(len(motion) - 1, course.fits)
     kept = kept if inside is None else kept[~inside[kept]]
     # The last span of `reduceat` runs to the end, and the last row is always kept.
     time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
@@ -172,15 +169,6 @@ class _Course:
         stays[:-1] |= alone[1:]
         return np.cumsum(stays)
 
-    @cached_property
-    def next_pair(self) -> IntArray:
-        """(n,), the first row from each one on at which two blocks can be one; else the last row."""
-        end = len(self.motion) - 1
-        first = np.arange(max(end - 1, 0))
-        rows = np.full(end + 1, end)
-        rows[first] = np.where(self.fits(first, first + 2), first, end)
-        return np.asarray(np.minimum.accumulate(rows[::-1])[::-1])
-
     def fits(self, first: IntArray, last: IntArray) -> BoolArray:
         """Check which spans, from row to row, (s,), can be single blocks."""
         single = last - first == 1
@@ -190,6 +178,10 @@ class _Course:
         ok &= self._keeps_standing(first, last)
         at = np.flatnonzero(ok & ~single)
         if len(at):
+            # Most spans that are too long are off at half of their rows, which are few to compare.
+            half = (first[at] + last[at]) // 2
+            at = at[~self._strays(half, self._shares(half, first[at], last[at])[0], first[at], last[at])]
+            ok &= single
             ok[at] = self._keeps(first[at], last[at])
         return ok | single
 
@@ -210,20 +202,26 @@ class _Course:
         top = np.maximum.reduceat(self.speed[row], begins)
         level = top - np.minimum.reduceat(self.speed[row], begins) <= SPEED_TOLERANCE * top
         ends, middle = self._shares(row, first[span], last[span])
-        tip, axis = self._poses(ends, first[span], last[span])
-        height = self.path.zone.height
-        off = Band(self.path.centres(axis, row), self.chords[row]).distances(tip + height * axis)
-        bad = (off > FARTHEST) | self._tilts_off(axis, self.poses[1][row], row)
+        bad = self._strays(row, ends, first[span], last[span])
         level &= ~np.logical_or.reduceat(bad, begins)
         # Most spans that are too long have failed by now, so the middles are compared in the others only.
         left = np.flatnonzero(level[span])
         at, of = row[left], span[left]
         tip, axis = self._poses(middle[left], first[of], last[of])
+        height = self.path.zone.height
         middle_band = Band(self.middles.curve[at], self.middles.chord[at])
         bad[left] |= middle_band.distances(tip + height * axis) > FARTHEST
         bad[left] |= self._tilts_off(axis, self.middle_axes[at], at)
         level &= ~np.logical_or.reduceat(bad, begins)
         return level & self._drives_no_more(row, begins, first[span], last[span]) if self.tcp else level
+
+    def _strays(self, row: IntArray, share: Array, first: IntArray, last: IntArray) -> BoolArray:
+        """Check which rows, (r,), a single block passes too far away, at shares of spans, (r,)."""
+        tip, axis = self._poses(share, first, last)
+        off = Band(self.path.centres(axis, row), self.chords[row]).distances(
+            tip + self.path.zone.height * axis
+        )
+        return np.asarray((off > FARTHEST) | self._tilts_off(axis, self.poses[1][row], row))
 
     def _tilts_off(self, axis: Array, wanted: Array, row: IntArray) -> BoolArray:
         """Check which tool axes are too far from the wanted ones, or from the planes of the moves to rows."""
@@ -289,73 +287,3 @@ class _Course:
 def _between(columns: Array, share: Array, first: IntArray, last: IntArray) -> Array:
     """Interpolate columns, (n, k), at shares of spans from first to last rows."""
     return columns[first] + share[:, None] * (columns[last] - columns[first])
-
-
-def _longest_spans(course: _Course) -> IntArray:
-    """Find span after span, each as long as possible, in sections that hold several."""
-    count, section = len(course.motion) - 1, SECTION
-    kept = _spans_within(course, section)
-    while section < count and LONGER * count > section * (len(kept) - 1):
-        section *= LONGER
-        kept = _spans_within(course, section)
-    return kept
-
-
-def _spans_within(course: _Course, section: int) -> IntArray:
-    """Find the spans in all sections in parallel."""
-    end = len(course.motion) - 1
-    at = np.arange(0, max(end, 1), section)
-    stops = np.minimum(at + section, end)
-    kept = np.zeros(end + 1, dtype=bool)
-    kept[at] = kept[end] = True
-    while (going := at < stops).any():
-        at, stops = at[going], stops[going]
-        # Rows before the next pair that can be one block stay one after the other.
-        begins = np.minimum(course.next_pair[at], stops)
-        kept |= _between_rows(at, begins, end + 1)
-        kept[begins] = True
-        going = begins < stops
-        at, stops = begins[going], stops[going]
-        at = _farthest(course, at, stops)
-        kept[at] = True
-    return np.flatnonzero(kept)
-
-
-def _between_rows(first: IntArray, last: IntArray, count: int) -> BoolArray:
-    """Mark the rows of ranges that don't overlap, (count,), without their last rows."""
-    edges = np.zeros(count + 1, dtype=np.int64)
-    np.add.at(edges, first, 1)
-    np.add.at(edges, last, -1)
-    return np.asarray(np.cumsum(edges[:-1]) > 0)
-
-
-def _farthest(course: _Course, at: IntArray, stops: IntArray) -> IntArray:
-    """Find the last row of the longest span from each row, (s,): by doubled strides, then by bisection."""
-    good, bad = at + 1, stops + 1
-    stride, going = 1, good < stops
-    while going.any():
-        some = np.flatnonzero(going)
-        trial = np.minimum(good[some] + stride, stops[some])
-        ok = course.fits(at[some], trial)
-        good[some[ok]], bad[some[~ok]] = trial[ok], trial[~ok]
-        going[some] = ok & (good[some] < stops[some])
-        stride *= 2
-    while (going := bad - good > 1).any():
-        some = np.flatnonzero(going)
-        trial = (good[some] + bad[some]) // 2
-        ok = course.fits(at[some], trial)
-        good[some[ok]], bad[some[~ok]] = trial[ok], trial[~ok]
-    return good
-
-
-def _joined(course: _Course, kept: IntArray) -> IntArray:
-    """Join neighbouring spans until no two can be one."""
-    while True:
-        before = len(kept)
-        for parity in (0, 1):
-            between = np.arange(parity + 1, len(kept) - 1, 2)
-            if len(between):
-                redundant = between[course.fits(kept[between - 1], kept[between + 1])]
-                kept = np.delete(kept, redundant)
-        if len(kept) == before:
-            return kept

@@ -6,12 +6,14 @@ Angles have the sign of the machine model (tool relative to workpiece): only NC 
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from fiveaxis.errors import MachineError
 from fiveaxis.files import require_suffix, write_atomically
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
@@ -19,12 +21,13 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import require, require_finite, require_near, require_positive_feeds
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import fields_of, first_line, read_table
-from fiveaxis.nc.words import format_number
 from fiveaxis.toolpath import MoveKind, Toolpath
 
 logger = logging.getLogger(__name__)
 
 DECIMALS = 9
+# Rows that are formatted at once: a million of them as numbers of Python would take a gigabyte.
+AT_ONCE = 10_000
 # Column of the kinds of moves (`MoveKind`: 0 cut, 1 link, 2 rapid), of a motion that doesn't only cut.
 KIND = "kind"
 # Column of fractional locations on the path, of a motion with inserted rows.
@@ -53,19 +56,21 @@ def write_motion(motion: Motion, path: str | Path, machine: Machine) -> Path:
         raise MachineError(
             f"the motion has axes {motion.letters}, and machine {machine.name!r} has {machine.letters}"
         )
-    columns = np.column_stack([machine.shown(motion.positions), motion.feed * 60.0, motion.time])
-    figures = ([format_number(v, DECIMALS) for v in row] for row in columns.tolist())
-    rows = [[*row, str(line)] for row, line in zip(figures, motion.source.tolist(), strict=True)]
     kinds = None if (motion.kind == MoveKind.CUT).all() else motion.kind
-    if kinds is not None:
-        for row, kind in zip(rows, kinds.tolist(), strict=True):
-            row.append(str(kind))
-    if motion.location is not None:
-        for row, location in zip(rows, motion.location.tolist(), strict=True):
-            row.append(format_number(location, DECIMALS))
+    columns = [*machine.shown(motion.positions).T, motion.feed * 60.0, motion.time, motion.source, kinds]
+    columns = [column for column in (*columns, motion.location) if column is not None]
     logger.info("%s: %d locations, axes %s", Path(path).name, len(motion), " ".join(machine.letters))
-    lines = [_header(machine, kinds is not None, motion.location is not None), *rows]
-    return write_atomically(path, "\n".join(map(",".join, lines)) + "\n")
+    header = ",".join(_header(machine, kinds is not None, motion.location is not None))
+    return write_atomically(path, "\n".join([header, *_lines(columns)]) + "\n")
+
+
+def _lines(columns: list[Array | IntArray]) -> Iterator[str]:
+    """Format columns, (n,) each, line by line: floats with fixed decimals, never as ``-0.000``."""
+    form = ",".join("%d" if column.dtype.kind == "i" else f"%.{DECIMALS}f" for column in columns)
+    for begin in range(0, len(columns[0]), AT_ONCE):
+        part = [column[begin : begin + AT_ONCE] for column in columns]
+        shown = (np.where(np.abs(values) <= 0.5 * 10.0**-DECIMALS, 0, values).tolist() for values in part)
+        yield from (form % row for row in zip(*shown, strict=True))
 
 
 def read_motion(path: str | Path, machine: Machine, *, source_is_table: bool = False) -> Motion:

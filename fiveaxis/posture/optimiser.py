@@ -15,6 +15,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine, power_findings, with_powers
 from fiveaxis.motion import Filling, Interpolation
+from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
 from fiveaxis.options import Objective
 from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
 from fiveaxis.posture.mask import Mask
@@ -35,11 +36,15 @@ from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
+from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, knots
 
 # Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
 # from the ends of travel; attempts.
 SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
+# A path of more locations is solved at its knots first, if they are at most this share; how far locations in
+# between may be from their chords, mm and ends of unit vectors, and moves from knot to knot.
+LONG, SPARSE = 5000, 0.5
+APART, TILTED, MOVES = WRITTEN_TOLERANCE, 2e-4, 64
 
 Found = TypeVar("Found", bound=Solution)
 
@@ -105,6 +110,7 @@ def optimise(
         )
         return built, bounds
 
+    starting = effort.nested[0].having(last_barrier=ROUGH)
     own, filling = Mask.of(options.mask), Filling.of(constraints, options.interpolation)
 
     def solved(narrow: Narrow) -> _Attempt:
@@ -122,11 +128,12 @@ def optimise(
         attempt = solved_on(replace(narrow, machine=endless(narrow.machine)), mask)
         return replace(attempt, found=replace(attempt.found, machine=endless(machine)))
 
-    def solved_on(narrow: Narrow, mask: Mask | None) -> _Attempt:
-        """Solve on the machine of the bounds."""
-        problem, bounds = build(narrow, toolpath)
-        starting = effort.nested[0].having(last_barrier=ROUGH)
-        found = solve_given(problem, toolpath, bounds, starting, mask, options)
+    def posed_on(
+        narrow: Narrow, mask: Mask | None, path: Toolpath, start: Array | None, known: Array | None = None
+    ) -> tuple[Solution, Delivery]:
+        """Find a path to begin with, unless one is known, and what will solve it for its program."""
+        problem, bounds = build(narrow, path)
+        found = solve_given(problem, path, bounds, starting, mask, replace(options, start=start), known)
 
         def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
             return build(narrow, path, location)
@@ -134,20 +141,44 @@ def optimise(
         if options.free_start:
             again, both = partial(refined, effort=starting), options.free_direction
             found = free_starts(found, rebuild, again, passes=options.passes, both_directions=both)
-        by_length = constraints.turn_rate is not None
-        near = Near(effort, cone, mask)
-        delivery = Delivery(found.toolpath, rebuild, near, filling, options, by_length)
+        near, by_length = Near(effort, cone, mask), constraints.turn_rate is not None
+        delivery = Delivery(found.toolpath, rebuild, near, filling, options, by_length, known is not None)
+        return found, delivery
+
+    def at_knots(narrow: Narrow, mask: Mask | None) -> Array | None:
+        """Solve at the knots of a long path; (n, 2) rad, None where that is no less work, or impossible."""
+        rows = knots(toolpath, APART, TILTED, MOVES) if len(toolpath) > LONG else np.arange(0)
+        if not 0 < len(rows) <= SPARSE * len(toolpath) or options.free_start:
+            return None
+        few = replace(toolpath.at(rows), numbers=toolpath.numbered[rows])
+        mask = None if mask is None else mask.along(rows.astype(float))
+        start = None if options.start is None else options.start[rows]
+        try:
+            found, delivery = posed_on(narrow, mask, few, start)
+        except Infeasible:  # the moves between the knots may be too far, or the mask too narrow there
+            return None
+        best = delivery.run(found.motion.positions[:, machine.rotary_columns], everywhere=True)
+        run, location = np.cumsum(toolpath.lengths), best.posed.location
+        at = np.interp(location, np.arange(len(rows)), run[rows])
+        rotary = np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)
+        # Where the pivot stands still, several locations are at the same length.
+        rotary[rows] = best.rotary[location == np.floor(location)]
+        return rotary
+
+    def solved_on(narrow: Narrow, mask: Mask | None) -> _Attempt:
+        """Solve on the machine of the bounds."""
+        found, delivery = posed_on(narrow, mask, toolpath, options.start, at_knots(narrow, mask))
         others = {} if options.start is None or options.free_start else {"the start given": options.start}
         found, rank, breach = delivered(found, delivery, others)
         rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
         rotary = rotary if location is None else rotary[location == np.floor(location)]
         fault = None
         if not delivery.admits(rotary):
-            fault = without_path(rebuild(delivery.given)[0], rotary, delivery.given)
+            fault = without_path(delivery.given_problem, rotary, delivery.given)
         elif mask is not None:
             refused = ~mask.admits(np.arange(len(toolpath)), rotary)
             if refused.any():
-                raise refusal(problem, toolpath, rotary, refused, mask)
+                raise refusal(delivery.given_problem, toolpath, rotary, refused, mask)
         # Without the narrower limits.
         return _Attempt(replace(found, machine=machine), mask, rank, breach, fault)
 

@@ -27,6 +27,9 @@ RESULT = "optimised"
 # Name of the baseline with the input's own postures.
 AS_PROGRAMMED = "as-programmed"
 
+# Locations of the longest path of which distance from an optimum is measured: a million would take 7 GB.
+MOST_MEASURED = 50_000
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -163,12 +166,13 @@ class Solution(ShownAsTable, HasColumns):
     def kkt(self) -> Optimality | None:
         """How far the path is from a local optimum; None for a solution that was put together by hand.
 
-        A solution with rewinds is judged by its path before them. A mask isn't part of the problem: where it
-        keeps the path from the optimum, the residual shows by how much. Computed on first use.
+        None, too, of more than `MOST_MEASURED` locations. A solution with rewinds is judged by its path
+        before them. A mask isn't part of the problem: where it keeps the path from the optimum, the residual
+        shows by how much. Computed on first use.
         """
         if self.unwrapped is not None:
             return optimality(self.unwrapped.problem, self.unwrapped.rotary)
-        if self.problem is None:
+        if self.problem is None or len(self.problem) > MOST_MEASURED:
             return None
         return optimality(self.problem, self.motion.positions[:, self.problem.machine.rotary_columns])
 

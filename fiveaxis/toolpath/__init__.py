@@ -9,12 +9,14 @@ from fiveaxis.toolpath.dividing import (
     divided_rows,
     filled,
     interpolate,
+    knots,
     part_places,
     refined,
     turned,
 )
 from fiveaxis.toolpath.operation import MoveKind, Operation, kind_names
 from fiveaxis.toolpath.path import PathShape, Toolpath
+from fiveaxis.toolpath.spans import longest_spans
 from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
 
 __all__ = [
@@ -37,6 +39,8 @@ __all__ = [
     "filled",
     "interpolate",
     "kind_names",
+    "knots",
+    "longest_spans",
     "parse_tool",
     "part_places",
     "refined",

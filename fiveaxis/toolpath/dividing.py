@@ -7,14 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.geometry import Array, IntArray, normalise
+from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
 from fiveaxis.toolpath.cutter import across
 from fiveaxis.toolpath.path import Toolpath
+from fiveaxis.toolpath.spans import longest_spans
 
 # Of one move: a table that turns a hundred times, to micrometres at its rim, takes a quarter of it.
 MOST_PARTS = 200_000
 # Of all moves: their rows take a gigabyte or two.
 MOST_IN_ALL = 10_000_000
+# mm: a length that is none.
+TINY = 1e-12
 
 
 def divide(toolpath: Toolpath, parts: IntArray) -> Toolpath:
@@ -167,6 +170,43 @@ class Band:
         square = np.sum(self.chord**2, axis=1)
         share = np.sum(aside * self.chord, axis=1) / np.where(square > 0.0, square, 1.0)
         return np.asarray(aside - np.clip(share, 0.0, 1.0)[:, None] * self.chord)
+
+
+def knots(toolpath: Toolpath, apart: float, tilted: float, most: int) -> IntArray:
+    """Select locations between which the path is nearly straight and its directions turn evenly.
+
+    Parameters
+    ----------
+    apart : mm, of a location that is left out from the chord between those beside it
+    tilted : of its normal and its tool axis from what lies between theirs there, ends of unit vectors
+    most : moves from one to the next
+
+    Returns
+    -------
+    (m,), rows, both ends of the path and of every link, and each change of feed among them
+    """
+    run, single = np.cumsum(toolpath.lengths), ~toolpath.cutting
+    single[:-1] |= single[1:] | (np.diff(toolpath.feed) != 0.0)
+    alone = np.cumsum(single)
+    columns = (toolpath.pivot, apart), (toolpath.normal, tilted), (toolpath.axis, tilted)
+
+    def fits(first: IntArray, last: IntArray) -> BoolArray:
+        ok = (alone[last - 1] == alone[first]) & (last - first <= most)
+        at = np.flatnonzero(ok)
+        first, last = first[at], last[at]
+        inside = last - first - 1
+        span = np.repeat(np.arange(len(at)), inside)
+        row = first[span] + 1 + np.arange(len(span)) - (np.cumsum(inside) - inside)[span]
+        begin, end = first[span], last[span]
+        share = ((run[row] - run[begin]) / np.maximum(run[end] - run[begin], TINY))[:, None]
+        off = np.zeros(len(row), dtype=bool)
+        for column, tolerance in columns:
+            aside = column[begin] + share * (column[end] - column[begin]) - column[row]
+            off |= np.einsum("ni,ni->n", aside, aside) > tolerance**2
+        ok[at[span[off]]] = False
+        return ok
+
+    return longest_spans(len(toolpath) - 1, fits)
 
 
 def turned(direction: Array, row: Array) -> Array:

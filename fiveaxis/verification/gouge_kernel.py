@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
+from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array
 from fiveaxis.mesh.kernels import STACK, nearest
 from fiveaxis.toolpath.profile import inside
@@ -25,7 +25,7 @@ MOST_STEPS = 80
 EDGE = 1e-12
 
 
-@compiled
+@inner
 def along(p: Array, step: Array, t: float, zones: Array) -> tuple[float, float]:
     """`inside` at ``p + t·step``, and its slope in t."""
     x, y, z = p[0] + t * step[0], p[1] + t * step[1], p[2] + t * step[2]
@@ -36,7 +36,7 @@ def along(p: Array, step: Array, t: float, zones: Array) -> tuple[float, float]:
     return value, slope_rho * turning + slope_z * step[2]
 
 
-@compiled
+@inner
 def deepest_on_line(p: Array, step: Array, start: float, end: float, zones: Array, best: float) -> float:
     """Largest `inside` on ``p + t·step``, t from start to end, or `best` if none is larger."""
     low, high = start, end
@@ -63,7 +63,7 @@ def deepest_on_line(p: Array, step: Array, start: float, end: float, zones: Arra
     return best
 
 
-@compiled
+@inner
 def clipped(corners: Array, count: int, height: float, sign: float, out: Array) -> int:
     """Clip a polygon at a height, above (sign 1) or below (sign −1) it; return the number of corners left."""
     kept = 0
@@ -80,7 +80,7 @@ def clipped(corners: Array, count: int, height: float, sign: float, out: Array) 
     return kept
 
 
-@compiled
+@inner
 def deepest_across(corners: Array, count: int, normal: Array, zones: Array, best: float) -> float:
     """Largest `inside` where a polygon meets the meridian plane of its normal, or `best`.
 
@@ -115,7 +115,7 @@ def deepest_across(corners: Array, count: int, normal: Array, zones: Array, best
     return deepest_on_line(foot, line, start, end, zones, best) if start < end < np.inf else best
 
 
-@compiled
+@inner
 def deepest_in_triangle(triangle: Array, zones: Array, low: float, high: float, best: float) -> float:
     """Largest `inside` on the part of a triangle between two heights, or `best` if none is larger.
 
@@ -161,7 +161,7 @@ def deepest_in_triangle(triangle: Array, zones: Array, low: float, high: float, 
     return best
 
 
-@compiled
+@inner
 def frame_of(axis: Array) -> Array:
     """Three unit vectors at right angles, (3, 3) rows, the last one the axis."""
     least = int(np.argmin(np.abs(axis)))
@@ -177,7 +177,7 @@ def frame_of(axis: Array) -> Array:
     return frame
 
 
-@compiled
+@inner
 def box_bound(tip: Array, axis: Array, box: Array, zones: Array, low: float, high: float) -> float:
     """Bound `inside` over a box from above, mm: no distance changes faster than the point moves."""
     z = rho2 = half2 = reach = 0.0
@@ -194,7 +194,7 @@ def box_bound(tip: Array, axis: Array, box: Array, zones: Array, low: float, hig
     return float(inside(rho, z, zones)[0] + np.sqrt(half2))
 
 
-@compiled
+@inner
 def deepest(
     tip: Array,
     axis: Array,

@@ -1,20 +1,22 @@
 """Print how time and memory grow: of the optimiser, of reading programs, of planning on meshes.
 
-Usage: python tests/benchmarks/scale.py [posture] [programs] [meshes] [--passes 1 10 100]
-       [--lines 1000000] [--triangles 4000000]                                    (default: all three)
+Usage: python tests/benchmarks/scale.py [posture] [programs] [meshes] [--passes 1 10 100] [--scan]
+       [--effort quick] [--lines 1000000] [--triangles 4000000]                   (default: all three)
 
-*posture*: the vase's wall, cut finer in so many passes of 1 000 locations; passes and locations are splines
-through those of the printed case. *programs*: a five-axis motion of so many blocks in each language, read as
-a motion and as a path, verified, and its energy computed. *meshes*: a wavy body of so many triangles (binary
-STL): loaded, planned in 50 sections, a short path on it optimised and verified, and one triangle more than is
-read refused.
+*posture*: the vase's wall, cut finer in so many passes of 1 000 locations, from the points to the files of a
+verified program, stage by stage; passes and locations are splines through those of the printed case. With
+`--scan` also a million locations in steps of 20 µm. *programs*: a five-axis motion of so many blocks in each
+language, read as a motion and as a path, verified, and its energy computed. *meshes*: a wavy body of so many
+triangles (binary STL): loaded, planned in 50 sections, a short path on it optimised and verified, and one
+triangle more than is read refused.
 
-Processor seconds are those that other programs on the machine disturb least. Each line of programs and meshes
-is a process of its own, and its peak memory is the process's; that of *posture* never falls from one line to
-the next.
+Processor seconds are those that other programs on the machine disturb least. Each path, and each line of
+programs and meshes, is a process of its own, whose peak memory it is; that of a stage is the peak up to its
+end.
 """
 
 import argparse
+import json
 import os
 import resource
 import subprocess
@@ -27,13 +29,15 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 import fiveaxis as fx
+from fiveaxis.job import make_job
+from fiveaxis.job.results import write_outcome
+from fiveaxis.job.setup_choice import run_job
 from fiveaxis.mesh.loading import MOST_TRIANGLES
-from fiveaxis.posture import optimise
-from fiveaxis.toolpath import Constraints
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
 PASSES, ROUND = 10, 360
-LOCATIONS = 1_000
+# Locations of a pass; passes and locations of the path in steps of 20 µm.
+LOCATIONS, SCAN = 1_000, (125, 8_000)
 # Rows repeated on either side, so that the spline closes.
 LAP = 6
 
@@ -53,25 +57,51 @@ def fine_vase(passes: int, around: int) -> fx.Toolpath:
     return fx.Toolpath.from_contacts(rows[:, :3], normal, fx.Tool.ball(10))
 
 
-def run(passes: int) -> None:
-    toolpath, machine = fine_vase(passes, LOCATIONS), fx.load_machine("hayashi-640123")
-    clock, processor = time.perf_counter(), time.process_time()
-    solution = optimise(toolpath, machine, Constraints.of_degrees(tilt=(15, 75)))
-    clock, processor = time.perf_counter() - clock, time.process_time() - processor
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    print(
-        f"{len(toolpath):8,} locations {clock:8.1f} s {processor:8.1f} s of processor "
-        f"{1e3 * processor / len(toolpath):6.2f} ms a location {memory:5.2f} GB "
-        f"{solution.energy.total:10.0f} J, normal {solution.baselines['normal'].total:8.0f} J",
-        flush=True,
-    )
+def run(passes: int, around: int, effort: str) -> None:
+    """Take a path to a verified program, and print the processor seconds and peak memory of each stage."""
+    spent: dict[str, list[float]] = {}
+    now, at = [""], [0.0]
+
+    def step(stage: str, _done: int, _total: int) -> None:
+        seconds = spent.setdefault(now[0], [0.0, 0.0])
+        seconds[0] += time.process_time() - at[0]
+        seconds[1] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        now[0], at[0] = stage.split(",")[0], time.process_time()
+
+    # First a short path: compilers, imports and caches.
+    for path in (fine_vase(1, 400), fine_vase(passes, around)):
+        with tempfile.TemporaryDirectory() as folder:
+            file, rows = Path(folder) / "path.csv", np.hstack([path.contact, path.normal])
+            np.savetxt(file, rows, "%.7f", ",", header="x,y,z,nx,ny,nz", comments="")
+            spent.clear()
+            now[0], at[0] = "reading the input", time.process_time()
+            job = make_job(input=file, machine="hayashi-640123", tool="ball:10", tilt=(15, 75), effort=effort)
+            outcome = run_job(job, step)
+            step("writing the files", 0, 1)
+            write_outcome(outcome, Path(folder) / "out")
+            step("", 0, 1)
+    energy = outcome.solution.energy.total
+    print(json.dumps({"locations": len(path), "energy": energy, "ok": outcome.ok, "stages": spent}))
 
 
-def posture(passes: list[int]) -> None:
-    # Compilers and caches.
-    optimise(fine_vase(1, 400), fx.load_machine("hayashi-640123"), Constraints.of_degrees(tilt=(15, 75)))
-    for count in passes:
-        run(count)
+def posture(passes: list[int], scan: bool, effort: str) -> None:
+    """Print each path's stages, and the exponents by which they grow from the smallest path."""
+    found = []
+    for count, around in [*((one, LOCATIONS) for one in passes), *([SCAN] if scan else [])]:
+        command = [sys.executable, __file__, "--run", str(count), str(around), "--effort", effort]
+        said = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+        found.append(json.loads(said.splitlines()[-1]))
+        n, stages = found[-1]["locations"], found[-1]["stages"]
+        total, memory = sum(s for s, _ in stages.values()), max(m for _, m in stages.values())
+        print(f"{n:,} locations, {found[-1]['energy']:.0f} J, effort {effort}, verified: {found[-1]['ok']}")
+        for stage, (seconds, peak) in [*stages.items(), ("in all", (total, memory))]:
+            first = found[0]["stages"].get(stage, (sum(s for s, _ in found[0]["stages"].values()),))[0]
+            grown = ""
+            if len(found) > 1 and min(first, seconds) > 0.0:
+                power = np.log(seconds / first) / np.log(n / found[0]["locations"])
+                grown = f"   grows as n^{power:.2f}"
+            rate = n / max(seconds, 1e-9)
+            print(f"  {stage:45} {seconds:8.1f} s of processor {rate:12,.0f} /s {peak:5.2f} GB{grown}")
 
 
 def child(what: str, *arguments: str) -> None:
@@ -207,12 +237,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", choices=["posture", "programs", "meshes", []])
     parser.add_argument("--passes", nargs="+", type=int, default=[1, 10, 100])
+    parser.add_argument("--scan", action="store_true")
+    parser.add_argument("--effort", default="quick")
+    parser.add_argument("--run", nargs=2, type=int, help=argparse.SUPPRESS)
     parser.add_argument("--lines", type=int, default=1_000_000)
     parser.add_argument("--triangles", type=int, default=4_000_000)
     given = parser.parse_args()
+    if given.run:
+        run(*given.run, given.effort)
+        return
     parts = given.parts or ["posture", "programs", "meshes"]
     if "posture" in parts:
-        posture(given.passes)
+        posture(given.passes, given.scan, given.effort)
     if "programs" in parts:
         programs(given.lines)
     if "meshes" in parts:

@@ -265,61 +265,6 @@ def greedy(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, anchor: Array
 
 
 @compiled
-def best_move(
-    locations: Locations,
-    i: int,
-    limits: Array,
-    plus: Array,
-    minus: Array,
-    here: Array,
-    around: Array,
-    offsets: Array,
-    found: Array,
-    there: Array,
-) -> bool:
-    """Find the cheapest admissible move from one posture to another near an angle pair.
-
-    Parameters
-    ----------
-    i : location
-    limits : (2, k), mm and rad
-    plus, minus : (k,), J/mm and J/rad
-    here : (k,), mm and rad, start of the move
-    around : (2,), rad, chain order
-    offsets : (m, 2), rad
-    found, there : (2,) and (k,), output: the posture
-
-    Returns
-    -------
-    Whether any of the offsets is admissible.
-    """
-    count, least, best = len(offsets), np.inf, -1
-    rows, tried = np.empty(count, dtype=np.int64), np.empty((count, 2))
-    positions, excess = np.empty((count, len(here))), np.empty(count)
-    for m in range(count):
-        rows[m] = i
-        for r in range(2):
-            tried[m, r] = around[r] + offsets[m, r]
-    place(locations, rows, tried, positions, excess)
-    for m in range(count):
-        cost = 0.0 if excess[m] == 0.0 else np.inf
-        for a in range(len(here)):
-            if not limits[0, a] <= positions[m, a] <= limits[1, a]:
-                cost = np.inf
-                break
-            step = positions[m, a] - here[a]
-            cost += plus[a] * step if step > 0.0 else -minus[a] * step
-        if cost < least:
-            least, best = cost, m
-    if best < 0:
-        return False
-    found[0], found[1] = tried[best, 0], tried[best, 1]
-    for a in range(len(here)):
-        there[a] = positions[best, a]
-    return True
-
-
-@compiled
 def walk(
     locations: Locations,
     limits: Array,
@@ -335,9 +280,9 @@ def walk(
 
     Parameters
     ----------
-    limits : as for `best_move`
+    limits : (2, k), mm and rad
     columns : (2,), of the rotary axes, chain order
-    plus, minus : (n, k), of the move into each location
+    plus, minus : (n, k), J/mm and J/rad, of the move into each location
     anchor, anchored : (n, 2) rad and (n, k), a path that is admissible everywhere
     coarse, fine : (m, 2), rad, offsets
 
@@ -346,22 +291,38 @@ def walk(
     (n, 2), rad
     """
     rotary, here, there = anchor.copy(), anchored[0].copy(), anchored[0].copy()
-    around = np.empty(2)
+    count, axes, around = max(len(coarse), len(fine)), len(here), np.empty(2)
+    rows, tried = np.empty(count, dtype=np.int64), np.empty((count, 2))
+    positions, excess = np.empty((count, axes)), np.empty(count)
     for i in range(1, len(anchor)):
         around[0], around[1] = here[columns[0]], here[columns[1]]
+        to_anchor = 0.0
+        for a in range(axes):
+            step = anchored[i, a] - here[a]
+            to_anchor += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
         for offsets in (coarse, fine):
-            near = best_move(locations, i, limits, plus[i], minus[i], here, around, offsets, rotary[i], there)
-            to_anchor, least = 0.0, 0.0
-            for a in range(len(here)):
-                step = anchored[i, a] - here[a]
-                to_anchor += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
-                step = there[a] - here[a]
-                least += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
-            if not near or to_anchor < least:
-                rotary[i, 0], rotary[i, 1] = anchor[i, 0], anchor[i, 1]
-                for a in range(len(here)):
-                    there[a] = anchored[i, a]
+            # The anchor's posture where no offset is admissible, or none cheaper.
+            rotary[i, 0], rotary[i, 1], least, moved = anchor[i, 0], anchor[i, 1], to_anchor, False
+            for a in range(axes):
+                there[a] = anchored[i, a]
+            for m in range(len(offsets)):
+                rows[m] = i
+                tried[m, 0], tried[m, 1] = around[0] + offsets[m, 0], around[1] + offsets[m, 1]
+            place(locations, rows[: len(offsets)], tried, positions, excess)
+            for m in range(len(offsets)):
+                cost = 0.0 if excess[m] == 0.0 else np.inf
+                for a in range(axes):
+                    if not limits[0, a] <= positions[m, a] <= limits[1, a]:
+                        cost = np.inf
+                        break
+                    step = positions[m, a] - here[a]
+                    cost += plus[i, a] * step if step > 0.0 else -minus[i, a] * step
+                # Of moves that cost the same the first offset is taken, and the anchor last.
+                if cost < least or (cost == least and not moved):
+                    moved, least, rotary[i, 0], rotary[i, 1] = True, cost, tried[m, 0], tried[m, 1]
+                    for a in range(axes):
+                        there[a] = positions[m, a]
             around[0], around[1] = rotary[i, 0], rotary[i, 1]
-        for a in range(len(here)):
+        for a in range(axes):
             here[a] = there[a]
     return rotary

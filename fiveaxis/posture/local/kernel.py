@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
+from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array, BoolArray, IntArray
 
 # Compliance of an equation: its stiffness leaves the other terms their digits.
@@ -236,7 +236,7 @@ def solve_band(band: Array, right: Array, free: BoolArray, shift: float, dx: Arr
     return True
 
 
-@compiled
+@inner
 def longest_steps(fraction: float, point: Point, change: Array) -> tuple[float, float]:
     """Find the longest steps up to 1, of values and of duals, that use at most a share of their room."""
     parts, state = point.parts, point.state
@@ -284,7 +284,7 @@ def measure(mu: float, point: Point, dv: Array, alpha: float, value: Array) -> t
     return off, cost - mu * math.log(product)
 
 
-@compiled
+@inner
 def gain(mu: float, point: Point, dx: Array, change: Array) -> float:
     """Differentiate the barrier objective along a step."""
     square, parts, state, gradient = point.square, point.parts, point.state, point.gradient

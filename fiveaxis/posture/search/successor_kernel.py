@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
+from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.tape import play
@@ -197,14 +197,14 @@ class Found(NamedTuple):
     slots: IntArray
 
 
-@compiled
+@inner
 def bowed(model: Array, e: int, first: float, second: float) -> float:
     """Evaluate a row of a model of second order at turns of both axes, rad."""
     bow = model[e, 3] * first * first + 2.0 * model[e, 4] * first * second + model[e, 5] * second * second
     return float(model[e, 0] + model[e, 1] * first + model[e, 2] * second + 0.5 * bow)
 
 
-@compiled
+@inner
 def met(model: Array, e: int, aim: float, o: int, other: float) -> tuple[bool, float, float]:
     """Find the turns, rad, at which two rows of a model have these values."""
     first = second = size = 0.0
@@ -227,7 +227,7 @@ def met(model: Array, e: int, aim: float, o: int, other: float) -> tuple[bool, f
     return size < STEEP / 8.0, first, second
 
 
-@compiled
+@inner
 def travelled(here: Array, j: int, there: Array, up: Array, down: Array) -> None:
     """Set how far axes travel up and down, (k,) each, from state j of `here`, (s, k), to `there`, (k,)."""
     for a in range(len(there)):
@@ -235,7 +235,7 @@ def travelled(here: Array, j: int, there: Array, up: Array, down: Array) -> None
         up[a], down[a] = max(travel, 0.0), max(-travel, 0.0)
 
 
-@compiled
+@inner
 def travelled_along(
     task: Task,
     layer: Layer,
@@ -269,7 +269,7 @@ def travelled_along(
             up[a], down[a] = up[a] + max(travel, 0.0), down[a] + max(-travel, 0.0)
 
 
-@compiled
+@inner
 def step_price(
     prices: Prices, i: int, before: int, up: Array, down: Array, turned: float
 ) -> tuple[float, int]:
@@ -326,7 +326,8 @@ def cheapest_steps(
             least[j] = np.inf
             if max(abs(turn1) - turn[i, 0], abs(turn2) - turn[i, 1]) > ROUNDING:
                 continue
-            there[:] = positions[s]
+            for a in range(axes):
+                there[a] = positions[s, a]
             there[spin] -= turns
             turned = turn1 * turn1 + turn2 * turn2
             travelled(layer.positions, j, there, up, down)
@@ -355,7 +356,7 @@ def cheapest_steps(
     return cost, came, moved
 
 
-@compiled
+@inner
 def shorter_turns(cells: Cells, here: Array, j: int, there: Array, s: int) -> tuple[float, float, float]:
     """Find the turns of both axes from posture j to posture s; and the whole turns left out of the second."""
     turn1, turn2, turns = there[s, 0] - here[j, 0], there[s, 1] - here[j, 1], 0.0
@@ -365,7 +366,7 @@ def shorter_turns(cells: Cells, here: Array, j: int, there: Array, s: int) -> tu
     return turn1, turn2, turns
 
 
-@compiled
+@inner
 def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: float, turn2: float) -> float:
     """Compute by how much a move from state j turns the first axis too far within the cone, rad."""
     over = abs(turn1) - locations.held[i]
@@ -395,7 +396,7 @@ def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: floa
     return 0.0
 
 
-@compiled
+@inner
 def competes(found: Found, count: int, key: int, cost: float) -> int:
     """Look up the candidate that a cheaper one of its cell replaces; `count` for a new one, −1 for none."""
     mask = len(found.table) - 1
@@ -410,7 +411,7 @@ def competes(found: Found, count: int, key: int, cost: float) -> int:
     return count
 
 
-@compiled
+@inner
 def cell(cells: Cells, level: float, spin: float) -> int:
     """Return the number of the cell of a level, mm, and a spin angle, rad."""
     number = int(np.floor((spin - cells.phase) / cells.spin_step))
@@ -419,7 +420,7 @@ def cell(cells: Cells, level: float, spin: float) -> int:
     return ((int(np.floor(level / cells.level_step)) + OFFSET) << 31) + number + OFFSET
 
 
-@compiled
+@inner
 def region(cells: Cells, first: float, second: float) -> int:
     """Return the number of the wide cell of two angles, rad, below `CELLS`²."""
     spin, other = (first, second) if cells.spin == 0 else (second, first)
@@ -427,7 +428,7 @@ def region(cells: Cells, first: float, second: float) -> int:
     return turns % AROUND * CELLS + int(np.floor(other / WIDE)) % CELLS
 
 
-@compiled
+@inner
 def look_ahead(cells: Cells, ahead: Ahead, i: int, table: Array) -> None:
     """Set what it costs from location i on, by region, (CELLS²,) J; none is dearer than the dearest known."""
     dearest = 0.0
@@ -439,7 +440,7 @@ def look_ahead(cells: Cells, ahead: Ahead, i: int, table: Array) -> None:
         table[at] = min(table[at], ahead.costs[t])
 
 
-@compiled
+@inner
 def asked(locations: Locations, moves: Array, i: int) -> Array:
     """Compute what moves ask of their rows at location i + 1, (m, 2); NaN where there is none.
 
@@ -460,13 +461,13 @@ def asked(locations: Locations, moves: Array, i: int) -> Array:
     return values
 
 
-@compiled
+@inner
 def aimed(positions: Array, j: int, row: int, value: float) -> float:
     """Compute what is asked of a row from state j of axis values, (s, k): an axis starts from its own."""
     return value + positions[j, row] if row < positions.shape[1] else value
 
 
-@compiled
+@inner
 def keep_held(layer: Layer, j: int, moves: Array, v: int, there: Array) -> None:
     """Give axes that a move holds exactly the values that they have."""
     for which in range(2):
@@ -475,7 +476,7 @@ def keep_held(layer: Layer, j: int, moves: Array, v: int, there: Array) -> None:
             there[row] = layer.positions[j, row]
 
 
-@compiled
+@inner
 def candidates(
     task: Task, layer: Layer, size: int, bows: Array, i: int, margin: float, table: Array, found: Found
 ) -> int:
@@ -620,7 +621,7 @@ def candidates(
     return count
 
 
-@compiled
+@inner
 def kept(
     cells: Cells, found: Found, count: int, most: int, wide: IntArray, used: IntArray, keep: IntArray
 ) -> int:
@@ -661,7 +662,7 @@ def kept(
     for at in range(count):
         if not stays[at]:
             rest[at] = found.worth[at]
-    cut = np.partition(rest, most - size - 1)[most - size - 1]
+    cut = smallest(rest, most - size - 1)
     size = 0
     for at in range(count):
         if stays[at]:
@@ -674,7 +675,33 @@ def kept(
     return size
 
 
-@compiled
+@inner
+def smallest(values: Array, rank: int) -> float:
+    """Return the value of a rank, 0 for the smallest; the values are put in another order.
+
+    Hoare's selection. For `np.partition` numba would compile sorts, and errors with their texts.
+    """
+    low, high = 0, len(values) - 1
+    while low < high:
+        pivot, i, j = values[(low + high) // 2], low, high
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while values[j] > pivot:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i, j = i + 1, j - 1
+        if rank <= j:
+            high = j
+        elif rank >= i:
+            low = i
+        else:
+            break
+    return float(values[rank])
+
+
+@inner
 def solved(
     task: Task,
     layer: Layer,
@@ -777,7 +804,7 @@ def solved(
     return size
 
 
-@compiled
+@inner
 def residual(
     references: Array, i: int, row: int, aim: float, values: Array, n: int
 ) -> tuple[float, float, float]:

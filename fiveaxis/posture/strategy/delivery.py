@@ -77,6 +77,7 @@ class Delivery:
     filling : what inserted blocks keep
     options : what the program costs, and its control
     by_length : whether turns are bounded over the length of a move's parts
+    at_knots : whether the path to begin with was searched and refined on some of its locations
     stages : what was done so far
     """
 
@@ -86,6 +87,7 @@ class Delivery:
     filling: Filling
     options: Options
     by_length: bool = False
+    at_knots: bool = False
     stages: list[Stage] = field(default_factory=list)
 
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
@@ -102,6 +104,10 @@ class Delivery:
         if len(rotary) == 1:
             found = self.near.found_anywhere(here.posed, self._costs(here.posed), self.near.effort.everywhere)
             return self._final(self.priced(found[0]) if found and here.broken else here)
+        if self.at_knots:
+            here = self._spread(here)
+            if not here.broken:
+                return self._final(here)
         if self.options.objective != "time":
             best = self._by_search(self._divided(here), everywhere)
             return min((self._final(one) for one in (here, self._bare(best), best)), key=rank)
@@ -112,6 +118,10 @@ class Delivery:
             )
             starts.append(self.priced(cheapest.rotary, self._posed(cheapest.posed.location)))
         return self._final(min(map(self._rounds, starts), key=rank))
+
+    def _spread(self, here: Delivered) -> Delivered:
+        """Let axes that stand from knot to knot stand at the locations in between, too."""
+        return reduce(self._settled, self.near.effort.after, self._near(here, SETTLED))
 
     def _bare(self, program: Delivered) -> Delivered:
         """Leave out inserted locations: where the path is straight in between, no program needs them."""
@@ -232,7 +242,7 @@ class Delivery:
 
         Around postures that the mask refuses a wide corridor is searched, of more and more locations.
         """
-        found, refused = [here], np.inf
+        best, refused = here, np.inf
         for number in range(SETTLING):
             if 0 < here.refused.sum() < refused:
                 refused = here.refused.sum()
@@ -243,10 +253,10 @@ class Delivery:
             else:
                 here = self._corridor(here, grain)
             here = self._with_inserted(here)
-            found.append(here)
+            best = min(best, here, key=rank)
             if not here.broken:
                 break
-        return min(found, key=rank)
+        return best
 
     def _with_inserted(self, best: Delivered) -> Delivered:
         """Search narrow corridors until inserted locations cost no more than they have to.
@@ -346,6 +356,11 @@ class Delivery:
         turns in few blocks would need more blocks there, and so more stops.
         """
         return self.options.clock.stops_at_turns and not self.options.clock.limits_words
+
+    @property
+    def given_problem(self) -> Problem:
+        """The problem of the given locations."""
+        return self._given.problem
 
     def admits(self, rotary: Array) -> bool:
         """Check whether a path, (n, 2) rad, keeps the bounds at all given locations."""

@@ -39,12 +39,14 @@ def solve_given(
     effort: Effort,
     mask: Mask | None,
     options: Options,
+    known: Array | None = None,
 ) -> Solution:
     """Find the baselines and a path to begin with, which the mask needn't admit.
 
     Parameters
     ----------
     options : with the path that is refined instead of a search, if there is one
+    known : (n, 2), rad, chain order, a path that takes the place of both
 
     Raises
     ------
@@ -75,9 +77,12 @@ def solve_given(
         return refined(problem, kept, effort)
 
     progress("searching postures that travel little", 0, 1)
-    rotary = searched() if start is None else refined(problem, start, effort)
-    if start is not None and problem.violation(rotary) > ALLOWED:
-        rotary = searched()
+    if known is not None:
+        rotary = known
+    else:
+        rotary = searched() if start is None else refined(problem, start, effort)
+        if start is not None and problem.violation(rotary) > ALLOWED:
+            rotary = searched()
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
     logger.info("%d locations on %s: %.1f J to begin with", len(toolpath), machine.name, energy.total)
