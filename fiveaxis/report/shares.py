@@ -78,7 +78,8 @@ def edge_bars(use: EdgeUse, programs: Sequence[str]) -> str:
     # Words about the last angle stand half beyond the panel.
     width = WIDTH - LEFT - RIGHT - 24.0
     panel = Panel(TOP, 140.0, (angles[0], angles[-1]), (0.0, 1.05 * most or 1.0), width)
-    kept = np.unique(np.linspace(0, len(angles) - 1, min(len(angles), 9)).astype(np.int64))
+    # No more words than have room beside each other.
+    kept = range(0, len(angles), -(-len(angles) // 8))
     figures = [(angles, "°"), (use.diameters, " mm")]
     figures += [] if use.speeds is None else [(60e-3 * use.speeds, " m/min")]
     label = "angle to the normal; effective diameter" + ("" if use.speeds is None else "; speed of the edge")
