@@ -81,7 +81,8 @@ def law_limiting(law: TimeLaw) -> Limiting:
     back, along = np.zeros(len(path.corners), dtype=bool), path.directions * levers(letters)
     back[1:-1] = (along[1:] * along[:-1]).sum(axis=1) < 0.0
     back = pushed & back[corner] & (np.abs(stations[0] - path.station[corner]) < path.arm[corner])
-    beside = np.convolve(back, np.ones(3), "same") > 0.0 if len(back) else back
+    padded = np.pad(back, 1)
+    beside = padded[:-2] | back | padded[2:]
     rest = np.stack([phases.path_speed, phases.end_path_speed])[:, sample // 2] <= REST
     faster = phases.path_acceleration[sample // 2]
     ramps = (pushed & (faster > 0.0), pushed & (faster < 0.0))

@@ -5,6 +5,7 @@ The same data gives the same bytes: PNG is drawn from the SVG, with the letters 
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -229,17 +230,17 @@ def range_rows(
     The parts, and the chart's height down to their end
     """
     known = [end for ends in ranges if ends is not None for end in ends if np.isfinite(end)]
-    ends = np.log10([min(known), max(known)]) if known else np.zeros(2)
+    ends = np.array([math.log10(min(known)), math.log10(max(known))]) if known else np.zeros(2)
     panel = _named_rows(top, names, widened(ends, margin=0.15))
     first, last = np.ceil(panel.x[0]), np.floor(panel.x[1])
     steps = (1.0, 2.0, 5.0) if last - first < FEW_DECADES else (1.0,)
     marks = [s * 10.0**k for k in np.arange(first - 1.0, last + 1.0) for s in steps]
-    x_ticks = {float(np.log10(m)): f"{m:g}" for m in marks if panel.x[0] <= np.log10(m) <= panel.x[1]}
+    x_ticks = {math.log10(m): f"{m:g}" for m in marks if panel.x[0] <= math.log10(m) <= panel.x[1]}
     parts = [panel.frame("", x_label, x_ticks=x_ticks, y_ticks=dict(enumerate(map(_shorten, names))))]
     for row, one in enumerate(ranges):
         if one is None:
             continue
-        low, high = np.log10(one[0]), np.log10(one[1]) if np.isfinite(one[1]) else panel.x[1]
+        low, high = math.log10(one[0]), math.log10(one[1]) if np.isfinite(one[1]) else panel.x[1]
         middle, half = (low + high) / 2.0, max((high - low) / 2.0, LEAST_SPAN * (panel.x[1] - panel.x[0]))
         parts.append(panel.span((middle - half, middle + half), (row - 0.25, row + 0.25), AFTER))
         if not np.isfinite(one[1]):

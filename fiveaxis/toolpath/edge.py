@@ -106,4 +106,5 @@ def _lengths(toolpath: Toolpath, axis: Array, edges: Array) -> tuple[Array, floa
     below = np.where(
         spread > 0.0, np.clip((edges - low) / np.where(spread > 0.0, spread, 1.0), 0.0, 1.0), edges > low
     )
-    return length[known] @ np.diff(below, axis=1), float(toolpath.lengths[1:][cuts & ~known].sum())
+    spent = (length[known, None] * np.diff(below, axis=1)).sum(axis=0)
+    return spent, float(toolpath.lengths[1:][cuts & ~known].sum())

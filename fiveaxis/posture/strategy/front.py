@@ -132,11 +132,14 @@ def _by_clock(
     """Search solutions with an increasing price of time, the last for least time where speeds are known."""
     problem, start = solved(solution)
     least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
-    prices = least + solution.energy.total / solution.energy.time * np.geomspace(*DELAYS, n - 1)
+    power = solution.energy.total / solution.energy.time
+    faintest, strongest = DELAYS
+    shares = np.linspace(0.0, 1.0, n - 1).tolist()
+    prices = [least + power * faintest * (strongest / faintest) ** share for share in shares]
     speeds = [axis.max_speed for axis in solution.machine.axes if not axis.limits.is_fixed]
     members = [(measured(solution, start, 0.0, problem, problem), solution)]
     most = interrupted_cuts(solution, start)
-    for number, price in enumerate(prices.tolist(), start=1):
+    for number, price in enumerate(prices, start=1):
         if number == n - 1 and None not in speeds:
             found = searched(objective="time", time_price=None)
         else:
