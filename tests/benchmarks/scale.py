@@ -5,7 +5,7 @@ Usage: python tests/benchmarks/scale.py [posture] [programs] [meshes] [--passes 
 
 *posture*: the vase's wall, cut finer in so many passes of 1 000 locations, from the points to the files of a
 verified program, stage by stage; passes and locations are splines through those of the printed case. With
-`--scan` also a million locations in steps of 20 µm. *programs*: a five-axis motion of so many blocks in each
+`--scan` also a million locations in steps of 20 µm, and every tenth of them. *programs*: a five-axis motion of so many blocks in each
 language, read as a motion and as a path, verified, and its energy computed. *meshes*: a wavy body of so many
 triangles (binary STL): loaded, planned in 50 sections, a short path on it optimised and verified, and one
 triangle more than is read refused.
@@ -36,8 +36,8 @@ from fiveaxis.mesh.loading import MOST_TRIANGLES
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
 PASSES, ROUND = 10, 360
-# Locations of a pass; passes and locations of the path in steps of 20 µm.
-LOCATIONS, SCAN = 1_000, (125, 8_000)
+# Locations of a pass; passes and locations of the paths in steps of 0.2 mm and 20 µm.
+LOCATIONS, SCANS = 1_000, [(125, 800), (125, 8_000)]
 # Rows repeated on either side, so that the spline closes.
 LAP = 6
 
@@ -87,7 +87,7 @@ def run(passes: int, around: int, effort: str) -> None:
 def posture(passes: list[int], scan: bool, effort: str) -> None:
     """Print each path's stages, and the exponents by which they grow from the smallest path."""
     found = []
-    for count, around in [*((one, LOCATIONS) for one in passes), *([SCAN] if scan else [])]:
+    for count, around in [*((one, LOCATIONS) for one in passes), *(SCANS if scan else [])]:
         command = [sys.executable, __file__, "--run", str(count), str(around), "--effort", effort]
         said = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
         found.append(json.loads(said.splitlines()[-1]))
