@@ -5,10 +5,10 @@ Usage: python tests/benchmarks/scale.py [posture] [programs] [meshes] [--passes 
 
 *posture*: the vase's wall, cut finer in so many passes of 1 000 locations, from the points to the files of a
 verified program, stage by stage; passes and locations are splines through those of the printed case. With
-`--scan` also a million locations in steps of 20 µm, and every tenth of them. *programs*: a five-axis motion of so many blocks in each
-language, read as a motion and as a path, verified, and its energy computed. *meshes*: a wavy body of so many
-triangles (binary STL): loaded, planned in 50 sections, a short path on it optimised and verified, and one
-triangle more than is read refused.
+`--scan` also a million locations in steps of 20 µm, and every tenth of them. *programs*: a five-axis motion
+of so many blocks in each language, read as a motion and as a path, verified, and its energy computed.
+*meshes*: a wavy body of so many triangles (binary STL): loaded, planned in 50 sections, a short path on it
+optimised and verified, and one triangle more than is read refused.
 
 Processor seconds are those that other programs on the machine disturb least. Each path, and each line of
 programs and meshes, is a process of its own, whose peak memory it is; that of a stage is the peak up to its
