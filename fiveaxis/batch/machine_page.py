@@ -38,7 +38,6 @@ def cells(candidate: Candidate) -> list[str]:
     turn = place["rotation"][2]
     travel = {name.split("_")[1]: far for name, far in known.items() if name.endswith(("_mm", "_deg"))}
     ways = " ".join(f"{letter}{far:.0f}" for letter, far in travel.items())
-    nearest = f"{known['margin_axis']} {known['margin']:.1f} {known['margin_unit']}"
     cost = f"{known['cost']:.3g} {known['currency']}" if known.get("cost") is not None else ""
     return [
         candidate.machine,
@@ -49,7 +48,7 @@ def cells(candidate: Candidate) -> list[str]:
         cost,
         shown("co2_kg", ".3g"),
         ways,
-        nearest if known["margin_axis"] else "",
+        f"{known['margin_axis'] or ''} {shown('margin', '.1f')} {known['margin_unit'] or ''}".strip(),
         f"{shown('largest_rotary_deg_s', '.0f')} {known['fastest_axis'] or ''}".strip(),
         str(row.status),
     ]

@@ -70,9 +70,10 @@ class Candidate:
         if self.energy is None or self.time is None or not self.row.time:
             return None
         if self.row.base is None:
-            return self.energy[0], float("inf")
-        base = [self.row.base * seconds / self.row.time for seconds in self.time]
-        return self.energy[0] + base[0], self.energy[1] + base[1]
+            return self.energy[0], math.inf
+        power, (least, most) = self.row.base / self.row.time, self.time
+        top = math.inf if math.isinf(most) else self.energy[1] + power * most
+        return self.energy[0] + power * least, top
 
     @property
     def time(self) -> tuple[float, float] | None:
@@ -80,7 +81,7 @@ class Candidate:
         if self.row.time is None or not self.can:
             return None
         if self.figures.get("time_basis") != "accelerations":
-            return self.row.time, float("inf")
+            return self.row.time, math.inf
         return self.row.time * (1.0 - TIME_KNOWN), self.row.time * (1.0 + TIME_KNOWN)
 
     def as_dict(self) -> dict[str, Any]:
@@ -120,16 +121,22 @@ class MachineComparison:
 
         A machine that doesn't state its base power may take any: unknown is never zero.
         """
-        return (
-            self._claim("cheapest for the feed drives", "J", lambda c: c.energy, _measure_axis),
-            self._claim("cheapest with base power", "J", lambda c: c.with_base, _measure_base),
-            self._claim("quickest", "s", lambda c: c.time, _state_accelerations),
-        )
+        return tuple(dict.fromkeys(self._claims.values()))
+
+    @property
+    def _claims(self) -> dict[str, str]:
+        axis, base, speed = _measure_axis, _measure_base, _state_accelerations
+        return {
+            "cheapest": self._claim("cheapest for the feed drives", "J", lambda c: c.energy, axis),
+            "cheapest_with_base": self._claim("cheapest with base power", "J", lambda c: c.with_base, base),
+            "quickest": self._claim("quickest", "s", lambda c: c.time, speed),
+        }
 
     def contenders(self, span: Span) -> tuple[Candidate, ...]:
         """Return the machines that may have the least of a range; one where that is known."""
         found = sorted((s, k) for k, c in enumerate(self.candidates) if (s := span(c)) is not None)
-        return tuple(self.candidates[k] for (least, _), k in found if least <= found[0][0][1])
+        top = min((most for (_, most), _ in found), default=0.0)
+        return tuple(self.candidates[k] for (least, _), k in found if least <= top)
 
     def _claim(self, what: str, unit: str, span: Span, remedy: Callable[[Sequence[Candidate]], str]) -> str:
         ranges = {c.machine: s for c in self.candidates if (s := span(c)) is not None}
@@ -153,9 +160,8 @@ class MachineComparison:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the comparison as plain data for JSON."""
-        names = ("cheapest", "cheapest_with_base", "quickest")
         rows = [candidate.as_dict() for candidate in self.candidates]
-        return {"job": self.job, "machines": rows, **dict(zip(names, self.claims, strict=True))}
+        return {"job": self.job, "machines": rows, **self._claims}
 
 
 def _measure_axis(rivals: Sequence[Candidate]) -> str:
@@ -172,11 +178,13 @@ def _measure_axis(rivals: Sequence[Candidate]) -> str:
 
 
 def _measure_base(rivals: Sequence[Candidate]) -> str:
-    """Name the machines whose base power isn't known; else the axis that contributes most."""
+    """Name the machines whose base power or accelerations aren't known; else the axis that counts most."""
     silent = [c.machine for c in rivals if c.row.base is None]
     if silent:
         return f"measure the base power of {', '.join(silent)} and state it (base_power)"
-    return _measure_axis(rivals)
+    # As long as a time is open, so is the energy over it.
+    unknown = any(c.time is not None and math.isinf(c.time[1]) for c in rivals)
+    return _state_accelerations(rivals) if unknown else _measure_axis(rivals)
 
 
 def _state_accelerations(rivals: Sequence[Candidate]) -> str:

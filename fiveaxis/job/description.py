@@ -308,6 +308,16 @@ class Job(_Bounded):
         """
         return Constraints.of_degrees(**self.bounds)
 
+    @model_validator(mode="after")
+    def _turns_at_one_speed(self) -> Job:
+        own, program = self._of(Bounds)["spindle_speed"], self.nc.spindle_rpm
+        if own is not None and program is not None and own != program:
+            raise ValueError(
+                f"spindle_speed = {own:g}, and nc.spindle_rpm = {program:g} rev/min; the cutting speed is "
+                "that of the program: leave spindle_speed out, or give both the same"
+            )
+        return self
+
     @field_validator("tilt", "override", "tool", "control")
     @classmethod
     def _admissible(cls, value: Any, info: ValidationInfo) -> Any:

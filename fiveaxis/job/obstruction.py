@@ -19,8 +19,9 @@ from fiveaxis.toolpath import Constraints
 # Most locations without a posture whose blocking bodies are determined.
 MOST_EXPLAINED = 20
 # Every so many directions of a location are tested before all others are; most locations without a posture
-# that are tested again with so many times as many directions along each side of the map.
-SOME, MOST_REPEATED, DENSER = 29, 5, 3
+# that are tested again with so many times as many directions along each side of the map; fewer directions
+# than these within the bounds and limits say nothing about those between them.
+SOME, MOST_REPEATED, DENSER, FEWEST = 29, 5, 3, 100
 # How it is said what a mask does that stands for collisions.
 OF_BODIES = Wording(
     "that is clear of collisions",
@@ -34,27 +35,30 @@ OF_BODIES = Wording(
 def require_clear(admits: Accessibility, machine: Machine, constraints: Constraints) -> None:
     """Raise `Infeasible` if one of the locations spread along the path has no posture that is clear.
 
-    Directions are tried at three times the density of a search's. What the limits alone leave no posture is
-    for the search to say.
+    Directions are tried at three times the density of a search's. Where limits or narrow bounds leave few of
+    them, it is for the search to say.
     """
     if constraints.hold or not constraints.bounds_angle:
         return
     path, bounds = admits.toolpath, constraints.lean_bounds(admits.toolpath)
 
-    def blocked(row: int, axes: Array) -> bool:
+    def blocked(row: int, axes: Array, fewest: int) -> bool:
+        """Check whether no direction is clear, of as many as that or more."""
         inside = axes[bounds.admits(axes[None], np.array([row]))[0]]
+        if len(inside) < fewest:
+            return False
         reached = inside
         for some in (inside[::SOME], inside):
             at = np.full(len(some), row)
             reached = some[postures(machine, path.at(at), some).allowed.any(axis=0)]
             if admits.clear(np.full(len(reached), row), reached).any():
                 return False
-        return bool(len(reached))
+        return len(reached) >= fewest
 
     few, many = (cell_centres(np.arange(count * count), count) for count in (CELLS, DENSER * CELLS))
     rows = spread(path.pivot, np.flatnonzero(path.bounding & np.isfinite(bounds.reference).all(axis=1)))
-    doubtful = [int(row) for row in rows if blocked(int(row), few)]
-    lost = [row for row in doubtful[:MOST_REPEATED] if blocked(row, many)]
+    doubtful = [int(row) for row in rows if blocked(int(row), few, 1)]
+    lost = [row for row in doubtful[:MOST_REPEATED] if blocked(row, many, FEWEST)]
     if not lost:
         return
     text = f"{OF_BODIES.none}; widen the tilt range or {OF_BODIES.remedy}"

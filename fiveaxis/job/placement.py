@@ -78,22 +78,27 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     return job.model_copy(update={"setup": setup}), (finding,)
 
 
-def with_ranges(job: Job, machine: Machine, toolpath: Toolpath) -> Job:
+def with_ranges(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Finding, ...]]:
     """Give a job's automatic search for the setup its ranges, about the place that is given or chosen.
 
-    X and Y go a quarter of the shortest linear travel to both sides, at most `WIDEST`; Z goes so far up, as a
-    table is below; the part turns all around.
+    X and Y go a quarter of the shortest linear travel to both sides, at most `WIDEST`; Z goes as far, but
+    only up: the table is below. The part turns all around.
+
+    Returns
+    -------
+    The job with its ranges, and what has been chosen, as of `place`
     """
     search = job.setup.search
     if search is None or not search.auto:
-        return job
-    there = place(job, machine, toolpath)[0].setup
+        return job, ()
+    placed, findings = place(job, machine, toolpath)
+    there = placed.setup
     travels = (machine.high - machine.low)[machine.linear_columns]
     side = min(WIDEST, 0.25 * float(travels.min()))
     x, y, z = there.offset
     ends = {"x": (x - side, x + side), "y": (y - side, y + side), "z": (z, z + side), "angle": ROUND}
     asked = search.model_copy(update={"auto": False} | ends | search.ranges)
-    return job.model_copy(update={"setup": there.model_copy(update={"search": asked})})
+    return job.model_copy(update={"setup": there.model_copy(update={"search": asked})}), findings
 
 
 def kept_clear(job: Job) -> Surroundings | None:

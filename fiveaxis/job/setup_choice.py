@@ -55,8 +55,10 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
         return _run_placed(job, progress)
     require_writable(job)
     machine = load_job_machine(job)
-    loaded = load_job_passes(job, progress)
-    job = with_ranges(job, machine, loaded[0])
+    toolpath, passes = load_job_passes(job, progress)
+    stated = job.setup.model_copy(update={"search": None})
+    job, chosen = with_ranges(job, machine, toolpath)
+    loaded = replace(toolpath, findings=(*toolpath.findings, *chosen)), passes
     given = job.setup.model_copy(update={"search": None})
     trials = search_setups(job, machine, loaded[0], progress, kept_clear(job))
     numbers = count(1)
@@ -65,7 +67,7 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
         try:
             there = job.model_copy(update={"setup": setup})
             told = within(progress, f"setup in full, run {next(numbers)}")
-            return run_stages(there, told, loaded, moved=setup != given, start=start)
+            return run_stages(there, told, loaded, moved=setup != stated, start=start)
         except Infeasible as fault:
             return fault
 

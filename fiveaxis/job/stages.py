@@ -246,7 +246,8 @@ def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
     """
     able = [k for k, made in enumerate(outcomes) if made.gate.is_open] or list(range(len(outcomes)))
     delivered = [replace(front.points[k], energy=outcomes[k].solution.energy) for k in able]
-    kept = undominated([point.figures(point.energy) for point in delivered])
+    objective = job.search["objective"]
+    kept = undominated([point.figures(point.energy, objective) for point in delivered])
     members = tuple(outcomes[able[k]] for k in kept)
     points = tuple(delivered[k] for k in kept)
     dominated = front.dominated + len(outcomes) - len(members)

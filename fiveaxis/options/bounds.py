@@ -94,7 +94,7 @@ class Bounds(ProgramBounds, total=False):
     spindle_speed: Annotated[
         float | None,
         Option(
-            "speed of the spindle that least_cutting_speed is of; by default the program's, or the process's",
+            "speed of the spindle that least_cutting_speed is of; by default that of [nc] or [process]",
             unit="rev/min",
             above=0.0,
             most=200000.0,

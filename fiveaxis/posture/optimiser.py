@@ -147,8 +147,12 @@ def optimise(
 
     def at_knots(narrow: Narrow, mask: Mask | None) -> Array | None:
         """Solve at the knots of a long path; (n, 2) rad, None where that is no less work, or impossible."""
-        rows = knots(toolpath, APART, TILTED, MOVES) if len(toolpath) > LONG else np.arange(0)
-        if not 0 < len(rows) <= SPARSE * len(toolpath) or options.free_start:
+        # The turn that a move may take is no bound on many moves, and least time hangs on each.
+        by_moves = narrow.constraints.max_turn is not None or options.objective == "time"
+        if len(toolpath) <= LONG or by_moves or options.free_start:
+            return None
+        rows = knots(toolpath, APART, TILTED, MOVES)
+        if len(rows) > SPARSE * len(toolpath):
             return None
         few = replace(toolpath.at(rows), numbers=toolpath.numbered[rows])
         mask = None if mask is None else mask.along(rows.astype(float))

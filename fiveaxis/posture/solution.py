@@ -170,11 +170,12 @@ class Solution(ShownAsTable, HasColumns):
         before them. A mask isn't part of the problem: where it keeps the path from the optimum, the residual
         shows by how much. Computed on first use.
         """
-        if self.unwrapped is not None:
-            return optimality(self.unwrapped.problem, self.unwrapped.rotary)
-        if self.problem is None or len(self.problem) > MOST_MEASURED:
+        problem = self.problem if self.unwrapped is None else self.unwrapped.problem
+        if problem is None or len(problem) > MOST_MEASURED:
             return None
-        return optimality(self.problem, self.motion.positions[:, self.problem.machine.rotary_columns])
+        if self.unwrapped is not None:
+            return optimality(problem, self.unwrapped.rotary)
+        return optimality(problem, self.motion.positions[:, problem.machine.rotary_columns])
 
     @property
     def travel(self) -> float:

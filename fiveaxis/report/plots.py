@@ -223,13 +223,13 @@ def range_rows(
 
     Parameters
     ----------
-    ranges : above 0, lowest and highest; None where nothing is known
+    ranges : lowest and highest, not below 0, which lies left of the frame; None where nothing is known
 
     Returns
     -------
     The parts, and the chart's height down to their end
     """
-    known = [end for ends in ranges if ends is not None for end in ends if np.isfinite(end)]
+    known = [end for ends in ranges if ends is not None for end in ends if 0.0 < end < math.inf]
     ends = np.array([math.log10(min(known)), math.log10(max(known))]) if known else np.zeros(2)
     panel = _named_rows(top, names, widened(ends, margin=0.15))
     first, last = np.ceil(panel.x[0]), np.floor(panel.x[1])
@@ -238,9 +238,11 @@ def range_rows(
     x_ticks = {math.log10(m): f"{m:g}" for m in marks if panel.x[0] <= math.log10(m) <= panel.x[1]}
     parts = [panel.frame("", x_label, x_ticks=x_ticks, y_ticks=dict(enumerate(map(_shorten, names))))]
     for row, one in enumerate(ranges):
-        if one is None:
+        if one is None or one[1] <= 0.0:
             continue
-        low, high = math.log10(one[0]), math.log10(one[1]) if np.isfinite(one[1]) else panel.x[1]
+        low, high = (
+            math.log10(end) if 0.0 < end < math.inf else edge for end, edge in zip(one, panel.x, strict=True)
+        )
         middle, half = (low + high) / 2.0, max((high - low) / 2.0, LEAST_SPAN * (panel.x[1] - panel.x[0]))
         parts.append(panel.span((middle - half, middle + half), (row - 0.25, row + 0.25), AFTER))
         if not np.isfinite(one[1]):

@@ -53,7 +53,7 @@ def limit_strips(solution: Solution, baseline: str | None) -> str:
         shares = spent / np.maximum(spent.sum(axis=1, keepdims=True), INSTANT)
         edges = np.append(starts, n) * ((len(solution.toolpath) - 1) / n)
         columns = [shares[:, run.causes.index(cause)] for cause in shown]
-        tops = np.cumsum([*columns, np.maximum(1.0 - sum(columns), 0.0)], axis=0)
+        tops = np.cumsum([*columns, np.maximum(1.0 - sum(columns, np.zeros(len(starts))), 0.0)], axis=0)
         tops *= spent.sum(axis=1) > 0.0
         for low, high, colour in zip(np.vstack([0.0 * tops[:1], tops]), tops, colours.values(), strict=False):
             drawn.append(panel.area(edges, low, high, colour))

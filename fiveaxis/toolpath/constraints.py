@@ -123,7 +123,7 @@ class Constraints:
     @property
     def bounds_lean(self) -> bool:
         """Whether anything bounds the tool's lean."""
-        return self.bounds_angle or self.plane is not None
+        return self.bounds_angle or self.plane is not None or self.least_cutting_speed is not None
 
     @property
     def bounds_angle(self) -> bool:

@@ -132,9 +132,9 @@ def _by_clock(
     """Search solutions with an increasing price of time, the last for least time where speeds are known."""
     problem, start = solved(solution)
     least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
-    power = solution.energy.total / solution.energy.time
-    faintest, strongest = DELAYS
-    shares = np.linspace(0.0, 1.0, n - 1).tolist()
+    power, (faintest, strongest) = _mean_power(solution), DELAYS
+    # The last is the strongest, also of one.
+    shares = np.linspace(1.0, 0.0, n - 1)[::-1].tolist()
     prices = [least + power * faintest * (strongest / faintest) ** share for share in shares]
     speeds = [axis.max_speed for axis in solution.machine.axes if not axis.limits.is_fixed]
     members = [(measured(solution, start, 0.0, problem, problem), solution)]
@@ -214,11 +214,17 @@ def undominated(figures: Sequence[Sequence[float]]) -> list[int]:
     return sorted(kept, key=lambda i: tuple(figures[i]))
 
 
+def _mean_power(solution: Solution) -> float:
+    """Return the drives' mean power, W; 0 of a path of one location."""
+    energy = solution.energy
+    return energy.total / energy.time if energy.time > 0.0 else 0.0
+
+
 def _slower(
     point: FrontPoint, solution: Solution, share: float, patience: float
 ) -> tuple[FrontPoint, Solution] | None:
     """Return a point whose cuts are slowed down where that saves energy; None where none is."""
-    found = slowed(solution, share, patience * solution.energy.total / solution.energy.time)
+    found = slowed(solution, share, patience * _mean_power(solution))
     if found is None:
         return None
     least = float((found.toolpath.feed / solution.toolpath.feed).min())

@@ -218,7 +218,7 @@ def _prices(solution: Solution, start: Array, n: int, smoothest: float | None) -
     # For a path without bends any price will do.
     middle = solution.energy.total / bend if bend > 0.0 else 1.0
     strongest = STRONGEST * middle if smoothest is None else smoothest
-    shares = np.linspace(1.0, 0.0, n - 1).tolist()
+    shares = np.linspace(0.0, 1.0, n - 1)[::-1].tolist()
     return np.array([0.0, *(strongest * (FAINTEST / STRONGEST) ** share for share in shares)])
 
 

@@ -112,6 +112,20 @@ def test_a_base_power_that_isnt_stated_may_be_any():
     assert compared(stated, other).claims[1].startswith("frugal is cheapest with base power: 15 to 25 J")
 
 
+def test_as_long_as_a_time_is_open_so_is_the_energy_over_it():
+    rivals = [candidate("open", (10.0, 20.0), "programmed"), candidate("known", (15.0, 16.0))]
+    for base in (0.0, 50.0):
+        stated = [Candidate(replace(c.row, base=base), c.figures) for c in rivals]
+        assert stated[0].with_base[1] == np.inf
+        assert "state max_acceleration of the axes of open" in compared(*stated).claims[1]
+
+
+def test_a_machine_that_another_always_beats_is_no_rival():
+    wide, narrow, beaten = (candidate(n, s) for n, s in zip("abc", [(1, 10), (2, 3), (5, 9.5)], strict=True))
+    names = [c.machine for c in compared(wide, narrow, beaten).contenders(lambda c: c.energy)]
+    assert names == ["a", "b"]
+
+
 def test_one_machine_is_nothing_to_compare(write_job, pretended, tmp_path):
     with pytest.raises(SettingError, match="at least two"):
         compare_machines(write_job("cup"), ["dmu50ev"], tmp_path / "out")

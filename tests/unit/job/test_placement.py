@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 import fiveaxis as fx
@@ -119,6 +120,18 @@ def test_the_place_that_is_chosen_leaves_every_tried_location_a_posture(over_the
     reach = Reach.of(there.toolpath, there.machine, lower.constraints, (0.0, 0.0, 0.0), Surroundings())
     assert reach.reached(offset).all()
     assert not reach.reached(lower.setup.offset).all()
+
+
+@pytest.mark.parametrize("bounds", [{"plane": (0, 1, 0)}, {"tilt": (30.0, 31.0)}])
+def test_bounds_too_narrow_to_be_sampled_are_left_to_the_search(trunnion, hayashi, bounds):
+    turn = np.radians(np.linspace(0.0, 60.0, 12))
+    normal = np.column_stack([np.cos(turn), np.sin(turn), np.full(12, 0.8)])
+    contact = 25.0 * normal * [1.0, 1.0, 0.0] + [0.0, 0.0, 20.0]
+    path = fx.Toolpath.from_contacts(contact, normal, fx.Tool.ball(8), feed_mm_min=1200)
+    part = trimesh.creation.box((20.0, 20.0, 20.0))
+    given = {"tilt": (15.0, 75.0), **bounds}
+    found = fx.optimise(path, trunnion.with_drives_of(hayashi), part=part, effort="quick", **given)
+    assert found.verify().ok
 
 
 def test_what_stands_in_the_way_at_a_given_place_is_told_before_a_search(over_the_bed, monkeypatch):

@@ -293,7 +293,7 @@ def test_an_automatic_search_is_about_the_place_that_is_chosen_and_keeps_ranges_
     search = {"auto": True, "x": (-5.0, 5.0)}
     asked = make_job(job, setup={"search": search})
     placed = load_placed(asked)
-    ranged = with_ranges(asked, placed.machine, placed.toolpath).setup
+    ranged = with_ranges(asked, placed.machine, placed.toolpath)[0].setup
     assert ranged.offset == there
     assert ranged.search.ranges["x"] == (-5.0, 5.0)
     low, high = ranged.search.ranges["y"]

@@ -88,3 +88,7 @@ def test_a_speed_out_of_reach_or_without_a_spindle_is_refused():
     narrow = Constraints.of_degrees(tilt=(0.0, 10.0), least_cutting_speed=60.0, spindle_speed=8000.0)
     with pytest.raises(SettingError, match=r"13\.81 deg"):
         narrow.lean_bounds(plane())
+
+
+def test_a_cutting_speed_bounds_the_lean_also_where_nothing_else_does():
+    assert Constraints.of_degrees(least_cutting_speed=60.0, spindle_speed=8000.0).bounds_lean

@@ -129,6 +129,12 @@ def test_where_the_clock_is_known_less_time_costs_more_and_the_first_is_the_chea
     assert spent[0] <= alone.energy.travel
 
 
+def test_a_single_location_is_a_front_of_one(trunnion, hayashi):
+    path = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
+    front = find_front(path.at(np.array([3])), trunnion.with_drives_of(hayashi), 3, tilt=(15, 75))
+    assert len(front.points) == 1
+
+
 def test_where_speeds_are_known_delay_costs_more_along_the_front_and_time_shrinks(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
     small = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
