@@ -141,10 +141,10 @@ class MachineComparison:
     def _claim(self, what: str, unit: str, span: Span, remedy: Callable[[Sequence[Candidate]], str]) -> str:
         ranges = {c.machine: s for c in self.candidates if (s := span(c)) is not None}
         if not ranges:
-            return f"No machine can run it, so none is {what}."
+            return f"No machine has a released program, so none is {what}."
         best, *close = self.contenders(span)
         if len(ranges) == 1:
-            return f"Only {best.machine} can run it."
+            return f"Only {best.machine} has a released program."
         low, high = ranges.pop(best.machine)
         if not close:
             second = min(ranges, key=lambda name: ranges[name])
@@ -204,6 +204,7 @@ def compare_machines(
     as_placed: bool = False,
     scheduler: str | None = None,
     workers: int | None = None,
+    job_timeout: float | None = None,
     tell: Listener | None = None,
     **costs: Unpack[Costs],
 ) -> MachineComparison:
@@ -220,7 +221,7 @@ def compare_machines(
     machines : names of the library, files, or ``all`` for the library
     folder : for a folder per machine, the page of the comparison, and the pages of `run_batch`
     as_placed : whether the part stays where the job has it, or where it is placed without a search
-    scheduler, workers, tell : as for `run_batch`
+    scheduler, workers, job_timeout, tell : as for `run_batch`; a machine whose search is stopped is a row
 
     Raises
     ------
@@ -239,7 +240,7 @@ def compare_machines(
         settings = {"setup.search": None}
     elif not as_placed and not searched:
         settings = {"setup.search": {"auto": True, "tries": TRIES}}
-    how: Any = {"scheduler": scheduler, "workers": workers, "tell": tell}
+    how: Any = {"scheduler": scheduler, "workers": workers, "job_timeout": job_timeout, "tell": tell}
     batch = run_batch([job], folder, machines=names, settings=settings, **how)
     found = (_candidate(row, Path(job).absolute(), batch.folder, priced) for row in batch.rows)
     candidates = sorted(found, key=lambda c: (c.energy is None, c.energy or (0.0, 0.0), c.machine))

@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.markup import escape
 from rich.table import Column, Table
 
-from fiveaxis.cli.options import AsJson, Scheduler, Workers
+from fiveaxis.cli.options import AsJson, JobTimeout, Scheduler, Workers
 from fiveaxis.cli.process import INTERRUPTED
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import clock_text
@@ -37,9 +37,7 @@ def batch(
     output: Annotated[Path, typer.Option("--output", "-o", help="folder for the results")],
     scheduler: Scheduler = None,
     workers: Workers = None,
-    job_timeout: Annotated[
-        float | None, typer.Option("--job-timeout", help="s after which a job is stopped and broken")
-    ] = None,
+    job_timeout: JobTimeout = None,
     job_memory: Annotated[
         float | None,
         typer.Option("--job-memory", help="MB of memory above which a job is stopped and broken"),

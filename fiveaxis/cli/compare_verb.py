@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from fiveaxis.cli.batch_verb import interruptible, live_table
-from fiveaxis.cli.options import AsJson, Scheduler, Workers, flags_of, read_flags, takes
+from fiveaxis.cli.options import AsJson, JobTimeout, Scheduler, Workers, flags_of, read_flags, takes
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.options import Costs
 
@@ -31,6 +31,7 @@ def compare(
     ] = False,
     scheduler: Scheduler = None,
     workers: Workers = None,
+    job_timeout: JobTimeout = None,
     as_json: AsJson = False,
     **_: Any,
 ) -> None:
@@ -44,7 +45,8 @@ def compare(
             from fiveaxis.batch.machines import compare_machines
 
             names = [name.strip() for name in machines.split(",") if name.strip()]
-            how: Any = {"scheduler": scheduler, "workers": workers, **read_flags(Costs, context.params)}
+            limits: Any = {"scheduler": scheduler, "workers": workers, "job_timeout": job_timeout}
+            how: Any = {**limits, **read_flags(Costs, context.params)}
             done = compare_machines(job, names, output, as_placed=as_placed, tell=listener, **how)
         written += (*done.files, *done.batch.files, *(p for c in done.batch.comparisons for p in c.files))
         if as_json:

@@ -53,6 +53,9 @@ Workers = Annotated[
     int | None,
     typer.Option("--workers", help="number of processes on this computer; default: one per core", min=1),
 ]
+JobTimeout = Annotated[
+    float | None, typer.Option("--job-timeout", help="s after which a job is stopped and broken")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document and nothing else")]
 
 UNIT = optional(str, "mm, inch or, for meshes, m: unit of the input, in place of what it states")

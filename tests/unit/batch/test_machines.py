@@ -54,7 +54,7 @@ def test_times_without_accelerations_have_no_upper_end():
 def test_a_machine_that_cant_is_no_rival_and_one_that_can_is_enough():
     can, cannot = candidate("can", (1.0, 2.0)), candidate("cannot", (0.1, 0.2), status=Status.ERRORS)
     done = compared(can, cannot)
-    assert done.claims[0] == "Only can can run it."
+    assert done.claims[0] == "Only can has a released program."
     assert done.exit_code == 0
     assert compared(cannot).exit_code == 1
     none, wrong = (candidate(s.name, (0.1, 0.2), status=s) for s in (Status.NO_POSTURE, Status.WRONG_INPUT))
@@ -143,7 +143,17 @@ def test_the_cheapest_of_machines_drawn_from_their_bands_is_claimed(monkeypatch)
 def test_the_verb_compares_real_programs(write_job, tmp_path):
     job = write_job("cup", 'tilt = [15, 75]\neffort = "quick"\ntool_length = 100\n')
     given = "hayashi-640123,dmu50ev,umc-750,takisawa-mac-v3"
-    words = ["compare", str(job), "--machines", given, "-o", str(tmp_path / "out"), "--json"]
+    words = [
+        "compare",
+        str(job),
+        "--machines",
+        given,
+        "-o",
+        str(tmp_path / "out"),
+        "--job-timeout",
+        "900",
+        "--json",
+    ]
     ended = CliRunner().invoke(app, words)
     assert ended.exit_code == 0, ended.output
     rows = {row["machine"]: row for row in json.loads(ended.stdout)["machines"]}
