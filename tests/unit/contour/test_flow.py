@@ -246,7 +246,7 @@ def test_faces_of_the_propeller_are_cut_as_far_as_the_ball_has_room(data):
     [("flat:10", {"lead": (5.0, 25.0), "lean": (-5.0, 5.0)}), ("bull:10:2", {"tilt": (15.0, 60.0)})],
 )
 def test_cutters_of_every_kind_get_from_the_model_to_a_program_without_errors(parts, cutter, bounds):
-    plan = {"strategy": "flow", "faces": "1", "stepover": 4.0, "spacing": 2.5}
+    plan = {"strategy": "flow", "faces": "1", "stepover": 2.0, "spacing": 1.5}
     job = make_job(
         input=parts / "ruled.step", machine="hayashi-640123", effort="quick", tool=cutter, plan=plan, **bounds
     )
