@@ -73,7 +73,11 @@ def write_machines(
         + scroll(
             table(HEADS, [cells(c) for c in candidates], "Machines, cheapest first; travel in mm and deg")
         )
-        + (scroll(table(("machine", "why not"), reasons, "Machines that can't run it")) if reasons else "")
+        + (
+            scroll(table(("machine", "why not"), reasons, "Machines without a released program"))
+            if reasons
+            else ""
+        )
     )
     style = files("fiveaxis.batch").joinpath("comparison.css").read_text(encoding="utf-8")
     return (
@@ -83,7 +87,7 @@ def write_machines(
 
 
 def draw(candidates: Sequence[Candidate], title: str) -> str:
-    """Draw the ranges of energy, without and with base power, and of time, of the machines that can."""
+    """Draw the ranges of energy, without and with base power, and of time, of machines with a program."""
     able = [c for c in candidates if c.energy is not None]
     names, parts, top = [c.machine for c in able], list[str](), TOP
     panels = {

@@ -201,6 +201,7 @@ def _print_totals(found: Sequence[ProgramEnergy]) -> None:
         error = program.energy.travel_error
         off = "" if error is None else f"; the travel metric is {round(100.0 * error, 1) + 0.0:+.1f} % off it"
         out.print(f"{escape(_name(program, found))}: power integral of the feed drives, no base power{off}")
-        out.print(f"limited by: {time_shares(program.energy.limited)}", soft_wrap=True)
+        if program.energy.limited:
+            out.print(f"limited by: {time_shares(program.energy.limited)}", soft_wrap=True)
         if program.energy.band is not None:
             out.print(program.energy.band, soft_wrap=True)

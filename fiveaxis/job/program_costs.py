@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, Unpack
@@ -202,7 +203,7 @@ def price_program(
     if corners == "control":
         clock = stated_clock(source, control)
         taken = predicted_time(read, machine, clock.dialect, clock.coordinates)
-    limiting = programmed_limiting(read, machine) if taken is None else taken.limiting
+    limits = partial(programmed_limiting, read, machine) if taken is None else taken.limits
     known = ~read.from_unknown
     if corners in ("programmed", "control"):
         read, taken = _whole_blocks(read, machine, taken)
@@ -229,13 +230,14 @@ def price_program(
     else:
         # The durations of blocks that only turn follow from their own feed words.
         law = time_motion(read, machine, corners=corners)
-        limiting = law_limiting(law)
+        limits = partial(law_limiting, law)
         motion = replace(motion, time=np.where(lost, 0.0, law.motion.time))
         by_block = np.where(lost[:, None], 0.0, law_energies(machine, law, force))
         integral = by_block
     timed = law is not None if taken is None else taken.basis == "accelerations"
     timing: Timing = "accelerations" if timed else "programmed"
     spent = motion_energy(machine, motion, integral, rounding, force)
+    limiting = limits()
     limited = replace(limiting, time=limiting.time * known[:, None]).by_cause
     energy = replace(spent, feed_time=feed_time, timing=timing, limited=limited)
     budget = None if cut is None else job_budget(machine, motion, cut, None, rounding, integral)

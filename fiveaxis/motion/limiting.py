@@ -9,7 +9,7 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion.motion import Motion
-from fiveaxis.motion.time_law import INSTANT, LEVER, NO_MOVE, TimeLaw
+from fiveaxis.motion.time_law import INSTANT, NO_MOVE, TimeLaw, levers
 from fiveaxis.motion.timing import axis_bounds
 
 # Columns of `Limiting.time`; each axis's speed and then each axis's acceleration follow.
@@ -89,11 +89,6 @@ def law_limiting(law: TimeLaw) -> Limiting:
     stops = [_touching(ramp, at | beside) for ramp, at in zip(ramps, rest, strict=True)]
     cause = np.where(stops[0] | stops[1] | back, STOPS, cause)
     return Limiting.of(letters, len(law.motion), samples.block, cause, samples.weight)
-
-
-def levers(letters: str) -> Array:
-    """Return what makes axes comparable, (k,): 1, and mm per rad of rotary ones."""
-    return np.array([LEVER if letter in "ABC" else 1.0 for letter in letters])
 
 
 def _touching(ramp: BoolArray, rest: BoolArray) -> BoolArray:

@@ -196,7 +196,7 @@ def predicted_time(
     if dialect is not None and isinstance(corners, str):
         blends = corners == "blended"
         run = servo_times(blocks, machine, dialect.cycle, blends=blends, tolerance=dialect.blend)
-        times, limits = run.times, partial(replace, run)
+        times, limits = run.times, lambda: run
     else:
         if corners is None:
             assumptions.append(f"corners are assumed to be passed within {PATH_TOLERANCE:g} mm")

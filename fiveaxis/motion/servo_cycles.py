@@ -13,7 +13,7 @@ import numpy as np
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.motion.limiting import AT_LIMIT, DWELL, FEED, OTHERS, SHORT, STOPS, Limiting, levers
+from fiveaxis.motion.limiting import AT_LIMIT, DWELL, FEED, OTHERS, SHORT, STOPS, Limiting
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.servo_queue import (
     EXACT,
@@ -29,6 +29,7 @@ from fiveaxis.motion.servo_queue import (
     top_speed,
     usable_acceleration,
 )
+from fiveaxis.motion.time_law import levers
 from fiveaxis.motion.timing import axis_bounds
 
 # mm or rad: an axis that moves by less stands (CART_FUZZ of LinuxCNC's posemath.h).

@@ -127,6 +127,11 @@ class TimeLaw:
         return Samples(time, weight, block, *self.at(time))
 
 
+def levers(letters: str, lever: float = LEVER) -> Array:
+    """Return what makes axes comparable, (k,): 1, and of rotary ones mm per rad."""
+    return np.array([lever if letter in "ABC" else 1.0 for letter in letters])
+
+
 def time_motion(
     motion: Motion,
     machine: Machine,
@@ -187,9 +192,10 @@ def time_motion(
         tolerance = smooth = 0.0  # without acceleration limits corners need no rounding
     still = (np.abs(motion.moves) <= NO_MOVE).all(axis=1)
     dwells = still & (motion.time > SHORTEST_DWELL)
-    levers = np.array([lever if axis.is_rotary else 1.0 for axis in machine.axes])
     held = dwells if stops is None else dwells | stops
-    path, station = round_corners(motion.positions, levers, held, tolerance=tolerance, smooth=smooth)
+    path, station = round_corners(
+        motion.positions, levers(motion.letters, lever), held, tolerance=tolerance, smooth=smooth
+    )
     path_speed = _feed_speeds(station, np.where(dwells, 0.0, motion.time))
     dwelling = np.where(dwells, motion.time, 0.0)
     phases = run_phases(path, station, path_speed, dwelling, bounds)

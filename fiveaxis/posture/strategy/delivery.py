@@ -24,7 +24,7 @@ from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Grain, turning_rows
-from fiveaxis.posture.solution import Solution, Stage, blocks_energy, program_energy, timed_energy
+from fiveaxis.posture.solution import Solution, Stage, program_energy, timed_energy
 from fiveaxis.posture.strategy.effort import Effort, grain
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import Near
@@ -411,7 +411,8 @@ class Delivery:
         """Price a program without redundant blocks, as it is delivered."""
         machine, path = program.posed.problem.machine, program.posed.path
         motion = follow(path, machine, program.rotary)
-        energy = program_energy(machine, path, motion, self.filling, self.options.clock)
+        blocks = self.filling.blocks(path, machine, motion)
+        energy = timed_energy(machine, blocks, self.options.clock(blocks, machine))
         solved = program.solved
         if self.options.objective != "time" and solved is program.posed.problem:
             # It was searched: of these prices it is an optimum, as far as it is one.
@@ -512,10 +513,10 @@ def delivered(
             filled[name] = require_blocks(filling.fill(b.toolpath or given, machine, b.motion))
         except NoBaseline as reason:
             missing[name] = str(reason)
-    energies = {
-        name: blocks_energy(machine, filling.thin(fill).blocks, delivery.options.clock)
-        for name, fill in filled.items()
-    }
+    energies = {}
+    for name, fill in filled.items():
+        blocks = filling.thin(fill).blocks
+        energies[name] = timed_energy(machine, blocks, delivery.options.clock(blocks, machine))
     others = dict(candidates)
     for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
         baseline = solution.compared[name]
@@ -546,7 +547,7 @@ def delivered(
         toolpath=replace(path, findings=(*path.findings, *findings)),
         tilt=best.posed.bounds,
         motion=motion,
-        energy=best.energy,
+        energy=program_energy(machine, path, motion, filling, delivery.options.clock),
         compared=compared,
         missing=missing,
         stages=(*solution.stages, *delivery.stages),
