@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable
 from functools import cache
 from typing import ParamSpec, TypeVar, cast
@@ -15,6 +16,13 @@ from numpy.typing import NDArray
 P = ParamSpec("P")
 T = TypeVar("T")
 logger = logging.getLogger(__name__)
+
+# Instructions that every processor of an architecture has: digits are the same on all of them, and machine
+# code made on one runs on another (`.ci/compile_ahead.py`). Loops aren't slower for it.
+if "NUMBA_CPU_NAME" not in os.environ:
+    # In the environment, from which numba reads its settings anew when another of them changes there.
+    os.environ |= {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    numba.config.reload_config()
 
 
 def compiled(function: Callable[P, T]) -> Callable[P, T]:

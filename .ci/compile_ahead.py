@@ -1,0 +1,100 @@
+"""Compile the loops of a wheel ahead, for this Python and platform: a first run then compiles nothing.
+
+Usage: python .ci/compile_ahead.py dist/fiveaxis-0.1.0-py3-none-any.whl out/wheels
+
+The wheel is installed in a fresh environment, and the examples run there; the machine code that numba
+keeps beside the modules goes into a second wheel, tagged like numba's own. It asks for the same version
+of numba, the only one that takes this code. Then the second wheel is tried: a loop that is compiled, or
+more than a tenth of the first wheel's compiling, is an error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).parents[1]
+# What most runs need: a part and a path, then a program revised in place, then bodies, holder and fixtures.
+RUNS = (
+    "optimise examples/overhang/job.toml -o {out}/job",
+    "optimise {out}/job/program.ngc -m hayashi-640123 --tool ball:8 --cone 20 -o {out}/revised",
+    "optimise examples/overhang/complete.toml -o {out}/complete",
+)
+ABOUT_NUMBA = """
+import sys
+from importlib.metadata import distribution
+found = distribution("numba")
+print(found.version)
+print(*[line.split(": ")[1] for line in found.read_text("WHEEL").splitlines() if line.startswith("Tag: ")])
+"""
+
+
+def call(*words: object, **how: object) -> str:
+    """Run a command, and return what it prints."""
+    return subprocess.run([*map(str, words)], check=True, stdout=subprocess.PIPE, text=True, **how).stdout
+
+
+def seconds(program: Path, words: str, out: Path) -> float:
+    """Run fiveaxis as installed beside `program`; return seconds of processor, its children's included."""
+    settings = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    call(program, *(word.format(out=out) for word in words.split()), cwd=ROOT, env=settings)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def make_wheel(pure: Path, package: Path, python: Path, work: Path, folder: Path) -> Path:
+    """Write a wheel with the machine code that lies in an installed package, and return its place."""
+    version, tags = call(python, "-c", ABOUT_NUMBA).splitlines()
+    call(python, "-m", "wheel", "unpack", pure, "-d", work / "unpacked")
+    [unpacked] = (work / "unpacked").iterdir()
+    for file in package.rglob("*.nb[ic]"):
+        place = unpacked / "fiveaxis" / file.relative_to(package)
+        place.parent.mkdir(exist_ok=True)
+        place.write_bytes(file.read_bytes())
+    [about] = unpacked.glob("*.dist-info")
+    wheel, metadata = (about / "WHEEL"), (about / "METADATA")
+    lines = [line for line in wheel.read_text().splitlines() if line and not line.startswith(("Tag", "Root"))]
+    lines += ["Root-Is-Purelib: false", *(f"Tag: {tag}" for tag in tags.split())]
+    wheel.write_text("\n".join(lines) + "\n")
+    [asked] = [line for line in metadata.read_text().splitlines() if line.startswith("Requires-Dist: numba")]
+    metadata.write_text(metadata.read_text().replace(asked, f"Requires-Dist: numba=={version}"))
+    folder.mkdir(parents=True, exist_ok=True)
+    call(python, "-m", "wheel", "pack", unpacked, "-d", folder)
+    [made] = folder.glob(f"{pure.name.split('-py3')[0]}-{tags.split()[0].split('-')[0]}-*.whl")
+    return made
+
+
+def main() -> int:
+    """Make the wheel and try it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("wheel", type=Path)
+    parser.add_argument("folder", type=Path)
+    given = parser.parse_args()
+    with TemporaryDirectory() as temporary:
+        work = Path(temporary)
+        call(sys.executable, "-m", "venv", work / "venv")
+        python, program = (work / "venv" / "bin" / name for name in ("python", "fiveaxis"))
+        call(python, "-m", "pip", "install", "-q", given.wheel.resolve(), "wheel")
+        [package] = (work / "venv").glob("lib/python*/site-packages/fiveaxis")
+        first = [seconds(program, run, work) for run in RUNS]
+        warm = seconds(program, RUNS[0], work)
+        made = make_wheel(given.wheel, package, python, work, given.folder)
+        call(python, "-m", "pip", "install", "-q", "--no-deps", "--force-reinstall", made)
+        kept = sum(1 for _ in package.rglob("*.nbi"))
+        ahead = [seconds(program, run, work) for run in RUNS]
+        new = sum(1 for _ in package.rglob("*.nbi")) - kept
+    sizes = [wheel.stat().st_size / 1e6 for wheel in (made, given.wheel)]
+    print(f"{made}: {sizes[0]:.1f} MB, {sizes[1]:.1f} MB without machine code")
+    print(f"first run {first[0]:.1f} s of processor, compiled ahead {ahead[0]:.1f}, a second run {warm:.1f}")
+    print(f"{new} of {kept + new} loops compiled though they were compiled ahead")
+    return 1 if new or ahead[0] - warm > 0.1 * (first[0] - warm) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
