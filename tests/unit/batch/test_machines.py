@@ -15,6 +15,7 @@ from fiveaxis.batch import Candidate, MachineComparison, Row, Status, compare
 from fiveaxis.cli import app
 from fiveaxis.errors import SettingError
 from fiveaxis.job import read_job
+from fiveaxis.machine import machine_text
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 RANGE = st.tuples(st.floats(1.0, 1e3), st.floats(0.0, 1e3)).map(lambda pair: (pair[0], pair[0] + pair[1]))
@@ -124,6 +125,31 @@ def test_a_machine_that_another_always_beats_is_no_rival():
     wide, narrow, beaten = (candidate(n, s) for n, s in zip("abc", [(1, 10), (2, 3), (5, 9.5)], strict=True))
     names = [c.machine for c in compared(wide, narrow, beaten).contenders(lambda c: c.energy)]
     assert names == ["a", "b"]
+
+
+@pytest.mark.parametrize("coordinates", ["axes", "tip"])
+def test_a_machine_whose_control_has_no_tcp_writes_axes_or_says_why_it_cant(
+    coordinates, hayashi, writing, tmp_path
+):
+    lacks = "it has no TCP; write axes"
+    (tmp_path / "plain.toml").write_text(f'based_on = "fanuc"\nrefused = {{ tip = "{lacks}" }}\n')
+    files = {"old": str(tmp_path / "plain.toml"), "new": "fanuc"}
+    for name, control in files.items():
+        text = machine_text(replace(hayashi, name=name, control=control))
+        (tmp_path / f"{name}.toml").write_text(text)
+    asked = f'effort = "quick"\nfeed = 500\ncoordinates = "{coordinates}"\n'
+    job = writing(tmp_path, "job", f"tilt = [15, 75]\n{asked}")
+    done = compare(job, [tmp_path / f"{n}.toml" for n in files], tmp_path / "out", as_placed=True, workers=1)
+    rows = {candidate.machine: candidate for candidate in done.candidates}
+    assert rows["new"].can
+    if coordinates == "axes":
+        assert rows["old"].can
+        program = next((tmp_path / "out" / rows["old"].row.name).glob("program.*")).read_text()
+        assert "G93" in program
+        assert "G43.4" not in program
+    else:
+        reason = f"control 'plain' isn't written in coordinates 'tip': {lacks}"
+        assert rows["old"].row.message.endswith(reason)
 
 
 def test_one_machine_is_nothing_to_compare(write_job, pretended, tmp_path):
