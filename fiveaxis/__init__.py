@@ -22,7 +22,7 @@ TYPE_CHECKING = False  # `typing` takes most of the import's time
 if TYPE_CHECKING:
     from typing import Any
 
-    from fiveaxis.batch import compare_machines, run_batch
+    from fiveaxis.batch import compare, run_batch
     from fiveaxis.contour import find_contacts, plan_contour
     from fiveaxis.energy import Energy, PowerSurface, calibrate_drive, power_surface
     from fiveaxis.errors import FiveAxisError
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 __version__: str
 
 _ROOMS = {
-    "batch": ("compare_machines", "run_batch"),
+    "batch": ("compare", "run_batch"),
     "contour": ("find_contacts", "plan_contour"),
     "energy": ("Energy", "PowerSurface", "calibrate_drive", "power_surface"),
     "errors": ("FiveAxisError",),
@@ -87,7 +87,7 @@ __all__ = [
     "Tool",
     "Toolpath",
     "calibrate_drive",
-    "compare_machines",
+    "compare",
     "cutting_power",
     "find_contacts",
     "load_machine",

@@ -1,6 +1,6 @@
 """Many jobs: sweeps that make many of one file, workers that run them, and one table of the results."""
 
-from fiveaxis.batch.machines import Candidate, MachineComparison, compare_machines
+from fiveaxis.batch.machines import Candidate, MachineComparison, compare
 from fiveaxis.batch.record import Event, Row, Status
 from fiveaxis.batch.run import Batch, run_batch
 
@@ -11,6 +11,6 @@ __all__ = [
     "MachineComparison",
     "Row",
     "Status",
-    "compare_machines",
+    "compare",
     "run_batch",
 ]

@@ -196,7 +196,7 @@ def _state_accelerations(rivals: Sequence[Candidate]) -> str:
 
 
 @spelled_out(Costs)
-def compare_machines(
+def compare(
     job: str | Path,
     machines: Sequence[str | Path],
     folder: str | Path,

@@ -42,12 +42,12 @@ def compare(
     """
     with errors_explained(as_json) as written:
         with interruptible(), live_table(err) as listener:
-            from fiveaxis.batch.machines import compare_machines
+            from fiveaxis.batch.machines import compare as run
 
             names = [name.strip() for name in machines.split(",") if name.strip()]
             limits: Any = {"scheduler": scheduler, "workers": workers, "job_timeout": job_timeout}
             how: Any = {**limits, **read_flags(Costs, context.params)}
-            done = compare_machines(job, names, output, as_placed=as_placed, tell=listener, **how)
+            done = run(job, names, output, as_placed=as_placed, tell=listener, **how)
         written += (*done.files, *done.batch.files, *(p for c in done.batch.comparisons for p in c.files))
         if as_json:
             print_json(done.as_dict())

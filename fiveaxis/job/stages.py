@@ -54,7 +54,7 @@ from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.bounds import require_touching
-from fiveaxis.toolpath.edge import EdgeUse
+from fiveaxis.toolpath.edge import EdgeUse, admitted
 from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Report
 
@@ -276,7 +276,8 @@ def _edge_use(solution: Postures, rpm: float | None) -> EdgeUse:
         name: (path, tool_axes(solution.machine, motion.positions[:, columns]))
         for name, (path, motion) in motions.items()
     }
-    return EdgeUse.of(programs, None if rpm is None else 2.0 * math.pi * rpm / 60.0)
+    spindle = None if rpm is None else 2.0 * math.pi * rpm / 60.0
+    return EdgeUse.of(programs, spindle, admitted(solution.toolpath, solution.tilt))
 
 
 def _rounded_alike(solution: Postures, filling: Filling, rounding: float) -> dict[str, Baseline]:

@@ -43,6 +43,17 @@ class Search(TypedDict, total=False):
             most=1.0,
         ),
     ]
+    even_wear: Annotated[
+        float,
+        Option(
+            "price of uneven wear: of a mm of cut a radius away, along the tool axis, from where even use "
+            "of the edge has it; not with objective time",
+            unit="J/mm",
+            default=0.0,
+            least=0.0,
+            example=5.0,
+        ),
+    ]
     time_price: Annotated[
         float | None,
         Option(

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from fiveaxis.errors import Infeasible, MachineError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
+from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, power_findings, with_powers
 from fiveaxis.motion import Filling, Interpolation
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
@@ -21,7 +22,7 @@ from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Solution
+from fiveaxis.posture.solution import Solution, Stage
 from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.delivery import Delivery, delivered
@@ -37,6 +38,7 @@ from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, knots
+from fiveaxis.toolpath.edge import EvenUse, cut_lengths
 
 # Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
 # from the ends of travel; attempts.
@@ -45,6 +47,8 @@ SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
 # between may be from their chords, mm and ends of unit vectors, and moves from knot to knot.
 LONG, SPARSE = 5000, 0.5
 APART, TILTED, MOVES = WRITTEN_TOLERANCE, 2e-4, 64
+# Rounds in which wear is evened out: each prices the shares that are nearest to the last one's.
+EVENINGS = 3
 
 Found = TypeVar("Found", bound=Solution)
 
@@ -86,6 +90,30 @@ def optimise(
         Nothing bounds the tool's lean; a held axis that the machine doesn't have, or held outside its limits;
         options that contradict each other (`Options.require_consistent`), or an unknown effort or solver.
     """
+    found, broken = _optimised(toolpath, machine, constraints, options, None)
+    if not options.even_wear:
+        return found
+    best, least, stages = found, (np.inf, np.inf), list[Stage]()
+    for number in range(1 + EVENINGS):
+        axis = tool_poses(machine, found.motion.positions)[1]
+        even = EvenUse.nearest(found.toolpath, axis, found.tilt)
+        spent = found.energy.travel if options.objective == "travel" else found.energy.total
+        cost = spent + options.even_wear * even.missed(found.toolpath, axis)
+        before, status = stages[-1].after if stages else None, f"{cost - spent:.6g} J of it for wear"
+        stages.append(Stage(f"even wear, round {number}", status, 0, before, cost))
+        best, least = (found, (broken, cost)) if (broken, cost) < least else (best, least)
+        if number < EVENINGS:
+            try:
+                found, broken = _optimised(toolpath, machine, constraints, options, even)
+            except Infeasible:  # there is a path, but none was found near the shares
+                break
+    return replace(best, stages=(*best.stages, *stages))
+
+
+def _optimised(
+    toolpath: Toolpath, machine: Machine, constraints: Constraints, options: Options, even: EvenUse | None
+) -> tuple[Solution, float]:
+    """Find a solution at a price of leaving the shares of an even use, and by how much it breaks bounds."""
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     options.require_consistent(constraints)
@@ -107,6 +135,9 @@ def optimise(
             max_turn=turn_bounds(path, narrow.constraints, location),
             time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
             bend_price=options.smoothing,
+            wear=None
+            if even is None
+            else np.stack([options.even_wear * cut_lengths(path), even.cosines(path)]),
         )
         return built, bounds
 
@@ -196,11 +227,9 @@ def optimise(
             keeps = path_check(found.toolpath, found.machine, rotary, cone, mask)
             found = rewind_solution(found, machine, partial(refined, effort=effort), keeps)
         found = with_findings(found, cone)
-        return (
-            with_bound(found, constraints, options.objective, options.progress)
-            if options.is_bounded
-            else found
-        )
+        if options.is_bounded:
+            found = with_bound(found, constraints, options.objective, options.progress)
+        return found, attempt.rank[0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.energy import lifting_costs, travel_costs
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray, product
-from fiveaxis.kinematics import require_orienting, require_positioning
+from fiveaxis.kinematics import require_orienting, require_positioning, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
 from fiveaxis.motion.timing import axis_bounds
@@ -67,6 +67,8 @@ class Problem:
     jerk_price : J per rad/s², of a change of a rotary axis's acceleration from one pair of cuts to the next
     ramps : (2, n − 1, k), pace in s/mm and s/rad, and grace in s: a step waits for ``pace |Δq| − grace`` of
         each axis; None for ``|Δq| / v − L/F``
+    wear : (2, n), J per unit of cosine between tool axis and normal, and the cosine that costs nothing, where
+        even use of the cutter's edge has the location; None for no price
     """
 
     machine: Machine
@@ -86,6 +88,7 @@ class Problem:
     bend_price: Array
     jerk_price: float = 0.0
     ramps: Array | None = None
+    wear: Array | None = None
 
     @classmethod
     def build(
@@ -99,6 +102,7 @@ class Problem:
         time_price: float = 0.0,
         bend_price: float = 0.0,
         jerk_price: float = 0.0,
+        wear: Array | None = None,
     ) -> Problem:
         """Build the problem of a path on a machine within bounds.
 
@@ -111,6 +115,7 @@ class Problem:
         bend_price : J/rad², of ‖Δρ‖² between given locations; on the m parts of a move m times that, so that
             a turn that is spread evenly over them costs the same
         jerk_price : J per rad/s², of changes of a rotary axis's acceleration between cuts
+        wear : as in the record
 
         Raises
         ------
@@ -148,6 +153,7 @@ class Problem:
             time_price=time_price,
             bend_price=np.asarray(bend_price * parts_of_moves(toolpath), dtype=np.float64),
             jerk_price=jerk_price,
+            wear=wear,
         )
 
     def __repr__(self) -> str:
@@ -191,6 +197,9 @@ class Problem:
             # A turn spread over m steps bends 1/m as much as the same turn in one.
             bend_price=summed(self.bend_price[:, None])[:, 0] / spans[:, 0] ** 2,
             ramps=None,
+            wear=None
+            if self.wear is None
+            else np.stack([np.add.reduceat(self.wear[0], rows), self.wear[1, rows]]),
         )
 
     def between(self, first: int, last: int) -> Problem:
@@ -207,6 +216,7 @@ class Problem:
             least_time=self.least_time[first:last],
             bend_price=self.bend_price[first:last],
             ramps=None if self.ramps is None else self.ramps[:, first:last],
+            wear=None if self.wear is None else self.wear[:, first : last + 1],
         )
 
     def backwards(self) -> Problem:
@@ -224,6 +234,7 @@ class Problem:
             least_time=self.least_time[steps],
             bend_price=self.bend_price[steps],
             ramps=None,
+            wear=None if self.wear is None else np.ascontiguousarray(self.wear[:, ::-1]),
         )
 
     def eased(self, rotary: Array) -> Problem:
@@ -271,11 +282,13 @@ class Problem:
         Parameters
         ----------
         positions : (n, k), mm and rad
-        axis : (n, 3), unit vectors; None if no term needs them
+        axis : (n, 3), unit vectors; by default those of the positions, where a price needs them
         """
         n, k = positions.shape
         quantities = np.zeros((n, k + OTHERS))
         quantities[:, :k] = positions
+        if axis is None and self.wear is not None:
+            axis = tool_axes(self.machine, positions[:, self.machine.rotary_columns])
         if axis is not None:
             quantities[:, k : k + 3] = axis
         for term in self.terms:
@@ -292,6 +305,14 @@ class Problem:
     def path_cost(self, rotary: Array) -> float:
         """Sum the objective along a path, (n, 2) rad; J."""
         return self.cost(self.positions(slice(None), rotary))
+
+    def wear_cost(self, row: int, rotary: Array) -> Array | float:
+        """Price the wear of postures, (m, 2) rad, of a location; (m,) J."""
+        if self.wear is None:
+            return 0.0
+        price, share = self.wear[:, row]
+        away: Array = np.abs(product(tool_axes(self.machine, rotary), self.normal[row]) - share)
+        return away * price
 
     def delay(self, positions: Array) -> Array:
         """Compute how much longer the steps of a path, (n, k), take than at the feed, (n − 1,) s."""

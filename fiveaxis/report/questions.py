@@ -122,7 +122,7 @@ def _is_safe(document: ReportDocument, verdict: Verdict) -> Answer:
     report = document.verdict
     risks = _each("Risk", [f"{line}." for line in group_gaps(report.risks)])
     folded = _each("Not asked for", [f"{gap.sentence}." for gap in report.not_asked])
-    return Answer("Is it safe to run?", text, (*risks, *_judged(document)), folded)
+    return Answer("Is it safe to run?", text, (*risks, *_judged(document), *_time(document)), folded)
 
 
 def _judged(document: ReportDocument) -> Iterator[Detail]:
@@ -141,7 +141,7 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
     question, name = "What does it save?", document.baseline
     if name is None:
         text = "Unknown: there is no baseline to compare with."
-        return Answer(question, text, folded=(*_time(document), *_steadiness(document)))
+        return Answer(question, text, folded=tuple(_steadiness(document)))
     energy, baseline = document.solution.energy, document.solution.baselines[name]
     own, other = (number(getattr(e, document.measure)) for e in (energy, baseline))
     as_it_was = document.revises and name == AS_PROGRAMMED
@@ -157,11 +157,7 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
         low, high = map(saving, document.savings_range[name])
         text_of = f"powers are estimated; on machines drawn from their bands it is {low} to {high}."
         details.append(Detail("Range", text_of))
-    time, steadiness = tuple(_time(document)), tuple(_steadiness(document))
-    if energy.timing == "accelerations":
-        return Answer(question, text, (*details, *time), steadiness)
-    # What starts and stops cost isn't known there.
-    return Answer(question, text, tuple(details), (*time, *steadiness))
+    return Answer(question, text, tuple(details), tuple(_steadiness(document)))
 
 
 def _time(document: ReportDocument) -> Iterator[Detail]:
@@ -171,8 +167,11 @@ def _time(document: ReportDocument) -> Iterator[Detail]:
     own, *others = energies.values()
     against = f" against {number(others[0].time, 1)} s of {name}" if others else ""
     less = f": {saving(1.0 - own.time / others[0].time)}" if others and others[0].time else ""
-    clock = "" if own.timing == "accelerations" else ", without starts and stops"
-    yield Detail("Time", f"{number(own.time, 1)} s{against}{clock}{less}.")
+    clock, unknown = "", document.accelerations_unknown
+    if own.timing != "accelerations":
+        stated = f" (no max_acceleration of {', '.join(unknown)})" if unknown else ""
+        clock = f", by feed and highest speeds; what starts and stops add isn’t known{stated}"
+    yield Detail("Time", f"{number(own.time, 1)} s{against}{less}{clock}.")
     limits = [f"{n and f'{n}: '}{time_shares(e.limited)}" for n, e in energies.items() if e.limited]
     if limits:
         yield Detail("Limited by", f"{'; '.join(limits)}.")

@@ -178,6 +178,12 @@ def edge_section(document: ReportDocument) -> str:
         f"Length of cut by the angle between tool axis and surface normal{known}. At 0° the tip cuts, which "
         "stands still; length spread over many angles wears the edge evenly."
     ]
+    low, high = (f"{math.degrees(end):.3g}" for end in use.range)
+    words += [
+        f"{name}: {use.peaks[name]:.0%} on one band of 5°, {math.degrees(use.unevenness[name]):.1f}° on "
+        f"average from even use of {low} to {high}°."
+        for name in shown
+    ]
     words += [
         f"The contact of {number(use.unknown[name], 1)} mm of {name} isn’t known."
         for name in shown

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.geometry import Array, angle_between
-from fiveaxis.toolpath.bounds import require_touching
+from fiveaxis.toolpath.bounds import TiltBounds, require_touching
 from fiveaxis.toolpath.cutter import Zone
 from fiveaxis.toolpath.path import Toolpath
 
 # rad, width of a bin.
 BIN = math.radians(5.0)
+# mm: a program without cuts of known contact has no shares. Bins: the end of a range is one of a bin.
+TINY, ROUND = 1e-9, 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,7 @@ class EdgeUse:
     unknown : mm, length of the cuts whose contact isn't known, by program
     zone : of the cutter's profile that touches
     spindle : rad/s; None where it isn't known
+    within : rad, least and largest angle that bounds admit, over which use could be even; the bins by default
     """
 
     edges: Array
@@ -39,9 +42,15 @@ class EdgeUse:
     unknown: Mapping[str, float]
     zone: Zone
     spindle: float | None = None
+    within: tuple[float, float] | None = None
 
     @classmethod
-    def of(cls, programs: Mapping[str, tuple[Toolpath, Array]], spindle: float | None = None) -> EdgeUse:
+    def of(
+        cls,
+        programs: Mapping[str, tuple[Toolpath, Array]],
+        spindle: float | None = None,
+        within: tuple[float, float] | None = None,
+    ) -> EdgeUse:
         """Add up the cuts of programs.
 
         Parameters
@@ -56,13 +65,16 @@ class EdgeUse:
         edges = np.asarray(BIN * np.arange(round(math.pi / BIN) + 1), dtype=np.float64)
         found = {name: _lengths(path, axis, edges) for name, (path, axis) in programs.items()}
         used = np.flatnonzero(sum(length for length, _ in found.values()))
-        first, last = (used[0], used[-1] + 1) if len(used) else (0, 1)
+        ends = [(used[0], used[-1] + 1)] if len(used) else []
+        ends += [] if within is None else [(int(within[0] / BIN + ROUND), math.ceil(within[1] / BIN - ROUND))]
+        first, last = (min(low for low, _ in ends), max(high for _, high in ends)) if ends else (0, 1)
         return cls(
             edges[first : last + 1],
             {name: length[first:last] for name, (length, _) in found.items()},
             {name: unknown for name, (_, unknown) in found.items()},
             next(iter(programs.values()))[0].zone,
             spindle,
+            within,
         )
 
     @property
@@ -80,15 +92,108 @@ class EdgeUse:
         """(b + 1,), mm/s, of the edge at the ends of the bins; None where the spindle's speed isn't known."""
         return None if self.spindle is None else 0.5 * self.diameters * self.spindle
 
+    @property
+    def peaks(self) -> dict[str, float]:
+        """Largest share of the known cuts in one bin, by program."""
+        return {
+            name: float(use.max(initial=0.0) / max(use.sum(), TINY)) for name, use in self.lengths.items()
+        }
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and largest angle over which use could be even, rad."""
+        return self.within or (float(self.edges[0]), float(self.edges[-1]))
+
+    @property
+    def unevenness(self) -> dict[str, float]:
+        """How far a mm of cut is from where even use has it, rad on average, by program."""
+        low, high = self.range
+        even = np.clip((self.edges[1:] - low) / (high - low), 0.0, 1.0)
+        return {
+            name: float(BIN * np.abs(np.cumsum(use) / max(use.sum(), TINY) - even).sum())
+            for name, use in self.lengths.items()
+        }
+
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain data for JSON."""
+        mean = (self.range[1] - self.range[0]) / BIN
         return {
             "angle_deg": np.degrees(self.edges).round(9),
             "effective_diameter_mm": self.diameters,
             "cutting_speed_m_min": None if self.speeds is None else 60e-3 * self.speeds,
             "length_mm": self.lengths,
             "unknown_mm": self.unknown,
+            "peak_share": self.peaks,
+            "peak_over_mean": {name: peak * mean for name, peak in self.peaks.items()},
+            "from_even_deg": {name: math.degrees(angle) for name, angle in self.unevenness.items()},
         }
+
+
+@dataclass(frozen=True, eq=False)
+class EvenUse:
+    """Which contact angle each cut of a path has where together they use the edge evenly.
+
+    Of all ways to share out the angles it is the one that a use is nearest to: the cut at the smallest angle
+    gets the smallest one, and so on (the optimal transport of a line). Cuts of one bin of `EdgeUse` follow
+    each other in the order of the path, so that the lean drifts and doesn't jump.
+
+    Parameters
+    ----------
+    run : (m,), mm of cut up to a location
+    angle : (m,), rad, its share
+    """
+
+    run: Array
+    angle: Array
+
+    @classmethod
+    def nearest(cls, toolpath: Toolpath, axis: Array, bounds: TiltBounds) -> EvenUse:
+        """Share out the angles that bounds admit, from the least to the most, by how a path uses them.
+
+        Raises
+        ------
+        ToolpathError
+            A path without normals.
+        """
+        require_touching(toolpath, "how evenly its edge wears (even_wear)")
+        low, high = admitted(toolpath, bounds)
+        length = cut_lengths(toolpath)
+        cuts = np.flatnonzero(length)
+        cuts = cuts[np.argsort(np.floor(angle_between(axis, toolpath.normal)[cuts] / BIN), kind="stable")]
+        angle = np.empty(len(length))
+        angle[cuts] = low + (high - low) * (np.cumsum(length[cuts]) - length[cuts] / 2.0) / length.sum()
+        rows = np.sort(cuts)
+        return cls(_run(toolpath)[rows], angle[rows])
+
+    def cosines(self, toolpath: Toolpath) -> Array:
+        """Return the cosine of each location's share, (n,); the path may have others than the given ones."""
+        return np.asarray(np.cos(np.interp(_run(toolpath), self.run, self.angle)))
+
+    def missed(self, toolpath: Toolpath, axis: Array) -> float:
+        """Sum how far cuts are from their shares, mm of cut times cosine."""
+        length, cosine = cut_lengths(toolpath), np.sum(np.nan_to_num(toolpath.normal) * axis, axis=1)
+        return float(np.sum(length * np.abs(cosine - self.cosines(toolpath))))
+
+
+def admitted(toolpath: Toolpath, bounds: TiltBounds) -> tuple[float, float]:
+    """Return the least and the largest angle to the normal that bounds admit somewhere on a path, rad."""
+    low, high = 0.0, math.pi / 2.0
+    for bound in bounds.all:
+        apart = angle_between(bound.reference, toolpath.normal)
+        apart = apart[np.isfinite(apart)]
+        low = max(low, float(np.min(np.maximum(apart - bound.high, bound.low - apart), initial=high)))
+        high = min(high, float(np.max(apart + bound.high, initial=low)))
+    return low, max(high, low + BIN)
+
+
+def cut_lengths(toolpath: Toolpath) -> Array:
+    """Share out the lengths of cuts to the locations at their ends, half to each; (n,) mm."""
+    half = np.where(toolpath.cutting, toolpath.lengths, 0.0) / 2.0
+    return np.where(np.isfinite(toolpath.normal).all(axis=1), half + np.append(half[1:], 0.0), 0.0)
+
+
+def _run(toolpath: Toolpath) -> Array:
+    return np.cumsum(np.where(toolpath.cutting, toolpath.lengths, 0.0))
 
 
 def _lengths(toolpath: Toolpath, axis: Array, edges: Array) -> tuple[Array, float]:

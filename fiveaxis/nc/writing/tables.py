@@ -76,7 +76,7 @@ class Dialect(StrictModel):
     straight : what makes a rapid move of several axes straight
     end : last blocks
     modes : the coordinates that can be written
-    refused : why others can't
+    refused : why others can't; those of the table that this one is based on are then left out
     harmless : patterns of whole words that this table doesn't write, and that do nothing to a cut
     notes : for the operator
     modulo, reset : how turns are written with further windings; None if not supported
@@ -251,6 +251,10 @@ def _merged(path: Path, above: tuple[Path, ...]) -> tuple[str, dict[str, Any]]:
         raise SettingError(f"based_on = {base!r} leads back to this table; remove one of them", file=path)
     _, whole = _merged(below, (*above, path))
     whole.pop("name", None)
+    lacks, own = data.get("refused"), data.get("modes")
+    if isinstance(lacks, dict) and isinstance(whole.get("modes"), dict):
+        left_out = lacks.keys() - (own.keys() if isinstance(own, dict) else ())
+        whole["modes"] = {name: mode for name, mode in whole["modes"].items() if name not in left_out}
     return text, _overlay(whole, data)
 
 

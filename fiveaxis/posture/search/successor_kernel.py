@@ -83,6 +83,7 @@ class Prices(NamedTuple):
     start : (2, n − 1, k), J, of an axis that didn't move this way in the step before
     bend : (n − 1,), J/rad²
     pace, time, delay : (k,) s/mm and s/rad at the highest speed; (n − 1,) s; J/s of what takes longer
+    wear : (2, n), as in `Problem`; (2, 0) for no price
     """
 
     standing: Array
@@ -94,6 +95,7 @@ class Prices(NamedTuple):
     pace: Array
     time: Array
     delay: float
+    wear: Array
 
 
 class Corridor(NamedTuple):
@@ -397,6 +399,15 @@ def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: floa
 
 
 @inner
+def along_normal(locations: Locations, i: int, values: Array, j: int, at: int) -> float:
+    """Multiply the normal of location i by the vector in row j of values, from column `at` on."""
+    product = 0.0
+    for c in range(3):
+        product += locations.given[i, 3 + c] * values[j, at + c]
+    return product
+
+
+@inner
 def competes(found: Found, count: int, key: int, cost: float) -> int:
     """Look up the candidate that a cheaper one of its cell replaces; `count` for a new one, −1 for none."""
     mask = len(found.table) - 1
@@ -498,7 +509,8 @@ def candidates(
     )
     axes, bounds = len(locations.low), locations.references.shape[1]
     rows, count, least = axes + 3, 0, np.inf
-    model = np.empty((axes + 2 * bounds, 6))
+    wears = prices.wear.shape[1] > 0
+    model = np.empty((axes + 2 * bounds + wears, 6))
     there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
     directions = np.empty((2 * bounds, 3))
     for b in range(bounds):
@@ -534,6 +546,8 @@ def candidates(
                     + directions[b, 1] * bows[j, at + 1]
                     + directions[b, 2] * bows[j, at + 2]
                 )
+            if wears:
+                model[axes + 2 * bounds, d] = along_normal(locations, i + 1, bows, j, d * rows + axes)
         for v in range(BESIDE if near else 0, 0 if onlys else len(moves)):
             if onlys and v != ONTO:
                 continue
@@ -596,6 +610,9 @@ def candidates(
             travelled(layer.positions, j, there, up, down)
             price, _ = step_price(prices, i, layer.moved[j], up, down, turned)
             cost = layer.cost[j] + price
+            if wears:
+                cosine = bowed(model, axes + 2 * bounds, turn1, turn2)
+                cost += prices.wear[0, i + 1] * abs(cosine - prices.wear[1, i + 1])
             if over > ROUNDING:
                 cost += BROKEN + PER_EXCESS * over
             worth = cost + table[region(cells, angle1, angle2)]
@@ -790,6 +807,11 @@ def solved(
             else:
                 travelled(layer.positions, j, there, up, down)
             price, moved = step_price(prices, i, layer.moved[j], up, down, turned)
+            if prices.wear.shape[1]:
+                cosine = along_normal(locations, i + 1, values, n, axes)
+                cosine += along_normal(locations, i + 1, values, n, rows + axes) * first
+                cosine += along_normal(locations, i + 1, values, n, 2 * rows + axes) * second
+                price += prices.wear[0, i + 1] * abs(cosine - prices.wear[1, i + 1])
             if over > ROUNDING:
                 price += BROKEN + PER_EXCESS * over
             then.rotary[size, 0], then.rotary[size, 1] = angle1, angle2

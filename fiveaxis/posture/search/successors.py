@@ -225,6 +225,7 @@ def _search(
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
     trail = trail_of(task, first, start, states)
+    trail.layers[0].cost[: len(first)] = problem.wear_cost(0, first)
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
     if not _searched(problem, task, trail, states, admits):
@@ -282,6 +283,7 @@ def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> b
     rotary = np.ascontiguousarray(rotary[:: -(-len(rotary) // (most - size)) or 1])
     positions = problem.positions(np.full(len(rotary), i), rotary)
     cost, came, moved = cheapest_steps(task, here, before, i - 1, rotary, positions)
+    cost += problem.wear_cost(i, rotary)
     kept = np.flatnonzero(np.isfinite(cost))
     begin = int(trail.begin[i]) + size
     rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
@@ -481,6 +483,7 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
         pace,
         time,
         problem.time_price,
+        np.empty((2, 0)) if problem.wear is None else problem.wear,
     )
 
 

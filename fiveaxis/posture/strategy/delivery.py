@@ -55,7 +55,7 @@ FARTHER, LITTLE = 1.2, np.radians(0.2)
 # Fractional indices of locations that lie no farther apart are one.
 SAME = 1e-6
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
-BESIDE = ("bends", "waits", "jerks")
+BESIDE = ("bends", "waits", "jerks", "wear")
 SEARCHING = "searching which axes can stand"
 
 # Keys by which the better and the steadier of two `Delivered` is smaller.
@@ -421,7 +421,7 @@ class Delivery:
         return replace(program, energy=energy, cost=self.cost(energy) + beside, solved=solved)
 
     def _beside(self, rotary: Array) -> float:
-        """Sum the prices of bends and delay of a path, (n, 2) rad, at the given locations, J."""
+        """Sum the prices of bends, delay and wear of a path, (n, 2) rad, at the given locations, J."""
         terms = [term for term in self._given.problem.terms if term.name in BESIDE and term.has_price]
         if self.options.objective == "time" or not terms:
             return 0.0
@@ -429,7 +429,7 @@ class Delivery:
         return sum(term.cost(term.values(quantities)) for term in terms)
 
     def cost(self, energy: Energy) -> float:
-        """Compute what a program costs by the objective, J, without the prices of bends and delay."""
+        """Compute what a program costs by the objective, J, without the prices `BESIDE` it."""
         if self.options.objective == "time":
             # Rounded, so that of paths that no axis slows down the first one stays.
             return TIME_PRICE * round(energy.time, 6)

@@ -11,10 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from fiveaxis.batch import Candidate, MachineComparison, Row, Status, compare_machines
+from fiveaxis.batch import Candidate, MachineComparison, Row, Status, compare
 from fiveaxis.cli import app
 from fiveaxis.errors import SettingError
 from fiveaxis.job import read_job
+from fiveaxis.machine import machine_text
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 RANGE = st.tuples(st.floats(1.0, 1e3), st.floats(0.0, 1e3)).map(lambda pair: (pair[0], pair[0] + pair[1]))
@@ -66,7 +67,7 @@ def test_a_machine_that_cant_is_no_rival_and_one_that_can_is_enough():
 def test_every_machine_has_a_row_with_its_reason_and_no_duplicates(write_job, pretended, tmp_path):
     job = write_job("cup")
     names = ["hayashi-640123", "dmu50ev", "hayashi-640123", "nosuch"]
-    done = compare_machines(job, names, tmp_path / "out", workers=1)
+    done = compare(job, names, tmp_path / "out", workers=1)
     ends = {c.machine: str(c.row.status) for c in done.candidates}
     assert ends == {"hayashi-640123": "fine", "dmu50ev": "fine", "nosuch": "wrong input"}
     assert "nosuch" in done.candidates[-1].row.message
@@ -82,14 +83,14 @@ def test_every_machine_has_a_row_with_its_reason_and_no_duplicates(write_job, pr
 def test_a_part_that_stays_isnt_searched_for_and_a_jobs_own_ranges_are_kept(write_job, pretended, tmp_path):
     ranged = write_job("cup", "tilt = [15, 75]\nsetup.search.x = [-5, 5]\n")
     names = ["hayashi-640123", "dmu50ev"]
-    assert "setup.search" not in compare_machines(ranged, names, tmp_path / "a").candidates[0].row.values
-    stays = compare_machines(ranged, names, tmp_path / "b", as_placed=True).candidates[0].row.values
+    assert "setup.search" not in compare(ranged, names, tmp_path / "a").candidates[0].row.values
+    stays = compare(ranged, names, tmp_path / "b", as_placed=True).candidates[0].row.values
     assert stays["setup.search"] is None
 
 
 def test_prices_that_are_given_replace_the_jobs(write_job, pretended, tmp_path):
     job = write_job("cup", 'tilt = [15, 75]\nfactors = { price = 3.6, co2 = 0.36, source = "the bill" }\n')
-    done = compare_machines(job, ["hayashi-640123", "dmu50ev"], tmp_path / "out", hour=3600.0)
+    done = compare(job, ["hayashi-640123", "dmu50ev"], tmp_path / "out", hour=3600.0)
     figures = done.candidates[0].figures
     assert figures["cost"] == pytest.approx(1000.0 * 1e-6 + 9.5)
     assert figures["co2_kg"] == pytest.approx(1e-4)
@@ -101,7 +102,7 @@ def test_two_machines_of_one_name_are_refused(write_job, tmp_path):
         file.parent.mkdir()
         file.write_text("")
     with pytest.raises(SettingError, match=r"a/mill\.toml and .*b/mill\.toml are both called 'mill'; rename"):
-        compare_machines(write_job("cup"), files, tmp_path / "out")
+        compare(write_job("cup"), files, tmp_path / "out")
 
 
 def test_a_base_power_that_isnt_stated_may_be_any():
@@ -126,9 +127,34 @@ def test_a_machine_that_another_always_beats_is_no_rival():
     assert names == ["a", "b"]
 
 
+@pytest.mark.parametrize("coordinates", ["axes", "tip"])
+def test_a_machine_whose_control_has_no_tcp_writes_axes_or_says_why_it_cant(
+    coordinates, hayashi, writing, tmp_path
+):
+    lacks = "it has no TCP; write axes"
+    (tmp_path / "plain.toml").write_text(f'based_on = "fanuc"\nrefused = {{ tip = "{lacks}" }}\n')
+    files = {"old": str(tmp_path / "plain.toml"), "new": "fanuc"}
+    for name, control in files.items():
+        text = machine_text(replace(hayashi, name=name, control=control))
+        (tmp_path / f"{name}.toml").write_text(text)
+    asked = f'effort = "quick"\nfeed = 500\ncoordinates = "{coordinates}"\n'
+    job = writing(tmp_path, "job", f"tilt = [15, 75]\n{asked}")
+    done = compare(job, [tmp_path / f"{n}.toml" for n in files], tmp_path / "out", as_placed=True, workers=1)
+    rows = {candidate.machine: candidate for candidate in done.candidates}
+    assert rows["new"].can
+    if coordinates == "axes":
+        assert rows["old"].can
+        program = next((tmp_path / "out" / rows["old"].row.name).glob("program.*")).read_text()
+        assert "G93" in program
+        assert "G43.4" not in program
+    else:
+        reason = f"control 'plain' isn't written in coordinates 'tip': {lacks}"
+        assert rows["old"].row.message.endswith(reason)
+
+
 def test_one_machine_is_nothing_to_compare(write_job, pretended, tmp_path):
     with pytest.raises(SettingError, match="at least two"):
-        compare_machines(write_job("cup"), ["dmu50ev"], tmp_path / "out")
+        compare(write_job("cup"), ["dmu50ev"], tmp_path / "out")
 
 
 @pytest.mark.slow
