@@ -30,7 +30,7 @@ from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
 from fiveaxis.posture.strategy.turn_bounds import shared
-from fiveaxis.progress import unheard
+from fiveaxis.progress import Steps, unheard
 from fiveaxis.threads import at_once
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
@@ -102,7 +102,8 @@ class Delivery:
         """
         here = self._spread(rotary) if self.at_knots else self.priced(rotary)
         if len(rotary) == 1:
-            found = self.near.found_anywhere(here.posed, self._costs(here.posed), self.near.effort.everywhere)
+            costs, grain = self._costs(here.posed), self.near.effort.everywhere
+            found = self.near.found_anywhere(here.posed, costs, grain, self._steps)
             return self._final(self.priced(found[0]) if found and here.broken else here)
         if self.at_knots and not here.broken:
             return self._final(here)
@@ -142,6 +143,11 @@ class Delivery:
         if self.options.objective == "time":
             problem = by_time(problem, self.options.up_penalty)
         return Posed(path, location, problem, bounds)
+
+    @property
+    def _steps(self) -> Steps:
+        """Takes the locations that a search has done, and their number."""
+        return partial(self.options.progress, SEARCHING)
 
     @cached_property
     def _pays_standing(self) -> bool:
@@ -207,18 +213,18 @@ class Delivery:
 
     def _searched_by_travel(self, effort: Effort) -> Delivered | None:
         """Search the whole range of postures by travel, and near what was found; None for no path."""
-        self.options.progress(SEARCHING, 0, 1)
+        self._steps(0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
-        found = replace(self.near, effort=effort).by_travel(posed)
+        found = replace(self.near, effort=effort).by_travel(posed, self._steps)
         return None if found is None else self._searched_near(self.priced(found, posed), effort.after)
 
     def _searched_everywhere(self, effort: Effort) -> Delivered | None:
         """Search the whole range of postures, then corridors about what was found; None for no path."""
-        self.options.progress(SEARCHING, 0, 1)
+        self._steps(0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
         found = [
             self._searched_about(posed, path, effort)
-            for path in self.near.found_anywhere(posed, self._costs(posed), effort.everywhere)
+            for path in self.near.found_anywhere(posed, self._costs(posed), effort.everywhere, self._steps)
         ]
         return min(found, key=rank, default=None)
 
@@ -276,9 +282,10 @@ class Delivery:
 
     def _corridor(self, program: Delivered, grain: Grain, free: BoolArray | None = None) -> Delivered:
         """Search a corridor about a program's postures once, everywhere or where it is free."""
-        self.options.progress(SEARCHING, 0, 1)
+        self._steps(0, 1)
         posed, before = program.denser, program.cost
-        path = self.near.searched(posed, self._costs(posed, program), grain, program.filled, free)
+        costs = self._costs(posed, program)
+        path = self.near.searched(posed, costs, grain, program.filled, self._steps, free)
         here = self.priced(path, posed)
         name = f"corridor of {np.degrees(grain.radius):.3g} deg"
         self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
@@ -505,9 +512,10 @@ def delivered(
     columns = machine.rotary_columns
     best = delivery.run(solution.motion.positions[:, columns], everywhere=True)
     breach = best.breach
-    delivery.options.progress("pricing baselines as programs", 0, 1)
+    priced = partial(delivery.options.progress, "pricing baselines as programs")
     energies, planes, missing = {}, {}, dict(solution.missing)
-    for name, b in solution.compared.items():
+    for number, (name, b) in enumerate(solution.compared.items()):
+        priced(number, 2 * len(solution.compared))
         try:
             fill = require_blocks(filling.fill(b.toolpath or given, machine, b.motion))
         except NoBaseline as reason:
@@ -531,7 +539,8 @@ def delivered(
     path = best.posed.path
     location = None if len(path) == len(given) else best.posed.location
     compared = {}
-    for name in planes:
+    for number, name in enumerate(planes, start=len(solution.compared)):
+        priced(number, 2 * len(solution.compared))
         baseline, energy = solution.compared[name], energies[name]
         motion = baseline.motion
         if baseline.toolpath is None and location is not None:
