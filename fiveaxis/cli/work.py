@@ -42,7 +42,7 @@ GRACE = 0.5
 PICTURES, WIDTH = 8, 24
 # A remaining time is shown once so many steps took so many s, and the slowest quarter of them took at most so
 # much longer than the quickest.
-LEAST_STEPS, LEAST_TIME, EVEN = 8, 2.0, 1.25
+LEAST_STEPS, LEAST_TIME, EVEN = 8, 2.0, 1.6
 
 
 @dataclass(frozen=True, eq=False)

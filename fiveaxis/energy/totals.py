@@ -289,15 +289,15 @@ def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0, feed_fo
     -------
     (n, k), W, of the move that ends at the row; 0 where a move takes no time
     """
-    moving = motion.time > 0.0
-    parts = _parts(machine, np.where(moving[:, None], motion.moves, 0.0)) * moving
+    moving, moves = motion.time > 0.0, motion.moves
+    parts = _parts(machine, np.where(moving[:, None], moves, 0.0)) * moving
     row, begin = part_places(parts)
     # A torque that changes along the move is evaluated at the middle of each part.
     rest = 1.0 - begin - 0.5 / parts[row]
-    middles = motion.positions[row] - rest[:, None] * motion.moves[row]
-    real = machine.is_rotary | (np.abs(motion.moves) > rounding)
-    speeds = np.where(real, motion.moves, 0.0)[row] / motion.time[row, None]
-    powers = np.zeros_like(motion.moves)
+    middles = motion.positions[row] - rest[:, None] * moves[row]
+    real = machine.is_rotary | (np.abs(moves) > rounding)
+    speeds = np.where(real, moves, 0.0)[row] / motion.time[row, None]
+    powers = np.zeros_like(moves)
     force = np.where(motion.cutting[row], feed_force, 0.0) if feed_force else None
     np.add.at(powers, row, axis_powers(machine, middles, speeds, feed_force=force) / parts[row, None])
     return powers

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,7 +49,7 @@ class Motion(HasColumns):
     def __len__(self) -> int:
         return len(self.positions)
 
-    @cached_property
+    @property
     def moves(self) -> Array:
         """(n, k), mm and rad: change of each axis in the move that ends at the row, 0 for the first."""
         return np.diff(self.positions, axis=0, prepend=self.positions[:1])

@@ -30,7 +30,7 @@ class Locations(NamedTuple):
     Parameters
     ----------
     steps, constants, registers : of the tape of values
-    given : (n, 6), pivot in mm and normal
+    pivot, normal : (n, 3) each, mm and unit vectors
     references : (n, b, 3), direction of each bound; NaN where it binds nothing
     within : (b, 2), smallest and largest cosine of each bound
     """
@@ -38,7 +38,8 @@ class Locations(NamedTuple):
     steps: IntArray
     constants: Array
     registers: int
-    given: Array
+    pivot: Array
+    normal: Array
     references: Array
     within: Array
 
@@ -62,9 +63,19 @@ class LocationModel:
     ) -> LocationModel:
         """Describe locations: pivot and normal, (n, 3) mm and unit vectors, and bounds on the lean."""
         tapes = location_tapes(machine, zone)
-        references = np.stack([bound.reference for bound in bounds], axis=1)
+        given = [bound.reference for bound in bounds]
+        references = given[0][:, None] if len(given) == 1 else np.stack(given, axis=1)
         within = np.array([bound.cosines for bound in bounds])
-        return cls(tapes, Locations(*tapes.values.parts, np.hstack([pivot, normal]), references, within))
+        # Copied only where the loop would be compiled again for another layout: paths are long.
+        pivot, normal, references = (
+            np.require(column, requirements=["C", "W"]) for column in (pivot, normal, references)
+        )
+        return cls(tapes, Locations(*tapes.values.parts, pivot, normal, references, within))
+
+    @property
+    def given(self) -> Array:
+        """(n, 6), pivot in mm and normal."""
+        return np.hstack([self.locations.pivot, self.locations.normal])
 
     def placed(self, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
         """Solve axis values, (m, ..., k), and how far tool axes are out of bounds, as `Problem.placed`."""
@@ -79,7 +90,7 @@ class LocationModel:
 
     def quantities(self, rotary: Array) -> Array:
         """Compute axis values and tool axis of every location, (n, k + 3), for angles, (n, 2) rad."""
-        return self.tapes.values(np.hstack([rotary, self.locations.given]))
+        return self.tapes.values(np.hstack([rotary, self.given]))
 
     def derivatives(self, rotary: Array, weights: Array) -> tuple[Array, Array, Array]:
         """Compute the quantities of every location and their derivatives by its angles, (n, 2) rad.
@@ -92,7 +103,7 @@ class LocationModel:
         -------
         The quantities; their slopes, (n, k + 3, 2); and 11, 12, 22 of the weighted sum, (n, 3)
         """
-        found = self.tapes.derivatives(np.hstack([rotary, self.locations.given, weights]))
+        found = self.tapes.derivatives(np.hstack([rotary, self.given, weights]))
         end = weights.shape[1]
         slopes = found[:, end : 3 * end].reshape(len(found), end, ANGLES)
         return found[:, :end], slopes, found[:, 3 * end :]
@@ -110,7 +121,12 @@ def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array,
         excess of a cosine over its bounds; filled in
     """
     # By name: numba counts references to an array that it takes out of a record.
-    given, references, within = locations.given, locations.references, locations.within
+    pivot, normal, references, within = (
+        locations.pivot,
+        locations.normal,
+        locations.references,
+        locations.within,
+    )
     steps, constants, registers = locations.steps, locations.constants, locations.registers
     k = positions.shape[1]
     arguments, values = np.empty((BLOCK, ARGUMENTS)), np.empty((BLOCK, k + 3))
@@ -120,8 +136,8 @@ def place(locations: Locations, rows: IntArray, rotary: Array, positions: Array,
             i = rows[begin + j]
             for r in range(ANGLES):
                 arguments[j, r] = rotary[begin + j, r]
-            for g in range(ARGUMENTS - ANGLES):
-                arguments[j, ANGLES + g] = given[i, g]
+            for c in range(3):
+                arguments[j, ANGLES + c], arguments[j, ANGLES + 3 + c] = pivot[i, c], normal[i, c]
         play(steps, constants, registers, arguments[:count], values[:count])
         for j in range(count):
             i = rows[begin + j]

@@ -166,8 +166,8 @@ def _optimised(
         problem, bounds = build(narrow, path)
         found = solve_given(problem, path, bounds, starting, mask, replace(options, start=start), known)
 
-        def rebuild(path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-            return build(narrow, path, location)
+        def rebuild(again: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
+            return (problem, bounds) if again is path else build(narrow, again, location)
 
         if options.free_start:
             again, both = partial(refined, effort=starting), options.free_direction

@@ -30,7 +30,7 @@ def minimise_by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: flo
     """Find a local optimum, like `minimise`."""
     n, d = start.shape
     x, parts = ca.MX.sym("x", d, n), ca.MX.sym("parts", len(rows.sign))
-    tape_values = rows.model.tapes.function.map(n)(ca.vertcat(x[:ANGLES, :], rows.model.locations.given.T))
+    tape_values = rows.model.tapes.function.map(n)(ca.vertcat(x[:ANGLES, :], rows.model.given.T))
     wait = x[ANGLES, :] if d > ANGLES else ca.MX(1, n)
     row, column = np.nonzero(rows.quantity >= 0)
     entries = rows.coefficient[row, column], (row, rows.quantity[row, column])

@@ -53,6 +53,7 @@ from fiveaxis.posture.search.successor_kernel import (
     trail_of,
 )
 from fiveaxis.posture.terms import location_tapes
+from fiveaxis.progress import Steps, uncounted
 from fiveaxis.toolpath import divided_rows
 
 # A rotary axis with no more turns than this is searched over its whole range, including its ends.
@@ -87,6 +88,8 @@ SAME = 1e-9
 WITH_AZIMUTH = 1e-3
 # A search with fewer states a location isn't one; with more in all it would take too much memory.
 FEWEST, MOST = 8, 8_000_000
+# States of one compiled call, after which progress is told, and the search can be interrupted: some 0.1 s.
+AT_ONCE = 20_000
 
 # Which postures, (m, 2) rad, at locations, (m,), a mask admits; (m,).
 Admits = Callable[[IntArray, Array], BoolArray]
@@ -152,6 +155,7 @@ def cheapest_path(
     free: BoolArray | None = None,
     admits: Admits | None = None,
     holding: Holding | None = None,
+    steps: Steps = uncounted,
 ) -> Array | None:
     """Find the cheapest path by the price of blocks.
 
@@ -163,12 +167,13 @@ def cheapest_path(
     free : (n,), where the search may leave the known path; everywhere by default
     admits : what a mask admits; where it refuses the known path, that counts as a broken bound
     holding : bounds near the singular direction
+    steps : called with the locations done and their number
 
     Returns
     -------
     (n, 2), rad; None where the search found no sequence of postures
     """
-    return _search(problem, costs, grain, known, free, admits, holding)[0]
+    return _search(problem, costs, grain, known, free, admits, holding, steps=steps)[0]
 
 
 def _search(
@@ -180,6 +185,7 @@ def _search(
     admits: Admits | None = None,
     holding: Holding | None = None,
     ahead: Ahead | None = None,
+    steps: Steps = uncounted,
 ) -> tuple[Array | None, Ahead]:
     """Find the cheapest path as `cheapest_path` does, and what the states on the way to it cost.
 
@@ -228,14 +234,16 @@ def _search(
     trail.layers[0].cost[: len(first)] = problem.wear_cost(0, first)
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
-    if not _searched(problem, task, trail, states, admits):
+    if not _searched(problem, task, trail, states, admits, steps):
         return None, unknown
     passed = Ahead(trail.states, trail.costs, trail.begin[:-1], trail.begin[1:])
     # A held axis keeps its angle to the last digit.
     return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary]), passed
 
 
-def _searched(problem: Problem, task: Task, trail: Trail, most: int, admits: Admits | None) -> bool:
+def _searched(
+    problem: Problem, task: Task, trail: Trail, most: int, admits: Admits | None, steps: Steps
+) -> bool:
     """Search from the first location to the last, if possible."""
     last = len(task.locations.given) - 1
     known, margin, i = task.corridor.path, np.inf, 0
@@ -244,7 +252,11 @@ def _searched(problem: Problem, task: Task, trail: Trail, most: int, admits: Adm
     everywhere = not np.isfinite(task.corridor.radius).any()
     linked = np.append(False, ~problem.strict & everywhere)
     stops |= linked
+    told = max(AT_ONCE // most, 1)
+    stops[::told] = True
     while True:
+        if i % told == 0:
+            steps(i, last + 1)
         if admits and task.corridor.free[i]:
             stays = _admitted(trail, i, admits)
             if len(known):
@@ -315,6 +327,7 @@ def paths_anywhere(
     grain: Grain,
     admits: Admits | None = None,
     holding: Holding | None = None,
+    steps: Steps = uncounted,
 ) -> list[Array]:
     """Search the whole range of postures on some of the locations; straight lines lie between them.
 
@@ -325,6 +338,7 @@ def paths_anywhere(
     ----------
     admits : what a mask admits
     holding : bounds near the singular direction
+    steps : called with the locations done and their number, search by search
 
     Returns
     -------
@@ -338,14 +352,15 @@ def paths_anywhere(
         return None if admits is None else lambda at, rotary: admits(rows[at], rotary)
 
     there = admitted(rows)
-    found = [cheapest_path(few, prices, grain, admits=there, holding=held)]
+    found = [cheapest_path(few, prices, grain, admits=there, holding=held, steps=steps)]
     if grain.both_ways:
         back, dear = few.backwards(), prices.backwards()
         bound = None if held is None else held.backwards()
-        path, passed = _search(back, dear, grain, None, None, admitted(rows[::-1]), bound)
+        path, passed = _search(back, dear, grain, None, None, admitted(rows[::-1]), bound, None, steps)
         if path is not None:
             path = _begun_near_zero(problem, path[::-1])
-            found += [path, _search(few, prices, grain, path, None, there, held, passed.backwards())[0]]
+            last, _ = _search(few, prices, grain, path, None, there, held, passed.backwards(), steps)
+            found += [path, last]
     return [
         np.stack([np.interp(every, rows, angle) for angle in path.T], axis=1)
         for path in found

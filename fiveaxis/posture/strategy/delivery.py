@@ -30,7 +30,7 @@ from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
 from fiveaxis.posture.strategy.turn_bounds import shared
-from fiveaxis.progress import unheard
+from fiveaxis.progress import Steps, unheard
 from fiveaxis.threads import at_once
 from fiveaxis.toolpath import TiltBounds, Toolpath, refined
 
@@ -100,14 +100,13 @@ class Delivery:
         ----------
         everywhere : whether to search away from the path, too
         """
-        here = self.priced(rotary)
+        here = self._spread(rotary) if self.at_knots else self.priced(rotary)
         if len(rotary) == 1:
-            found = self.near.found_anywhere(here.posed, self._costs(here.posed), self.near.effort.everywhere)
+            costs, grain = self._costs(here.posed), self.near.effort.everywhere
+            found = self.near.found_anywhere(here.posed, costs, grain, self._steps)
             return self._final(self.priced(found[0]) if found and here.broken else here)
-        if self.at_knots:
-            here = self._spread(here)
-            if not here.broken:
-                return self._final(here)
+        if self.at_knots and not here.broken:
+            return self._final(here)
         if self.options.objective != "time":
             best = self._by_search(self._divided(here), everywhere)
             return min((self._final(one) for one in (here, self._bare(best), best)), key=rank)
@@ -119,9 +118,9 @@ class Delivery:
             starts.append(self.priced(cheapest.rotary, self._posed(cheapest.posed.location)))
         return self._final(min(map(self._rounds, starts), key=rank))
 
-    def _spread(self, here: Delivered) -> Delivered:
+    def _spread(self, rotary: Array) -> Delivered:
         """Let axes that stand from knot to knot stand at the locations in between, too."""
-        return reduce(self._settled, self.near.effort.after, self._near(here, SETTLED))
+        return reduce(self._settled, self.near.effort.after, self._near(self.priced(rotary), SETTLED))
 
     def _bare(self, program: Delivered) -> Delivered:
         """Leave out inserted locations: where the path is straight in between, no program needs them."""
@@ -144,6 +143,11 @@ class Delivery:
         if self.options.objective == "time":
             problem = by_time(problem, self.options.up_penalty)
         return Posed(path, location, problem, bounds)
+
+    @property
+    def _steps(self) -> Steps:
+        """Takes the locations that a search has done, and their number."""
+        return partial(self.options.progress, SEARCHING)
 
     @cached_property
     def _pays_standing(self) -> bool:
@@ -209,18 +213,18 @@ class Delivery:
 
     def _searched_by_travel(self, effort: Effort) -> Delivered | None:
         """Search the whole range of postures by travel, and near what was found; None for no path."""
-        self.options.progress(SEARCHING, 0, 1)
+        self._steps(0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
-        found = replace(self.near, effort=effort).by_travel(posed)
+        found = replace(self.near, effort=effort).by_travel(posed, self._steps)
         return None if found is None else self._searched_near(self.priced(found, posed), effort.after)
 
     def _searched_everywhere(self, effort: Effort) -> Delivered | None:
         """Search the whole range of postures, then corridors about what was found; None for no path."""
-        self.options.progress(SEARCHING, 0, 1)
+        self._steps(0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
         found = [
             self._searched_about(posed, path, effort)
-            for path in self.near.found_anywhere(posed, self._costs(posed), effort.everywhere)
+            for path in self.near.found_anywhere(posed, self._costs(posed), effort.everywhere, self._steps)
         ]
         return min(found, key=rank, default=None)
 
@@ -278,9 +282,10 @@ class Delivery:
 
     def _corridor(self, program: Delivered, grain: Grain, free: BoolArray | None = None) -> Delivered:
         """Search a corridor about a program's postures once, everywhere or where it is free."""
-        self.options.progress(SEARCHING, 0, 1)
+        self._steps(0, 1)
         posed, before = program.denser, program.cost
-        path = self.near.searched(posed, self._costs(posed, program), grain, program.filled, free)
+        costs = self._costs(posed, program)
+        path = self.near.searched(posed, costs, grain, program.filled, self._steps, free)
         here = self.priced(path, posed)
         name = f"corridor of {np.degrees(grain.radius):.3g} deg"
         self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
@@ -379,9 +384,10 @@ class Delivery:
         machine = posed.problem.machine
         fill = self.filling.fill(posed.path, machine, follow(posed.path, machine, rotary))
         row = np.interp(fill.row, np.arange(len(posed.location)), posed.location)
-        path, filled = refined(self.given, row), fill.motion.positions
-        between = filled[:, machine.rotary_columns]
-        denser = self._parts(posed, rotary, self._posed(row, path), between)
+        between = fill.motion.positions[:, machine.rotary_columns]
+        # A long path is kept once where nothing is inserted; the given one is normalised by `refined`.
+        same = len(row) == len(posed.location) and posed is not self._given
+        denser = self._parts(posed, rotary, self._posed(row, posed.path if same else None), between)
         positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
         jumps = np.floor(posed.location[fill.jumps]).astype(np.int64)
@@ -506,17 +512,18 @@ def delivered(
     columns = machine.rotary_columns
     best = delivery.run(solution.motion.positions[:, columns], everywhere=True)
     breach = best.breach
-    delivery.options.progress("pricing baselines as programs", 0, 1)
-    filled, missing = {}, dict(solution.missing)
-    for name, b in solution.compared.items():
+    priced = partial(delivery.options.progress, "pricing baselines as programs")
+    energies, planes, missing = {}, {}, dict(solution.missing)
+    for number, (name, b) in enumerate(solution.compared.items()):
+        priced(number, 2 * len(solution.compared))
         try:
-            filled[name] = require_blocks(filling.fill(b.toolpath or given, machine, b.motion))
+            fill = require_blocks(filling.fill(b.toolpath or given, machine, b.motion))
         except NoBaseline as reason:
             missing[name] = str(reason)
-    energies = {}
-    for name, fill in filled.items():
-        blocks = filling.thin(fill).blocks
+            continue
+        blocks, planes[name] = filling.thin(fill).blocks, fill.planes
         energies[name] = timed_energy(machine, blocks, delivery.options.clock(blocks, machine))
+        del fill, blocks  # a path may be long
     others = dict(candidates)
     for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
         baseline = solution.compared[name]
@@ -532,11 +539,12 @@ def delivered(
     path = best.posed.path
     location = None if len(path) == len(given) else best.posed.location
     compared = {}
-    for name in filled:
+    for number, name in enumerate(planes, start=len(solution.compared)):
+        priced(number, 2 * len(solution.compared))
         baseline, energy = solution.compared[name], energies[name]
         motion = baseline.motion
         if baseline.toolpath is None and location is not None:
-            motion = follow(path, machine, filled[name].planes.rotary_at(location))
+            motion = follow(path, machine, planes[name].rotary_at(location))
             # Priced as it is given, so that everyone who prices it finds the same.
             energy = program_energy(machine, path, motion, filling, delivery.options.clock)
         compared[name] = replace(baseline, motion=motion, energy=energy)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from functools import partial
 
 from fiveaxis.energy import BlockCosts, motion_energy
 from fiveaxis.errors import Infeasible
@@ -18,6 +19,7 @@ from fiveaxis.posture.search.successors import Admits, cheapest_path, paths_anyw
 from fiveaxis.posture.solution import Baseline, Solution, Stage
 from fiveaxis.posture.strategy.effort import Effort, grain
 from fiveaxis.posture.strategy.infeasibility import unreachable, without_path
+from fiveaxis.progress import Steps, uncounted
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 logger = logging.getLogger(__name__)
@@ -68,7 +70,7 @@ def solve_given(
     def searched() -> Array:
         admits, found = None if mask is None else mask.roughly_admits, None
         for finer in (effort.everywhere, *effort.everywhere.finer):
-            found = by_travel(problem, replace(effort, everywhere=finer), admits)
+            found = by_travel(problem, replace(effort, everywhere=finer), admits, steps)
             if found is not None and problem.violation(found) <= ALLOWED:
                 return found
         kept = _cheapest(problem, baselines)
@@ -76,7 +78,8 @@ def solve_given(
             raise without_path(problem, found, toolpath)
         return refined(problem, kept, effort)
 
-    progress("searching postures that travel little", 0, 1)
+    steps = partial(progress, "searching postures that travel little")
+    steps(0, 1)
     if known is not None:
         rotary = known
     else:
@@ -96,12 +99,15 @@ def _cheapest(problem: Problem, compared: dict[str, Baseline]) -> Array | None:
     return min((p for p in paths if problem.violation(p) <= ALLOWED), key=problem.path_cost, default=None)
 
 
-def by_travel(problem: Problem, effort: Effort, admits: Admits | None = None) -> Array | None:
+def by_travel(
+    problem: Problem, effort: Effort, admits: Admits | None = None, steps: Steps = uncounted
+) -> Array | None:
     """Search the whole range of postures for the path that travels least, and refine it if there is no mask.
 
     Parameters
     ----------
     admits : what a mask admits
+    steps : called with the locations done and their number, search by search
 
     Returns
     -------
@@ -109,14 +115,14 @@ def by_travel(problem: Problem, effort: Effort, admits: Admits | None = None) ->
     """
     costs = BlockCosts.of_travel(problem.plus, problem.minus)
     grain = replace(effort.everywhere, level=COARSER * effort.everywhere.level, both_ways=False)
-    paths = paths_anywhere(problem, costs, grain, admits)
+    paths = paths_anywhere(problem, costs, grain, admits, steps=steps)
     if not paths:
         return None
     (found,) = paths
     for _ in range(MOST_EXTENDED):
         if problem.violation(found) <= ALLOWED:
             break
-        extended = cheapest_path(problem, costs, EXTENDED, found, admits=admits)
+        extended = cheapest_path(problem, costs, EXTENDED, found, admits=admits, steps=steps)
         if extended is None:
             break
         found = extended

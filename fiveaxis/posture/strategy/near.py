@@ -25,6 +25,7 @@ from fiveaxis.posture.strategy.effort import DEGREE, Effort
 from fiveaxis.posture.strategy.given_path import BARRIER, by_travel
 from fiveaxis.posture.strategy.program_path import Posed
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
+from fiveaxis.progress import Steps
 from fiveaxis.toolpath import TiltBounds
 from fiveaxis.toolpath.bounds import INSIDE_OF
 
@@ -93,22 +94,29 @@ class Near:
         return Confinement(problem, mask, solve).refined(start)
 
     def searched(
-        self, posed: Posed, costs: BlockCosts, grain: Grain, start: Array, free: BoolArray | None = None
+        self,
+        posed: Posed,
+        costs: BlockCosts,
+        grain: Grain,
+        start: Array,
+        steps: Steps,
+        free: BoolArray | None = None,
     ) -> Array:
         """Search a corridor about a start, (n, 2) rad, where that is free to change."""
         mask = self._along(posed)
         admits = None if mask is None else mask.admits
-        found = cheapest_path(posed.problem, costs, grain, start, free, admits, self._holding(posed))
+        holding = self._holding(posed)
+        found = cheapest_path(posed.problem, costs, grain, start, free, admits, holding, steps)
         return start if found is None else found
 
-    def by_travel(self, posed: Posed) -> Array | None:
+    def by_travel(self, posed: Posed, steps: Steps) -> Array | None:
         """Search the whole range of postures by travel; see `by_travel`."""
         few = replace(self.effort.everywhere, states=min(self.effort.everywhere.states, ENOUGH))
-        return by_travel(posed.problem, replace(self.effort, everywhere=few), self._rough(posed))
+        return by_travel(posed.problem, replace(self.effort, everywhere=few), self._rough(posed), steps)
 
-    def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain) -> list[Array]:
+    def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain, steps: Steps) -> list[Array]:
         """Search the whole range of postures."""
-        return paths_anywhere(posed.problem, costs, grain, self._rough(posed), self._holding(posed))
+        return paths_anywhere(posed.problem, costs, grain, self._rough(posed), self._holding(posed), steps)
 
     def refused(self, posed: Posed, rotary: Array) -> BoolArray:
         """Find the postures, (n, 2) rad, that the mask refuses; (n,)."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import math
+import random
 
 import pytest
 from rich.console import Console
@@ -40,6 +42,18 @@ def test_reports_may_leave_steps_out():
 )
 def test_no_time_is_told_unless_steps_took_equally_long(steps, now):
     assert remaining_time(steps, 100, now) is None
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_half_way_through_a_long_stage_the_time_told_is_right_within_a_factor_of_two(seed):
+    # A search's locations take as long as their states need, which change along the path.
+    draw = random.Random(seed)
+    bend, phase = draw.uniform(1.0, 3.0), draw.uniform(0.0, 6.0)
+    steps = [2.0 + 0.2 * math.sin(bend * n / 20.0 + phase) + draw.uniform(-0.5, 0.5) for n in range(100)]
+    half = reports(*steps[:50])
+    told = remaining_time(half, 100, now=half[-1][0])
+    assert told is not None
+    assert 0.5 < told / sum(steps[50:]) < 2.0
 
 
 class Clock:

@@ -120,6 +120,32 @@ def test_a_path_that_breaks_a_bound_is_left(hayashi):
     assert problem.violation(cheapest_path(problem, costs, NEAR, off)) <= ALLOWED
 
 
+@pytest.mark.parametrize("grain", [ANYWHERE, NEAR])
+def test_a_search_tells_its_steps_and_finds_the_same_however_many_it_takes_at_once(
+    hayashi, monkeypatch, grain
+):
+    problem, costs = posed(sampled(SHAPES["wave"], 60, rings=1), hayashi)
+    known = None if grain is ANYWHERE else cheapest_path(problem, costs, ANYWHERE)
+    found, told = [], []
+    for count in (1, 10, len(problem)):
+        monkeypatch.setattr("fiveaxis.posture.search.successors.AT_ONCE", count * grain.states)
+        found.append(cheapest_path(problem, costs, grain, known, steps=lambda *step: told.append(step)))
+        assert np.array_equal(found[0], found[-1])
+        assert told == [(row, len(problem)) for row in range(0, len(problem), count)]
+        told.clear()
+
+
+def test_a_search_ends_where_its_listener_interrupts_it(hayashi, monkeypatch):
+    def interrupt(done: int, _total: int) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("fiveaxis.posture.search.successors.AT_ONCE", 1)
+    problem, costs = posed(sampled(SHAPES["wave"], 60, rings=1), hayashi)
+    with pytest.raises(KeyboardInterrupt):
+        cheapest_path(problem, costs, ANYWHERE, steps=interrupt)
+
+
 def test_no_sequence_of_postures_is_none(hayashi):
     path = sampled(SHAPES["wave"], 40, rings=1)
     machine = replace(
