@@ -1,8 +1,14 @@
-"""Progress of long work."""
+"""Progress of long work, and what it has found when it is interrupted."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Found = TypeVar("Found", bound=NDArray[np.float64] | None)
 
 # Called with the stage in words, the steps done and the steps in all; a stage without steps has one.
 Progress = Callable[[str, int, int], None]
@@ -21,3 +27,18 @@ def uncounted(_done: int, _total: int) -> None:
 def within(progress: Progress, part: str) -> Progress:
     """Return a progress that puts the part of the work in front of each stage."""
     return lambda stage, done, total: progress(f"{part}: {stage}", done, total)
+
+
+class Checkpoint:
+    """Takes what the long steps of a job find, in their order; this one keeps nothing."""
+
+    def found(self, find: Callable[[], Found]) -> Found:
+        """Do a step that finds an array that isn't empty, or None."""
+        return find()
+
+    def part(self, _number: int) -> Checkpoint:
+        """Return what takes the steps of one of several threads."""
+        return self
+
+
+UNKEPT = Checkpoint()

@@ -13,20 +13,14 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from fiveaxis import __version__
 from fiveaxis.batch.record import Row, Status, row_of_fault
 from fiveaxis.errors import JobError, SettingError
-from fiveaxis.files import hash_input, require_file
 from fiveaxis.job import SWEEP, Job, build_job
 from fiveaxis.job.description import COMBINATIONS, COMBINE, LARGEST_SWEEP
-from fiveaxis.job.loading import input_files
-from fiveaxis.machine import load_machine, machine_text
-from fiveaxis.machine.files import find_machine
-from fiveaxis.nc import find_dialect
+from fiveaxis.job.unfinished import digest_job
 from fiveaxis.settings import line_of, read_document
 
 # Most characters of a value and of a name; longer ones are cut and end in a hash.
@@ -300,63 +294,3 @@ def _named(files: Iterable[Path]) -> dict[str, Path]:
     if not found:
         raise SettingError("no job files; name some, for example jobs/*.toml")
     return found
-
-
-def digest_job(job: Job, data: Mapping[str, Any]) -> str:
-    """Hash what a job says, the content of every file that it names, and the version of this package.
-
-    Comments, the order of keys and folders don't count: a job that moved with its files is the same.
-
-    Parameters
-    ----------
-    job : with paths that can be opened
-    data : the content of its file, with a sweep's values
-
-    Returns
-    -------
-    SHA-256, hexadecimal
-
-    Raises
-    ------
-    JobError
-        A file that can't be read.
-    MachineError, SettingError
-        A machine, or a control table, that can't be read.
-    """
-    return _hash_data({"version": __version__, "job": dict(data), "files": dict(_hash_inputs(job))})
-
-
-def _hash_inputs(job: Job) -> Iterator[tuple[str, str]]:
-    """Hash everything that a job names, by the key that names it."""
-    # The job, controls and machines are hashed by what they say, with the files that they name.
-    yield from ((use, _hash_file(path)) for use, path in input_files(job) if use not in ("job", "control"))
-    # A control table may be based on others; what counts is the table that results.
-    yield "control", _hash_data(find_dialect(job.writing["control"]).model_dump())
-    machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
-    for key, name in machines.items():
-        if name is not None:
-            yield f"{key}.text", _hash_text(machine_text(load_machine(name), find_machine(name).parent))
-
-
-def _hash_data(data: Mapping[str, Any]) -> str:
-    return _hash_text(json.dumps(data, sort_keys=True, default=_as_json))
-
-
-def _as_json(value: object) -> object:
-    # The order of a set differs from one process to the next.
-    return sorted(map(str, value)) if isinstance(value, set | frozenset) else str(value)
-
-
-def _hash_text(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _hash_file(path: Path) -> str:
-    stat = require_file(path, JobError)
-    return _hash_content(path, stat.st_size, stat.st_mtime_ns, stat.st_ino)
-
-
-@lru_cache(1024)
-def _hash_content(path: Path, *_state: int) -> str:
-    """Hash a file, once as long as its size, time and inode stay: the variants of a sweep share meshes."""
-    return hash_input(path, JobError)

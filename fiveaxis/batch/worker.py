@@ -19,7 +19,7 @@ from fiveaxis.batch.ledger import own_folder
 from fiveaxis.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.batch.tasks import Task
 from fiveaxis.errors import SettingError
-from fiveaxis.job import run_job, write_outcome
+from fiveaxis.job import resumable, run_job, write_outcome
 from fiveaxis.progress import Progress
 
 # s between two messages of one stage, quick enough for a live table.
@@ -41,8 +41,10 @@ def run_task(task: Task, folder: Path, progress: Progress) -> Row:
     try:
         job, digest = task.load()
         own = own_folder(folder, task.name)
-        outcome = run_job(job, progress)
-        row = row_of(task.blank, outcome, write_outcome(outcome, own, progress))
+        with resumable(job, own) as checkpoint:
+            outcome = run_job(job, progress, checkpoint)
+            files = write_outcome(outcome, own, progress)
+        row = row_of(task.blank, outcome, files)
     except Exception as fault:  # a fault of one job, of whatever kind, mustn't end the others
         row = row_of_fault(task.blank, fault)
         if row.status is not Status.WRONG_INPUT:

@@ -124,16 +124,17 @@ def optimise(
     """Optimise the tool posture of every cutter location; write verified NC, motion, report and preview."""
     with errors_explained(as_json) as written:
         with job_work(hidden=as_json) as work:
-            from fiveaxis.job import require_folder, run_job, takes_operations, write_outcome
+            from fiveaxis.job import require_folder, resumable, run_job, takes_operations, write_outcome
 
             if output is not None:
                 require_folder(output)
             job = job_of(context.params)
             if takes_operations(job):
                 return _revise(job, output, work, written, as_json=as_json)
-            outcome = work.run(partial(run_job, job))
-            if output is not None:
-                written += write_outcome(outcome, output, work.step)
+            with resumable(job, output) as checkpoint:
+                outcome = work.run(partial(run_job, job, checkpoint=checkpoint))
+                if output is not None:
+                    written += write_outcome(outcome, output, work.step)
         if output is not None:
             print_written(output, *(str(path.relative_to(output)) for path in written))
         if as_json:

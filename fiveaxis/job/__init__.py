@@ -3,7 +3,8 @@
 - the job: `description` (its fields), `reading` (from a file or options), `guide` (explained), `loading`
   (what it names), `placement` (where the part stands if nobody says);
 - its run: `setup_choice` (`run_job`), `setup_search`, `box_search`, `stages`, `clearing` (optimisation clear
-  of collisions), `solution`, `results` (its files);
+  of collisions), `solution`, `results` (its files), `unfinished` (what an interrupted
+  one goes on from);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
   gate), `posting` (programs of motions and of other programs), `verifying` (any program), `program_costs`.
 """
@@ -33,6 +34,7 @@ from fiveaxis.job.revised_program import RevisedProgram, revise_operations, revi
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import LEFT_OUT, Outcome
+from fiveaxis.job.unfinished import resumable
 from fiveaxis.job.verifying import verify_program
 
 __all__ = [
@@ -71,6 +73,7 @@ __all__ = [
     "read_fixtures",
     "read_job",
     "require_folder",
+    "resumable",
     "revise_operations",
     "revise_program",
     "run_job",

@@ -20,7 +20,7 @@ from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.posture.baselines import NoBaseline, follow_axes
-from fiveaxis.progress import Progress, unheard, within
+from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard, within
 from fiveaxis.report.facts import SetupSearched, TriedSetup
 
 logger = logging.getLogger(__name__)
@@ -32,7 +32,7 @@ FULL_RUNS, MOST_RUNS = 3, 6
 LEAST_SAVING = 0.005
 
 
-def run_job(job: Job, progress: Progress = unheard) -> Outcome:
+def run_job(job: Job, progress: Progress = unheard, checkpoint: Checkpoint = UNKEPT) -> Outcome:
     """Take a job through all stages, and choose its setup first where it gives ranges for that.
 
     The setup is searched for on some of the path's locations: first without obstacles, then the cheapest ones
@@ -45,6 +45,7 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
     ----------
     job : what to do
     progress : called with what is being done, steps done and steps in all
+    checkpoint : takes what its long steps find
 
     Raises
     ------
@@ -52,7 +53,7 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
         Wrong input, or no admissible posture in any setup (`Infeasible`).
     """
     if job.setup.search is None:
-        return _run_placed(job, progress)
+        return _run_placed(job, progress, checkpoint)
     require_writable(job)
     machine = load_job_machine(job)
     toolpath, passes = load_job_passes(job, progress)
@@ -67,7 +68,8 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
         try:
             there = job.model_copy(update={"setup": setup})
             told = within(progress, f"setup in full, run {next(numbers)}")
-            return run_stages(there, told, loaded, moved=setup != stated, start=start)
+            moved = setup != stated
+            return run_stages(there, told, loaded, moved=moved, start=start, checkpoint=checkpoint)
         except Infeasible as fault:
             return fault
 
@@ -87,12 +89,13 @@ def run_job(job: Job, progress: Progress = unheard) -> Outcome:
     return replace(best, solution=solution, setup_search=figures)
 
 
-def _run_placed(job: Job, progress: Progress) -> Outcome:
+def _run_placed(job: Job, progress: Progress, checkpoint: Checkpoint) -> Outcome:
     """Take a job through all stages, with the part where the job says, or else where it is reached."""
     require_writable(job)
     placed = load_placed(job, progress)
     try:
-        return run_stages(placed.job, progress, (placed.toolpath, placed.passes), moved=placed.job is not job)
+        loaded, moved = (placed.toolpath, placed.passes), placed.job is not job
+        return run_stages(placed.job, progress, loaded, moved=moved, checkpoint=checkpoint)
     except Infeasible as fault:
         raise advised(fault, placed.job, placed.machine, placed.toolpath) from None
 

@@ -49,7 +49,7 @@ from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
 from fiveaxis.posture.strategy.front import undominated
-from fiveaxis.progress import Progress, unheard
+from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
 from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
 from fiveaxis.toolpath import Constraints, Toolpath
@@ -167,6 +167,7 @@ def run_stages(
     *,
     moved: bool = False,
     start: Array | None = None,
+    checkpoint: Checkpoint = UNKEPT,
 ) -> Outcome:
     """Take a job through planning or reading, optimisation and verification.
 
@@ -178,6 +179,7 @@ def run_stages(
     moved : whether the job's setup was searched for, and isn't the given one
     start : (n, 2), rad, chain order, postures that are refined in place of a search; unused if passes may
         begin elsewhere
+    checkpoint : takes what long steps find
 
     Raises
     ------
@@ -202,7 +204,9 @@ def run_stages(
     require_reached(toolpath, job.writing["override"])
     if job.edge_use:
         require_touching(toolpath, "where on its edge it cuts (edge_use)")
-    cleared, front = solve(job, constraints, toolpath, machine, wording, progress, passes, around, start)
+    cleared, front = solve(
+        job, constraints, toolpath, machine, wording, progress, passes, around, start, checkpoint
+    )
     inputs = describe_inputs(job)
 
     def finish(postures: Postures) -> Outcome:
@@ -366,6 +370,7 @@ def solve(
     passes: Passes | None = None,
     around: Surroundings | None = None,
     start: Array | None = None,
+    checkpoint: Checkpoint = UNKEPT,
 ) -> tuple[Cleared, Front | None]:
     """Optimise a job's path, clear of obstacles; with the front of solutions if the job asks for one.
 
@@ -378,6 +383,7 @@ def solve(
         clock=Clock(wording.dialect, wording.coordinates),
         start=start,
         progress=progress,
+        checkpoint=checkpoint,
     )
     if job.front is not None and options.smoothing:
         raise JobError("smoothing is varied along a front; leave out one of them", file=job.input)

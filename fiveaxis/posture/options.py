@@ -11,7 +11,7 @@ from fiveaxis.motion import USUAL_CLOCK, Clock, Interpolation
 from fiveaxis.options import Objective, Search, completed, defaults
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.strategy.effort import Effort, effort_of
-from fiveaxis.progress import Progress, unheard
+from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
 from fiveaxis.toolpath import Constraints
 from fiveaxis.toolpath.passes import Passes
 
@@ -30,6 +30,7 @@ class Options:
     interpolation, clock : of the program
     start : (n, 2), rad, chain order, postures to begin from beside those that are searched
     progress : called with what is being done, steps done and steps in all
+    checkpoint : takes what long steps find
     """
 
     objective: Objective = SEARCH["objective"]
@@ -49,6 +50,7 @@ class Options:
     clock: Clock = USUAL_CLOCK
     start: Array | None = None
     progress: Progress = unheard
+    checkpoint: Checkpoint = UNKEPT
 
     @property
     def is_bounded(self) -> bool:

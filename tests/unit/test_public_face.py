@@ -51,8 +51,9 @@ def test_optimise_says_each_of_its_options_with_its_type():
     # What keeps the tool clear is the job's; constraints are taken in degrees, and passed on as one record.
     clear = {"toolpath", "tool", "path_shape", "machine", "fixtures", "clearances", *options_of(Surrounding)}
     clear |= set(options_of(Meshes))
-    # The program's control and coordinates decide what its blocks are and how long they take.
-    program, decided = {"control", "coordinates"}, {"interpolation", "clock"}
+    # The program's control and coordinates decide what its blocks are and how long they take; a job with a
+    # folder keeps what its long steps find.
+    program, decided = {"control", "coordinates"}, {"interpolation", "clock", "checkpoint"}
     assert set(own) == clear | (set(options) - decided) | bounds | program
     assert bounds == set(inspect.signature(Constraints.of_degrees).parameters)
     for name, default in defaults(Search).items():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from fiveaxis.posture.baselines.branches import (
 from fiveaxis.posture.location_model import LocationModel, Locations, place
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
+from fiveaxis.progress import UNKEPT, Checkpoint
 from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
 
 # Step of the lead and lean angles of `lead-lean`.
@@ -45,13 +47,14 @@ INSETS = np.radians([2.0, 0.5, 0.1, 0.02])
 
 
 def find_baselines(
-    toolpath: Toolpath, machine: Machine, tilt: TiltBounds
+    toolpath: Toolpath, machine: Machine, tilt: TiltBounds, checkpoint: Checkpoint = UNKEPT
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
     """Find every baseline of a path.
 
     Parameters
     ----------
     toolpath, machine, tilt : the problem
+    checkpoint : takes their postures
 
     Returns
     -------
@@ -77,7 +80,8 @@ def find_baselines(
     missing: dict[str, str] = {}
     for name, make in makers.items():
         try:
-            motion = follow(toolpath, machine, make(toolpath, machine, tilt))
+            rotary = checkpoint.found(partial(make, toolpath, machine, tilt))
+            motion = follow(toolpath, machine, rotary)
         except NoBaseline as reason:
             missing[name] = str(reason)
         else:

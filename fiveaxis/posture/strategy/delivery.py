@@ -202,7 +202,14 @@ class Delivery:
             return [task(self) for task in tasks]
         # Only the first reports progress.
         silent = replace(self.options, progress=unheard)
-        parts = [replace(self, stages=[], options=silent if n else self.options) for n in range(len(tasks))]
+        parts = [
+            replace(
+                self,
+                stages=[],
+                options=replace(silent if n else self.options, checkpoint=self.options.checkpoint.part(n)),
+            )
+            for n in range(len(tasks))
+        ]
         answers = at_once([partial(task, part) for task, part in zip(tasks, parts, strict=True)])
         self.stages += [stage for part in parts for stage in part.stages]
         return answers
@@ -215,18 +222,24 @@ class Delivery:
         """Search the whole range of postures by travel, and near what was found; None for no path."""
         self._steps(0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
-        found = replace(self.near, effort=effort).by_travel(posed, self._steps)
+        near = replace(self.near, effort=effort)
+        found = self.options.checkpoint.found(partial(near.by_travel, posed, self._steps))
         return None if found is None else self._searched_near(self.priced(found, posed), effort.after)
 
     def _searched_everywhere(self, effort: Effort) -> Delivered | None:
         """Search the whole range of postures, then corridors about what was found; None for no path."""
         self._steps(0, 1)
         posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
-        found = [
-            self._searched_about(posed, path, effort)
-            for path in self.near.found_anywhere(posed, self._costs(posed), effort.everywhere, self._steps)
-        ]
-        return min(found, key=rank, default=None)
+
+        def search() -> Array | None:
+            costs = self._costs(posed)
+            paths = self.near.found_anywhere(posed, costs, effort.everywhere, self._steps)
+            return np.stack(paths) if paths else None
+
+        paths = self.options.checkpoint.found(search)
+        if paths is None:
+            return None
+        return min((self._searched_about(posed, path, effort) for path in paths), key=rank)
 
     def _searched_about(self, posed: Posed, path: Array, effort: Effort) -> Delivered:
         """Search corridors about a path, (n, 2) rad, that was found among all postures."""
@@ -285,7 +298,8 @@ class Delivery:
         self._steps(0, 1)
         posed, before = program.denser, program.cost
         costs = self._costs(posed, program)
-        path = self.near.searched(posed, costs, grain, program.filled, self._steps, free)
+        search = partial(self.near.searched, posed, costs, grain, program.filled, self._steps, free)
+        path = self.options.checkpoint.found(search)
         here = self.priced(path, posed)
         name = f"corridor of {np.degrees(grain.radius):.3g} deg"
         self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
@@ -307,7 +321,7 @@ class Delivery:
             self.options.progress(f"solving for the program's blocks, to {share:.0%}", 0, 1)
             posed, before = here.denser, here.cost
             problem = self._local(here, share, near=near)
-            path = self.near.refined(posed, problem, here.filled)
+            path = self.options.checkpoint.found(partial(self.near.refined, posed, problem, here.filled))
             here = self.priced(path, posed, replace(problem, max_turn=posed.problem.max_turn))
             status = self._status(here)
             self.stages.append(Stage(f"program, sharpness {share:g}", status, 0, before, here.cost))
@@ -340,7 +354,8 @@ class Delivery:
             posed, start, before = here.denser, here.filled, here.cost
             sharpness, coming = (SHARPNESS[min(n, len(SHARPNESS) - 1)] for n in (number, number + 1))
             problem = self._at_times(posed.problem, start, sharpness, here)
-            here = self.priced(self.near.refined(posed, problem, start), posed, problem)
+            path = self.options.checkpoint.found(partial(self.near.refined, posed, problem, start))
+            here = self.priced(path, posed, problem)
             name = f"program, round {number + 1}"
             self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
             gain, better = best.cost - here.cost, rank(here) < rank(best)

@@ -61,7 +61,7 @@ def solve_given(
         share = f"{len(blocked)} of {len(toolpath)} locations"
         raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
     progress("computing baselines", 0, 1)
-    compared, missing = find_baselines(toolpath, machine, bounds)
+    compared, missing = find_baselines(toolpath, machine, bounds, options.checkpoint)
     baselines = compared
     if mask is not None:
         compared, refused = moved_clear(compared, problem, toolpath, bounds, mask)
@@ -83,9 +83,10 @@ def solve_given(
     if known is not None:
         rotary = known
     else:
-        rotary = searched() if start is None else refined(problem, start, effort)
+        found = options.checkpoint.found
+        rotary = found(searched if start is None else partial(refined, problem, start, effort))
         if start is not None and problem.violation(rotary) > ALLOWED:
-            rotary = searched()
+            rotary = found(searched)
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
     logger.info("%d locations on %s: %.1f J to begin with", len(toolpath), machine.name, energy.total)

@@ -96,7 +96,7 @@ class Pretended:
         self.faults: dict[str, Exception] = {}
         self.unsound: set[str] = set()
 
-    def run(self, job: Job, _tell: object = None) -> Any:
+    def run(self, job: Job, _tell: object = None, _checkpoint: object = None) -> Any:
         self.ran.append(job.input.name)
         if job.input.name in self.faults:
             raise self.faults[job.input.name]

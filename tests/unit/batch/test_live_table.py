@@ -32,7 +32,7 @@ spec.loader.exec_module(pretending)
 go = Path(sys.argv.pop(1))
 with pretending.pretend() as stand_in:
     import fiveaxis.batch.worker as worker
-    def run(job, tell):
+    def run(job, tell, checkpoint):
         tell("search 1", 1, 2)
         while not go.exists():
             time.sleep(0.01)

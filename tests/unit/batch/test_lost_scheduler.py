@@ -23,7 +23,7 @@ import sys, threading
 from distributed import LocalCluster
 import fiveaxis.batch.worker as worker
 from fiveaxis.errors import Infeasible
-def run(job, tell):
+def run(job, tell, checkpoint):
     if job.input.name != "path_a.csv":
         threading.Event().wait(600)
     raise Infeasible("an end that the inputs decide", [])

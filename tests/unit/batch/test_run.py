@@ -80,7 +80,7 @@ def test_a_job_whose_inputs_changed_runs_again(jobs, pretended, tmp_path):
 
 
 def test_a_job_whose_input_changes_while_it_runs_isnt_taken_for_done(jobs, pretended, tmp_path, monkeypatch):
-    def edited(job, tell=None, run=pretended.run):
+    def edited(job, tell=None, checkpoint=None, run=pretended.run):
         job.input.write_text(job.input.read_text() + "2,0,0,0,0,1\n")
         return run(job, tell)
 

@@ -32,7 +32,7 @@ main()
 DEAF = """
 import sys, time
 import fiveaxis.job
-def deaf(job, progress):
+def deaf(job, progress, checkpoint):
     print("solving", file=sys.stderr, flush=True)
     time.sleep(600)
 fiveaxis.job.run_job = deaf

@@ -1,0 +1,169 @@
+"""What a job has found so far, kept beside its results until it is done, so that an interrupted job goes on.
+
+The optimiser's long steps are counted, and every one is a list of postures that follows from the job alone:
+run again with the same inputs and options, the job does the same steps in the same order, and takes those
+that are kept from their files. Everything between them is computed anew, so the result is the same to the
+last byte.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import logging
+import shutil
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from fiveaxis import __version__
+from fiveaxis.errors import Infeasible, JobError, SettingError
+from fiveaxis.files import hash_input, require_file, write_atomically
+from fiveaxis.geometry import Array
+from fiveaxis.job.description import Job
+from fiveaxis.job.loading import input_files
+from fiveaxis.machine import load_machine, machine_text
+from fiveaxis.machine.files import find_machine
+from fiveaxis.nc import find_dialect
+from fiveaxis.progress import UNKEPT, Checkpoint, Found
+
+logger = logging.getLogger(__name__)
+
+# Begin of the name of the folder, which ends in the job's hash; s that a step takes at least to be kept.
+UNFINISHED = "unfinished-"
+LONG = 2.0
+
+
+class Kept(Checkpoint):
+    """Steps kept in a folder, one file each, numbered as they are done.
+
+    Parameters
+    ----------
+    folder : is made with the first file
+    before : begin of the numbers: those of the steps that several threads do together
+    """
+
+    def __init__(self, folder: Path, before: str = "") -> None:
+        self._folder, self._before, self._count = folder, before, 0
+
+    def found(self, find: Callable[[], Found]) -> Found:
+        """Return what a step found before it was interrupted, else do it, and keep it if it took long."""
+        self._count += 1
+        file = self._folder / f"{self._before}{self._count}.npy"
+        try:
+            known: Array = np.load(file, allow_pickle=False)
+        except FileNotFoundError:
+            pass
+        except (OSError, ValueError, EOFError) as fault:
+            logger.warning("%s can't be read, so its step is done again: %s", file, fault)
+        else:
+            return cast("Found", known if known.size else None)
+        began = time.monotonic()
+        found = find()
+        if time.monotonic() - began >= LONG:
+            data = io.BytesIO()
+            np.save(data, np.empty(0) if found is None else found, allow_pickle=False)
+            try:
+                write_atomically(file, data.getvalue())
+            except SettingError as fault:  # the job goes on without
+                logger.warning("what was found isn't kept: %s", fault)
+        return found
+
+    def part(self, number: int) -> Kept:
+        """Return what keeps the steps of one of several threads that the next steps are done in."""
+        return Kept(self._folder, f"{self._before}{self._count}.{number}-")
+
+
+@contextmanager
+def resumable(job: Job, folder: Path | None) -> Iterator[Checkpoint]:
+    """Keep what a job finds in a folder beside its results, and remove it once the job is done or infeasible.
+
+    What another job, or another version, has left there is ignored, and removed in the end, too.
+
+    Parameters
+    ----------
+    folder : of the results; None to keep nothing
+    """
+    if folder is None:
+        yield UNKEPT
+        return
+    own = folder / f"{UNFINISHED}{digest_job(job, job.model_dump())[:16]}"
+    earlier = [other for other in sorted(folder.glob(f"{UNFINISHED}*")) if other.is_dir()]
+    for other in earlier:
+        if other == own:
+            logger.warning("goes on from what is kept in %s", own)
+        else:
+            logger.warning("%s belongs to other inputs, options or another version: ignored", other)
+    try:
+        yield Kept(own)
+    except Infeasible:
+        shutil.rmtree(own, ignore_errors=True)
+        raise
+    for done in (*earlier, own):
+        shutil.rmtree(done, ignore_errors=True)
+
+
+def digest_job(job: Job, data: Mapping[str, Any]) -> str:
+    """Hash what a job says, the content of every file that it names, and the version of this package.
+
+    Comments, the order of keys and folders don't count: a job that moved with its files is the same.
+
+    Parameters
+    ----------
+    job : with paths that can be opened
+    data : the content of its file, with a sweep's values
+
+    Returns
+    -------
+    SHA-256, hexadecimal
+
+    Raises
+    ------
+    JobError
+        A file that can't be read.
+    MachineError, SettingError
+        A machine, or a control table, that can't be read.
+    """
+    return _hash_data({"version": __version__, "job": dict(data), "files": dict(_hash_inputs(job))})
+
+
+def _hash_inputs(job: Job) -> Iterator[tuple[str, str]]:
+    """Hash everything that a job names, by the key that names it."""
+    # The job, controls and machines are hashed by what they say, with the files that they name.
+    yield from ((use, _hash_file(path)) for use, path in input_files(job) if use not in ("job", "control"))
+    # A control table may be based on others; what counts is the table that results.
+    yield "control", _hash_data(find_dialect(job.writing["control"]).model_dump())
+    machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
+    for key, name in machines.items():
+        if name is not None:
+            yield f"{key}.text", _hash_text(machine_text(load_machine(name), find_machine(name).parent))
+
+
+def _hash_data(data: Mapping[str, Any]) -> str:
+    return _hash_text(json.dumps(data, sort_keys=True, default=_as_json))
+
+
+def _as_json(value: object) -> object:
+    # The order of a set differs from one process to the next.
+    return sorted(map(str, value)) if isinstance(value, set | frozenset) else str(value)
+
+
+def _hash_text(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _hash_file(path: Path) -> str:
+    stat = require_file(path, JobError)
+    return _hash_content(path, stat.st_size, stat.st_mtime_ns, stat.st_ino)
+
+
+@lru_cache(1024)
+def _hash_content(path: Path, *_state: int) -> str:
+    """Hash a file, once as long as its size, time and inode stay: the variants of a sweep share meshes."""
+    return hash_input(path, JobError)

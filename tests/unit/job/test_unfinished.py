@@ -1,0 +1,108 @@
+"""A job that is interrupted goes on from what it has found, and ends as if nothing had happened."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fiveaxis.errors import Infeasible
+from fiveaxis.job import Job, make_job, resumable, run_job, write_outcome
+from fiveaxis.job.unfinished import Kept
+
+
+@pytest.fixture
+def job(tmp_path: Path) -> Job:
+    """A lobed wall that overhangs, searched twice, in threads and one after the other."""
+    file = tmp_path / "path.csv"
+    angle = np.linspace(0.0, 6.0, 12)
+    radius = 30.0 + 2.0 * np.cos(3.0 * angle)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.full(12, -0.5)], axis=1) / np.hypot(1.0, 0.5)
+    contact = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0.1 * angle], axis=1)
+    rows = np.hstack([contact, normal])
+    np.savetxt(file, rows, "%.7f", ",", header="x,y,z,nx,ny,nz", comments="")
+    return make_job(input=file, machine="hayashi-640123", tool="ball:10", tilt=(15, 75), effort="normal")
+
+
+@pytest.fixture(autouse=True)
+def every_step_is_long(monkeypatch):
+    monkeypatch.setattr("fiveaxis.job.unfinished.LONG", 0.0)
+
+
+def finish(job: Job, folder: Path) -> dict[str, bytes]:
+    """Run a job to its end; return the program and the motion in its folder."""
+    with resumable(job, folder) as checkpoint:
+        write_outcome(run_job(job, checkpoint=checkpoint), folder)
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".csv", ".ngc")}
+
+
+def kept(folder: Path) -> list[Path]:
+    return sorted(folder.rglob("*.npy"))
+
+
+def test_a_job_interrupted_after_each_of_its_steps_does_each_once_and_gives_the_same_files(
+    job, tmp_path, monkeypatch
+):
+    uninterrupted, done = finish(job, tmp_path / "whole"), []
+
+    def interrupted(self: Kept, find: Callable, found: Callable = Kept.found) -> object:
+        def step() -> object:
+            if len(done) > before:
+                raise KeyboardInterrupt
+            result = find()
+            done.append(find)
+            return result
+
+        return found(self, step)
+
+    monkeypatch.setattr(Kept, "found", interrupted)
+    results, before = None, 0
+    while results is None:
+        before = len(done)
+        try:
+            results = finish(job, tmp_path / "out")
+        except KeyboardInterrupt:
+            assert len(kept(tmp_path / "out")) == len(done) > before
+    assert len(done) > 20
+    assert results == uninterrupted
+    assert not kept(tmp_path / "out")
+
+
+def stop(job: Job, folder: Path, work: Callable, fault: type = KeyboardInterrupt) -> None:
+    """End a job with a fault after some work."""
+    with suppress(fault), resumable(job, folder) as checkpoint:
+        work(checkpoint)
+        raise Infeasible("no posture", []) if fault is Infeasible else fault
+
+
+def test_what_cant_be_read_is_said_and_done_again(job, tmp_path, caplog):
+    whole, out = finish(job, tmp_path / "whole"), tmp_path / "out"
+    stop(job, out, lambda checkpoint: run_job(job, checkpoint=checkpoint))
+    first, second, *_ = kept(out)
+    first.write_bytes(first.read_bytes()[:100])
+    second.write_bytes(b"")
+    with caplog.at_level(logging.WARNING):
+        assert finish(job, out) == whole
+    assert [record.message.count("can't be read") for record in caplog.records] == [0, 1, 1]
+
+
+def test_what_other_options_found_is_ignored_and_removed(job, tmp_path, caplog):
+    other = job.model_copy(update={"tilt": (20.0, 75.0)})
+    stop(other, tmp_path, lambda checkpoint: checkpoint.found(lambda: np.zeros((12, 2))))
+    assert len(kept(tmp_path)) == 1
+    with caplog.at_level(logging.WARNING):
+        finish(job, tmp_path)
+    assert "belongs to other inputs" in caplog.text
+    assert not kept(tmp_path)
+
+
+def test_that_nothing_was_found_is_kept_and_nothing_stays_of_an_infeasible_job(job, tmp_path):
+    finds = iter([None, np.zeros((12, 2))])
+    for fault, count in ((KeyboardInterrupt, 1), (KeyboardInterrupt, 1), (Infeasible, 0)):
+        stop(job, tmp_path, lambda checkpoint: checkpoint.found(lambda: next(finds)), fault)
+        assert len(kept(tmp_path)) == count
+    assert next(finds) is not None
