@@ -31,6 +31,8 @@ CAP_STEPS = np.array([1.0, 0.75, 0.5, 0.25])
 LIFTED = 17
 # Tools per thread at once: enough for the work to outweigh the thread.
 CHUNK = 2_000
+# mm: a frustum and a triangle whose plane is farther away than this rounding are separate.
+APART = 1e-6
 # A triangle clipped to a slab has no more corners than this.
 CORNERS = 8
 
@@ -247,10 +249,32 @@ def _meets(
                 polygon[k, 0] = dx * across[0] + dy * across[1] + dz * across[2]
                 polygon[k, 1] = dx * beside[0] + dy * beside[1] + dz * beside[2]
                 polygon[k, 2] = dx * axis[0] + dy * axis[1] + dz * axis[2]
+            upright, aside, offset, room = _plane(polygon)
             for f in range(len(frusta)):
+                # Most frusta lie on one side of the triangle's plane, which is seen at once.
+                ends = upright * frusta[f, 0] - offset, upright * frusta[f, 2] - offset
+                wide = aside * frusta[f, 1] + room, aside * frusta[f, 3] + room
+                if min(ends[0] - wide[0], ends[1] - wide[1]) > 0.0:
+                    continue
+                if max(ends[0] + wide[0], ends[1] + wide[1]) < 0.0:
+                    continue
                 if _triangle_meets(polygon, frusta[f], cut):
                     return True
     return False
+
+
+@compiled
+def _plane(corners: Array) -> tuple[float, float, float, float]:
+    """Return a triangle's plane: its normal along the axis and across it, its offset, and `APART` as long.
+
+    The normal isn't of unit length; that of a triangle without area separates nothing.
+    """
+    ax, ay, az = corners[0, 0], corners[0, 1], corners[0, 2]
+    bx, by, bz = corners[1, 0] - ax, corners[1, 1] - ay, corners[1, 2] - az
+    cx, cy, cz = corners[2, 0] - ax, corners[2, 1] - ay, corners[2, 2] - az
+    x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    across = x * x + y * y
+    return z, np.sqrt(across), x * ax + y * ay + z * az, APART * np.sqrt(across + z * z)
 
 
 @compiled

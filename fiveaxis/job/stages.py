@@ -125,6 +125,8 @@ class Outcome:
             edge_use=_edge_use(self.solution, self.job.bounds["spindle_speed"])
             if self.job.edge_use
             else None,
+            # Where the approach comes from is no position of the program.
+            reached=program.motion.motion.positions[1:],
         )
 
     @cached_property

@@ -178,14 +178,19 @@ def peak_rates(machine: Machine, motion: Motion) -> dict[str, PeakRate]:
     return rates
 
 
-def axis_uses(machine: Machine, motion: Motion) -> dict[str, dict[str, Any]]:
+def axis_uses(machine: Machine, motion: Motion, reached: Array | None = None) -> dict[str, dict[str, Any]]:
     """Measure how far each axis travels, and how near it comes to its limits, as plain data by letter.
+
+    Parameters
+    ----------
+    reached : (m, k), mm and rad, positions that the margin is of; by default those of the motion
 
     Returns
     -------
     ``travel`` and ``margin`` in ``unit``, mm or deg; the margin is infinite for an axis without limits
     """
-    positions, travel = motion.positions, np.abs(motion.moves).sum(axis=0)
+    positions = motion.positions if reached is None else reached
+    travel = np.abs(motion.moves).sum(axis=0)
     margin = np.minimum(positions - machine.low, machine.high - positions).min(axis=0)
     shown = zip(machine.axes, machine.shown(travel).tolist(), machine.shown(margin).tolist(), strict=True)
     return {axis.letter: {"travel": far, "margin": near, "unit": axis.unit} for axis, far, near in shown}

@@ -19,6 +19,7 @@ import numpy as np
 from fiveaxis.energy import Budget
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Cause, Finding, count_codes, group_findings, without_folder
+from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import axis_uses, peak_rates
 from fiveaxis.posture import RESULT, Solution
@@ -71,6 +72,7 @@ class ReportDocument:
     scallop : mm, highest ridge between passes that was asked for, and as the cutter leans; None where none
         was asked for, or the lean has no influence on it
     setup_search, front, edge_use : where the job asks for them
+    reached : (m, k), mm and rad, axis values of the whole program with leads and retract, if there is one
     """
 
     solution: Solution
@@ -86,6 +88,7 @@ class ReportDocument:
     setup_search: SetupSearched | None = None
     front: FrontPrograms | None = None
     edge_use: EdgeUse | None = None
+    reached: Array | None = None
 
     @property
     def name(self) -> str:
@@ -209,7 +212,7 @@ class ReportDocument:
             "missing_baselines": solution.missing,
             "moved_baselines": self.moved_baselines,
             "rates": self._rates(),
-            "axes": axis_uses(self.machine, solution.motion),
+            "axes": axis_uses(self.machine, solution.motion, self.reached),
             "savings": {
                 name: {measure: self.saved(name, measure) for measure in MEASURES}
                 for name in solution.baselines

@@ -44,3 +44,9 @@ def test_travel_and_the_margin_to_the_nearest_limit_are_told_by_axis():
         assert uses[axis.letter]["margin"] == pytest.approx(least)
         assert uses[axis.letter]["travel"] == pytest.approx(np.abs(np.diff(positions[:, k])).sum())
     assert {letter: use["unit"] for letter, use in uses.items()}["C"] == "deg"
+    # The program also goes where the path doesn't: its travel is the path's, its margin the program's.
+    beyond, a = there.positions.copy(), machine.column("A")
+    beyond[0, a] = machine.low[a] + np.radians(0.125)
+    far = axis_uses(machine, there, beyond)
+    assert far["A"]["margin"] == pytest.approx(0.125)
+    assert far["C"]["travel"] == uses["C"]["travel"]
