@@ -87,7 +87,7 @@ def write_machines(
 
 
 def draw(candidates: Sequence[Candidate], title: str) -> str:
-    """Draw the ranges of energy, without and with base power, and of time, of machines with a program."""
+    """Draw the ranges of energy, without and with base power, time and cost, of machines with a program."""
     able = [c for c in candidates if c.energy is not None]
     names, parts, top = [c.machine for c in able], list[str](), TOP
     panels = {
@@ -95,6 +95,10 @@ def draw(candidates: Sequence[Candidate], title: str) -> str:
         "energy with base power (J); open: the base power isn't known": [c.with_base for c in able],
         "time (s); open: accelerations aren't known": [c.time for c in able],
     }
+    if any(c.cost for c in able):
+        panels[f"cost ({able[0].factors.currency}); open: energy or time isn't known"] = [
+            c.cost for c in able
+        ]
     for label, ranges in panels.items() if able else ():
         drawn, bottom = range_rows(top, names, ranges, label)
         parts += drawn

@@ -42,11 +42,13 @@ class Candidate:
     figures : further ones by name, with units; None where the program was kept back, or the machine doesn't
         state what they depend on
     widths : J, by axis, between the ends of the band of its estimated power
+    factors : prices of energy and of the machine's time
     """
 
     row: Row
     figures: Mapping[str, Any]
     widths: Mapping[str, float] = field(default_factory=dict)
+    factors: Factors = field(default_factory=Factors)
 
     @property
     def machine(self) -> str:
@@ -84,12 +86,24 @@ class Candidate:
             return self.row.time, math.inf
         return self.row.time * (1.0 - TIME_KNOWN), self.row.time * (1.0 + TIME_KNOWN)
 
+    @property
+    def cost(self) -> tuple[float, float] | None:
+        """Least and most cost; open at the top where the energy or the time that has a price is."""
+        if self.with_base is None or self.time is None or self.figures.get("cost") is None:
+            return None
+        others = self.figures["all_J"] - (self.row.energy or 0.0) - (self.row.base or 0.0)
+        ends = zip(self.with_base, self.time, strict=True)
+        low, high = (self.factors.cost(joules + others, seconds) for joules, seconds in ends)
+        return None if low is None or high is None else (low, high)
+
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""
         row, energy = self.row, self.energy
         given = {"machine": self.machine, "status": str(row.status), "reason": row.message}
         span = None if energy is None else list(energy)
-        known = {"energy_J": row.energy, "energy_range_J": span, "time_s": row.time}
+        # JSON has no infinity: an open end is null.
+        cost = self.cost and [end if math.isfinite(end) else None for end in self.cost]
+        known = {"energy_J": row.energy, "energy_range_J": span, "time_s": row.time, "cost_range": cost}
         return given | known | {**self.figures, "power_band_J": dict(self.widths)}
 
 
@@ -126,11 +140,15 @@ class MachineComparison:
     @property
     def _claims(self) -> dict[str, str]:
         axis, base, speed = _measure_axis, _measure_base, _state_accelerations
-        return {
+        claims = {
             "cheapest": self._claim("cheapest for the feed drives", "J", lambda c: c.energy, axis),
             "cheapest_with_base": self._claim("cheapest with base power", "J", lambda c: c.with_base, base),
             "quickest": self._claim("quickest", "s", lambda c: c.time, speed),
         }
+        for currency in {c.factors.currency for c in self.candidates if c.cost is not None}:
+            spent = self._claim("cheapest in money", currency, lambda c: c.cost, _settle_cost, ".3g")
+            claims["least_cost"] = spent
+        return claims
 
     def contenders(self, span: Span) -> tuple[Candidate, ...]:
         """Return the machines that may have the least of a range; one where that is known."""
@@ -138,7 +156,14 @@ class MachineComparison:
         top = min((most for (_, most), _ in found), default=0.0)
         return tuple(self.candidates[k] for (least, _), k in found if least <= top)
 
-    def _claim(self, what: str, unit: str, span: Span, remedy: Callable[[Sequence[Candidate]], str]) -> str:
+    def _claim(
+        self,
+        what: str,
+        unit: str,
+        span: Span,
+        remedy: Callable[[Sequence[Candidate]], str],
+        form: str = ".0f",
+    ) -> str:
         ranges = {c.machine: s for c in self.candidates if (s := span(c)) is not None}
         if not ranges:
             return f"No machine has a released program, so none is {what}."
@@ -149,12 +174,12 @@ class MachineComparison:
         if not close:
             second = min(ranges, key=lambda name: ranges[name])
             return (
-                f"{best.machine} is {what}: {low:.0f} to {high:.0f} {unit}, and the next one, {second}, "
-                f"takes at least {ranges[second][0]:.0f} {unit}."
+                f"{best.machine} is {what}: {low:{form}} to {high:{form}} {unit}, and the next one, "
+                f"{second}, takes at least {ranges[second][0]:{form}} {unit}."
             )
         return (
-            f"Which is {what} isn't known: the range of {best.machine}, from {low:.0f} {unit} on, overlaps "
-            f"{'that' if len(close) == 1 else 'those'} of {', '.join(c.machine for c in close)}; to decide, "
+            f"Which is {what} isn't known: the range of {best.machine}, from {low:{form}} {unit} on, "
+            f"overlaps {'that' if len(close) == 1 else 'those'} of {', '.join(c.machine for c in close)}; to decide, "
             f"{remedy([best, *close])}."
         )
 
@@ -185,6 +210,12 @@ def _measure_base(rivals: Sequence[Candidate]) -> str:
     # As long as a time is open, so is the energy over it.
     unknown = any(c.time is not None and math.isinf(c.time[1]) for c in rivals)
     return _state_accelerations(rivals) if unknown else _measure_axis(rivals)
+
+
+def _settle_cost(rivals: Sequence[Candidate]) -> str:
+    """Name the machines whose time isn't known, else what counts for energies."""
+    unknown = any(c.time is not None and math.isinf(c.time[1]) for c in rivals)
+    return _state_accelerations(rivals) if unknown and rivals[0].factors.hour else _measure_base(rivals)
 
 
 def _state_accelerations(rivals: Sequence[Candidate]) -> str:
@@ -290,7 +321,7 @@ def _candidate(row: Row, job: Path, folder: Path, factors: Factors) -> Candidate
     figures, widths = _figures(report, factors)
     if row.status is Status.FINE and "place" in figures:
         _write_job(Task(row.name, job, row.sweep, row.values), figures["place"], own / JOB)
-    return Candidate(row, figures, widths)
+    return Candidate(row, figures, widths, factors)
 
 
 def _figures(report: Mapping[str, Any], factors: Factors) -> tuple[dict[str, Any], dict[str, float]]:
@@ -298,7 +329,7 @@ def _figures(report: Mapping[str, Any], factors: Factors) -> tuple[dict[str, Any
     turns = {c: rate["speed_deg_s"] for c, rate in report["rates"].get("optimised", {}).items()}
     margins = {c: use for c, use in report["axes"].items() if use["margin"] is not None}
     nearest = min(margins, key=lambda c: margins[c]["margin"], default=None)
-    spent = budget.get("total", energy["total"])
+    spent = budget.get("total", energy["with_base"] or energy["total"])
     figures = {
         "place": {"offset": machine["setup"]["offset"], "rotation": machine["setup"]["rotation_deg"]},
         "with_base_J": energy["with_base"],
@@ -308,6 +339,7 @@ def _figures(report: Mapping[str, Any], factors: Factors) -> tuple[dict[str, Any
         "margin": None if nearest is None else margins[nearest]["margin"],
         "margin_unit": None if nearest is None else margins[nearest]["unit"],
         "margin_axis": nearest,
+        "all_J": spent,
         "cost": factors.cost(spent, energy["time"]),
         "currency": factors.currency,
         "co2_kg": factors.emission(spent),

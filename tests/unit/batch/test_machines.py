@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 from fiveaxis.batch import Candidate, MachineComparison, Row, Status, compare
 from fiveaxis.cli import app
+from fiveaxis.energy import Factors
 from fiveaxis.errors import SettingError
 from fiveaxis.job import read_job
 from fiveaxis.machine import machine_text
@@ -94,6 +95,22 @@ def test_prices_that_are_given_replace_the_jobs(write_job, pretended, tmp_path):
     figures = done.candidates[0].figures
     assert figures["cost"] == pytest.approx(1000.0 * 1e-6 + 9.5)
     assert figures["co2_kg"] == pytest.approx(1e-4)
+    # What isn't known of energy and time isn't known of the cost.
+    assert done.candidates[0].cost == (pytest.approx(900.0 * 1e-6 + 9.5, rel=0.01), np.inf)
+    assert "cheapest in money isn't known" in done.claims[-1]
+    assert json.loads(json.dumps(done.as_dict()))["machines"][0]["cost_range"][1] is None
+
+
+def test_a_cheapest_machine_is_named_where_its_cost_ends_before_the_next_ones_begins():
+    prices = Factors(hour=3600.0, currency="EUR")
+    quick, slow = candidate("quick", (10.0, 20.0)), candidate("slow", (10.0, 20.0))
+    rivals = [
+        Candidate(replace(c.row, time=time), {**c.figures, "cost": time, "all_J": c.row.energy}, {}, prices)
+        for c, time in ((quick, 10.0), (slow, 10.5))
+    ]
+    assert rivals[0].cost == pytest.approx((9.94, 10.06))
+    claim = compared(*rivals).claims[-1]
+    assert claim.startswith("quick is cheapest in money: 9.94 to 10.1 EUR, and the next one, slow, takes")
 
 
 def test_two_machines_of_one_name_are_refused(write_job, tmp_path):
