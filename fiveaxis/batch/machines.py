@@ -179,8 +179,8 @@ class MachineComparison:
             )
         return (
             f"Which is {what} isn't known: the range of {best.machine}, from {low:{form}} {unit} on, "
-            f"overlaps {'that' if len(close) == 1 else 'those'} of {', '.join(c.machine for c in close)}; to decide, "
-            f"{remedy([best, *close])}."
+            f"overlaps {'that' if len(close) == 1 else 'those'} of {', '.join(c.machine for c in close)}; "
+            f"to decide, {remedy([best, *close])}."
         )
 
     def as_dict(self) -> dict[str, Any]:
