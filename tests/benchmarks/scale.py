@@ -97,7 +97,7 @@ def posture(passes: list[int], scan: bool, effort: str) -> None:
         for stage, (seconds, peak) in [*stages.items(), ("in all", (total, memory))]:
             first = found[0]["stages"].get(stage, (sum(s for s, _ in found[0]["stages"].values()),))[0]
             grown = ""
-            if len(found) > 1 and min(first, seconds) > 0.0:
+            if n != found[0]["locations"] and min(first, seconds) > 0.0:
                 power = np.log(seconds / first) / np.log(n / found[0]["locations"])
                 grown = f"   grows as n^{power:.2f}"
             rate = n / max(seconds, 1e-9)
