@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Callable
 from functools import cache
 from typing import ParamSpec, TypeVar, cast
@@ -18,11 +17,10 @@ T = TypeVar("T")
 logger = logging.getLogger(__name__)
 
 # Instructions that every processor of an architecture has: digits are the same on all of them, and machine
-# code made on one runs on another (`.ci/compile_ahead.py`). Loops aren't slower for it.
-if "NUMBA_CPU_NAME" not in os.environ:
-    # In the environment, from which numba reads its settings anew when another of them changes there.
-    os.environ |= {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
-    numba.config.reload_config()
+# code made on one runs on another (`.ci/compile_ahead.py`). Loops aren't slower for it. What else numba
+# compiles in this process is made of them, too; where it has compiled before, that decides for our loops.
+if numba.config.CPU_NAME is None and numba.config.CPU_FEATURES is None:
+    numba.config.CPU_NAME, numba.config.CPU_FEATURES = "generic", ""
 
 
 def compiled(function: Callable[P, T]) -> Callable[P, T]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,9 @@ class Checkpoint:
     def found(self, find: Callable[[], Found]) -> Found:
         """Do a step that finds an array that isn't empty, or None."""
         return find()
+
+    def about(self, *_columns: NDArray[Any]) -> None:
+        """Tell what the next steps are about: steps about anything else aren't theirs."""
 
     def part(self, _number: int) -> Checkpoint:
         """Return what takes the steps of one of several threads."""

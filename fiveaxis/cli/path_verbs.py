@@ -376,7 +376,7 @@ def _print_front(front: FrontPrograms) -> None:
         table.add_row(
             str(each.number),
             f"{each.energy:.1f}",
-            *[f"{each.point.energy.with_base:.1f}"] * based,
+            *["" if each.point.energy.with_base is None else f"{each.point.energy.with_base:.1f}"] * based,
             f"{each.time:.1f}",
             f"{each.point.bend:.4f}",
             f"{math.degrees(each.point.steepest):.2f}",

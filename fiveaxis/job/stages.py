@@ -40,7 +40,7 @@ from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine, describe_powers
 from fiveaxis.mesh import mesh_size, size_findings
-from fiveaxis.motion import Clock, Filling
+from fiveaxis.motion import Clock, Filling, Interpolation
 from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.nc.revision import Revision
 from fiveaxis.nc.writing.word_writer import WordWriter
@@ -125,8 +125,10 @@ class Outcome:
             edge_use=_edge_use(self.solution, self.job.bounds["spindle_speed"])
             if self.job.edge_use
             else None,
-            # Where the approach comes from is no position of the program.
-            reached=program.motion.motion.positions[1:],
+            # Where an approach by axes comes from is no position of the program.
+            reached=program.motion.motion.positions[
+                int(program.motion.interpolation is Interpolation.JOINT) :
+            ],
         )
 
     @cached_property
@@ -206,6 +208,8 @@ def run_stages(
     require_reached(toolpath, job.writing["override"])
     if job.edge_use:
         require_touching(toolpath, "where on its edge it cuts (edge_use)")
+    # A program's input files don't name the programs that it calls.
+    checkpoint.about(toolpath.pivot, toolpath.normal, toolpath.axis, toolpath.feed, toolpath.kind)
     cleared, front = solve(
         job, constraints, toolpath, machine, wording, progress, passes, around, start, checkpoint
     )

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fiveaxis import __version__
 from fiveaxis.errors import Infeasible, JobError, SettingError
@@ -75,6 +76,11 @@ class Kept(Checkpoint):
                 logger.warning("what was found isn't kept: %s", fault)
         return found
 
+    def about(self, *columns: NDArray[Any]) -> None:
+        """Name the next steps' files by what they are about, too."""
+        digest = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in columns))
+        self._before = f"{digest.hexdigest()[:16]}-"
+
     def part(self, number: int) -> Kept:
         """Return what keeps the steps of one of several threads that the next steps are done in."""
         return Kept(self._folder, f"{self._before}{self._count}.{number}-")
@@ -84,7 +90,8 @@ class Kept(Checkpoint):
 def resumable(job: Job, folder: Path | None) -> Iterator[Checkpoint]:
     """Keep what a job finds in a folder beside its results, and remove it once the job is done or infeasible.
 
-    What another job, or another version, has left there is ignored, and removed in the end, too.
+    What another job, or another version, has left there isn't used, and is removed in the end, too. A job
+    whose files are named in another way, as from another folder, is another one.
 
     Parameters
     ----------
@@ -99,7 +106,10 @@ def resumable(job: Job, folder: Path | None) -> Iterator[Checkpoint]:
         if other == own:
             logger.warning("goes on from what is kept in %s", own)
         else:
-            logger.warning("%s belongs to other inputs, options or another version: ignored", other)
+            logger.warning(
+                "%s belongs to other inputs, options or another version: not used, and removed in the end",
+                other,
+            )
     try:
         yield Kept(own)
     except Infeasible:

@@ -46,8 +46,8 @@ class Search(TypedDict, total=False):
     even_wear: Annotated[
         float,
         Option(
-            "price of uneven wear: of a mm of cut a radius away, along the tool axis, from where even use "
-            "of the edge has it; not with objective time",
+            "price of uneven wear: of a mm of cut whose contact is one radius, along the tool axis, from "
+            "where an evenly used edge has it; not with objective time",
             unit="J/mm",
             default=0.0,
             least=0.0,

@@ -38,6 +38,7 @@ from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, knots
+from fiveaxis.toolpath.bounds import require_touching
 from fiveaxis.toolpath.edge import EvenUse, cut_lengths
 
 # Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
@@ -90,6 +91,8 @@ def optimise(
         Nothing bounds the tool's lean; a held axis that the machine doesn't have, or held outside its limits;
         options that contradict each other (`Options.require_consistent`), or an unknown effort or solver.
     """
+    if options.even_wear:
+        require_touching(toolpath, "how evenly its edge wears (even_wear)")
     found, broken = _optimised(toolpath, machine, constraints, options, None)
     if not options.even_wear:
         return found
@@ -100,6 +103,8 @@ def optimise(
         spent = found.energy.travel if options.objective == "travel" else found.energy.total
         cost = spent + options.even_wear * even.missed(found.toolpath, axis)
         before, status = stages[-1].after if stages else None, f"{cost - spent:.6g} J of it for wear"
+        if cost == before:
+            break
         stages.append(Stage(f"even wear, round {number}", status, 0, before, cost))
         best, least = (found, (broken, cost)) if (broken, cost) < least else (best, least)
         if number < EVENINGS:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.geometry import Array, angle_between
+from fiveaxis.geometry import Array, angle_between, perpendicular
 from fiveaxis.toolpath.bounds import TiltBounds, require_touching
 from fiveaxis.toolpath.cutter import Zone
 from fiveaxis.toolpath.path import Toolpath
@@ -18,6 +18,8 @@ from fiveaxis.toolpath.path import Toolpath
 BIN = math.radians(5.0)
 # mm: a program without cuts of known contact has no shares. Bins: the end of a range is one of a bin.
 TINY, ROUND = 1e-9, 1e-6
+# rad, directions about a normal, and cuts at which admitted angles are looked for.
+FINE, AROUND, MOST_TRIED = math.radians(0.5), 360, 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,14 +178,23 @@ class EvenUse:
 
 
 def admitted(toolpath: Toolpath, bounds: TiltBounds) -> tuple[float, float]:
-    """Return the least and the largest angle to the normal that bounds admit somewhere on a path, rad."""
-    low, high = 0.0, math.pi / 2.0
-    for bound in bounds.all:
-        apart = angle_between(bound.reference, toolpath.normal)
-        apart = apart[np.isfinite(apart)]
-        low = max(low, float(np.min(np.maximum(apart - bound.high, bound.low - apart), initial=high)))
-        high = min(high, float(np.max(apart + bound.high, initial=low)))
-    return low, max(high, low + BIN)
+    """Return the least and the largest angle to the normal that all bounds admit somewhere on a path, rad.
+
+    Directions are tried at some of the cuts, to half a degree.
+    """
+    rows = np.flatnonzero(cut_lengths(toolpath))
+    rows = rows[:: -(-len(rows) // MOST_TRIED) or 1]
+    normal = toolpath.normal[rows]
+    beside = perpendicular(normal)
+    around = np.linspace(0.0, 2.0 * math.pi, AROUND, endpoint=False)[:, None, None]
+    sideways = np.cos(around) * beside + np.sin(around) * np.cross(normal, beside)
+    found = [
+        angle
+        for angle in FINE * (np.arange(round(math.pi / 2.0 / FINE)) + 0.5)
+        if bounds.admits(np.swapaxes(math.cos(angle) * normal + math.sin(angle) * sideways, 0, 1), rows).any()
+    ]
+    low, high = (found[0], found[-1]) if found else (0.0, math.pi / 2.0)
+    return float(low - FINE / 2.0), float(max(high + FINE / 2.0, low + BIN))
 
 
 def cut_lengths(toolpath: Toolpath) -> Array:

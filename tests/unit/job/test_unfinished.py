@@ -106,3 +106,15 @@ def test_that_nothing_was_found_is_kept_and_nothing_stays_of_an_infeasible_job(j
         stop(job, tmp_path, lambda checkpoint: checkpoint.found(lambda: next(finds)), fault)
         assert len(kept(tmp_path)) == count
     assert next(finds) is not None
+
+
+def test_what_was_found_of_another_path_isnt_taken(tmp_path):
+    """A program's files are hashed, those that it calls aren't."""
+
+    def find(path: np.ndarray, found: float) -> float:
+        kept = Kept(tmp_path)
+        kept.about(path)
+        return float(kept.found(lambda: np.array([found]))[0])
+
+    path, other = np.zeros((5, 3)), np.ones((5, 3))
+    assert [find(path, 1.0), find(other, 2.0), find(path, 3.0), find(other, 4.0)] == [1.0, 2.0, 1.0, 2.0]

@@ -7,6 +7,7 @@ from scipy.stats import wasserstein_distance
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.toolpath.edge import EdgeUse, EvenUse
+from fiveaxis.toolpath.edge import admitted as admitted_angles
 
 RPM = 2.0 * np.pi / 60.0
 
@@ -47,6 +48,20 @@ def test_links_don_t_count_and_cuts_of_unknown_contact_are_told_apart():
     told = use.lengths["one"].sum() + use.unknown["one"]
     assert told == pytest.approx(80.0)
     assert use.unknown["one"] == pytest.approx(10.0)  # from the link's end to the first contact
+
+
+@pytest.mark.parametrize(
+    ("given", "low", "high"),
+    [
+        ({"tilt": (15.0, 75.0)}, 15.0, 75.0),
+        ({"tilt": (2.0, 40.0), "lead": (10.0, 20.0)}, 10.0, 40.0),
+        # Lead and lean together turn the axis by atan hypot(tan 30°, tan 20°).
+        ({"lead": (-30.0, 30.0), "lean": (-20.0, 20.0)}, 0.0, 34.31),
+    ],
+)
+def test_angles_are_admitted_that_all_bounds_admit_at_once(given, low, high):
+    bounds = Constraints.of_degrees(**given).lean_bounds(plane())
+    np.testing.assert_allclose(np.degrees(admitted_angles(plane(), bounds)), [low, high], atol=0.6)
 
 
 def test_without_normals_nothing_is_told_or_bounded():
