@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
-Found = TypeVar("Found", bound=NDArray[np.float64] | None)
+Found = TypeVar("Found", bound="NDArray[np.float64] | None")
 
 # Called with the stage in words, the steps done and the steps in all; a stage without steps has one.
 Progress = Callable[[str, int, int], None]

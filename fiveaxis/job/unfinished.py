@@ -58,7 +58,7 @@ class Kept(Checkpoint):
         self._count += 1
         file = self._folder / f"{self._before}{self._count}.npy"
         try:
-            known: Array = np.load(file, allow_pickle=False)
+            known: Array = np.load(file)
         except FileNotFoundError:
             pass
         except (OSError, ValueError, EOFError) as fault:
@@ -69,7 +69,7 @@ class Kept(Checkpoint):
         found = find()
         if time.monotonic() - began >= LONG:
             data = io.BytesIO()
-            np.save(data, np.empty(0) if found is None else found, allow_pickle=False)
+            np.save(data, np.empty(0) if found is None else found)
             try:
                 write_atomically(file, data.getvalue())
             except SettingError as fault:  # the job goes on without

@@ -121,14 +121,17 @@ def _is_safe(document: ReportDocument, verdict: Verdict) -> Answer:
     }[verdict]
     report = document.verdict
     risks = _each("Risk", [f"{line}." for line in group_gaps(report.risks)])
+    coded = _each("Found", [f"{', '.join(_found(document.summary, coded=True))}."] if found else [])
     folded = _each("Not asked for", [f"{gap.sentence}." for gap in report.not_asked])
-    return Answer("Is it safe to run?", text, (*risks, *_judged(document), *_time(document)), folded)
+    # Notes alone ask for nothing.
+    if all(cause.severity is Severity.NOTE for cause in document.summary):
+        coded, folded = (), (*coded, *folded)
+    details = (*risks, *coded, *_judged(document), *_time(document))
+    return Answer("Is it safe to run?", text, details, folded)
 
 
 def _judged(document: ReportDocument) -> Iterator[Detail]:
-    """Name what was found, what of it keeps the program back, and what was accepted by whom."""
-    if found := _found(document.summary, coded=True):
-        yield Detail("Found", f"{', '.join(found)}.")
+    """Name what of the findings keeps the program back, and what was accepted by whom."""
     if document.kept_back:
         yield Detail("Kept back", f"No NC program was written, because of {_codes(document.kept_back)}.")
     if document.overriding is not None and document.accepted:
@@ -165,15 +168,16 @@ def _time(document: ReportDocument) -> Iterator[Detail]:
     solution, name = document.solution, document.timed_against
     energies = {"": solution.energy} | ({} if name is None else {name: solution.baselines[name]})
     own, *others = energies.values()
-    against = f" against {number(others[0].time, 1)} s of {name}" if others else ""
-    less = f": {saving(1.0 - own.time / others[0].time)}" if others and others[0].time else ""
-    clock, unknown = "", document.accelerations_unknown
-    if own.timing != "accelerations":
-        stated = f" (no max_acceleration of {', '.join(unknown)})" if unknown else ""
-        clock = f", by feed and highest speeds; what starts and stops add isn’t known{stated}"
-    yield Detail("Time", f"{number(own.time, 1)} s{against}{less}{clock}.")
+    against = ""
+    if others:
+        same = number(own.time, 1) == number(others[0].time, 1)
+        against = f", as {name}" if same else f" against {number(others[0].time, 1)} s of {name}"
+        if not same and others[0].time:
+            against += f": {saving(1.0 - own.time / others[0].time)}"
+    clock = "" if own.timing == "accelerations" else "; what starts and stops add isn’t known"
+    yield Detail("Time", f"{number(own.time, 1)} s{against}{clock}.")
     limits = [f"{n and f'{n}: '}{time_shares(e.limited)}" for n, e in energies.items() if e.limited]
-    if limits:
+    if any(set(energy.limited or ()) > {"feed"} for energy in energies.values()):
         yield Detail("Limited by", f"{'; '.join(limits)}.")
 
 
