@@ -18,9 +18,8 @@ from typing import Any
 
 from fiveaxis.batch.record import Row, Status, row_of_fault
 from fiveaxis.errors import JobError, SettingError
-from fiveaxis.job import SWEEP, Job, build_job
+from fiveaxis.job import SWEEP, Job, build_job, digest_job
 from fiveaxis.job.description import COMBINATIONS, COMBINE, LARGEST_SWEEP
-from fiveaxis.job.unfinished import digest_job
 from fiveaxis.settings import line_of, read_document
 
 # Most characters of a value and of a name; longer ones are cut and end in a hash.

@@ -41,7 +41,7 @@ def run_task(task: Task, folder: Path, progress: Progress) -> Row:
     try:
         job, digest = task.load()
         own = own_folder(folder, task.name)
-        with resumable(job, own) as checkpoint:
+        with resumable(digest, own) as checkpoint:
             outcome = run_job(job, progress, checkpoint)
             files = write_outcome(outcome, own, progress)
         row = row_of(task.blank, outcome, files)

@@ -124,14 +124,22 @@ def optimise(
     """Optimise the tool posture of every cutter location; write verified NC, motion, report and preview."""
     with errors_explained(as_json) as written:
         with job_work(hidden=as_json) as work:
-            from fiveaxis.job import require_folder, resumable, run_job, takes_operations, write_outcome
+            from fiveaxis.job import (
+                digest_job,
+                require_folder,
+                resumable,
+                run_job,
+                takes_operations,
+                write_outcome,
+            )
 
             if output is not None:
                 require_folder(output)
             job = job_of(context.params)
             if takes_operations(job):
                 return _revise(job, output, work, written, as_json=as_json)
-            with resumable(job, output) as checkpoint:
+            digest = "" if output is None else digest_job(job)
+            with resumable(digest, output) as checkpoint:
                 outcome = work.run(partial(run_job, job, checkpoint=checkpoint))
                 if output is not None:
                     written += write_outcome(outcome, output, work.step)

@@ -34,7 +34,7 @@ from fiveaxis.job.revised_program import RevisedProgram, revise_operations, revi
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import LEFT_OUT, Outcome
-from fiveaxis.job.unfinished import resumable
+from fiveaxis.job.unfinished import digest_job, resumable
 from fiveaxis.job.verifying import verify_program
 
 __all__ = [
@@ -55,6 +55,7 @@ __all__ = [
     "build_job",
     "choose_search",
     "cutting_power",
+    "digest_job",
     "is_mesh",
     "load_job_machine",
     "load_job_passes",

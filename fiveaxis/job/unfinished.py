@@ -14,7 +14,7 @@ import json
 import logging
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -87,20 +87,20 @@ class Kept(Checkpoint):
 
 
 @contextmanager
-def resumable(job: Job, folder: Path | None) -> Iterator[Checkpoint]:
+def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
     """Keep what a job finds in a folder beside its results, and remove it once the job is done or infeasible.
 
-    What another job, or another version, has left there isn't used, and is removed in the end, too. A job
-    whose files are named in another way, as from another folder, is another one.
+    What another job, or another version, has left there isn't used, and is removed in the end, too.
 
     Parameters
     ----------
+    digest : of the job, of `digest_job`
     folder : of the results; None to keep nothing
     """
     if folder is None:
         yield UNKEPT
         return
-    own = folder / f"{UNFINISHED}{digest_job(job, job.model_dump())[:16]}"
+    own = folder / f"{UNFINISHED}{digest[:16]}"
     earlier = [other for other in sorted(folder.glob(f"{UNFINISHED}*")) if other.is_dir()]
     for other in earlier:
         if other == own:
@@ -119,7 +119,7 @@ def resumable(job: Job, folder: Path | None) -> Iterator[Checkpoint]:
         shutil.rmtree(done, ignore_errors=True)
 
 
-def digest_job(job: Job, data: Mapping[str, Any]) -> str:
+def digest_job(job: Job, data: Mapping[str, Any] | None = None) -> str:
     """Hash what a job says, the content of every file that it names, and the version of this package.
 
     Comments, the order of keys and folders don't count: a job that moved with its files is the same.
@@ -127,7 +127,7 @@ def digest_job(job: Job, data: Mapping[str, Any]) -> str:
     Parameters
     ----------
     job : with paths that can be opened
-    data : the content of its file, with a sweep's values
+    data : the content of its file, with a sweep's values; by default what the job holds
 
     Returns
     -------
@@ -140,7 +140,18 @@ def digest_job(job: Job, data: Mapping[str, Any]) -> str:
     MachineError, SettingError
         A machine, or a control table, that can't be read.
     """
+    if data is None:
+        data = _unplaced(job.model_dump(), {str(path) for _, path in input_files(job)})
     return _hash_data({"version": __version__, "job": dict(data), "files": dict(_hash_inputs(job))})
+
+
+def _unplaced(value: Any, files: Set[str]) -> Any:
+    """Leave out where files lie: what is in them counts."""
+    if isinstance(value, dict):
+        return {key: _unplaced(one, files) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_unplaced(one, files) for one in value]
+    return None if isinstance(value, str | Path) and str(value) in files else value
 
 
 def _hash_inputs(job: Job) -> Iterator[tuple[str, str]]:

@@ -306,14 +306,6 @@ class Problem:
         """Sum the objective along a path, (n, 2) rad; J."""
         return self.cost(self.positions(slice(None), rotary))
 
-    def wear_cost(self, row: int, rotary: Array) -> Array | float:
-        """Price the wear of postures, (m, 2) rad, of a location; (m,) J."""
-        if self.wear is None:
-            return 0.0
-        price, share = self.wear[:, row]
-        away: Array = np.abs(product(tool_axes(self.machine, rotary), self.normal[row]) - share)
-        return away * price
-
     def delay(self, positions: Array) -> Array:
         """Compute how much longer the steps of a path, (n, k), take than at the feed, (n − 1,) s."""
         return np.asarray(self.quantities(positions)[:-1, -1])

@@ -7,7 +7,7 @@ arithmetic on it.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.tape import play
+
+# A number or an array of them.
+Scalars = TypeVar("Scalars", float, Array)
 
 # What a move asks of a posture, columns of `moves`: a row of the model, the shift of its value, the multiple
 # of the largest turn added to it, and the end of a bound that it lies on (0 low, 1 high; -1 for none).
@@ -399,6 +402,12 @@ def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: floa
 
 
 @inner
+def wear_price(wear: Array, i: int, cosine: Scalars) -> Scalars:
+    """Price the wear of a posture of location i by the cosine of its contact angle, J; of arrays, too."""
+    return wear[0, i] * abs(cosine - wear[1, i])
+
+
+@inner
 def along_normal(locations: Locations, i: int, values: Array, j: int, at: int) -> float:
     """Multiply the normal of location i by the vector in row j of values, from column `at` on."""
     product = 0.0
@@ -612,7 +621,7 @@ def candidates(
             cost = layer.cost[j] + price
             if wears:
                 cosine = bowed(model, axes + 2 * bounds, turn1, turn2)
-                cost += prices.wear[0, i + 1] * abs(cosine - prices.wear[1, i + 1])
+                cost += wear_price(prices.wear, i + 1, cosine)
             if over > ROUNDING:
                 cost += BROKEN + PER_EXCESS * over
             worth = cost + table[region(cells, angle1, angle2)]
@@ -811,7 +820,7 @@ def solved(
                 cosine = along_normal(locations, i + 1, values, n, axes)
                 cosine += along_normal(locations, i + 1, values, n, rows + axes) * first
                 cosine += along_normal(locations, i + 1, values, n, 2 * rows + axes) * second
-                price += prices.wear[0, i + 1] * abs(cosine - prices.wear[1, i + 1])
+                price += wear_price(prices.wear, i + 1, cosine)
             if over > ROUNDING:
                 price += BROKEN + PER_EXCESS * over
             then.rotary[size, 0], then.rotary[size, 1] = angle1, angle2

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import Infeasible
-from fiveaxis.job import Job, make_job, resumable, run_job, write_outcome
+from fiveaxis.job import Job, digest_job, make_job, resumable, run_job, write_outcome
 from fiveaxis.job.unfinished import Kept
 
 
@@ -35,7 +35,7 @@ def every_step_is_long(monkeypatch):
 
 def finish(job: Job, folder: Path) -> dict[str, bytes]:
     """Run a job to its end; return the program and the motion in its folder."""
-    with resumable(job, folder) as checkpoint:
+    with resumable(digest_job(job), folder) as checkpoint:
         write_outcome(run_job(job, checkpoint=checkpoint), folder)
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix in (".csv", ".ngc")}
 
@@ -74,7 +74,7 @@ def test_a_job_interrupted_after_each_of_its_steps_does_each_once_and_gives_the_
 
 def stop(job: Job, folder: Path, work: Callable, fault: type = KeyboardInterrupt) -> None:
     """End a job with a fault after some work."""
-    with suppress(fault), resumable(job, folder) as checkpoint:
+    with suppress(fault), resumable(digest_job(job), folder) as checkpoint:
         work(checkpoint)
         raise Infeasible("no posture", []) if fault is Infeasible else fault
 
@@ -118,3 +118,12 @@ def test_what_was_found_of_another_path_isnt_taken(tmp_path):
 
     path, other = np.zeros((5, 3)), np.ones((5, 3))
     assert [find(path, 1.0), find(other, 2.0), find(path, 3.0), find(other, 4.0)] == [1.0, 2.0, 1.0, 2.0]
+
+
+def test_a_job_is_the_same_wherever_its_files_lie(job, tmp_path):
+    moved = tmp_path / "moved.csv"
+    moved.write_bytes(job.input.read_bytes())
+    elsewhere = job.model_copy(update={"input": moved})
+    assert digest_job(elsewhere) == digest_job(job)
+    moved.write_bytes(job.input.read_bytes().replace(b"0.1", b"0.2"))
+    assert digest_job(elsewhere) != digest_job(job)
