@@ -90,7 +90,8 @@ class Kept(Checkpoint):
 def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
     """Keep what a job finds in a folder beside its results, and remove it once the job is done or infeasible.
 
-    What another job, or another version, has left there isn't used, and is removed in the end, too.
+    What another job, or another version, has left there isn't used, and is removed in the end, too,
+    unless it goes on writing.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
         yield UNKEPT
         return
     own = folder / f"{UNFINISHED}{digest[:16]}"
-    earlier = [other for other in sorted(folder.glob(f"{UNFINISHED}*")) if other.is_dir()]
+    earlier = {other: _names(other) for other in sorted(folder.glob(f"{UNFINISHED}*")) if other.is_dir()}
     for other in earlier:
         if other == own:
             logger.warning("goes on from what is kept in %s", own)
@@ -115,8 +116,13 @@ def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
     except Infeasible:
         shutil.rmtree(own, ignore_errors=True)
         raise
-    for done in (*earlier, own):
+    # A job that runs beside this one, into the same folder, goes on writing.
+    for done in (*(other for other, names in earlier.items() if _names(other) == names), own):
         shutil.rmtree(done, ignore_errors=True)
+
+
+def _names(folder: Path) -> set[str]:
+    return {file.name for file in folder.glob("*")}
 
 
 def digest_job(job: Job, data: Mapping[str, Any] | None = None) -> str:

@@ -127,3 +127,13 @@ def test_a_job_is_the_same_wherever_its_files_lie(job, tmp_path):
     assert digest_job(elsewhere) == digest_job(job)
     moved.write_bytes(job.input.read_bytes().replace(b"0.1", b"0.2"))
     assert digest_job(elsewhere) != digest_job(job)
+
+
+def test_what_a_job_beside_keeps_meanwhile_stays(job, tmp_path):
+    other = job.model_copy(update={"tilt": (20.0, 75.0)})
+    with resumable(digest_job(other), tmp_path) as beside:
+        beside.found(lambda: np.zeros((12, 2)))
+        with resumable(digest_job(job), tmp_path):
+            beside.found(lambda: np.zeros((12, 2)))
+        assert len(kept(tmp_path)) == 2
+    assert not kept(tmp_path)
