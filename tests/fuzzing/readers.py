@@ -213,7 +213,7 @@ def _programs() -> Iterator[Reader]:
     klartext = Seeds(texts, seeds.BLOCKS + seeds.KLARTEXT_WORDS)
     texts = (seeds.SINUMERIK, *seeds.parts("sinumerik*", "toolpaths/*.mpf"))
     sinumerik = Seeds(texts, seeds.BLOCKS + seeds.SINUMERIK_WORDS)
-    millplus = Seeds((seeds.MILLPLUS, *seeds.parts("toolpaths/*millplus*")), seeds.BLOCKS)
+    millplus = Seeds((*seeds.MILLPLUS, *seeds.parts("toolpaths/*millplus*")), seeds.BLOCKS)
     yield Reader("ISO program", iso, _program(".nc", "linuxcnc-xyzac-trt", "variaxis-630", "umc-750"))
     yield Reader("Klartext", klartext, _program(".h", "dmu50ev"))
     yield Reader("Sinumerik", sinumerik, _program(".mpf", "dmu80p-duoblock"))

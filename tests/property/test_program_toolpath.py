@@ -174,16 +174,11 @@ def test_a_run_of_tool_directions_is_the_same_block_by_block(
     require_same_block_by_block(f"part.{suffix}", [*head[suffix], *program])
 
 
-REAL = Path(__file__).parents[3] / "shared" / "data" / "toolpaths"
-
-
 @pytest.mark.parametrize(
     "name", ["linuxcnc_impeller_xyzac.ngc", "nx_dmu70_840d_traori_inch.mpf", "nx_dmc160u_millplus.nc"]
 )
-def test_runs_of_real_programs_hold_the_blocks_that_they_stand_for(name: str):
-    if not REAL.is_dir():
-        pytest.skip("the shared programs are not beside the project")
-    source = load_source(REAL / name)
+def test_runs_of_real_programs_hold_the_blocks_that_they_stand_for(name: str, data: Path):
+    source = load_source(data / "toolpaths" / name)
     alone = Source(source.name, [f"{line}\f" for line in source.lines])
     split = find_language(source).split
     items = list(split(source))

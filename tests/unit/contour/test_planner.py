@@ -13,7 +13,6 @@ from fiveaxis.mesh import TriangleTree, load_mesh
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 ROOT = Path(__file__).parents[3]
-MESHES = ROOT.parent / "shared" / "data" / "meshes"
 
 
 def lowest_gap(path: Toolpath, mesh: trimesh.Trimesh) -> float:
@@ -276,10 +275,8 @@ def test_the_example_part_gives_a_short_path_on_its_overhang():
 
 
 @pytest.mark.slow
-def test_the_propeller_is_never_gouged():
-    if not MESHES.is_dir():
-        pytest.skip("the shared meshes are not beside the project")
-    part = MESHES / "propeller_d.stl"
+def test_the_propeller_is_never_gouged(data):
+    part = data / "meshes" / "propeller_d.stl"
     path = plan_contour(part, Tool.ball(4), stepdown=1.0, overhang=True)
     assert path.cutting.sum() > 5000
     assert lowest_gap(path, load_mesh(part)) >= -0.01
@@ -287,19 +284,15 @@ def test_the_propeller_is_never_gouged():
 
 
 @pytest.mark.slow
-def test_several_bodies_of_someone_else_are_never_gouged():
-    if not MESHES.is_dir():
-        pytest.skip("the shared meshes are not beside the project")
-    part = MESHES / "supportless_sample.stl"
+def test_several_bodies_of_someone_else_are_never_gouged(data):
+    part = data / "meshes" / "supportless_sample.stl"
     path = plan_contour(part, Tool.ball(6), stepdown=4.0)
     assert path.cutting.sum() > 5000
     assert lowest_gap(path, load_mesh(part)) >= -0.01
 
 
-def test_the_bunny_is_planned_only_when_open_meshes_are_allowed():
-    if not MESHES.is_dir():
-        pytest.skip("the shared meshes are not beside the project")
-    bunny = MESHES / "bunny_not_watertight.ply"
+def test_the_bunny_is_planned_only_when_open_meshes_are_allowed(data):
+    bunny = data / "meshes" / "bunny_not_watertight.ply"
     with pytest.raises(MeshError, match="not watertight"):
         plan_contour(bunny, Tool.ball(4))
     # Its coordinates are metres: a ball of 0.002 mm on a part of 0.15 mm.

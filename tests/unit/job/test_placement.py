@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
@@ -16,8 +14,6 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.job import load_placed, make_job, run_job
 from fiveaxis.job.reach import Reach
 from fiveaxis.nc import write_toolpath
-
-CASES = Path(__file__).parents[4] / "shared/data/cases"
 
 
 @pytest.fixture
@@ -91,11 +87,9 @@ LOWEST = {  # pass or turn near the bed, tool, tilt
 
 
 @pytest.fixture(params=LOWEST)
-def over_the_bed(request, tmp_path):
+def over_the_bed(request, data, tmp_path):
     """A job whose path on the table's centre takes the cutter, or the head, into the bed."""
-    file = CASES / f"{request.param}.csv"
-    if not file.exists():
-        pytest.skip("../shared/data isn't here")
+    file = data / "cases" / f"{request.param}.csv"
     rows, tool, tilt = LOWEST[request.param]
     lines = file.read_text().splitlines()
     path = tmp_path / file.name

@@ -116,9 +116,9 @@ def test_a_setup_that_looks_cheaper_and_is_not_is_not_taken(ring, monkeypatch):
 
 
 @pytest.fixture
-def dome(tmp_path: Path) -> Path:
+def dome(data: Path, tmp_path: Path) -> Path:
     """The first passes of the dome's underside: searches of it end in different valleys."""
-    lines = (Path(__file__).parents[4] / "shared/data/cases/dome_underside.csv").read_text().splitlines()
+    lines = (data / "cases" / "dome_underside.csv").read_text().splitlines()
     path = tmp_path / "dome.csv"
     path.write_text("\n".join(lines[:251]) + "\n")
     return path

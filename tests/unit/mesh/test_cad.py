@@ -30,7 +30,6 @@ from fiveaxis.viewer.numbers import number_marks
 
 pytestmark = pytest.mark.skipif(find_spec("OCP") is None, reason="needs Open Cascade: fiveaxis[step]")
 MAKER = Path(__file__).parents[2] / "cad_parts.py"
-PROPELLER = Path(__file__).parents[4] / "shared/data/step/propeller_d.step"
 # mm and rad: what rounding leaves of a distance and of a normal.
 ROUNDING, TURNED = 1e-9, 1e-8
 
@@ -147,10 +146,10 @@ def classified(path: Path, part: Model, folder: Path) -> tuple[np.ndarray, np.nd
     return face, uv, np.load(answer)
 
 
-@pytest.mark.skipif(not PROPELLER.exists(), reason="needs ../shared/data")
-def test_faces_are_trimmed_as_open_cascade_trims_them(tmp_path):
-    part = model(PROPELLER)
-    face, uv, expected = classified(PROPELLER, part, tmp_path)
+def test_faces_are_trimmed_as_open_cascade_trims_them(data, tmp_path):
+    propeller = data / "step" / "propeller_d.step"
+    part = model(propeller)
+    face, uv, expected = classified(propeller, part, tmp_path)
     ours = np.zeros(len(face), dtype=bool)
     for i in range(len(face)):
         pieces = part.intervals(int(face[i]), "u", float(uv[i, 1]))

@@ -8,8 +8,6 @@ from fiveaxis.errors import MeshError
 from fiveaxis.mesh import load_mesh, read_solid, require_solid
 from fiveaxis.mesh.loading import MOST_TRIANGLES, check_mesh, count_open_edges
 
-MESHES = Path(__file__).parents[3].parent / "shared" / "data" / "meshes"
-
 
 def write(folder: Path, name: str, data: bytes) -> Path:
     path = folder / name
@@ -82,10 +80,8 @@ def test_mixed_winding_is_repaired():
     assert check_mesh(box, name="box").volume == pytest.approx(1.0)
 
 
-def test_the_bunny_is_refused_until_open_meshes_are_allowed():
-    if not MESHES.is_dir():
-        pytest.skip("the shared meshes are not beside the project")
-    path = MESHES / "bunny_not_watertight.ply"
+def test_the_bunny_is_refused_until_open_meshes_are_allowed(data):
+    path = data / "meshes" / "bunny_not_watertight.ply"
     opened = load_mesh(path, allow_open=True)
     with pytest.raises(MeshError, match=f"not watertight: {count_open_edges(opened)} of its edges"):
         load_mesh(path)
