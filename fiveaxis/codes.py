@@ -170,7 +170,6 @@ READING = {
     "cycle-simplified": Code(NOTE, "a cycle is read as one move down and one back"),
     "corners-assumed": Code(NOTE, "how the control takes corners is a setting of the machine"),
     "feed-assumed": Code(NOTE, "no feed is given"),
-    "axis-creeps": Code(NOTE, "an axis moves so slowly that it counts as standing"),
     "feed-unit-assumed": Code(NOTE, "the unit of the feed isn't stated"),
     "fixed-point-left-out": Code(NOTE, "moves to points that only the machine knows are left out"),
     "frame-mapped": Code(NOTE, "points are transformed from a frame that the file defines"),

@@ -1,6 +1,6 @@
 """Energy that a block costs each drive, and the least that travel costs at whatever speed.
 
-A block costs a constant part while the axis moves, and a part for its travel.
+A block costs a constant part while the axis moves at a measured speed, and a part for its travel.
 """
 
 from __future__ import annotations
@@ -9,7 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.energy.drives import gravity_forces, moved_weights, moving_powers, require_drive, travel_costs
+from fiveaxis.energy.drives import (
+    constant_share,
+    gravity_forces,
+    moved_weights,
+    moving_powers,
+    require_drive,
+    travel_costs,
+)
 from fiveaxis.errors import MachineError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import AffineDrive, Axis, DirectionalDrive, Drive, FrictionDrive, Machine, WeightDrive
@@ -20,24 +27,26 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class BlockCosts:
-    """Energy of n blocks by axis: ``slope |Δ| + max(standing, standing |Δ| / measured)`` where an axis moves.
+    """Energy of n blocks by axis: ``slope |Δ| + standing · max(min(1, |Δ| / slow), |Δ| / measured)``.
 
-    The measured power of a linear drive doesn't depend on its speed, so an axis that moves at all pays for
-    the whole block. This holds up to the fastest measured speed; a faster axis pays for its travel as at that
-    speed. It is what `drive_power` adds up to over the block, except that a power that grows with the square
-    of speed is linearised at the programmed feed, that gravity's torques are those at the axes' zero, and
-    that nothing is refunded for power that a drive returns.
+    The measured power of a linear drive doesn't depend on its speed: between the slowest and the fastest
+    measured speed an axis pays for the whole block, however far it travels. A slower or faster one pays for
+    its travel as at the nearest of these speeds. It is what `drive_power` adds up to over the block, except
+    that a power that grows with the square of speed is linearised at the programmed feed, that gravity's
+    torques are those at the axes' zero, and that nothing is refunded for power that a drive returns.
 
     Parameters
     ----------
     slope : (2, n, k), J/mm and J/rad, while the axis value grows and while it falls
-    standing : (2, n, k), J, constant part of a block in which the axis moves
+    standing : (2, n, k), J, constant part of a block in which the axis moves at a measured speed
+    slow : (n, k), mm and rad, travel in the block at the slowest measured speed
     measured : (n, k), mm and rad, travel in the block at the fastest measured speed; infinite where unknown
     step : (n, k), mm and rad, travel at the programmed feed
     """
 
     slope: Array
     standing: Array
+    slow: Array
     measured: Array
     step: Array
 
@@ -45,7 +54,7 @@ class BlockCosts:
     def of_travel(cls, plus: Array, minus: Array) -> BlockCosts:
         """Make costs in proportion to travel, (n, k) J/mm and J/rad."""
         none = np.zeros_like(plus)
-        return cls(np.stack([plus, minus]), np.zeros((2, *plus.shape)), none, none)
+        return cls(np.stack([plus, minus]), np.zeros((2, *plus.shape)), none, none, none)
 
     def thinned(self, rows: IntArray) -> BlockCosts:
         """Return the costs of moves between some of the locations, (m,), each of several blocks."""
@@ -54,23 +63,24 @@ class BlockCosts:
             return np.add.reduceat(steps[..., : rows[-1], :], rows[:-1], axis=-2)
 
         slope = summed(self.slope) / np.diff(rows)[:, None]
-        return BlockCosts(slope, summed(self.standing), summed(self.measured), summed(self.step))
+        return BlockCosts(slope, *map(summed, (self.standing, self.slow, self.measured, self.step)))
 
     def backwards(self) -> BlockCosts:
         """Return the costs of the same blocks on the way back, the last one first."""
         steps = np.arange(len(self.step))[::-1]
         slope, standing = (np.ascontiguousarray(part[::-1, steps]) for part in (self.slope, self.standing))
-        return BlockCosts(slope, standing, self.measured[steps], self.step[steps])
+        return BlockCosts(slope, standing, self.slow[steps], self.measured[steps], self.step[steps])
 
     @property
     def has_constant_power(self) -> bool:
-        """Whether a drive draws power for moving at all, but for rounding."""
+        """Whether a part of a drive's power doesn't depend on its speed, but for rounding."""
         return bool((self.standing > ROUNDING * self.slope * self.step).any())
 
     def near(self, travel: Array, sharpness: float) -> tuple[Array, Array]:
-        """Compute prices of travel near a solution: what stands is dear, what moves has all but paid.
+        """Compute prices of travel near a solution: what moves at a measured speed has all but paid.
 
-        At the solution itself, price times travel tends to what a block costs as the sharpness tends to 0.
+        At the solution itself, price times travel tends to what a block costs as the sharpness tends to 0; it
+        is exact for an axis that is slower or faster than was measured.
 
         Parameters
         ----------
@@ -85,7 +95,8 @@ class BlockCosts:
         ----------
         Candès, Wakin & Boyd, "Enhancing sparsity by reweighted l1 minimization", 2008, section 2.
         """
-        over = np.where(travel > self.measured, self.measured, travel + sharpness * self.step)
+        over = np.where(travel > self.slow, travel + sharpness * self.step, self.slow)
+        over = np.where(travel > self.measured, self.measured, over)
         plus, minus = self.slope + np.divide(
             self.standing, over, out=np.zeros_like(self.standing), where=over > 0.0
         )
@@ -119,20 +130,23 @@ def block_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None, *
     travel = np.stack(travel_costs(machine, feed, rapid))
     speed = np.where(machine.is_rotary, np.radians(feed)[:, None], feed[:, None])
     moving = np.where(rapid[:, None], 0.0, moving_powers(machine)[:, None])
-    fastest = [require_drive(machine, axis).measured_to for axis in machine.axes]
-    most = np.array([np.inf if v is None else v for v in fastest])
+    drives = [require_drive(machine, axis) for axis in machine.axes]
+    shares = [constant_share(v, d.measured_from, d.measured_to) for v, d in zip(speed.T, drives, strict=True)]
     # What the travel metric charges beyond the constant part grows with speed.
-    slope = np.maximum(travel - moving / np.minimum(speed, most), 0.0)
-    measured = np.array([np.full(len(time), np.inf) if v is None else v * time for v in fastest]).T
-    return BlockCosts(slope, moving * time[:, None], measured, speed * time[:, None])
+    slope = np.maximum(travel - moving * np.stack(shares, axis=1) / speed, 0.0)
+    slow = np.stack([(d.measured_from or 0.0) * time for d in drives], axis=1)
+    unknown = np.full(len(time), np.inf)
+    measured = np.stack([unknown if d.measured_to is None else d.measured_to * time for d in drives], axis=1)
+    return BlockCosts(slope, moving * time[:, None], slow, measured, speed * time[:, None])
 
 
 def least_travel_costs(machine: Machine) -> tuple[Array, Array, float]:
     """Compute the least energy of travel by axis at any speed up to the axis's highest.
 
-    A power that doesn't depend on speed costs the least at the highest speed, and nothing where that isn't
-    known. Of a friction drive counts what it does against friction and gravity: between two standstills the
-    work of acceleration is zero at best, and heat of the motor and viscous friction only add to it.
+    A power that doesn't depend on speed costs the least at the highest speed, or beyond the fastest measured
+    one, and nothing where neither is known. Of a friction drive counts what it does against friction and
+    gravity: between two standstills the work of acceleration is zero at best, and heat of the motor and
+    viscous friction only add to it.
 
     Returns
     -------
@@ -152,7 +166,8 @@ def least_travel_costs(machine: Machine) -> tuple[Array, Array, float]:
     standing = 0.0
     for column, axis in enumerate(machine.axes):
         drive = require_drive(machine, axis)
-        slowness = 1.0 / axis.max_speed if axis.max_speed else 0.0
+        # Least time for a mm or rad that the constant part is charged for.
+        slowness = max(1.0 / speed if speed else 0.0 for speed in (axis.max_speed, drive.measured_to))
         if isinstance(drive, FrictionDrive):
             standing += drive.hold
             costs[:, column] = drive.moving * slowness
@@ -170,7 +185,7 @@ def least_travel_costs(machine: Machine) -> tuple[Array, Array, float]:
 
 
 def _tabled(drive: Drive, side: int, slowness: float, weight: float) -> float:
-    """Least cost of a drive whose power depends on its speed only; slowness is that of the highest speed."""
+    """Least cost of a drive whose power depends on its speed only; slowness as charged, s/mm or s/rad."""
     if isinstance(drive, DirectionalDrive):
         level = (drive.plus, drive.minus)[side]
         return level if drive.proportional else level * slowness

@@ -173,7 +173,6 @@ def job_budget(
     motion: Motion,
     process: Process | None = None,
     factors: Factors | None = None,
-    rounding: float = 0.0,
     integral: Array | None = None,
     engaged: Engaged | None = None,
 ) -> Budget:
@@ -189,7 +188,7 @@ def job_budget(
     motion : axis values and times
     process : the engagement; without it spindle, cut and auxiliary are unknown
     factors : price and emission of a kWh
-    rounding, integral : as for `motion_energy`
+    integral : as for `motion_energy`
     engaged : what the moves take away of the stock, if it was cut: the cut's energy then is that of this
 
     Raises
@@ -204,7 +203,7 @@ def job_budget(
     Wang et al. (2019): ``P = P_idle(n) + P_cutting + P_aux``; Olteanu et al., Eq. (1), for the cut.
     """
     force = None if process is None else process.feed_force
-    energy = motion_energy(machine, motion, integral, rounding, force or 0.0)
+    energy = motion_energy(machine, motion, integral, feed_force=force or 0.0)
     taken = None if process is None else cutting_energies(machine, motion, process, engaged)
     course = None if engaged is None else CutCourse(motion.time, engaged.volume, taken)
     sources = {p.figure: p for p in machine.provenance}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
 
 import numpy as np
@@ -21,7 +21,7 @@ from fiveaxis.machine import (
     WeightDrive,
 )
 from fiveaxis.machine.powers import GRAVITY
-from fiveaxis.motion import rapid_speeds, standing_speeds
+from fiveaxis.motion import rapid_speeds
 
 # mm/s or rad/s: at this speed a drive moves and nothing in its power is in proportion to the speed.
 CREEPING = 1e-200
@@ -44,14 +44,13 @@ def drive_power(
     """Compute the electrical power of a drive.
 
     The force of the cut takes its mechanical power ``F_f v_f`` on top of a table's power; a friction drive
-    has it among its forces. A power that doesn't depend on speed was measured up to some speed
-    (`Measured.measured_to`). A faster axis pays for its travel as at that speed: the constant part is then in
-    proportion to speed.
+    has it among its forces. The part of the power that doesn't depend on speed holds between the measured
+    speeds; slower and faster axes pay for their travel as at the nearest of them (`constant_share`).
 
     Parameters
     ----------
     drive : its model; a table of powers depends on speed only
-    speed : (n,), mm/s or rad/s, signed; exactly 0 is standstill
+    speed : (n,), mm/s or rad/s, signed
     acceleration : (n,), mm/s² or rad/s²
     gravity : (n,), J/mm or J/rad, the load that the axis holds against gravity (`gravity_forces`)
     weight : N, moved weight of a linear axis
@@ -70,12 +69,33 @@ def drive_power(
     force = cutting if isinstance(drive, FrictionDrive) else 0.0
     power = _power(drive, _State(speed, acceleration, gravity + force, weight, inertia))
     power = power + (cutting - force) * speed
-    if drive.measured_to is None:
+    if is_proportional(drive):
         return power
-    beyond = np.abs(speed) / drive.measured_to - 1.0
+    beyond = constant_share(np.abs(speed), drive.measured_from, drive.measured_to) - np.sign(np.abs(speed))
+    constant = _constant_part(drive, np.sign(speed), gravity + force, weight)
+    return power + beyond * np.where(beyond > 0.0, np.maximum(constant, 0.0), constant)
+
+
+def constant_share(speed: Array, slowest: float | None, fastest: float | None) -> Array:
+    """Compute how much of the constant part of its power a drive takes at a speed.
+
+    It was measured between two speeds. Below them it falls in proportion to the speed, as measured servo
+    drives do, and above them it grows so: the travel costs what it costs at the nearest measured speed.
+
+    Parameters
+    ----------
+    speed : (n,), mm/s or rad/s, not below 0
+    slowest, fastest : mm/s or rad/s, measured; None where nothing is assumed
+
+    Returns
+    -------
+    (n,), 0 at standstill
+    """
+    share = np.sign(speed) if slowest is None else np.minimum(1.0, speed / slowest)
+    if fastest is None:
+        return share
     # A move at the fastest measured speed isn't beyond it, else rounding would tell equal postures apart.
-    beyond = np.where(beyond > ROUNDING, beyond, 0.0)
-    return power + beyond * moving_power(drive, np.sign(speed), gravity=gravity, weight=weight)
+    return np.where(speed > (1.0 + ROUNDING) * fastest, speed / fastest, share)
 
 
 def moving_power(
@@ -92,8 +112,13 @@ def moving_power(
     -------
     (n,), W, not below 0
     """
+    return np.maximum(_constant_part(drive, direction, gravity, weight), 0.0)
+
+
+def _constant_part(drive: Drive, direction: Array, gravity: Array | float, weight: float) -> Array:
+    """Compute by how much the model's power jumps as an axis starts, (n,) W; below 0 if friction helps."""
     creeping, still = (_State(v * direction, 0.0, gravity, weight, 0.0) for v in (CREEPING, 0.0))
-    return np.maximum(_power(drive, creeping) - _power(drive, still), 0.0)
+    return _power(drive, creeping) - _power(drive, still)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +192,7 @@ def axis_powers(
     ----------
     machine : every axis with a drive
     positions : (n, k), mm and rad; gravity's torques depend on them
-    speeds : (n, k), mm/s and rad/s; an axis slower than `standing_speeds` counts as standing
+    speeds : (n, k), mm/s and rad/s
     accelerations : (n, k), mm/s² and rad/s²; zero by default
     feed_force : (n,), N, of the cut against the tool's motion; none by default
 
@@ -181,7 +206,6 @@ def axis_powers(
         The power of an axis isn't known.
     """
     drives, forces, weights = _loads(machine, positions)
-    speeds = np.where(np.abs(speeds) >= standing_speeds(machine), speeds, 0.0)
     powers, cutting = np.empty_like(speeds), np.zeros_like(speeds)
     if feed_force is not None:
         cutting = cutting_loads(machine, positions, speeds, feed_force)
@@ -230,7 +254,7 @@ def travel_costs(machine: Machine, feed: Array, rapid: BoolArray | None = None) 
     ``W = 60·P/v`` with P in W and v in mm/min or deg/min (form-shaping Eq. 1): the cost of a steady move of
     that axis alone. For a rotary axis the programmed number is in deg/min, as in the equation, even if its
     power doesn't depend on its speed. A rapid move has no feed: every axis is charged at its `rapid_speeds`.
-    Beyond the fastest measured speed W stays what it is there (`drive_power`).
+    Outside the measured speeds W stays what it is at the nearest of them (`drive_power`).
     For friction drives the metric omits acceleration and the power at standstill, and takes gravity's torque
     with every axis at 0; every total (`Energy`) states how far it is from the power integral.
 
@@ -302,7 +326,7 @@ def moving_powers(machine: Machine) -> Array:
 
 
 def require_drive(machine: Machine, axis: Axis) -> Drive:
-    """Return an axis's drive.
+    """Return an axis's drive, with the slowest measured speed that is assumed where it states none.
 
     Raises
     ------
@@ -320,7 +344,7 @@ def require_drive(machine: Machine, axis: Axis) -> Drive:
             f"the drive of {axis.letter} of machine {machine.name!r} needs the moved mass, which isn't "
             f"known; add [axes.{axis.letter}.moved_mass] to its file"
         )
-    return axis.drive
+    return replace(axis.drive, measured_from=axis.drive.measured_from or axis.slowest_assumed)
 
 
 def _travel_cost(drive: Drive, speed: Array, sign: float, gravity: float, weight: float) -> Array:

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.energy.drives import axis_powers, is_proportional, travel_costs
+from fiveaxis.energy.drives import axis_powers, moving_powers, travel_costs
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
-from fiveaxis.motion import Motion, Steadiness, TimeLaw, measure_steadiness
+from fiveaxis.motion import Motion, Steadiness, TimeLaw, measure_steadiness, standing_speeds
 from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.toolpath import MoveKind, part_places
 
 Timing = Literal["programmed", "accelerations"]
 DRAWN = 100  # machines drawn from the bands of estimated drives
-# What the ends of an energy's band mean.
-_SLOWER = "the lower figure if, below the slowest measured speed, the drives' power falls with the speed"
-_ROUNDED = "the upper one if an axis also moves where the words move it by no more than their rounding"
 TORQUE_STEP = np.radians(3.0)  # rad, turn over which gravity's torque on a tilting table counts as constant
 
 
@@ -48,16 +45,14 @@ class Energy(ShownAsTable, HasColumns):
 
     The *travel metric* beside it, ``Σ W|Δq|`` at the programmed feed, charges every axis for its own travel
     only. The two agree for drives whose power is in proportion to their own speed; a drive with constant
-    power pays for the whole of a move, however short its own travel.
+    power pays for the whole of a move in which it runs at a measured speed.
 
     Parameters
     ----------
     by_axis : ∫P dt by axis letter, J
     travel_by_axis : travel metric by axis letter, J
-    least : J, ∫P dt if a drive's power falls in proportion to its speed below the slowest measured one; None
-        where ∫P dt comes from a time law
-    most : J, ∫P dt if an axis also moves where the words move it by no more than their rounding; None where
-        no words are priced
+    most : J, ∫P dt if drives took all of their constant power below the slowest measured speed, too, which
+        measured servo drives don't; None where ∫P dt comes from a time law
     base : base power × time, J; None where the machine's base power is unknown
     time : duration of the motion, s
     feed_time : s, at the programmed feed and the axes' highest speeds
@@ -70,7 +65,6 @@ class Energy(ShownAsTable, HasColumns):
 
     by_axis: dict[str, float]
     travel_by_axis: dict[str, float]
-    least: float | None
     base: float | None
     time: float
     feed_time: float
@@ -116,13 +110,12 @@ class Energy(ShownAsTable, HasColumns):
 
     @property
     def band(self) -> str | None:
-        """How far the energy lies between its readings, in words; None where they agree to the joule."""
-        ends = (self.least, _SLOWER), (self.most, _ROUNDED)
-        apart = [(end, why) for end, why in ends if end is not None and round(end) != round(self.total)]
-        if not apart:
+        """How far the energy could lie above the price, in words; None where that is less than a joule."""
+        if self.most is None or round(self.most) == round(self.total):
             return None
-        figures = [self.total if end is None else end for end, _ in ends]
-        return f"between {figures[0]:.0f} and {figures[1]:.0f} J: {', '.join(why for _, why in apart)}"
+        return (
+            f"up to {self.most:.0f} J if drives took their whole power below the slowest measured speed, too"
+        )
 
     @property
     def joules(self) -> Array:
@@ -159,7 +152,6 @@ class Energy(ShownAsTable, HasColumns):
         return {
             "total": self.total,
             "by_axis": dict(self.by_axis),
-            "least": self.least,
             "most": self.most,
             "base": self.base,
             "with_base": self.with_base,
@@ -204,7 +196,7 @@ def motion_energy(
     machine : every axis with a drive
     motion : axis values and times
     integral : (n, k), J, ∫P dt by move and axis from a time law (`law_energies`); from mean speeds by default
-    rounding : mm, travel of a linear axis up to which it counts as standing
+    rounding : mm, travel of a linear axis up to which it counts as standing where starts are counted
     feed_force : N, of the cut against the feed in cutting moves; not part of the travel metric
 
     Raises
@@ -212,19 +204,18 @@ def motion_energy(
     MachineError
         The power of an axis isn't known.
     """
-    charged, least, most = move_energies(machine, motion), None, None
+    charged, most = move_energies(machine, motion), None
     if integral is None:
-        integral = move_powers(machine, motion, rounding, feed_force) * motion.time[:, None]
-        idle = move_powers(machine, motion, rounding) * motion.time[:, None] if feed_force else integral
-        least = float((integral - idle * (1.0 - _shares_of_slow(machine, motion))).sum())
-        if rounding:
-            most = float((move_powers(machine, motion, feed_force=feed_force) * motion.time[:, None]).sum())
+        integral = move_powers(machine, motion, feed_force) * motion.time[:, None]
+        most = float(integral.sum())
+        if moving_powers(machine).any():
+            constant = move_powers(_with_constant_powers(machine), motion, feed_force)
+            most = float((constant * motion.time[:, None]).sum())
     travel, spent = charged.sum(axis=0), integral.sum(axis=0)
     time = float(motion.time.sum())
     return Energy(
         by_axis={c: float(j) for c, j in zip(machine.letters, spent, strict=True)},
         travel_by_axis={c: float(j) for c, j in zip(machine.letters, travel, strict=True)},
-        least=least,
         base=None if machine.base_power is None else machine.base_power * time,
         time=time,
         feed_time=time,
@@ -234,19 +225,11 @@ def motion_energy(
     )
 
 
-def _shares_of_slow(machine: Machine, motion: Motion) -> Array:
-    """Compute the share of its power that a drive takes if power falls below the measured speeds, (n, k).
-
-    It is 1 for a drive whose power is in proportion to its speed anyway.
-    """
-    slowest = np.zeros(len(machine.axes))
-    for column, axis in enumerate(machine.axes):
-        drive = axis.drive
-        if drive is not None and drive.measured_from is not None and not is_proportional(drive):
-            slowest[column] = drive.measured_from
-    duration = np.where(motion.time > 0.0, motion.time, 1.0)[:, None]
-    speed = np.abs(motion.moves) / duration
-    return np.divide(speed, slowest, out=np.ones_like(speed), where=(speed > 0.0) & (speed < slowest))
+def _with_constant_powers(machine: Machine) -> Machine:
+    """Return a machine whose drives take their constant power wherever an axis doesn't stand."""
+    known = ((a, a.drive, float(v)) for a, v in zip(machine.axes, standing_speeds(machine), strict=True))
+    axes = tuple(a if d is None else replace(a, drive=replace(d, measured_from=v)) for a, d, v in known)
+    return replace(machine, axes=axes)
 
 
 def _by_kind(motion: Motion, charged: Array, integral: Array) -> dict[str, KindEnergy]:
@@ -275,14 +258,13 @@ def move_energies(machine: Machine, motion: Motion) -> Array:
     return plus * np.maximum(moves, 0.0) + minus * np.maximum(-moves, 0.0)
 
 
-def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0, feed_force: float = 0.0) -> Array:
+def move_powers(machine: Machine, motion: Motion, feed_force: float = 0.0) -> Array:
     """Compute the drives' power in every move, at the move's mean speeds.
 
     Parameters
     ----------
     machine : every axis with a drive
     motion : axis values and times
-    rounding : mm, travel of a linear axis up to which it counts as standing
     feed_force : N, of the cut against the feed in cutting moves
 
     Returns
@@ -295,8 +277,7 @@ def move_powers(machine: Machine, motion: Motion, rounding: float = 0.0, feed_fo
     # A torque that changes along the move is evaluated at the middle of each part.
     rest = 1.0 - begin - 0.5 / parts[row]
     middles = motion.positions[row] - rest[:, None] * moves[row]
-    real = machine.is_rotary | (np.abs(moves) > rounding)
-    speeds = np.where(real, moves, 0.0)[row] / motion.time[row, None]
+    speeds = moves[row] / motion.time[row, None]
     powers = np.zeros_like(moves)
     force = np.where(motion.cutting[row], feed_force, 0.0) if feed_force else None
     np.add.at(powers, row, axis_powers(machine, middles, speeds, feed_force=force) / parts[row, None])

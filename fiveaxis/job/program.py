@@ -327,6 +327,4 @@ def _text_energy(back: ReadBack, text: Program) -> Energy | None:
 
 def _energy_note(energy: Energy) -> str:
     """Write what a program costs, for its header."""
-    ends = [f"{end:.0f}" for end in (energy.least, energy.most) if end is not None]
-    band = "" if energy.band is None else f", {' to '.join(ends)} J by other readings (report)"
-    return f"{energy.total:.0f} J of the feed drives in {energy.time:.1f} s, by the words as written{band}"
+    return f"{energy.total:.0f} J of the feed drives in {energy.time:.1f} s, by the words as written"

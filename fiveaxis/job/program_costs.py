@@ -30,7 +30,7 @@ from fiveaxis.job.process import ProcessFigures, make_process, read_process
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
-from fiveaxis.motion import Motion, PredictedTime, TimeLaw, predicted_time, standing_speeds, time_motion
+from fiveaxis.motion import Motion, PredictedTime, TimeLaw, predicted_time, time_motion
 from fiveaxis.motion.limiting import law_limiting, programmed_limiting
 from fiveaxis.nc import ReadMotion, stated_clock
 from fiveaxis.nc.control.program_reader import require_timed
@@ -45,8 +45,6 @@ from fiveaxis.toolpath import MoveKind, Tool
 BLOCK_TEXT = 60
 # Share of an axis's highest speed that rounding of a program's words may exceed.
 OVER = 1e-3
-# mm or deg: travel of an axis too slow to count as moving, above which it is reported.
-CREPT = 0.1
 # mm and s: differences between parts of one straight move of the tip.
 SAME_STEP, SAME_TIME = 1e-7, 1e-9
 Corners = Literal["control", "programmed", "exact-stop"] | float
@@ -69,7 +67,7 @@ class ProgramEnergy:
     texts : (n,), the blocks as written
     tool : the programmed feed is the speed of its centre; None for the tip
     budget : electricity of the whole program by consumer; None without the cut (``process``)
-    findings : what was assumed or left out while reading, and where axes are too fast or too slow
+    findings : what was assumed or left out while reading, and where axes are too fast
     """
 
     machine: Machine
@@ -223,7 +221,7 @@ def price_program(
         motion = replace(motion, time=taken.times)
     if corners in ("programmed", "control"):
         motion = replace(motion, time=np.where(lost, 0.0, motion.time))
-        by_block = move_powers(machine, motion, rounding, force) * motion.time[:, None]
+        by_block = move_powers(machine, motion, force) * motion.time[:, None]
     elif isinstance(corners, str) and corners != "exact-stop":
         what = "control, programmed, exact-stop, or a tolerance in mm"
         raise SettingError(f"corners {corners!r}: write {what}")
@@ -240,13 +238,12 @@ def price_program(
     limiting = limits()
     limited = replace(limiting, time=limiting.time * known[:, None]).by_cause
     energy = replace(spent, feed_time=feed_time, timing=timing, limited=limited)
-    budget = None if cut is None else job_budget(machine, motion, cut, None, rounding, integral)
+    budget = None if cut is None else job_budget(machine, motion, cut, None, integral)
     coordinates: Coordinates = "tip" if read.tcp.any() else "axes"
     # What axis words cost doesn't depend on where the tool goes.
     unknown = figure_findings(machine, coordinates)
     findings = (*(f for f in unknown if coordinates == "tip" or f.code == "figure-assumed"), *stands)
-    findings += (*motion.findings, *_speeding(machine, motion), *_creeping(machine, motion))
-    findings += tuple(_unlimited(machine, law))
+    findings += (*motion.findings, *_speeding(machine, motion), *_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))
     if taken is not None and taken.assumed:
         findings += (Finding(Severity.NOTE, "corners-assumed", taken.assumed, Place(file=motion.name)),)
@@ -280,8 +277,7 @@ def _whole_blocks(
 ) -> tuple[ReadMotion, PredictedTime | None]:
     """Join the parts of a block in which a control moves the tip straight: its mean speeds count.
 
-    The parts are as fine as keeps the tip on its path; an axis that swings by less would be charged its
-    drive's power in some parts and not in others.
+    The parts are as fine as keeps the tip on its path; blocks of our own programs are priced whole, too.
     """
     tip, _axis = tool_poses(machine, motion.positions)
     steps = np.diff(tip, axis=0, prepend=tip[:1])
@@ -363,23 +359,6 @@ def _speeding(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
                 f"{fastest:.5g}: the machine takes longer than computed here; use --corners",
                 Place(line=int(motion.source[worst]), file=motion.name),
                 fastest,
-            )
-
-
-def _creeping(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
-    """Report axes that move some distance so slowly that they count as standing."""
-    moving, travel = motion.time > 0.0, np.abs(motion.moves)
-    for column, (axis, least) in enumerate(zip(machine.axes, standing_speeds(machine), strict=True)):
-        slow = moving & (travel[:, column] > 0.0) & (travel[:, column] < least * motion.time)
-        crept = axis.shown(float(travel[slow, column].sum()))
-        if crept > CREPT:
-            yield Finding(
-                Severity.NOTE,
-                "axis-creeps",
-                f"{axis.letter} moves {crept:.3g} {axis.unit} slower than {60.0 * axis.shown(least):.2g} "
-                f"{axis.unit}/min, which counts as standing: the drive's power isn't in the integral there",
-                Place(line=int(motion.source[np.flatnonzero(slow)[0]]), file=motion.name),
-                crept,
             )
 
 

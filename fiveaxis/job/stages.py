@@ -235,7 +235,7 @@ def run_stages(
         if operation is not None:
             solution = operation.beside_original(solution, rounding)
         timed = solution.clock.timed(blocks, machine)
-        budget = job_budget(machine, timed, process, factors, rounding, engaged=program.engaged)
+        budget = job_budget(machine, timed, process, factors, engaged=program.engaged)
         return Outcome(
             job, solution, program, budget, inputs, cleared=cleared, revision=revision, scallop=scallop
         )
@@ -291,7 +291,7 @@ def _edge_use(solution: Postures, rpm: float | None) -> EdgeUse:
 
 
 def _rounded_alike(solution: Postures, filling: Filling, rounding: float) -> dict[str, Baseline]:
-    """Price the baselines as the text is: moves within the rounding of its words, in mm, stand there, too."""
+    """Count the baselines' starts as the text's: moves within the rounding of its words, mm, are none."""
     machine, path = solution.machine, solution.toolpath
 
     def energy(one: Baseline) -> Energy:

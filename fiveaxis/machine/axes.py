@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from fiveaxis.errors import MachineError
-from fiveaxis.machine.drives import Drive
+from fiveaxis.machine.drives import SLOWEST, SLOWEST_TURN, Drive
 
 
 @dataclass(frozen=True)
@@ -119,6 +119,19 @@ class Axis:
     def is_rotary(self) -> bool:
         """Whether the value is an angle."""
         return self.letter in "ABC"
+
+    @property
+    def slowest_assumed(self) -> float:
+        """Slowest measured speed of a drive that states none, mm/s or rad/s: that of the published table.
+
+        It is at most the fastest measured speed and the axis's highest.
+        """
+        ends = (
+            SLOWEST_TURN if self.is_rotary else SLOWEST,
+            self.max_speed,
+            getattr(self.drive, "measured_to", None),
+        )
+        return min(end for end in ends if end)
 
     @property
     def unit(self) -> str:

@@ -5,12 +5,20 @@ Internally a force is in J/mm and a torque in J/rad, so force times axis speed i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+
+# mm/s and rad/s, the slowest speeds of the only published table of axis powers, 250 mm/min and 250 deg/min
+# (Hayashi et al. 2018): assumed where a drive states none.
+SLOWEST, SLOWEST_TURN = 250.0 / 60.0, math.radians(250.0) / 60.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measured:
-    """The speeds at which a drive's power was measured; beyond them it is an extrapolation.
+    """The speeds at which a drive's power was measured.
+
+    Below the slowest and above the fastest its constant part is in proportion to the speed: servo logs show
+    that power goes to nothing with the speed.
 
     Parameters
     ----------

@@ -20,6 +20,7 @@ from fiveaxis.motion.steadiness import (
     axis_uses,
     measure_steadiness,
     peak_rates,
+    standing_speeds,
 )
 from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
 from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
@@ -31,7 +32,6 @@ from fiveaxis.motion.timing import (
     least_times,
     rapid_findings,
     rapid_speeds,
-    standing_speeds,
     times_rapids,
 )
 from fiveaxis.options import Coordinates

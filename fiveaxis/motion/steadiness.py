@@ -10,7 +10,15 @@ import numpy as np
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.motion.motion import Motion
-from fiveaxis.motion.timing import standing_speeds
+
+# mm/s, rad/s: slower axes count as standing. That exceeds rounding in a program (1e-5 mm in a block of 20 ms
+# is half of it), residuals of an optimiser and effects of dividing moves.
+STANDING, STANDING_TURN = 1e-3, 2e-5
+
+
+def standing_speeds(machine: Machine) -> Array:
+    """Return the speeds below which an axis counts as standing, (k,) mm/s and rad/s."""
+    return np.where(machine.is_rotary, STANDING_TURN, STANDING)
 
 
 @dataclass(frozen=True)
@@ -35,7 +43,7 @@ class SpeedChange:
 class Steadiness:
     """Starts, reversals and changes of speed of the axes in a program's blocks.
 
-    An axis *moves* in a block if its mean speed reaches `standing_speeds`, as for the energy; else it stands.
+    An axis *moves* in a block if its mean speed reaches `standing_speeds`; else it stands.
     A *start* is a block in which an axis moves after one in which it stood, or its first one. A *reversal* is
     a block in which it moves against its direction in the block before: a start is none, so each counts once.
     Rapid moves count like others. A block without duration costs nothing, and its neighbours follow each

@@ -14,7 +14,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.planes import AXIS_TOLERANCE
-from fiveaxis.motion.timing import axis_bounds, standing_speeds
+from fiveaxis.motion.timing import axis_bounds
 from fiveaxis.toolpath import Band, Toolpath, longest_spans
 
 # Largest relative difference of the path speeds of the blocks in one span.
@@ -71,8 +71,7 @@ def thinned(
     stay within `WRITTEN_TOLERANCE` of where they may be at the same time: on the path's curve or chord, or
     between. The tool axis stays within `AXIS_TOLERANCE` of the given one and of its plane. The given motion
     is always the reference, so deviations don't add up. A span that becomes one block keeps its duration; it
-    contains no change of kind, feed or speed and no turn on the spot. An axis that stands in one block of a
-    span stands in the whole span, since many drives draw their full power however slowly they move.
+    contains no change of kind, feed or speed and no turn on the spot.
 
     Each span is as long as possible from its start, and no two neighbouring spans could be one.
 
@@ -152,12 +151,6 @@ class _Course:
         return np.divide(self.path.lengths, self.motion.time, out=np.zeros(len(self.motion)), where=lasting)
 
     @cached_property
-    def moving_before(self) -> Array:
-        """(n, k), s, for how long each axis has moved up to each row."""
-        moving = np.abs(self.motion.moves) >= standing_speeds(self.machine) * self.motion.time[:, None]
-        return np.cumsum(np.where(moving, self.motion.time[:, None], 0.0), axis=0)
-
-    @cached_property
     def needed_before(self) -> IntArray:
         """(n,), number of rows up to each one that have to stay."""
         motion = self.motion
@@ -175,7 +168,6 @@ class _Course:
         ok = self.needed_before[last - 1] == self.needed_before[first]
         turns = np.abs(self.rotary[last] - self.rotary[first]).max(axis=1, initial=0.0)
         ok &= turns <= self.max_turn
-        ok &= self._keeps_standing(first, last)
         at = np.flatnonzero(ok & ~single)
         if len(at):
             # Most spans that are too long are off at half of their rows, which are few to compare.
@@ -184,14 +176,6 @@ class _Course:
             ok &= single
             ok[at] = self._keeps(first[at], last[at])
         return ok | single
-
-    def _keeps_standing(self, first: IntArray, last: IntArray) -> BoolArray:
-        """Check in which spans, (s,), every axis that would move does so in all of their blocks."""
-        lasts = (self.clock[last] - self.clock[first])[:, None]
-        travel = np.abs(self.motion.positions[last] - self.motion.positions[first])
-        moves = travel >= standing_speeds(self.machine) * lasts
-        stands = lasts - (self.moving_before[last] - self.moving_before[first]) > SHORTEST
-        return np.asarray(~(moves & stands).any(axis=1))
 
     def _keeps(self, first: IntArray, last: IntArray) -> BoolArray:
         """Compare spans with the given motion, at the ends and the middles of all their blocks, (s,)."""

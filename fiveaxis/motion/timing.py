@@ -15,10 +15,6 @@ from fiveaxis.toolpath import MoveKind, Toolpath
 
 # mm: smaller moves are rounding; a control doesn't resolve them.
 STANDSTILL = 1e-6
-# mm/s, rad/s: slower axes count as standing. A drive of constant power draws it at any speed above 0, so the
-# limit must exceed rounding in the program (1e-5 mm in a block of 20 ms is half of it), residuals of an
-# optimiser and effects of dividing moves. No drive was measured at such a low speed.
-STANDING, STANDING_TURN = 1e-3, 2e-5
 # Where F is the tip's, a block takes at least this share of the time that the pivot would: while the tip
 # hardly moves, nothing but highest speeds, which few machine files state, would bound how fast axes turn.
 LEAST_OF_PIVOT = 0.5
@@ -129,11 +125,6 @@ def feed_times(toolpath: Toolpath, turn: Array | float = 0.0) -> Array:
 def _times_of(length: Array, turn: Array | float, feed: Array) -> Array:
     """Compute the durations of moves of some length, mm, or of some turn, rad, where they have none."""
     return np.asarray(np.where(length > STANDSTILL, length, np.degrees(turn)) / feed)
-
-
-def standing_speeds(machine: Machine) -> Array:
-    """Return the speeds below which an axis counts as standing, (k,) mm/s and rad/s."""
-    return np.where(machine.is_rotary, STANDING_TURN, STANDING)
 
 
 def rapid_speeds(machine: Machine, feed: Array) -> Array:

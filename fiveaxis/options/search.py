@@ -38,7 +38,7 @@ class Search(TypedDict, total=False):
         float,
         Option(
             "share of the energy that may be spent on fewer starts and reversals of axes; 0 for none",
-            default=0.01,
+            default=0.005,
             least=0.0,
             most=1.0,
         ),

@@ -292,8 +292,8 @@ class Solution(ShownAsTable, HasColumns):
     def energy_range(self, *, with_base: bool = False) -> tuple[float, float]:
         """Compute between which energies the program's lies, J.
 
-        Drives are anywhere within the bands of estimated ones, and the energy is that of either reading of
-        its words (`Energy.least`, `Energy.most`).
+        Drives are anywhere within the bands of estimated ones, and take less or all of their power at low
+        speed (`Energy.most`).
 
         Parameters
         ----------
@@ -301,8 +301,8 @@ class Solution(ShownAsTable, HasColumns):
         """
         energy = self.energy
         drawn = self._drawn(energy, with_base)
-        below, above = (0.0 if end is None else end - energy.total for end in (energy.least, energy.most))
-        return float(drawn.min()) + min(below, 0.0), float(drawn.max()) + max(above, 0.0)
+        above = 0.0 if energy.most is None else energy.most - energy.total
+        return float(drawn.min()), float(drawn.max()) + max(above, 0.0)
 
     def _drawn(self, energy: Energy, with_base: bool) -> Array:
         """Compute an energy on machines drawn from the bands of estimated drives, (d,) J."""

@@ -125,8 +125,7 @@ def baseline_table(document: ReportDocument) -> str:
     columns: dict[str, Callable[[str, Energy], str]] = {
         "#feed drives (J)": lambda _, energy: number(energy.total),
         "#saved": lambda name, _: share(name, "total"),
-        "#if power falls with speed (J)": lambda _, energy: number(energy.least),
-        "#if rounding moves axes (J)": lambda _, energy: number(energy.most or energy.total),
+        "#at whole power when slow (J)": lambda _, energy: number(energy.most or energy.total),
         "#travel metric (J)": lambda _, energy: number(energy.travel),
         "#saved, travel metric": lambda name, _: share(name, "travel"),
         "#feed drives and base power (J)": lambda _, energy: number(energy.with_base),

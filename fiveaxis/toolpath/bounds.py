@@ -305,7 +305,18 @@ def _directions_at_cuts(toolpath: Toolpath) -> Array:
 
 
 def _travel_directions(toolpath: Toolpath, reference: Array) -> Array:
-    """Return the direction of travel perpendicular to the reference, (n, 3) unit vectors, else NaN."""
+    """Return the direction of travel perpendicular to the reference, (n, 3) unit vectors, else NaN.
+
+    That of a given location doesn't depend on what was inserted beside it.
+    """
+    ahead = _directions_between(toolpath, reference)
+    if toolpath.inserted.any():
+        given = np.flatnonzero(~toolpath.inserted)
+        ahead[given] = _directions_between(toolpath.at(given), reference[given])
+    return ahead
+
+
+def _directions_between(toolpath: Toolpath, reference: Array) -> Array:
     steps = np.diff(toolpath.pivot, axis=0, prepend=np.nan, append=np.nan)
     into, out = steps[:-1], steps[1:]
     curved, curve = np.append(toolpath.curved, False), toolpath.curve

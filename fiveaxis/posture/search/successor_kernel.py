@@ -81,7 +81,8 @@ class Prices(NamedTuple):
 
     Parameters
     ----------
-    standing, slope, reach : as in `BlockCosts`
+    standing, slope : as in `BlockCosts`
+    slow, reach : (n − 1, k), 1/mm and 1/rad, inverse of its travel at the slowest and the fastest speed
     least : (n − 1, k), mm and rad, travel that counts as none
     start : (2, n − 1, k), J, of an axis that didn't move this way in the step before
     bend : (n − 1,), J/rad²
@@ -91,6 +92,7 @@ class Prices(NamedTuple):
 
     standing: Array
     slope: Array
+    slow: Array
     reach: Array
     least: Array
     start: Array
@@ -138,25 +140,6 @@ class Cells(NamedTuple):
     phase: float
 
 
-class Ahead(NamedTuple):
-    """What it costs from a location to the last one: states of a search from there, location by location.
-
-    Parameters
-    ----------
-    states, costs : (t, 2) rad and (t,) J
-    begin, end : (n,), rows of each location's states; equal where nothing is known
-    """
-
-    states: Array
-    costs: Array
-    begin: IntArray
-    end: IntArray
-
-    def backwards(self) -> Ahead:
-        """Return the same states for the path from its last location to its first."""
-        return self._replace(begin=self.begin[::-1].copy(), end=self.end[::-1].copy())
-
-
 class Task(NamedTuple):
     """What is searched: `moves` is (m, 2, 4), see `ROW`; `slopes` and `bows` are those of `LocationTapes`."""
 
@@ -167,7 +150,6 @@ class Task(NamedTuple):
     corridor: Corridor
     cells: Cells
     moves: Array
-    ahead: Ahead
 
 
 class Layer(NamedTuple):
@@ -184,7 +166,7 @@ class Found(NamedTuple):
 
     Parameters
     ----------
-    cost, worth : (m,), J, so far, and with what is ahead
+    cost : (m,), J
     parent, move : (m,), the state that it comes from, and how
     rotary : (m, 2), rad, by the model
     key : (m,), its cell
@@ -193,7 +175,6 @@ class Found(NamedTuple):
     """
 
     cost: Array
-    worth: Array
     parent: IntArray
     move: IntArray
     rotary: Array
@@ -295,7 +276,7 @@ def step_price(
         moves |= bit
         price += prices.slope[0, i, a] * up[a] + prices.slope[1, i, a] * down[a]
         if standing > 0.0:
-            price += standing * max(1.0, travel / prices.reach[i, a])
+            price += standing * max(min(1.0, travel * prices.slow[i, a]), travel * prices.reach[i, a])
             if not before & bit:
                 price += prices.start[way, i, a]
         late = max(late, prices.pace[a] * travel - prices.time[i])
@@ -449,18 +430,6 @@ def region(cells: Cells, first: float, second: float) -> int:
 
 
 @inner
-def look_ahead(cells: Cells, ahead: Ahead, i: int, table: Array) -> None:
-    """Set what it costs from location i on, by region, (CELLS²,) J; none is dearer than the dearest known."""
-    dearest = 0.0
-    for t in range(ahead.begin[i], ahead.end[i]):
-        dearest = max(dearest, ahead.costs[t])
-    table[:] = dearest
-    for t in range(ahead.begin[i], ahead.end[i]):
-        at = region(cells, ahead.states[t, 0], ahead.states[t, 1])
-        table[at] = min(table[at], ahead.costs[t])
-
-
-@inner
 def asked(locations: Locations, moves: Array, i: int) -> Array:
     """Compute what moves ask of their rows at location i + 1, (m, 2); NaN where there is none.
 
@@ -497,9 +466,7 @@ def keep_held(layer: Layer, j: int, moves: Array, v: int, there: Array) -> None:
 
 
 @inner
-def candidates(
-    task: Task, layer: Layer, size: int, bows: Array, i: int, margin: float, table: Array, found: Found
-) -> int:
+def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin: float, found: Found) -> int:
     """Find candidates for location i + 1 by a model of second order about every state; return their number.
 
     Parameters
@@ -507,7 +474,6 @@ def candidates(
     layer, size : the states of location i, and their number
     bows : (s, 6 (k + 3)), the quantities of location i + 1 at their angles, with both derivatives
     margin : J, by which a candidate may cost more than the cheapest
-    table : (CELLS²,), J, what it costs from location i + 1 on, by region
     """
     locations, prices, corridor, cells, moves = (
         task.locations,
@@ -543,7 +509,7 @@ def candidates(
     near, aims = len(corridor.path) > 0, asked(locations, moves, i)
     onlys = near and not corridor.free[i + 1]
     for j in range(size):
-        if layer.cost[j] + table[region(cells, layer.rotary[j, 0], layer.rotary[j, 1])] > least + margin:
+        if layer.cost[j] > least + margin:
             continue
         for d in range(6):
             for a in range(axes):
@@ -624,8 +590,7 @@ def candidates(
                 cost += wear_price(prices.wear, i + 1, cosine)
             if over > ROUNDING:
                 cost += BROKEN + PER_EXCESS * over
-            worth = cost + table[region(cells, angle1, angle2)]
-            if v != ONTO and worth > least + margin:
+            if v != ONTO and cost > least + margin:
                 continue
             key = cell(cells, there[cells.level], angle1 if cells.spin == 0 else angle2)
             if cells.spin == 0:
@@ -640,10 +605,10 @@ def candidates(
                 continue
             if at == count:
                 count += 1
-            found.cost[at], found.worth[at] = cost, worth
+            found.cost[at] = cost
             found.parent[at], found.move[at], found.key[at] = j, v, key
             found.rotary[at, 0], found.rotary[at, 1] = angle1, angle2
-            least = min(least, worth)
+            least = min(least, cost)
     return count
 
 
@@ -687,7 +652,7 @@ def kept(
     rest = np.full(count, np.inf)
     for at in range(count):
         if not stays[at]:
-            rest[at] = found.worth[at]
+            rest[at] = found.cost[at]
     cut = smallest(rest, most - size - 1)
     size = 0
     for at in range(count):
@@ -695,7 +660,7 @@ def kept(
             keep[size] = at
             size += 1
     for at in range(count):
-        if not stays[at] and found.worth[at] <= cut and size < most:
+        if not stays[at] and found.cost[at] <= cut and size < most:
             keep[size] = at
             size += 1
     return size
@@ -858,21 +823,19 @@ class Trail(NamedTuple):
 
     Parameters
     ----------
-    states, parents, costs : (t, 2) rad, and (t,) each, row of the state that each comes from, and J
+    states, parents : (t, 2) rad, and (t,), row of the state that each comes from
     begin : (n + 1,)
     layers : states of the last two locations; those of location i are in ``layers[i % 2]``
-    found, wide, table, used, keep, origin : see `candidates`, `kept` and `solved`
+    found, wide, used, keep, origin : see `candidates`, `kept` and `solved`
     given, bows : inputs and values of the model of second order
     """
 
     states: Array
     parents: IntArray
-    costs: Array
     begin: IntArray
     layers: tuple[Layer, Layer]
     found: Found
     wide: IntArray
-    table: Array
     used: IntArray
     keep: IntArray
     origin: IntArray
@@ -905,7 +868,6 @@ def trail_of(task: Task, first: Array, start: Array, most: int) -> Trail:
     places = 1 << int(2 * many).bit_length()
     found = Found(
         np.empty(many),
-        np.empty(many),
         np.empty(many, np.int64),
         np.empty(many, np.int64),
         np.empty((many, 2)),
@@ -916,12 +878,10 @@ def trail_of(task: Task, first: Array, start: Array, most: int) -> Trail:
     return Trail(
         states,
         np.empty(len(states), np.int32),
-        np.zeros(len(states)),
         begin,
         (here, then),
         found,
         np.zeros(CELLS * CELLS, np.int64),
-        np.zeros(CELLS * CELLS),
         np.empty(CELLS * CELLS, np.int64),
         np.empty(room, np.int64),
         np.empty(room, np.int64),
@@ -952,8 +912,7 @@ def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: f
             for d in range(6):
                 trail.given[j, 2 + d] = locations.given[i + 1, d]
         play(*task.bows, trail.given[:size], trail.bows[:size])
-        look_ahead(task.cells, task.ahead, i + 1, trail.table)
-        count = candidates(task, here, size, trail.bows, i, margin, trail.table, found)
+        count = candidates(task, here, size, trail.bows, i, margin, found)
         chosen = kept(task.cells, found, count, most, trail.wide, trail.used, trail.keep)
         size = solved(task, here, found, trail.keep[:chosen], i, trail.bows, then, trail.origin)
         for at in range(count):
@@ -962,13 +921,12 @@ def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: f
             return i, margin
         least, dearest = np.inf, -np.inf
         for j in range(size):
-            worth = then.cost[j] + trail.table[region(task.cells, then.rotary[j, 0], then.rotary[j, 1])]
-            least, dearest = min(least, worth), max(dearest, worth)
+            least, dearest = min(least, then.cost[j]), max(dearest, then.cost[j])
         margin = SPARE * (dearest - least) if chosen == most else np.inf
         at = trail.begin[i + 1]
         for j in range(size):
             trail.states[at + j, 0], trail.states[at + j, 1] = then.rotary[j, 0], then.rotary[j, 1]
-            trail.parents[at + j], trail.costs[at + j] = trail.begin[i] + trail.origin[j], then.cost[j]
+            trail.parents[at + j] = trail.begin[i] + trail.origin[j]
         trail.begin[i + 2] = at + size
     return end, margin
 
@@ -977,7 +935,7 @@ def keep_only(trail: Trail, i: int, stays: BoolArray) -> None:
     """Keep some of the states of location i, the last one; (s,)."""
     begin, size = int(trail.begin[i]), int(np.count_nonzero(stays))
     rows = begin + np.flatnonzero(stays)
-    for column in (trail.states, trail.parents, trail.costs):
+    for column in (trail.states, trail.parents):
         column[begin : begin + size] = column[rows]
     for column in trail.layers[i % 2]:
         column[:size] = column[: len(stays)][stays]

@@ -40,7 +40,6 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.successor_kernel import (
     BROKEN,
     ROUNDING,
-    Ahead,
     Cells,
     Corridor,
     Locations,
@@ -69,9 +68,9 @@ TIE = 1e-3
 # rad, between sampled postures; rings through a range of the lean.
 SAMPLED, RINGS = np.radians(3.0), 3
 # Divisors of cells where none of the larger ones lead through.
-FINER_SPIN = (2.5, 5.0)
+FINER = (3.0, 9.0)
 # First states per cell and direction, and to each side of a path; where the first one lies in its cell.
-FINER, AROUND, BESIDE_END = 3, 12, 1.0 / 8.0
+PER_CELL, AROUND, BESIDE_END = 3, 12, 1.0 / 8.0
 # Locations of a search everywhere lie no more than so many apart, and the normal turns no farther, rad.
 STRIDE, LARGEST_TURN = 8, np.radians(10.0)
 # rad: a move in which it turns farther is divided first; and a path of few locations into so many parts.
@@ -86,6 +85,8 @@ REFUSED = 1.0
 SMALL_TURN = np.radians(0.5)
 # rad: postures no farther apart are one.
 SAME = 1e-9
+# 1/mm and 1/rad: inverse travel where there is none.
+FULL_SPEED = 1e12
 # Length of a direction across the first rotary axis, or mm of a move, that has an azimuth.
 WITH_AZIMUTH = 1e-3
 # A search with fewer states a location isn't one; with more in all it would take too much memory.
@@ -130,7 +131,9 @@ class Grain:
     radius : rad, that the axis with the smaller range may be away from a known path, the other twice as far
     start : s, of the power of a moving axis that its start or reversal costs
     rows : about the fewest locations of a search everywhere
-    both_ways : whether a search everywhere is made from both ends (`paths_anywhere`)
+    backwards : whether a search everywhere begins at the last location: which states look cheap on the way
+        depends on where it comes from
+    by_other : whether a search everywhere is priced otherwise than what is minimised, for another start
     """
 
     level: float
@@ -139,13 +142,15 @@ class Grain:
     radius: float = np.inf
     start: float = 0.02
     rows: int = 250
-    both_ways: bool = False
+    backwards: bool = False
+    by_other: bool = False
 
     @property
     def finer(self) -> tuple[Grain, ...]:
         """What to try where a search found no sequence of postures."""
         return tuple(
-            replace(self, spin=self.spin / by, states=round(1.6 * by * self.states)) for by in FINER_SPIN
+            replace(self, level=self.level / by, spin=self.spin / by, states=round(1.6 * by * self.states))
+            for by in FINER
         )
 
 
@@ -175,30 +180,7 @@ def cheapest_path(
     -------
     (n, 2), rad; None where the search found no sequence of postures
     """
-    return _search(problem, costs, grain, known, free, admits, holding, steps=steps)[0]
-
-
-def _search(
-    problem: Problem,
-    costs: BlockCosts,
-    grain: Grain,
-    known: Array | None = None,
-    free: BoolArray | None = None,
-    admits: Admits | None = None,
-    holding: Holding | None = None,
-    ahead: Ahead | None = None,
-    steps: Steps = uncounted,
-) -> tuple[Array | None, Ahead]:
-    """Find the cheapest path as `cheapest_path` does, and what the states on the way to it cost.
-
-    Parameters
-    ----------
-    ahead : what it costs from each location on, from a search from the other end; with it states are kept
-        that are cheap as a whole, not only so far
-    """
     n, machine = len(problem), problem.machine
-    nothing = np.zeros(n, dtype=np.int64)
-    unknown = Ahead(np.empty((0, 2)), np.empty(0), nothing, nothing)
     linear, rotary = machine.linear_columns, machine.rotary_columns
     spin = int(np.argmax(machine.high[rotary] - machine.low[rotary]))
     dear = costs.standing if costs.standing.any() else costs.slope
@@ -217,7 +199,7 @@ def _search(
         free = np.ones(n, dtype=bool) if free is None else free
     first = _first_states(problem, locations, cells, path, radius, bool(free[0]))
     if not len(first):
-        return None, unknown
+        return None
     tapes = location_tapes(machine, problem.zone)
     states = max(min(grain.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
@@ -229,7 +211,6 @@ def _search(
         corridor,
         cells,
         _moves(problem, cells),
-        unknown if ahead is None else ahead,
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
     trail = trail_of(task, first, start, states)
@@ -237,10 +218,9 @@ def _search(
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
     if not _searched(problem, task, trail, states, admits, steps):
-        return None, unknown
-    passed = Ahead(trail.states, trail.costs, trail.begin[:-1], trail.begin[1:])
+        return None
     # A held axis keeps its angle to the last digit.
-    return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary]), passed
+    return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary])
 
 
 def _searched(
@@ -302,7 +282,6 @@ def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> b
     begin = int(trail.begin[i]) + size
     rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
     trail.states[rows], trail.parents[rows] = rotary[kept], trail.begin[i - 1] + came[kept]
-    trail.costs[rows] = cost[kept]
     then.rotary[at], then.positions[at] = rotary[kept], positions[kept]
     then.cost[at], then.moved[at] = cost[kept], moved[kept]
     trail.begin[i + 1] = begin + len(kept)
@@ -323,51 +302,37 @@ def _admitted(trail: Trail, i: int, admits: Admits) -> BoolArray:
     return stays
 
 
-def paths_anywhere(
+def path_anywhere(
     problem: Problem,
     costs: BlockCosts,
     grain: Grain,
     admits: Admits | None = None,
     holding: Holding | None = None,
     steps: Steps = uncounted,
-) -> list[Array]:
-    """Search the whole range of postures on some of the locations; straight lines lie between them.
-
-    What looks cheap on the way depends on where a search comes from. So it is made from the first location,
-    from the last one, and once more with the costs of the second as what is still ahead.
+) -> Array | None:
+    """Search the whole range of postures, more finely where no sequence of them is found.
 
     Parameters
     ----------
-    admits : what a mask admits
-    holding : bounds near the singular direction
-    steps : called with the locations done and their number, search by search
+    problem, costs, admits, holding, steps : as for `cheapest_path`
 
     Returns
     -------
-    (n, 2) each, rad, paths to search near; between the locations searched they may break bounds
+    (n, 2), rad; None where none is found
     """
-    rows, every = _sparse(problem, grain.rows), np.arange(len(problem))
-    few, prices = problem.thinned(rows), costs.thinned(rows)
-    held = None if holding is None else holding.thinned(rows)
+    if grain.backwards:
+        problem, costs = problem.backwards(), costs.backwards()
+        holding = None if holding is None else holding.backwards()
+        admits = None if admits is None else _admitting_backwards(admits, len(problem) - 1)
+    for finer in (grain, *grain.finer):
+        found = cheapest_path(problem, costs, finer, admits=admits, holding=holding, steps=steps)
+        if found is not None:
+            return _begun_near_zero(problem, found[::-1]) if grain.backwards else found
+    return None
 
-    def admitted(rows: IntArray) -> Admits | None:
-        return None if admits is None else lambda at, rotary: admits(rows[at], rotary)
 
-    there = admitted(rows)
-    found = [cheapest_path(few, prices, grain, admits=there, holding=held, steps=steps)]
-    if grain.both_ways:
-        back, dear = few.backwards(), prices.backwards()
-        bound = None if held is None else held.backwards()
-        path, passed = _search(back, dear, grain, None, None, admitted(rows[::-1]), bound, None, steps)
-        if path is not None:
-            path = _begun_near_zero(problem, path[::-1])
-            last, _ = _search(few, prices, grain, path, None, there, held, passed.backwards(), steps)
-            found += [path, last]
-    return [
-        np.stack([np.interp(every, rows, angle) for angle in path.T], axis=1)
-        for path in found
-        if path is not None
-    ]
+def _admitting_backwards(admits: Admits, last: int) -> Admits:
+    return lambda rows, rotary: admits(last - rows, rotary)
 
 
 def _begun_near_zero(problem: Problem, path: Array) -> Array:
@@ -425,7 +390,7 @@ def _turning(problem: Problem) -> Array:
     return np.nan_to_num(angle_between(reference[1:], reference[:-1]))
 
 
-def _sparse(problem: Problem, least: int) -> IntArray:
+def sparse_rows(problem: Problem, least: int) -> IntArray:
     """Select locations between which the direction of the lean turns little; both ends of every link."""
     turned = _turning(problem)
     ends = np.diff(problem.bound_rows.astype(np.int8)) != 0
@@ -499,8 +464,8 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
     return Prices(
         costs.standing,
         costs.slope + TIE * tie,
-        # In one order of memory: the search is compiled for each that it's given.
-        np.ascontiguousarray(costs.measured),
+        _inverse(costs.slow),
+        _inverse(costs.measured),
         standing_speeds(machine) * time[:, None],
         start * power,
         problem.bend_price,
@@ -509,6 +474,11 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
         problem.time_price,
         np.empty((2, 0)) if problem.wear is None else problem.wear,
     )
+
+
+def _inverse(travel: Array) -> Array:
+    """Invert travels, (n, k); in one order of memory, as the search is compiled for each that it's given."""
+    return np.divide(1.0, travel, out=np.full(travel.shape, FULL_SPEED), where=travel > 0.0)
 
 
 def _moves(problem: Problem, cells: Cells) -> Array:
@@ -539,7 +509,7 @@ def _first_states(
         steps = [path[0, r] + radius[r] * np.linspace(-1.0, 1.0, 2 * AROUND + 1) for r in range(2)]
         rotary = _sound(problem, 0, every_pair(*steps).reshape(-1, 2))
     else:
-        rotary = sampled(problem, 0, cells.spin_step / FINER)
+        rotary = sampled(problem, 0, cells.spin_step / PER_CELL)
     positions = problem.positions(np.zeros(len(rotary), dtype=np.int64), rotary)
     cell = np.stack([positions[:, cells.level] / cells.level_step, rotary[:, cells.spin] / cells.spin_step])
     _, one = np.unique(np.floor(cell), axis=1, return_index=True)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial, reduce
 from operator import attrgetter
+from typing import TypeVar
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -23,37 +24,29 @@ from fiveaxis.posture.baselines import NoBaseline, require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import Grain, turning_rows
+from fiveaxis.posture.search.successors import Grain, sparse_rows, turning_rows
 from fiveaxis.posture.solution import Solution, Stage, program_energy, timed_energy
-from fiveaxis.posture.strategy.effort import Effort, grain
+from fiveaxis.posture.strategy.effort import grain
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
 from fiveaxis.posture.strategy.turn_bounds import shared
 from fiveaxis.progress import Steps, unheard
 from fiveaxis.threads import at_once
-from fiveaxis.toolpath import TiltBounds, Toolpath, refined
+from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate, refined
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
-# Sharpness of the prices of blocks (`BlockCosts.near`), refinement by refinement: from a path of least
-# travel, and from one on which axes stand, which may be led away from it and back, or only a little.
-BLUNT = (0.3, 0.1, 0.03, 0.01)
-POLISHES = (BLUNT[1:], BLUNT[-1:])
-# Rounds continue up to this many while postures break a bound; searches of one corridor, and refinements.
-MOST_ROUNDS, SETTLING, POLISHING = 12, 8, 1
-# The corridor in which inserted locations settle.
-SETTLED = grain(0.2, 0.7, 8, 1.5)
+# Rounds of a refinement continue up to this many while they save something; searches of one corridor.
+MOST_ROUNDS, SETTLING = 12, 8
+# The corridor about a path that breaks a bound between its locations.
+SETTLED = grain(0.2, 0.7, 16, 6.0)
 # The corridor around postures that a mask refuses, and the first number of locations to each side of them.
 WIDE, DETOUR = grain(0.5, 2.0, 400, 60.0), 12
-# Locations to each side of an inserted one that settle with it.
-AROUND = 3
-# A refinement may turn farther in a block by this factor, and by as many rad.
-FARTHER, LITTLE = 1.2, np.radians(0.2)
-# Fractional indices of locations that lie no farther apart are one.
-SAME = 1e-6
+# From one round to the next, axes may turn farther in a block by this factor, and by as many rad.
+FARTHER, LITTLE = 1.5, np.radians(0.5)
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
 BESIDE = ("bends", "waits", "jerks", "wear")
 SEARCHING = "searching which axes can stand"
@@ -63,6 +56,7 @@ rank, unrest = attrgetter("rank"), attrgetter("unrest")
 
 # Makes the problem of a path with inserted locations from their fractional indices, (n,), in the given path.
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
+Found = TypeVar("Found")
 
 
 @dataclass(eq=False)
@@ -93,48 +87,23 @@ class Delivery:
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
 
-        Energy and travel are searched, as far as the effort goes, for blocks that cost least. Least time is
-        refined from that path and from what has the least energy, until the program needs no more locations.
-
         Parameters
         ----------
-        everywhere : whether to search away from the path, too
+        everywhere : whether to search away from the path, too, as far as the effort goes
         """
-        here = self._spread(rotary) if self.at_knots else self.priced(rotary)
+        here = self.priced(rotary)
         if len(rotary) == 1:
-            costs, grain = self._costs(here.posed), self.near.effort.everywhere
-            found = self.near.found_anywhere(here.posed, costs, grain, self._steps)
-            return self._final(self.priced(found[0]) if found and here.broken else here)
-        if self.at_knots and not here.broken:
-            return self._final(here)
-        if self.options.objective != "time":
-            best = self._by_search(self._divided(here), everywhere)
-            return min((self._final(one) for one in (here, self._bare(best), best)), key=rank)
-        starts = [here]
+            grain = self.near.effort.nested[0].everywhere[0]
+            found = self.near.found_anywhere(here.posed, self._costs(here.posed), grain, self._steps)
+            return self._final(here if found is None or not here.broken else self.priced(found))
+        sharpest = self.near.effort.sharpness[-1:]
+        if self.at_knots:
+            here = min(self._improved(here.denser, here.filled, sharpest), here, key=rank)
+            if not here.broken:
+                return self._final(here)
         if everywhere:
-            cheapest = replace(self, options=replace(self.options, objective="energy")).run(
-                rotary, everywhere=True
-            )
-            starts.append(self.priced(cheapest.rotary, self._posed(cheapest.posed.location)))
-        return self._final(min(map(self._rounds, starts), key=rank))
-
-    def _spread(self, rotary: Array) -> Delivered:
-        """Let axes that stand from knot to knot stand at the locations in between, too."""
-        return reduce(self._settled, self.near.effort.after, self._near(self.priced(rotary), SETTLED))
-
-    def _bare(self, program: Delivered) -> Delivered:
-        """Leave out inserted locations: where the path is straight in between, no program needs them."""
-        return self.priced(program.rotary[np.isin(program.posed.location, self._every)])
-
-    def _divided(self, program: Delivered) -> Delivered:
-        """Insert locations also where the direction of the lean turns far in a move."""
-        location, further = program.denser.location, turning_rows(self._given.problem)
-        known = np.isclose(further, location[np.searchsorted(location, further - SAME)], rtol=0.0, atol=SAME)
-        if known.all():
-            return program
-        rows = np.union1d(location, further[~known])
-        rotary = np.stack([np.interp(rows, location, angle) for angle in program.filled.T], axis=1)
-        return self.priced(rotary, self._posed(rows))
+            return self._by_search(here)
+        return self._final(min(self._improved(here.denser, here.filled), here, key=rank))
 
     def _posed(self, location: Array, path: Toolpath | None = None) -> Posed:
         """Make the problem of a path with inserted locations, by their fractional indices."""
@@ -150,11 +119,6 @@ class Delivery:
         return partial(self.options.progress, SEARCHING)
 
     @cached_property
-    def _pays_standing(self) -> bool:
-        """Whether a drive draws power for moving at all, so that the objective hangs on what stands."""
-        return self._costs(self._given).has_constant_power
-
-    @cached_property
     def _every(self) -> Array:
         """(n,), the indices of the given locations."""
         return np.arange(len(self.given), dtype=float)
@@ -164,35 +128,46 @@ class Delivery:
         """The given locations."""
         return self._posed(self._every, self.given)
 
-    def _by_search(self, start: Delivered, everywhere: bool) -> Delivered:
+    def _by_search(self, start: Delivered) -> Delivered:
         """Search effort by effort; each begins with what the smaller one found.
 
         Returns
         -------
         The steadiest program that costs little more than the cheapest, and no more than a smaller effort's.
         """
-        efforts = self.near.effort.nested
-        tasks: list[Callable[[Delivery], Delivered | None]] = [
-            partial(Delivery._searched_near, start=start, after=efforts[0].after)
-        ]
-        owners = [efforts[0]]
-        for effort in efforts if everywhere else ():
-            # The smallest effort's start was found by travel.
-            known = effort is efforts[0] and self.options.objective == "energy"
-            ways = [] if known else [Delivery._searched_by_travel]
-            ways += [Delivery._searched_everywhere] if self.options.objective == "energy" else []
-            tasks += [partial(way, effort=effort) for way in ways]
-            owners += [effort] * len(ways)
-        found = self._at_once(tasks)
         best, steadiest = start, None
-        for effort in efforts:
-            own = [one for one, owner in zip(found, owners, strict=True) if owner is effort and one]
-            best = min((best, *own), key=rank)
-            best = self._polished(reduce(self._settled, effort.corridors, best))
-            steadiest = self._steadied(self._final(best), steadiest, effort.steadying)
+        for effort in self.near.effort.nested:
+            own = replace(self, near=replace(self.near, effort=effort))
+            grains = effort.everywhere
+            if self.options.objective == "time":
+                # Many postures cost no time: what costs little energy is another good start.
+                grains += tuple(replace(one, by_other=True) for one in grains if not one.by_other)
+            seeds = [partial(Delivery._sought, grain=one) for one in grains]
+            seeds.append(partial(Delivery._sought, grain=grains[0], known=start.rotary))
+            sought = sorted((one for one in own._at_once(seeds) if one), key=attrgetter("cost"))
+            tasks = [partial(Delivery._refined, sought=one) for one in sought[: effort.whole]]
+            begun = own._at_once(tasks)
+            if begun:
+                # What is a little out of bounds between locations comes back when these are solved, too.
+                first = min(begun, key=lambda one: (np.floor(one.broken), one.cost))
+                # Of programs that cost the same one that was refined stays.
+                best = min(
+                    own._improved(first.denser, first.filled, own._sharpness[1:]), first, best, key=rank
+                )
+            if best is start or best.broken:
+                best = min(own._improved(start.denser, start.filled), best, key=rank)
+            best = reduce(own._settled, effort.corridors, best)
+            best = min(self._bare(best), best, key=rank)
+            steadiest = own._steadied(self._final(best), steadiest, effort.steadying)
         return steadiest or best
 
-    def _at_once(self, tasks: Sequence[Callable[[Delivery], Delivered | None]]) -> list[Delivered | None]:
+    def _bare(self, program: Delivered) -> Delivered:
+        """Leave out inserted locations: where the path is straight in between, no program needs them."""
+        if len(program.posed.path) == len(self.given):
+            return program
+        return self.priced(program.rotary[np.isin(program.posed.location, self._every)])
+
+    def _at_once(self, tasks: Sequence[Callable[[Delivery], Found]]) -> list[Found]:
         """Run independent tasks in threads; a mask need not be safe for them.
 
         Each has its own stages, recorded in the order of the tasks: the result doesn't depend on which one
@@ -214,45 +189,100 @@ class Delivery:
         self.stages += [stage for part in parts for stage in part.stages]
         return answers
 
-    def _searched_near(self, start: Delivered, after: tuple[Grain, ...]) -> Delivered:
-        """Refine a path for the program's blocks, and search corridors about it."""
-        return reduce(self._settled, after, self._refined(start, BLUNT))
+    def _sought(self, grain: Grain, known: Array | None = None) -> Sought | None:
+        """Search all postures on some of the locations, and refine what is found there; None for no path.
 
-    def _searched_by_travel(self, effort: Effort) -> Delivered | None:
-        """Search the whole range of postures by travel, and near what was found; None for no path."""
+        Parameters
+        ----------
+        known : (n, 2), rad, at the given locations, to refine instead of a search
+        """
         self._steps(0, 1)
-        posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
-        near = replace(self.near, effort=effort)
-        found = self.options.checkpoint.found(partial(near.by_travel, posed, self._steps))
-        return None if found is None else self._searched_near(self.priced(found, posed), effort.after)
-
-    def _searched_everywhere(self, effort: Effort) -> Delivered | None:
-        """Search the whole range of postures, then corridors about what was found; None for no path."""
-        self._steps(0, 1)
-        posed = self._posed(turning_rows(self._given.problem, effort.everywhere.rows))
+        posed = self._posed(turning_rows(self._given.problem, grain.rows))
+        rows = sparse_rows(posed.problem, grain.rows)
+        problem, bounds = posed.problem.thinned(rows), posed.bounds.at(rows)
+        few = Posed(posed.path.at(rows), posed.location[rows], problem, bounds)
+        costs = self._costs(posed).thinned(rows)
 
         def search() -> Array | None:
-            costs = self._costs(posed)
-            paths = self.near.found_anywhere(posed, costs, effort.everywhere, self._steps)
-            return np.stack(paths) if paths else None
+            if known is not None:
+                return interpolate(known, few.location)
+            prices = self._other_costs(posed).thinned(rows) if grain.by_other else costs
+            return self.near.found_anywhere(few, prices, grain, self._steps)
 
-        paths = self.options.checkpoint.found(search)
-        if paths is None:
+        name = "path to begin with" if known is not None else "search of all postures"
+        return self._sought_by(search, name, posed, few, costs)
+
+    def _sought_by(
+        self, search: Callable[[], Array | None], name: str, posed: Posed, few: Posed, costs: BlockCosts
+    ) -> Sought | None:
+        """Refine what a search finds on few locations of a path; None if it finds nothing."""
+
+        def found() -> Array | None:
+            path = search()
+            if path is None:
+                return None
+            for share in self._sharpness:
+                path = self.near.refined(few, self._local(few, path, share, costs), path)
+            return path
+
+        path = self.options.checkpoint.found(found)
+        if path is None:
             return None
-        return min((self._searched_about(posed, path, effort) for path in paths), key=rank)
+        cost = self._repriced(few, path, costs, 0.0).priced(path)
+        self.stages.append(Stage(name, f"{len(path)} locations", 0, None, cost))
+        return Sought(posed, few, costs, path, cost)
 
-    def _searched_about(self, posed: Posed, path: Array, effort: Effort) -> Delivered:
-        """Search corridors about a path, (n, 2) rad, that was found among all postures."""
-        here = self.priced(path, posed)
-        self.stages.append(Stage("search of all postures", self._status(here), 0, None, here.cost))
-        # The program of a path with straight lines in between has locations that no other needs.
-        refused = self.near.refused(posed, path)
-        here = replace(here, denser=posed, filled=path, refused=refused, times=feed_times(posed.path))
-        return reduce(self._settled, effort.after, here)
+    def _refined(self, sought: Sought) -> Delivered:
+        """Search about what was found among all postures, and refine it once on its program's locations."""
+        for around in self.near.effort.around:
+            start, few, costs = sought.path, sought.few, sought.costs
+            search = partial(self.near.searched, few, costs, around, start, self._steps)
+            near = self._sought_by(search, "search about it", sought.posed, few, costs)
+            sought = min((one for one in (near, sought) if one), key=attrgetter("cost"))
+        here = self.priced(sought.rotary, sought.posed)
+        return self._rounds(here.denser, here.filled, self._sharpness[:1], 1)
+
+    def _improved(self, posed: Posed, rotary: Array, sharpness: Sequence[float] = ()) -> Delivered:
+        """Refine a path, (n, 2) rad, for its program, and cure what it breaks between its locations."""
+        best = self._rounds(posed, rotary, sharpness or self._sharpness)
+        if not best.broken:
+            return best
+        cured = self._near(best, SETTLED)
+        return min(cured, self._rounds(cured.denser, cured.filled, self._sharpness[-1:]), key=rank)
+
+    def _rounds(
+        self, posed: Posed, rotary: Array, sharpness: Sequence[float], most: int = MOST_ROUNDS
+    ) -> Delivered:
+        """Refine by prices of blocks that are sharper from round to round, until nothing more is saved.
+
+        What a round finds may need further locations: the next one solves them, too.
+        """
+        here = best = None
+        for number in range(most):
+            self.options.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
+            share = sharpness[min(number, len(sharpness) - 1)]
+            problem = self._local(posed, rotary, share, self._costs(posed, here))
+            if here is not None:
+                # Else turns crowd in ever shorter blocks.
+                most_turn = np.minimum(problem.max_turn, FARTHER * np.abs(np.diff(rotary, axis=0)) + LITTLE)
+                problem = self._at_times(replace(problem, max_turn=most_turn), rotary, here)
+            rough = number + 1 < len(sharpness)
+            path = self.options.checkpoint.found(partial(self.near.refined, posed, problem, rotary, rough))
+            before, here = here, self.priced(path, posed, replace(problem, max_turn=posed.problem.max_turn))
+            was = None if before is None else before.cost
+            self.stages.append(Stage(f"program, round {number + 1}", self._status(here), 0, was, here.cost))
+            saves = best is None or (here.broken, (1.0 + WORTHWHILE) * here.cost) < rank(best)
+            best = here if best is None else min(best, here, key=rank)
+            if (number + 1 >= len(sharpness) or self._is_flat) and not saves:
+                break
+            posed, rotary = here.denser, here.filled
+        assert best is not None  # there is a round
+        return best
 
     def _settled(self, best: Delivered, grain: Grain) -> Delivered:
-        """Search a corridor about a program's postures; the program itself if it is better."""
-        return min(best, self._near(best, grain), key=rank)
+        """Search a corridor about a program's postures, and refine it; the program itself if it is better."""
+        near = self._corridor(best, grain)
+        return min(best, near, self._rounds(near.denser, near.filled, self._sharpness[-1:]), key=rank)
 
     def _near(self, here: Delivered, grain: Grain) -> Delivered:
         """Search a corridor about a program's postures, and again while that breaks a bound.
@@ -269,27 +299,8 @@ class Delivery:
                 break
             else:
                 here = self._corridor(here, grain)
-            here = self._with_inserted(here)
             best = min(best, here, key=rank)
             if not here.broken:
-                break
-        return best
-
-    def _with_inserted(self, best: Delivered) -> Delivered:
-        """Search narrow corridors until inserted locations cost no more than they have to.
-
-        An axis that stands from one location to the next needn't stand at one that is inserted in between.
-        """
-        here = best
-        for _ in range(SETTLING):
-            if not here.inserted:
-                break
-            known = np.isin(here.denser.location, here.posed.location)
-            around = binary_dilation(~known, iterations=AROUND)
-            before, here = here, self._corridor(here, SETTLED, around)
-            best = min(best, here, key=rank)
-            stays = before.cost - here.cost < WORTHWHILE * here.cost
-            if stays and (not here.broken or here.broken >= before.broken):
                 break
         return best
 
@@ -305,28 +316,6 @@ class Delivery:
         self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
         return here
 
-    def _polished(self, best: Delivered) -> Delivered:
-        """Refine a program near its postures, where axes that stand are to go on standing."""
-        for _ in range(POLISHING):
-            before = best
-            best = min(best, *(self._refined(best, sharpness) for sharpness in POLISHES), key=rank)
-            if before.cost - best.cost < WORTHWHILE * before.cost:
-                break
-        return best
-
-    def _refined(self, here: Delivered, sharpness: tuple[float, ...]) -> Delivered:
-        """Refine a program by prices of blocks that are sharper from refinement to refinement."""
-        near = len(sharpness) == 1
-        for share in sharpness if self._pays_standing else sharpness[-1:]:
-            self.options.progress(f"solving for the program's blocks, to {share:.0%}", 0, 1)
-            posed, before = here.denser, here.cost
-            problem = self._local(here, share, near=near)
-            path = self.options.checkpoint.found(partial(self.near.refined, posed, problem, here.filled))
-            here = self.priced(path, posed, replace(problem, max_turn=posed.problem.max_turn))
-            status = self._status(here)
-            self.stages.append(Stage(f"program, sharpness {share:g}", status, 0, before, here.cost))
-        return here if here.broken else self._with_inserted(here)
-
     def _steadied(self, best: Delivered, before: Delivered | None, grain: Grain | None) -> Delivered:
         """Search again with dearer starts and reversals; return the steadiest that costs little more.
 
@@ -341,32 +330,21 @@ class Delivery:
         most = (1.0 + self.options.steady) * least.cost
         if before is not None and not before.broken:
             most = min(most, before.cost)
-        found.append(self._final(self._refined(self._near(best, grain), POLISHES[-1])))
+        near = self._near(best, grain)
+        found.append(self._final(self._improved(near.denser, near.filled, self._sharpness[-1:])))
         return min((one for one in found if not one.broken and one.cost <= most), key=unrest)
 
-    def _rounds(self, best: Delivered) -> Delivered:
-        """Refine round by round for least time, on the locations that the program needs."""
-        here = best
-        for number in range(MOST_ROUNDS):
-            self.options.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
-            if number >= len(SHARPNESS) and not here.broken:
-                break
-            posed, start, before = here.denser, here.filled, here.cost
-            sharpness, coming = (SHARPNESS[min(n, len(SHARPNESS) - 1)] for n in (number, number + 1))
-            problem = self._at_times(posed.problem, start, sharpness, here)
-            path = self.options.checkpoint.found(partial(self.near.refined, posed, problem, start))
-            here = self.priced(path, posed, problem)
-            name = f"program, round {number + 1}"
-            self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
-            gain, better = best.cost - here.cost, rank(here) < rank(best)
-            best = here if better else best
-            more = here.inserted > FEW * len(posed.path) or (better and gain > WORTHWHILE * here.cost)
-            if not more and not here.broken and (number >= 2 or not self._prices_stops):
-                break
-            stays = here.inserted == 0 and np.array_equal(here.rotary, start)
-            if stays and (here.broken or not self._prices_stops or coming == sharpness):
-                break
-        return best
+    @property
+    def _sharpness(self) -> Sequence[float]:
+        """Sharpness of prices, round by round."""
+        return SHARPNESS if self.options.objective == "time" else self.near.effort.sharpness
+
+    @cached_property
+    def _is_flat(self) -> bool:
+        """Whether prices don't depend on the path."""
+        if self.options.objective == "time":
+            return not self._prices_stops
+        return not self._costs(self._given).has_constant_power
 
     @property
     def _prices_stops(self) -> bool:
@@ -458,50 +436,77 @@ class Delivery:
 
     def _costs(self, posed: Posed, program: Delivered | None = None) -> BlockCosts:
         """Compute what blocks cost, at the feed or as long as the control takes for those of a program."""
-        machine = posed.problem.machine
-        if self.options.objective == "travel":
+        if self.options.objective != "energy":
             return BlockCosts.of_travel(posed.problem.plus, posed.problem.minus)
-        slowed = program is not None and not self.options.clock.is_programmed(machine)
-        times = program.times if program is not None and slowed else feed_times(posed.path)
+        slowed = program is not None and not self.options.clock.is_programmed(posed.problem.machine)
+        return self._energy_costs(posed, program.times if program is not None and slowed else None)
+
+    def _other_costs(self, posed: Posed) -> BlockCosts:
+        """Compute what blocks cost otherwise: their travel or, where travel or time is minimised, energy."""
+        if self.options.objective != "energy":
+            return self._energy_costs(posed)
+        return BlockCosts.of_travel(posed.problem.plus, posed.problem.minus)
+
+    def _energy_costs(self, posed: Posed, times: Array | None = None) -> BlockCosts:
+        machine, times = posed.problem.machine, feed_times(posed.path) if times is None else times
         # The duration of rapid moves depends on the posture.
         lasting = np.where(posed.path.rapid, 0.0, times)[1:]
         costs = block_costs(machine, posed.path.feed[1:], posed.path.rapid[1:], time=lasting)
         up, down = lifting_costs(machine, self.options.up_penalty)
         return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
-    def _local(self, program: Delivered, sharpness: float, *, near: bool) -> Problem:
-        """Make the problem of a refinement of a program; `near` it axes turn hardly farther."""
-        costs = self._costs(program.denser, program)
-        problem = self._repriced(program.denser, program.filled, costs, sharpness)
-        if near:
-            # Else it would need more locations.
-            turned = np.abs(np.diff(program.filled, axis=0))
-            most = np.minimum(problem.max_turn, FARTHER * turned + LITTLE)
-            problem = replace(problem, max_turn=most)
-        return self._at_times(problem, program.filled, SHARPNESS[-1], program)
+    def _local(self, posed: Posed, rotary: Array, sharpness: float, costs: BlockCosts) -> Problem:
+        """Make the problem of a refinement near a path, (n, 2) rad, by the costs of its blocks."""
+        if self.options.objective == "time":
+            return (
+                from_rest_to_rest(posed.problem, rotary, sharpness) if self._prices_stops else posed.problem
+            )
+        return self._repriced(posed, rotary, costs, sharpness)
 
-    def _repriced(
-        self, posed: Posed, rotary: Array, costs: BlockCosts, sharpness: float = BLUNT[-1]
-    ) -> Problem:
+    def _repriced(self, posed: Posed, rotary: Array, costs: BlockCosts, sharpness: float = 0.01) -> Problem:
         """Price travel by the cost of blocks near a path, (n, 2) rad."""
         travel = np.abs(np.diff(posed.problem.positions(slice(None), rotary), axis=0))
         plus, minus = costs.near(travel, sharpness)
         return replace(posed.problem, plus=plus, minus=minus)
 
-    def _at_times(self, problem: Problem, rotary: Array, sharpness: float, program: Delivered) -> Problem:
-        """Add the price of a control's stops near a path, (n, 2) rad, and of the power that time costs."""
-        if self.options.objective == "time":
-            return from_rest_to_rest(problem, rotary, sharpness) if self._prices_stops else problem
+    def _at_times(self, problem: Problem, rotary: Array, program: Delivered) -> Problem:
+        """Add the price of a control's stops near a program's path, (n, 2) rad."""
         slowed = not self.options.clock.is_programmed(problem.machine)
-        if self.options.objective == "travel" or not slowed or not self.options.clock.stops_at_turns:
+        if self.options.objective != "energy" or not slowed or not self.options.clock.stops_at_turns:
             return problem
         power = max(program.cost, 0.0) / float(program.times.sum())
         problem = replace(problem, time_price=problem.time_price + power)
-        return from_rest_to_rest(problem, rotary, sharpness, words=self.options.clock.limits_words)
+        return from_rest_to_rest(problem, rotary, SHARPNESS[-1], words=self.options.clock.limits_words)
 
     def _status(self, here: Delivered) -> str:
         broken = f", bounds broken by {here.broken:.2g}" if here.broken else ""
         return f"{len(here.posed.path)} locations, {here.inserted} more in the program{broken}"
+
+
+@dataclass(frozen=True, eq=False)
+class Sought:
+    """What a search of all postures found.
+
+    Parameters
+    ----------
+    posed, few : the locations of a path, and those of them that were searched
+    costs : of the blocks between the few
+    path : (m, 2), rad, refined on the few
+    cost : J, of these, with the price of what it breaks
+    """
+
+    posed: Posed
+    few: Posed
+    costs: BlockCosts
+    path: Array
+    cost: float
+
+    @property
+    def rotary(self) -> Array:
+        """(n, 2), rad, straight between the locations that were searched: it may break bounds there."""
+        return np.stack(
+            [np.interp(self.posed.location, self.few.location, angle) for angle in self.path.T], axis=1
+        )
 
 
 def delivered(

@@ -20,13 +20,9 @@ def grain(level: float, spin: float, states: int, radius: float = np.inf, **othe
     return Grain(level, spin * DEGREE, states, radius * DEGREE, **others)
 
 
-def random_grains(count: int, states: int) -> tuple[Grain, ...]:
-    """Draw corridors about the best path, the same ones in every run (large neighbourhood search)."""
-    draw = np.random.default_rng(0)
-    return tuple(
-        grain(draw.uniform(0.08, 0.3), draw.uniform(0.3, 0.9), states, float(draw.choice([2.0, 5.0, 8.0])))
-        for _ in range(count)
-    )
+def both_ways(*grains: Grain) -> tuple[Grain, ...]:
+    """Search from either end: which states look cheap on the way depends on where a search comes from."""
+    return tuple(replace(one, backwards=backwards) for one in grains for backwards in (False, True))
 
 
 @dataclass(frozen=True)
@@ -37,19 +33,23 @@ class Effort:
 
     Parameters
     ----------
-    everywhere, after : searches, the first over all postures, once by the program's prices and once by those
-        of travel; the others in corridors about what each found
+    everywhere : searches of all postures; what each finds is refined on the locations searched
+    sharpness : of the prices of blocks (`fiveaxis.energy.BlockCosts.near`), refinement by refinement
+    around : searches about each of the cheapest of these, on the same locations
+    whole : how many of these are refined on all locations
     contains : the smaller effort; None for none
-    corridors : searches in corridors about the best path
+    corridors : searches about the best path, which is refined again after each
     steadying : the same with a price of starts and reversals
     last_barrier : the structured method's last one, J; it raises the cost by this times the number of steps
-        of axes. `ROUGH` is enough for what will be solved again
+        of axes
     solver : for refinement (`fiveaxis.posture.local.optima.SOLVERS`)
     """
 
-    everywhere: Grain
+    everywhere: tuple[Grain, ...]
+    sharpness: tuple[float, ...] = (0.1, 0.01)
+    around: tuple[Grain, ...] = ()
+    whole: int = 1
     contains: Effort | None = None
-    after: tuple[Grain, ...] = ()
     corridors: tuple[Grain, ...] = ()
     steadying: Grain | None = None
     last_barrier: float = 5e-7
@@ -66,24 +66,22 @@ class Effort:
         return replace(self, contains=contains, **changes)
 
 
-QUICK = Effort(
-    everywhere=grain(1.0, 5.0, 400),
-    after=(grain(0.2, 0.7, 16, 6.0),),
-)
+QUICK = Effort(everywhere=both_ways(grain(4.0, 10.0, 100)), around=(grain(1.0, 4.0, 60, 30.0),))
 NORMAL = replace(
     QUICK,
     contains=QUICK,
-    everywhere=grain(0.5, 4.0, 800, rows=500, both_ways=True),
-    after=(grain(0.2, 0.7, 32, 6.0), grain(0.3, 1.0, 64, 8.0)),
-    corridors=(grain(0.15, 0.5, 48, 4.0),),
+    everywhere=both_ways(grain(1.0, 5.0, 200), grain(4.0, 15.0, 60), grain(4.0, 7.0, 200, by_other=True)),
+    around=(grain(0.5, 2.0, 100, 20.0),),
+    sharpness=(0.3, 0.1, 0.03, 0.01),
+    whole=3,
+    corridors=(grain(0.2, 0.7, 8, 1.5),),
     steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
 )
 THOROUGH = replace(
     NORMAL,
     contains=NORMAL,
-    everywhere=grain(0.5, 2.0, 1500, rows=1000, both_ways=True),
-    after=(grain(0.2, 0.7, 150, 6.0), grain(0.3, 1.0, 200, 8.0)),
-    corridors=random_grains(4, 200),
+    everywhere=both_ways(grain(1.0, 4.0, 800), grain(0.5, 4.0, 400, rows=500)),
+    corridors=(grain(0.2, 0.7, 100, 6.0),),
 )
 EFFORTS = {"quick": QUICK, "normal": NORMAL, "thorough": THOROUGH}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
 from functools import partial
 
 from fiveaxis.energy import BlockCosts, motion_energy
@@ -15,11 +14,10 @@ from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import Admits, cheapest_path, paths_anywhere
+from fiveaxis.posture.search.successors import Admits, path_anywhere
 from fiveaxis.posture.solution import Baseline, Solution, Stage
-from fiveaxis.posture.strategy.effort import Effort, grain
+from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.infeasibility import unreachable, without_path
-from fiveaxis.progress import Steps, uncounted
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
 logger = logging.getLogger(__name__)
@@ -28,10 +26,6 @@ logger = logging.getLogger(__name__)
 BARRIER = 4e-2
 # IPOPT's iterations where a path is searched, and for the last time.
 ITERATIONS = 120
-# Cells of the costliest axis are larger where prices are in proportion to travel: few levels are worth it.
-COARSER = 4.0
-# The corridor in which a path is extended from some of the locations to all, and how often.
-EXTENDED, MOST_EXTENDED = grain(0.3, 1.0, 24, 6.0), 3
 
 
 def solve_given(
@@ -68,29 +62,24 @@ def solve_given(
         missing = missing | refused
 
     def searched() -> Array:
-        admits, found = None if mask is None else mask.roughly_admits, None
-        for finer in (effort.everywhere, *effort.everywhere.finer):
-            found = by_travel(problem, replace(effort, everywhere=finer), admits, steps)
-            if found is not None and problem.violation(found) <= ALLOWED:
-                return found
         kept = _cheapest(problem, baselines)
-        if kept is None:
+        if kept is not None:
+            return kept
+        progress("searching postures", 0, 1)
+        found = by_travel(problem, effort, None if mask is None else mask.roughly_admits)
+        if found is None or problem.violation(found) > ALLOWED:
             raise without_path(problem, found, toolpath)
-        return refined(problem, kept, effort)
+        return found
 
-    steps = partial(progress, "searching postures that travel little")
-    steps(0, 1)
-    if known is not None:
-        rotary = known
-    else:
-        found = options.checkpoint.found
-        rotary = found(searched if start is None else partial(refined, problem, start, effort))
-        if start is not None and problem.violation(rotary) > ALLOWED:
-            rotary = found(searched)
+    rotary = known
+    if rotary is None and start is not None:
+        rotary = options.checkpoint.found(partial(refined, problem, start, effort))
+    if rotary is None or (known is None and problem.violation(rotary) > ALLOWED):
+        rotary = options.checkpoint.found(searched)
     motion = follow(toolpath, machine, rotary)
     energy = motion_energy(machine, motion)
     logger.info("%d locations on %s: %.1f J to begin with", len(toolpath), machine.name, energy.total)
-    stages = (Stage("path of little travel", "found", 0, None, problem.path_cost(rotary)),)
+    stages = (Stage("path to begin with", "found", 0, None, problem.path_cost(rotary)),)
     return Solution(machine, toolpath, bounds, motion, energy, compared, missing, stages, problem)
 
 
@@ -100,34 +89,20 @@ def _cheapest(problem: Problem, compared: dict[str, Baseline]) -> Array | None:
     return min((p for p in paths if problem.violation(p) <= ALLOWED), key=problem.path_cost, default=None)
 
 
-def by_travel(
-    problem: Problem, effort: Effort, admits: Admits | None = None, steps: Steps = uncounted
-) -> Array | None:
-    """Search the whole range of postures for the path that travels least, and refine it if there is no mask.
+def by_travel(problem: Problem, effort: Effort, admits: Admits | None = None) -> Array | None:
+    """Search the whole range of postures for the path that travels least, and refine it.
 
     Parameters
     ----------
     admits : what a mask admits
-    steps : called with the locations done and their number, search by search
 
     Returns
     -------
     (n, 2), rad; None where no sequence of postures was found. It may break bounds
     """
     costs = BlockCosts.of_travel(problem.plus, problem.minus)
-    grain = replace(effort.everywhere, level=COARSER * effort.everywhere.level, both_ways=False)
-    paths = paths_anywhere(problem, costs, grain, admits, steps=steps)
-    if not paths:
-        return None
-    (found,) = paths
-    for _ in range(MOST_EXTENDED):
-        if problem.violation(found) <= ALLOWED:
-            break
-        extended = cheapest_path(problem, costs, EXTENDED, found, admits=admits, steps=steps)
-        if extended is None:
-            break
-        found = extended
-    return found if admits else refined(problem, found, effort)
+    found = path_anywhere(problem, costs, effort.everywhere[0], admits)
+    return None if found is None else refined(problem, found, effort)
 
 
 def refined(problem: Problem, start: Array, effort: Effort) -> Array:

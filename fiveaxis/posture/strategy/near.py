@@ -20,20 +20,18 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.successors import Admits, Grain, Holding, cheapest_path, paths_anywhere
+from fiveaxis.posture.search.successors import Admits, Grain, Holding, cheapest_path, path_anywhere
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
-from fiveaxis.posture.strategy.given_path import BARRIER, by_travel
+from fiveaxis.posture.strategy.given_path import BARRIER
 from fiveaxis.posture.strategy.program_path import Posed
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
 from fiveaxis.progress import Steps
 from fiveaxis.toolpath import TiltBounds
 from fiveaxis.toolpath.bounds import INSIDE_OF
 
-# IPOPT's iterations near a path, and the structured method's last barrier parameter, J, of a path that will
-# be solved again, with other prices.
-ITERATIONS, LAST = 40, 1e-5
-# States by which a path of little travel is searched: it is a start.
-ENOUGH = 300
+# IPOPT's iterations near a path, and the structured method's last barrier parameter, J; that of a path that
+# will be solved again, with other prices.
+ITERATIONS, LAST, ROUGH = 40, 1e-5, 5e-3
 # Most single planes of a location; then up to three times three planes close around the admitted axis.
 MOST_PLANES, PINCHES, AROUND = 5, 3, 3
 # Locations to each side of a refused one that are refined again with it.
@@ -71,10 +69,15 @@ class Near:
     cone: Cone | None
     mask: Mask | None
 
-    def refined(self, posed: Posed, problem: Problem, start: Array) -> Array:
-        """Solve a problem, which has other prices than `posed`, near a start, (n, 2) rad."""
+    def refined(self, posed: Posed, problem: Problem, start: Array, rough: bool = False) -> Array:
+        """Solve a problem, which has other prices than `posed`, near a start, (n, 2) rad.
+
+        Parameters
+        ----------
+        rough : whether the result will be solved again
+        """
         problem = self._within_cone(posed, problem, start).eased(start)
-        last = min(self.effort.last_barrier, LAST)
+        last = ROUGH if rough else LAST
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
             return refine(
@@ -109,14 +112,9 @@ class Near:
         found = cheapest_path(posed.problem, costs, grain, start, free, admits, holding, steps)
         return start if found is None else found
 
-    def by_travel(self, posed: Posed, steps: Steps) -> Array | None:
-        """Search the whole range of postures by travel; see `by_travel`."""
-        few = replace(self.effort.everywhere, states=min(self.effort.everywhere.states, ENOUGH))
-        return by_travel(posed.problem, replace(self.effort, everywhere=few), self._rough(posed), steps)
-
-    def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain, steps: Steps) -> list[Array]:
-        """Search the whole range of postures."""
-        return paths_anywhere(posed.problem, costs, grain, self._rough(posed), self._holding(posed), steps)
+    def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain, steps: Steps) -> Array | None:
+        """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found."""
+        return path_anywhere(posed.problem, costs, grain, self._rough(posed), self._holding(posed), steps)
 
     def refused(self, posed: Posed, rotary: Array) -> BoolArray:
         """Find the postures, (n, 2) rad, that the mask refuses; (n,)."""

@@ -112,9 +112,18 @@ class Delivered:
 
         A bound that is broken at a location counts as a posture that a mask refuses.
         """
-        broken = self.posed.problem.violation(self.rotary)
+        broken = self._violation
         broken = (1.0 + broken if broken > ALLOWED else 0.0) + max(self.excess - BETWEEN, 0.0)
         return broken + self.turned + int(np.count_nonzero(self.refused))
+
+    @property
+    def _violation(self) -> float:
+        """Worst violation at the locations; at inserted ones what is tolerated between locations is none."""
+        problem, location = self.posed.problem, self.posed.location
+        positions, excess = problem.placed(slice(None), self.rotary)
+        past = np.maximum(excess, problem.limit_excess(positions))
+        past = np.where((location != np.floor(location)) & (past <= BETWEEN), 0.0, past)
+        return max(0.0, float(past.max()), float(problem.turn_excess(self.rotary).max(initial=0.0)))
 
     @property
     def unrest(self) -> tuple[int, float]:

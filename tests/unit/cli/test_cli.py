@@ -695,7 +695,7 @@ def test_bounds_and_prices_of_the_optimiser_reach_it(path, tmp_path):
     rates = [d["rates"]["optimised"]["C"]["speed_deg_s"] for d in (slow, plain)]
     assert rates[0] <= 2.0 * 1000.0 / 60.0 + 1e-6
     leaning = json.loads(run(*words, "--lean", "-20:20").stdout)
-    told = {"A at -50 deg": held, "at most 2.02 deg/mm": slow, "lean": leaning, "at most 12 deg": slow}
+    told = {"A at -50 deg": held, "axis in cuts, at most 2": slow, "lean": leaning, "at most 12 deg": slow}
     for sentence, document in told.items():
         assert any(sentence in text for text in document["verification"]["passed"]), sentence
     steady = json.loads(run(*words, "--smoothing", "1e5").stdout)

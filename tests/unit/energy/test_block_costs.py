@@ -1,4 +1,6 @@
-"""What a block costs: a part for moving at all, a part for travel, and prices near a solution."""
+"""What a block costs: a constant part at measured speeds, a part for travel, and prices near a solution."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,8 +27,9 @@ def cost(costs, travel):
     """One block's cost by the record's own formula; travel (k,), signed."""
     side = np.where(travel > 0.0, 0, 1)
     at = side, 0, np.arange(len(travel))
-    standing = costs.standing[at] * np.maximum(1.0, np.abs(travel) / costs.measured[0])
-    return float((costs.slope[at] * np.abs(travel) + np.where(travel != 0.0, standing, 0.0)).sum())
+    size = np.abs(travel)
+    share = np.maximum(np.minimum(1.0, size / costs.slow[0]), size / costs.measured[0])
+    return float((costs.slope[at] * size + costs.standing[at] * share).sum())
 
 
 @pytest.mark.parametrize("machine", [HAYASHI, TAKISAWA], ids=["hayashi", "takisawa"])
@@ -57,14 +60,41 @@ def test_any_block_costs_what_the_program_pays_for_it(machine, signs, speeds, fe
     assert cost(costs, move) == pytest.approx(integral(machine, move, time), rel=1e-9, abs=1e-12)
 
 
-def test_near_a_solution_what_stands_is_dear_and_what_moves_has_paid():
+@pytest.mark.parametrize("machine", [HAYASHI, TAKISAWA, UMC], ids=["hayashi", "takisawa", "umc"])
+@given(st.integers(0, 4), st.sampled_from([-1.0, 1.0]), st.floats(1e-9, 20.0))
+def test_a_little_more_travel_costs_a_little_more(machine, axis, sign, millimetres):
+    """The price has no cliff: what rounding adds to a move is no more than the dearest mm takes."""
+    axis %= len(machine.axes)
+    costs = block_costs(machine, np.array([10.0]), time=np.array([1.0]))
+    unit = np.radians(1.0) if machine.axes[axis].is_rotary else 1.0
+    less, more = np.zeros((2, len(machine.axes)))
+    less[axis], more[axis] = sign * millimetres * unit, sign * (millimetres + 1e-6) * unit
+    steepest = (costs.slope + costs.standing / costs.slow).max(axis=0)[0, axis] * unit
+    for price in (lambda move: cost(costs, move), lambda move: integral(machine, move, 1.0)):
+        assert 0.0 <= price(more) - price(less) <= 1.001 * steepest * 1e-6 + 1e-9
+
+
+def test_below_the_slowest_measured_speed_power_is_in_proportion_to_speed():
+    move = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
+    slow = 250.0 / 60.0
+    energies = [integral(HAYASHI, move, time) for time in (1.0 / slow, 2.0 / slow, 100.0 / slow)]
+    np.testing.assert_allclose(energies, 612.1 / slow)
+
+
+def test_without_a_stated_speed_250_mm_and_deg_a_minute_are_assumed():
+    stated = [replace(a.drive, measured_from=None, measured_to=None) for a in HAYASHI.axes]
+    axes = tuple(replace(a, drive=d) for a, d in zip(HAYASHI.axes, stated, strict=True))
+    costs = block_costs(replace(HAYASHI, axes=axes), np.array([10.0]), time=np.array([60.0]))
+    np.testing.assert_allclose(costs.slow[0], np.where(HAYASHI.is_rotary, np.radians(250.0), 250.0))
+
+
+def test_near_a_solution_what_creeps_pays_for_its_travel_and_what_moves_has_paid():
     costs = block_costs(HAYASHI, np.array([10.0]), time=np.array([0.1]))
     x, z = HAYASHI.column("X"), HAYASHI.column("Z")
     travel = np.zeros((1, 5))
     travel[0, x] = 0.5 * costs.step[0, x]
     plus, _ = costs.near(travel, 0.01)
-    # A hundredth of the way costs as much as the whole block; what moves has paid nearly all of it.
-    assert plus[0, z] * 0.01 * costs.step[0, z] == pytest.approx(costs.standing[0, 0, z])
+    assert plus[0, z] == pytest.approx(costs.standing[0, 0, z] / costs.slow[0, z])
     assert plus[0, x] * 0.01 * costs.step[0, x] <= 0.02 * costs.standing[0, 0, x]
 
 

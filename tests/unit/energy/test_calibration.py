@@ -1,8 +1,11 @@
 """Calibration: known coefficients come back, real logs are explained, bad logs are refused with a place."""
 
+import csv
 import math
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,8 @@ TRIALS = 200
 MASS = 120.0  # kg
 STEP = 0.05  # s between the rows of a synthetic log
 BASIC = {"power": "P", "velocity": "v"}
+# mm/s, ends of the bins in which servo logs are compared with prices.
+SLOW_SPEEDS = (0.02, 0.1, 0.3, 1.0, 2.0, 250.0 / 60.0)
 
 LINEAR = FrictionDrive(friction=0.18, viscous=4e-3, efficiency=0.9, copper=30.0, hold=6.0)
 HEAD = FrictionDrive(friction=0.25, viscous=3e-3, counterbalance=0.5, hold=4.0, regeneration=0.5)
@@ -197,11 +202,40 @@ def test_the_umich_log_is_explained(data, axis):
     assert found.rows + sum(found.dropped.values()) == 1055
 
 
-def umich(log: Path, axis: str) -> Calibration:
+@pytest.mark.parametrize("axis", ["X", "Y"])
+def test_at_low_speed_a_fitted_drive_costs_no_more_than_the_servo_logs_measure(data, axis):
+    """Six runs; where an axis creeps, a power that is constant down to any speed would be 80 times theirs."""
+    logs = sorted((data / "power").glob("umich_*.csv"))
+    texts = [log.read_text(encoding="utf-8").splitlines() for log in logs]
+    rows = [row for text in texts for row in csv.DictReader(text)]
+    speed, power, rate = (
+        np.array([float(row[f"{axis}1_{name}"]) for row in rows])
+        for name in ("ActualVelocity", "OutputPower", "ActualAcceleration")
+    )
+    steady = np.abs(rate) < 50.0
+    speed, power = speed[steady], 1e3 * power[steady]
+    bins = [(np.abs(speed) >= low) & (np.abs(speed) < high) for low, high in pairwise(SLOW_SPEEDS)]
+    slowest = 250.0 / 60.0
+    prices = {}
+    for model in ("friction", "affine", "directional"):
+        drive = umich(logs[0], axis, model).drive
+        for reading, slow in (("priced", slowest), ("constant", 1e-6)):
+            watts = drive_power(replace(drive, measured_from=slow), speed)
+            prices[model, reading] = np.array([watts[rows].mean() for rows in bins])
+    measured = np.array([power[rows].mean() for rows in bins])
+    noise = 0.05 * float(drive_power(umich(logs[0], axis).drive, np.array([slowest]))[0])
+    assert (prices["friction", "priced"] <= 1.1 * measured + noise).all()
+    # Models that explain these logs worse are off by their own shape, not where axes creep.
+    for model in ("affine", "directional"):
+        assert (prices[model, "priced"] <= 1.5 * measured + noise).all(), model
+    assert prices["directional", "constant"][0] > 50.0 * measured[0]
+
+
+def umich(log: Path, axis: str, model: str = "friction") -> Calibration:
     return fit(
         log,
         axis=axis,
-        model="friction",
+        model=model,
         power=f"{axis}1_OutputPower",
         velocity=f"{axis}1_ActualVelocity",
         acceleration=f"{axis}1_ActualAcceleration",

@@ -67,12 +67,15 @@ def test_up_costs_more_than_down(hayashi):
 def test_metric_and_integral_agree_on_a_move_of_one_axis_and_differ_on_two(hayashi):
     one = motion_energy(hayashi, line_motion([60.0, 0, 0, 0, 0], 3.6))
     assert one.total == pytest.approx(one.travel) == pytest.approx(34.55 * 3.6)
-    # 0.5 mm of Z beside 60 mm of X: at a constant power the integral pays Z for the whole move.
+    # 30 mm of Z beside 60 mm of X: at a constant power the integral pays Z for the whole move.
+    two = motion_energy(hayashi, line_motion([60.0, 0, 30.0, 0, 0], 3.6))
+    assert two.travel == pytest.approx(34.55 * 3.6 + 612.1 * 1.8)
+    assert two.total == two.most == pytest.approx((34.55 + 612.1) * 3.6)
+    # With 0.5 mm Z goes at 8.3 mm/min, and none slower than 250 was measured.
     two = motion_energy(hayashi, line_motion([60.0, 0, 0.5, 0, 0], 3.6))
-    assert two.travel == pytest.approx(34.55 * 3.6 + 612.1 * 0.03)
-    assert two.total == pytest.approx((34.55 + 612.1) * 3.6)
-    # Z goes at 8.3 mm/min, and none slower than 250 was measured.
-    assert two.least == pytest.approx(34.55 * 3.6 + 612.1 * 0.5 / (250.0 / 60.0))
+    assert two.total == pytest.approx(34.55 * 3.6 + 612.1 * 0.5 / (250.0 / 60.0))
+    assert two.most == pytest.approx((34.55 + 612.1) * 3.6)
+    assert two.band == "up to 2328 J if drives took their whole power below the slowest measured speed, too"
     assert two.base is None
     assert two.with_base is None
 

@@ -62,17 +62,3 @@ def test_rapid_moves_keep_their_own_feed(hayashi, turned):
     feed, _ = path_feed(hayashi, replace(unread(turned), kind=kind), Tool.ball(8))
     assert feed[3] == 1.0
     np.testing.assert_allclose(feed[4:], FEED, rtol=1e-9)
-
-
-def test_an_axis_slower_than_words_resolve_draws_nothing(hayashi):
-    from fiveaxis.energy import motion_energy
-
-    positions = np.zeros((3, 5))
-    positions[:, 0] = [0.0, 1.0, 2.0]
-    positions[2, 2] = 1e-5  # one step of words of five decimals
-    motion = Motion(
-        "XYZAC", positions, np.full(3, 10.0), np.array([0.0, 0.1, 0.1]), np.zeros(3, int), np.arange(3)
-    )
-    assert motion_energy(hayashi, motion).by_axis["Z"] == 0.0
-    positions[2, 2] = 1e-2
-    assert motion_energy(hayashi, replace(motion, positions=positions)).by_axis["Z"] > 0.0

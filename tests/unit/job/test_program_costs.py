@@ -72,16 +72,6 @@ def test_the_last_digit_of_a_word_is_no_start(tmp_path, takisawa):
     assert (found.starts["Y"], found.reversals["Y"]) == (0, 0)
 
 
-def test_an_axis_that_creeps_while_it_counts_as_standing_is_reported(tmp_path):
-    file, machine = tmp_path / "slow.nc", load_machine("hayashi-640123")
-    for height, told in ((0.5, True), (0.7, False)):
-        file.write_text(f"G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\nG93 G1 X10 Z{height} F0.1\n")
-        found = fx.program_energy(file, machine)
-        creeping = [f for f in found.findings if f.code == "axis-creeps"]
-        assert [(f.place.line, f.value) for f in creeping] == ([(3, 0.5)] if told else [])
-        assert (found.rows[-1]["Z"] == 0.0) is told
-
-
 def test_blocks_add_up_to_the_totals(zigzag, takisawa):
     found = fx.program_energy(zigzag, takisawa)
     assert sum(row["energy"] for row in found.rows) == pytest.approx(found.energy.total)
@@ -127,7 +117,7 @@ def test_a_feed_force_takes_its_work_along_the_cuts_and_none_in_rapid(zigzag, ta
         assert cut.by_axis[letter] - free.by_axis[letter] == pytest.approx(60.0 * length / 1000.0, rel=1e-6)
     assert cut.travel == free.travel
     if corners == "control":
-        assert cut.least - free.least == pytest.approx(60.0 * sum(work.values()) / 1000.0, rel=1e-6)
+        assert cut.most - free.most == pytest.approx(60.0 * sum(work.values()) / 1000.0, rel=1e-6)
 
 
 def test_the_budget_of_a_program_has_the_cut_at_its_feeds(zigzag, takisawa):
@@ -336,7 +326,7 @@ def test_a_part_away_from_zero_is_priced_where_the_head_or_the_option_puts_it(tm
 
 
 @pytest.mark.parametrize("decimals", [3, 4, 6])
-def test_head_and_reader_price_the_words_and_the_band_covers_their_rounding(tmp_path, hayashi, decimals):
+def test_head_and_reader_price_the_words_and_rounding_decides_nothing(tmp_path, hayashi, decimals):
     """Y creeps by less than a digit in each block, and the table turns under the tip's words."""
     from fiveaxis.energy import motion_energy
     from fiveaxis.job import post_program
@@ -357,9 +347,9 @@ def test_head_and_reader_price_the_words_and_the_band_covers_their_rounding(tmp_
     read = fx.program_energy(path, hayashi).energy
     assert made.energy == read
     assert f"energy: {read.total:.0f} J" in path.read_text()
-    # Whether Y moves at all decides over its whole power: the band has the energy of what was meant.
+    # An axis that a digit moves takes what this travel costs, whichever way the digit falls.
     meant = motion_energy(hayashi, motion).total
     priced = motion_energy(hayashi, made.blocks, rounding=made.rounding)
-    assert priced.least <= priced.total * (1.0 + 1e-12) <= priced.most * (1.0 + 2e-12)
-    assert priced.least < meant - 100.0
-    assert meant <= priced.most * (1.0 + 1e-5)
+    digit = 10.0**-decimals
+    assert priced.total <= priced.most
+    assert priced.total == pytest.approx(meant, abs=60.0 * digit * 65.57 / (250.0 / 60.0) + 1e-2 * meant)

@@ -52,8 +52,8 @@ def test_a_small_path_is_sound_and_has_a_record_of_the_solver(plain):
     solution = plain
     assert_sound(solution)
     names = [stage.name for stage in solution.stages]
-    assert names[0] == "path of little travel"
-    assert {name.split()[0] for name in names[1:]} == {"program,", "corridor"}
+    assert names[0] == "path to begin with"
+    assert {name.split()[0] for name in names[1:]} >= {"search", "program,"}
     assert min(stage.after for stage in solution.stages[1:]) <= solution.energy.travel * (1.0 + 1e-3)
 
 

