@@ -1,4 +1,4 @@
-"""The chain's equations, written once over a ``cos``/``sin`` namespace.
+"""The chain's equations over a ``cos``/``sin`` namespace; `loops` has them for numbers, compiled.
 
 A scalar is a numpy array (a column of a path) or a CasADi symbol; three-vectors are tuples of scalars, so
 nothing in this module depends on which. Products with a constant that is exactly 0 are omitted: an ideal
@@ -64,12 +64,6 @@ def linear_directions(chain: Chain, cosines: Cosines) -> dict[str, Vector]:
         else:
             directions[joint.letter] = joint.line.direction
     return directions
-
-
-def linear_determinant(chain: Chain, cosines: Cosines) -> Scalar:
-    """Compute the volume that the three linear directions span: 1 at right angles, 0 in one plane."""
-    u, v, w = linear_directions(chain, cosines).values()
-    return dot(u, cross(v, w))
 
 
 def linear_axes(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Scalar]:

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from fiveaxis.errors import DegenerateChain, MachineError
 from fiveaxis.geometry import Array, product, rotation_matrix
-from fiveaxis.kinematics.equations import (
-    Cosines,
-    Vector,
-    cosines_of,
-    linear_axes,
-    linear_determinant,
-    tool_axis,
-    tool_tip,
-)
-from fiveaxis.machine import Chain, Joint, Machine
-from fiveaxis.machine.chain import FLAT, why_not_positioning
+from fiveaxis.machine import Joint, Machine
+from fiveaxis.machine.chain import why_not_positioning
 
 
 def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
@@ -43,12 +35,7 @@ def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
             f"axis values {rows.shape}: machine {machine.name!r} has {len(machine.letters)} axes, columns "
             f"{' '.join(machine.letters)}"
         )
-    values = dict(zip(machine.letters, rows.T, strict=True))
-    cosines = cosines_of({c: values[c] for c in machine.rotaries}, np)
-    linear = {c: values[c] for c in machine.chain.linears}
-    shape = rows.shape[:-1]
-    tip = tool_tip(machine.chain, cosines, linear)
-    return _stack(tip, shape), _stack(tool_axis(machine.chain, cosines), shape)
+    return _poses(machine, [machine.column(joint.letter) for joint in machine.chain.joints], rows)
 
 
 def tool_axes(machine: Machine, rotary: Array) -> Array:
@@ -62,8 +49,9 @@ def tool_axes(machine: Machine, rotary: Array) -> Array:
     -------
     (..., 3), unit vectors from tip to shank, workpiece frame
     """
-    angles = np.asarray(rotary, dtype=float)
-    return _stack(tool_axis(machine.chain, _cosines(machine, angles)), angles.shape[:-1])
+    rotaries = machine.rotaries
+    columns = [rotaries.index(j.letter) if j.is_rotary else -1 for j in machine.chain.joints]
+    return _poses(machine, columns, np.asarray(rotary, dtype=float))[1]
 
 
 def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
@@ -93,11 +81,15 @@ def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
     """
     require_positioning(machine)
     tip, rotary = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float)
-    cosines = _cosines(machine, rotary)
-    values = _linear_values(machine.chain, cosines, _vector(tip))
-    values |= {c: rotary[..., i] for i, c in enumerate(machine.rotaries)}
+    from fiveaxis.kinematics.loops import linear_values
+
     shape = np.broadcast_shapes(tip.shape[:-1], rotary.shape[:-1])
-    return _stack([values[a.letter] for a in machine.axes], shape)
+    tip, rotary = (_rows(np.broadcast_to(columns, (*shape, columns.shape[-1]))) for columns in (tip, rotary))
+    positions = np.empty((len(tip), len(machine.axes)))
+    positions[:, machine.rotary_columns] = rotary
+    linear = [machine.column(letter) for letter in machine.chain.linears]
+    positions[:, linear] = linear_values(*machine.chain.figures, tip, rotary)
+    return positions.reshape(*shape, len(machine.axes))
 
 
 def require_positioning(machine: Machine) -> None:
@@ -113,30 +105,18 @@ def require_positioning(machine: Machine) -> None:
         raise DegenerateChain(f"machine {machine.name!r}: {reason}")
 
 
-def _linear_values(chain: Chain, cosines: Cosines, tip: Vector) -> dict[str, Array]:
-    """Solve the linear axes, NaN where their directions lie in one plane."""
-    if chain.linears_adjoin:
-        return linear_axes(chain, cosines, tip)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        values = linear_axes(chain, cosines, tip)
-    flat = np.abs(linear_determinant(chain, cosines)) < FLAT
-    return {letter: np.where(flat, np.nan, value) for letter, value in values.items()}
+def _poses(machine: Machine, columns: list[int], values: Array) -> tuple[Array, Array]:
+    """Compute tips and tool axes, (..., 3) each, for values, (..., k), of the joints with a column."""
+    from fiveaxis.kinematics.loops import poses
+
+    tip, axis = poses(*machine.chain.figures, np.array(columns, dtype=np.int64), _rows(values))
+    return tip.reshape(*values.shape[:-1], 3), axis.reshape(*values.shape[:-1], 3)
 
 
-def _cosines(machine: Machine, rotary: Array) -> Cosines:
-    return cosines_of({c: rotary[..., i] for i, c in enumerate(machine.rotaries)}, np)
-
-
-def _vector(columns: Array) -> Vector:
-    return columns[..., 0], columns[..., 1], columns[..., 2]
-
-
-def _stack(columns: Vector | list[Array], shape: tuple[int, ...]) -> Array:
-    """Stack scalars along the last dimension; constants are broadcast."""
-    stacked = np.empty((*shape, len(columns)))
-    for i, column in enumerate(columns):
-        stacked[..., i] = column
-    return stacked
+def _rows(columns: Array) -> Array:
+    """Return columns, (..., k), as rows, (n, k), in the one layout that the loops are compiled for."""
+    shape = math.prod(columns.shape[:-1]), columns.shape[-1]
+    return np.require(columns.reshape(shape), requirements=["C", "W"])
 
 
 def link_poses(machine: Machine, positions: Array) -> dict[str, Array]:

@@ -172,6 +172,12 @@ class Chain:
         kinds = "".join("r" if j.is_rotary else "l" for j in self.joints)
         return "r" not in kinds.strip("r")
 
+    @cached_property
+    def figures(self) -> tuple[Array, Array]:
+        """Joints, (j, 7): 1 if it turns, direction, point in mm; and tip and tool axis at home, (2, 3)."""
+        joints = [(float(j.is_rotary), *j.line.direction, *j.line.point) for j in self.joints]
+        return np.array(joints).reshape(-1, 7), np.array([self.tool_home[:3, 3], self.tool_home[:3, 2]])
+
     def seen_from(self, frame: Array) -> Chain:
         """Express the chain in another frame of the workpiece side.
 
