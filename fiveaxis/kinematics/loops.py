@@ -32,6 +32,24 @@ def swing(joint: Array, cosine: float, sine: float, x: float, y: float, z: float
     return x + p, y + q, z + r
 
 
+@inner
+def pose(joints: Array, home: Array, columns: IntArray, values: Array, i: int) -> tuple[Point, Point]:
+    """Compute tool tip and tool axis for a row of values; parameters as for `poses`."""
+    x, y, z = home[0, 0], home[0, 1], home[0, 2]
+    u, v, w = home[1, 0], home[1, 1], home[1, 2]
+    for j in range(len(joints) - 1, -1, -1):
+        if columns[j] < 0:
+            continue
+        value = values[i, columns[j]]
+        if joints[j, 0] == 0.0:
+            x, y, z = x + value * joints[j, 1], y + value * joints[j, 2], z + value * joints[j, 3]
+        else:
+            c, s = sine(value, 1.0), sine(value, 0.0)
+            x, y, z = swing(joints[j], c, s, x, y, z)
+            u, v, w = turn(joints[j], c, s, u, v, w)
+    return (x, y, z), (u, v, w)
+
+
 @compiled
 def poses(joints: Array, home: Array, columns: IntArray, values: Array) -> Array:
     """Compute tool tip and tool axis, (2, n, 3) mm and unit vectors (form-shaping Eq. 3).
@@ -44,20 +62,9 @@ def poses(joints: Array, home: Array, columns: IntArray, values: Array) -> Array
     """
     found = np.empty((2, len(values), 3))
     for i in range(len(values)):
-        x, y, z = home[0, 0], home[0, 1], home[0, 2]
-        u, v, w = home[1, 0], home[1, 1], home[1, 2]
-        for j in range(len(joints) - 1, -1, -1):
-            if columns[j] < 0:
-                continue
-            value = values[i, columns[j]]
-            if joints[j, 0] == 0.0:
-                x, y, z = x + value * joints[j, 1], y + value * joints[j, 2], z + value * joints[j, 3]
-            else:
-                c, s = sine(value, 1.0), sine(value, 0.0)
-                x, y, z = swing(joints[j], c, s, x, y, z)
-                u, v, w = turn(joints[j], c, s, u, v, w)
-        found[0, i, 0], found[0, i, 1], found[0, i, 2] = x, y, z
-        found[1, i, 0], found[1, i, 1], found[1, i, 2] = u, v, w
+        tip, axis = pose(joints, home, columns, values, i)
+        for c in range(3):
+            found[0, i, c], found[1, i, c] = tip[c], axis[c]
     return found
 
 

@@ -8,8 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
+from fiveaxis.kinematics.loops import Point, pose
 from fiveaxis.machine import Machine
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
@@ -26,6 +28,8 @@ BETWEEN = 1.25
 FARTHEST = WRITTEN_TOLERANCE / BETWEEN
 # Largest distance between the ends of the tool axes' unit vectors at these points.
 LARGEST_CHORD = 2.0 * math.sin(AXIS_TOLERANCE / BETWEEN / 2.0)
+# Largest component of a tool axis across the plane that it stays in.
+FARTHEST_OUT = math.sin(AXIS_TOLERANCE / BETWEEN)
 # s: a shorter block has no duration.
 SHORTEST = 1e-9
 # Rounding, in mm and rad, and as a share of speeds.
@@ -126,18 +130,6 @@ class _Course:
         return tool_poses(self.machine, self.motion.positions)
 
     @cached_property
-    def middles(self) -> Band:
-        """Where the tool's centre may be halfway to each row; at the first row itself."""
-        row = np.maximum(np.arange(len(self.path)) - 0.5, 0.0)
-        return Band.of(self.path, self.poses[1], row, self.middle_axes)
-
-    @cached_property
-    def chords(self) -> Array:
-        """(n, 3), mm, from each row to the chord between given locations."""
-        curve = self.path.curve
-        return np.zeros((len(self.path), 3)) if curve is None else curve.chord
-
-    @cached_property
     def middle_axes(self) -> Array:
         """(n, 3), unit vectors: the tool axis halfway in the move to each row."""
         return tool_axes(
@@ -162,92 +154,73 @@ class _Course:
         stays[:-1] |= alone[1:]
         return np.cumsum(stays)
 
+    @cached_property
+    def wanted(self) -> Array:
+        """(2, n, 5, 3), at the middle of the block to each row, and at its end.
+
+        Where the tool's centre may be (a point, mm, and the vector from there to the chord), the tool axis, a
+        normal on which the centre of a cutter whose pivot is off its axis depends, and the normal of the
+        plane that the axis stays in.
+        """
+        path, curve, n = self.path, self.path.curve, len(self.path)
+        middles = Band.of(path, self.poses[1], np.maximum(np.arange(n) - 0.5, 0.0), self.middle_axes)
+        chord, none = np.zeros((n, 3)) if curve is None else curve.chord, np.zeros((n, 3))
+        planes = none if self.planes is None else self.planes
+        middle = middles.curve, middles.chord, self.middle_axes, none, planes
+        return np.stack([middle, (path.pivot, chord, self.poses[1], path.normal, planes)]).swapaxes(1, 2)
+
+    @cached_property
+    def controlled(self) -> Array:
+        """(n, m), what the control moves linearly: the axes or, with TCP, the tip and the rotary axes."""
+        return np.hstack([self.poses[0], self.rotary]) if self.tcp else self.motion.positions
+
+    @cached_property
+    def columns(self) -> IntArray:
+        """Columns of the joints in `controlled`; −1 for linear ones that follow the tip."""
+        machine, joints = self.machine, self.machine.chain.joints
+        if not self.tcp:
+            return np.array([machine.column(joint.letter) for joint in joints])
+        return np.array([3 + machine.rotaries.index(j.letter) if j.is_rotary else -1 for j in joints])
+
     def fits(self, first: IntArray, last: IntArray) -> BoolArray:
         """Check which spans, from row to row, (s,), can be single blocks."""
         single = last - first == 1
         ok = self.needed_before[last - 1] == self.needed_before[first]
         turns = np.abs(self.rotary[last] - self.rotary[first]).max(axis=1, initial=0.0)
-        ok &= turns <= self.max_turn
-        at = np.flatnonzero(ok & ~single)
-        if len(at):
-            # Most spans that are too long are off at half of their rows, which are few to compare.
-            half = (first[at] + last[at]) // 2
-            at = at[~self._strays(half, self._shares(half, first[at], last[at])[0], first[at], last[at])]
-            ok &= single
-            ok[at] = self._keeps(first[at], last[at])
-        return ok | single
-
-    def _keeps(self, first: IntArray, last: IntArray) -> BoolArray:
-        """Compare spans with the given motion, at the ends and the middles of all their blocks, (s,)."""
-        parts = last - first
-        begins = np.cumsum(parts) - parts
-        span = np.repeat(np.arange(len(first)), parts)
-        row = first[span] + np.arange(len(span)) - begins[span] + 1
-        top = np.maximum.reduceat(self.speed[row], begins)
-        level = top - np.minimum.reduceat(self.speed[row], begins) <= SPEED_TOLERANCE * top
-        ends, middle = self._shares(row, first[span], last[span])
-        bad = self._strays(row, ends, first[span], last[span])
-        level &= ~np.logical_or.reduceat(bad, begins)
-        # Most spans that are too long have failed by now, so the middles are compared in the others only.
-        left = np.flatnonzero(level[span])
-        at, of = row[left], span[left]
-        tip, axis = self._poses(middle[left], first[of], last[of])
-        height = self.path.zone.height
-        middle_band = Band(self.middles.curve[at], self.middles.chord[at])
-        bad[left] |= middle_band.distances(tip + height * axis) > FARTHEST
-        bad[left] |= self._tilts_off(axis, self.middle_axes[at], at)
-        level &= ~np.logical_or.reduceat(bad, begins)
-        return level & self._drives_no_more(row, begins, first[span], last[span]) if self.tcp else level
-
-    def _strays(self, row: IntArray, share: Array, first: IntArray, last: IntArray) -> BoolArray:
-        """Check which rows, (r,), a single block passes too far away, at shares of spans, (r,)."""
-        tip, axis = self._poses(share, first, last)
-        off = Band(self.path.centres(axis, row), self.chords[row]).distances(
-            tip + self.path.zone.height * axis
+        ok &= (turns <= self.max_turn) & ~single
+        at, zone = np.flatnonzero(ok), self.path.zone
+        ok[at] = near(
+            *self.machine.chain.figures,
+            self.columns,
+            self.controlled,
+            self.tcp,
+            np.stack([self.clock, self.speed]),
+            self.wanted,
+            np.array([zone.height, zone.offset]),
+            first[at],
+            last[at],
         )
-        return np.asarray((off > FARTHEST) | self._tilts_off(axis, self.poses[1][row], row))
-
-    def _tilts_off(self, axis: Array, wanted: Array, row: IntArray) -> BoolArray:
-        """Check which tool axes are too far from the wanted ones, or from the planes of the moves to rows."""
-        chord = axis - wanted
-        off = np.einsum("ni,ni->n", chord, chord) > LARGEST_CHORD**2
-        if self.planes is None:
-            return off
-        out = np.abs(np.einsum("ni,ni->n", axis, self.planes[row]))
-        return np.asarray(off | (out > math.sin(AXIS_TOLERANCE / BETWEEN)))
-
-    def _shares(self, row: IntArray, first: IntArray, last: IntArray) -> tuple[Array, Array]:
-        """Compute the times of rows, and of the middles of the blocks to them, as shares of their spans."""
-        begin, long = self.clock[first], self.clock[last] - self.clock[first]
-        before, now = self.clock[row - 1] - begin, self.clock[row] - begin
-        return now / long, (now + before) / (2.0 * long)
-
-    def _poses(self, share: Array, first: IntArray, last: IntArray) -> tuple[Array, Array]:
-        """Compute tip and tool axis at shares of spans, as the control moves them."""
-        if not self.tcp:
-            return tool_poses(self.machine, _between(self.motion.positions, share, first, last))
-        tip = _between(self.poses[0], share, first, last)
-        return tip, tool_axes(self.machine, _between(self.rotary, share, first, last))
+        if self.tcp and len(at := np.flatnonzero(ok)):
+            ok[at] = self._drives_no_more(first[at], last[at])
+        return ok | single
 
     def _positions(self, row: IntArray, first: IntArray, last: IntArray) -> Array:
         """Compute the axes at the times of rows within spans, as the control moves them."""
         share = (self.clock[row] - self.clock[first]) / (self.clock[last] - self.clock[first])
-        if not self.tcp:
-            return _between(self.motion.positions, share, first, last)
-        tip = _between(self.poses[0], share, first, last)
-        return linear_positions(self.machine, tip, _between(self.rotary, share, first, last))
+        begin, end = self.controlled[first], self.controlled[last]
+        found = begin + share[:, None] * (end - begin)
+        return linear_positions(self.machine, found[:, :3], found[:, 3:]) if self.tcp else found
 
-    def _drives_no_more(self, row: IntArray, begins: IntArray, first: IntArray, last: IntArray) -> BoolArray:
+    def _drives_no_more(self, first: IntArray, last: IntArray) -> BoolArray:
         """Check which spans, (s,), keep axes that follow a tip within limits, speeds and the given travel.
 
         A path that wavers within the tolerance does no harm to the part, but makes axes reverse, which costs
         energy.
-
-        Parameters
-        ----------
-        row, first, last : (r,), rows at the ends of all blocks, and their spans' ends
-        begins : (s,), index among them of the first block of each span
         """
+        parts = last - first
+        begins = np.cumsum(parts) - parts
+        first, last = np.repeat(first, parts), np.repeat(last, parts)
+        row = first + np.arange(len(first)) - np.repeat(begins, parts) + 1
         time, most = self.motion.time[row][:, None], axis_bounds(self.machine).speed
         now = self._positions(row, first, last)
         moves = np.abs(now - self._positions(row - 1, first, last))
@@ -268,6 +241,79 @@ class _Course:
         return positions
 
 
-def _between(columns: Array, share: Array, first: IntArray, last: IntArray) -> Array:
-    """Interpolate columns, (n, k), at shares of spans from first to last rows."""
-    return columns[first] + share[:, None] * (columns[last] - columns[first])
+@compiled
+def near(
+    joints: Array,
+    home: Array,
+    columns: IntArray,
+    controlled: Array,
+    tcp: bool,
+    pace: Array,
+    wanted: Array,
+    zone: Array,
+    firsts: IntArray,
+    lasts: IntArray,
+) -> BoolArray:
+    """Check which spans keep to the given motion, at the ends and the middles of all their blocks, (s,).
+
+    Parameters
+    ----------
+    joints, home : `Chain.figures`
+    columns, controlled, wanted : of `_Course`
+    pace : (2, n), clock and speed
+    zone : height and offset of the cutter's zone, mm
+    """
+    found, moved, aside = (
+        np.empty(len(firsts), dtype=np.bool_),
+        np.empty((1, controlled.shape[1])),
+        np.empty(3),
+    )
+    for s in range(len(firsts)):
+        first, last = firsts[s], lasts[s]
+        begin, long = pace[0, first], pace[0, last] - pace[0, first]
+        slowest, fastest = np.inf, 0.0
+        for row in range(first + 1, last + 1):
+            slowest, fastest = min(slowest, pace[1, row]), max(fastest, pace[1, row])
+        ok = fastest - slowest <= SPEED_TOLERANCE * fastest
+        # Most spans that are too long are off at half of their rows, which is where the rounds begin.
+        for k in range(last - first):
+            row = first + 1 + (k + (last - first) // 2 - 1) % (last - first)
+            before, now = pace[0, row - 1] - begin, pace[0, row] - begin
+            for end in range(1, -1, -1):
+                share = now / long if end else (now + before) / (2.0 * long)
+                for c in range(controlled.shape[1]):
+                    here = controlled[first, c]
+                    moved[0, c] = here + share * (controlled[last, c] - here)
+                tip, axis = pose(joints, home, columns, moved, 0)
+                if tcp:
+                    tip = moved[0, 0], moved[0, 1], moved[0, 2]
+                ok = ok and not strays(wanted, end, row, tip, axis, zone, aside)
+            if not ok:
+                break
+        found[s] = ok
+    return found
+
+
+@inner
+def strays(wanted: Array, end: int, row: int, tip: Point, axis: Point, zone: Array, aside: Array) -> bool:
+    """Check whether a tool is too far from where it is wanted at the middle, 0, or the end, 1, of a block."""
+    dot = square = 0.0
+    for c in range(3):
+        dot += wanted[end, row, 3, c] * axis[c]
+        aside[c] = tip[c] + zone[0] * axis[c] - wanted[end, row, 0, c]
+    for c in range(3):
+        square += (wanted[end, row, 3, c] - dot * axis[c]) ** 2
+    if square > 1e-24:  # as in `across`; false for NaN
+        for c in range(3):
+            aside[c] -= zone[1] * (wanted[end, row, 3, c] - dot * axis[c]) / math.sqrt(square)
+    along = square = tilt = out = 0.0
+    for c in range(3):
+        along += aside[c] * wanted[end, row, 1, c]
+        square += wanted[end, row, 1, c] ** 2
+        tilt += (axis[c] - wanted[end, row, 2, c]) ** 2
+        out += axis[c] * wanted[end, row, 4, c]
+    share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    off = 0.0
+    for c in range(3):
+        off += (aside[c] - share * wanted[end, row, 1, c]) ** 2
+    return off > FARTHEST**2 or tilt > LARGEST_CHORD**2 or abs(out) > FARTHEST_OUT
