@@ -13,9 +13,9 @@ Point = tuple[float, float, float]
 
 
 @inner
-def turn(joint: Array, cosine: float, sine: float, x: float, y: float, z: float) -> Point:
+def turn(joints: Array, j: int, cosine: float, sine: float, x: float, y: float, z: float) -> Point:
     """Turn a vector about a joint's direction, row of `Chain.figures`, as `equations.turn`."""
-    a, b, c = joint[1], joint[2], joint[3]
+    a, b, c = joints[j, 1], joints[j, 2], joints[j, 3]
     along = (a * x + b * y + c * z) * (1.0 - cosine)
     return (
         cosine * x + sine * (b * z - c * y) + along * a,
@@ -25,10 +25,10 @@ def turn(joint: Array, cosine: float, sine: float, x: float, y: float, z: float)
 
 
 @inner
-def swing(joint: Array, cosine: float, sine: float, x: float, y: float, z: float) -> Point:
+def swing(joints: Array, j: int, cosine: float, sine: float, x: float, y: float, z: float) -> Point:
     """Turn a point about a joint's line."""
-    p, q, r = joint[4], joint[5], joint[6]
-    x, y, z = turn(joint, cosine, sine, x - p, y - q, z - r)
+    p, q, r = joints[j, 4], joints[j, 5], joints[j, 6]
+    x, y, z = turn(joints, j, cosine, sine, x - p, y - q, z - r)
     return x + p, y + q, z + r
 
 
@@ -45,8 +45,8 @@ def pose(joints: Array, home: Array, columns: IntArray, values: Array, i: int) -
             x, y, z = x + value * joints[j, 1], y + value * joints[j, 2], z + value * joints[j, 3]
         else:
             c, s = sine(value, 1.0), sine(value, 0.0)
-            x, y, z = swing(joints[j], c, s, x, y, z)
-            u, v, w = turn(joints[j], c, s, u, v, w)
+            x, y, z = swing(joints, j, c, s, x, y, z)
+            u, v, w = turn(joints, j, c, s, u, v, w)
     return (x, y, z), (u, v, w)
 
 
@@ -89,7 +89,7 @@ def linear_values(joints: Array, home: Array, tip: Array, rotary: Array) -> Arra
         x, y, z = tip[i, 0], tip[i, 1], tip[i, 2]
         for j in range(first):
             c, s = sine(rotary[i, j], 1.0), sine(rotary[i, j], 0.0)
-            x, y, z = swing(joints[j], c, -s, x, y, z)
+            x, y, z = swing(joints, j, c, -s, x, y, z)
         p, q, r = home[0, 0], home[0, 1], home[0, 2]
         linear, turned = 3, rotary.shape[1]
         for j in range(len(joints) - 1, first - 1, -1):
@@ -99,13 +99,15 @@ def linear_values(joints: Array, home: Array, tip: Array, rotary: Array) -> Arra
                 continue
             turned -= 1
             c, s = sine(rotary[i, turned], 1.0), sine(rotary[i, turned], 0.0)
-            p, q, r = swing(joints[j], c, s, p, q, r)
+            p, q, r = swing(joints, j, c, s, p, q, r)
             for k in range(linear, 3):
-                ways[k, 0], ways[k, 1], ways[k, 2] = turn(joints[j], c, s, ways[k, 0], ways[k, 1], ways[k, 2])
+                ways[k, 0], ways[k, 1], ways[k, 2] = turn(joints, j, c, s, ways[k, 0], ways[k, 1], ways[k, 2])
         x, y, z = x - p, y - q, z - r
         for k in range(3):
-            v, w = ways[(k + 1) % 3], ways[(k + 2) % 3]
-            a, b, c = v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]
+            g, h = (k + 1) % 3, (k + 2) % 3
+            a = ways[g, 1] * ways[h, 2] - ways[g, 2] * ways[h, 1]
+            b = ways[g, 2] * ways[h, 0] - ways[g, 0] * ways[h, 2]
+            c = ways[g, 0] * ways[h, 1] - ways[g, 1] * ways[h, 0]
             volume = ways[k, 0] * a + ways[k, 1] * b + ways[k, 2] * c
             found[i, k] = (x * a + y * b + z * c) / volume if abs(volume) >= FLAT else np.nan
     return found

@@ -83,7 +83,7 @@ def require_blocks(fill: Fill) -> Fill:
     return fill
 
 
-def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> Array | None:
+def cheapest_sequence(machine: Machine, found: Postures, costs: tuple[Array, Array]) -> Array | None:
     """Choose the branch of every location so that the travel metric is minimal.
 
     Each rotary axis takes the shorter turn unless its limits forbid that; turns accumulate.
@@ -98,20 +98,13 @@ def cheapest_sequence(machine: Machine, toolpath: Toolpath, found: Postures) -> 
     low, high = machine.low[columns], machine.high[columns]
     # An axis with several turns may start on any of them: it is unwrapped first, then shifted as a whole.
     winding = high - low >= TURN
-    unwrapped = _cheapest(
-        machine, toolpath, found, np.where(winding, -np.inf, low), np.where(winding, np.inf, high)
-    )
+    taken = found.positions, found.allowed, np.array(columns)
+    ends = np.where(winding, -np.inf, low), np.where(winding, np.inf, high)
+    unwrapped = cheapest_branches(*taken, *ends, ON_LIMIT, *costs)
     fitted = [fit_turns(angles, *limits) for angles, *limits in zip(unwrapped.T, low, high, strict=True)]
     if all(angles is not None for angles in fitted):
         return np.stack([angles for angles in fitted if angles is not None], axis=1)
-    return _cheapest(machine, toolpath, found, low, high)
-
-
-def _cheapest(machine: Machine, toolpath: Toolpath, found: Postures, low: Array, high: Array) -> Array:
-    """Choose branches and turns with the compiled loop, (n, 2) rad."""
-    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
-    columns = np.array(machine.rotary_columns)
-    return cheapest_branches(found.positions, found.allowed, columns, low, high, ON_LIMIT, plus, minus)
+    return cheapest_branches(*taken, low, high, ON_LIMIT, *costs)
 
 
 def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Array:
@@ -133,29 +126,33 @@ def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Arra
     return spread
 
 
-def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:
+def follow_axes(
+    toolpath: Toolpath, machine: Machine, axis: Array, costs: tuple[Array, Array] | None = None
+) -> Array:
     """Compute the rotary angles of tool axes on the cheapest branches; (n, 2) rad.
 
     Parameters
     ----------
     axis : (n, 3), unit vectors; in NaN rows (links) angles are interpolated between the neighbours
+    costs : `travel_costs` of the path, if known
 
     Raises
     ------
     NoBaseline
         A location where neither branch keeps the limits.
     """
-    rows = np.flatnonzero(np.isfinite(axis).all(axis=1)).astype(np.int64)
-    part = toolpath.at(rows)
-    found = postures(machine, part, axis[rows])
-    rotary = cheapest_sequence(machine, part, found)
+    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid) if costs is None else costs
+    known = np.isfinite(axis).all(axis=1)
+    rows = np.flatnonzero(known)
+    found = postures(machine, toolpath if known.all() else toolpath.at(rows), axis[rows])
+    rotary = cheapest_sequence(machine, found, (plus[rows], minus[rows]))
     if rotary is None:
         unreached = rows[~found.allowed.any(axis=0)]
         raise NoBaseline(
             f"{len(unreached)} locations have a tool axis outside the axis limits, first location "
             f"{unreached[0]}"
         )
-    return spread_over_links(toolpath, rows, rotary)
+    return rotary if known.all() else spread_over_links(toolpath, rows, rotary)
 
 
 @compiled

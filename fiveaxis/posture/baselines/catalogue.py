@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from fiveaxis.compiled import compiled
-from fiveaxis.energy import motion_energy, move_energies, travel_costs
+from fiveaxis.energy import motion_energy, travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin, arctan2, product
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT
@@ -140,31 +140,42 @@ def lead_lean(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> Array:
     # Links stay in the sample: the cost of a posture between passes counts as well.
     sample = np.union1d(cuts[:: max(1, len(cuts) // RANKING_LOCATIONS)], np.flatnonzero(~bound))
 
-    def priced(lead: float, lean: float, rows: IntArray) -> tuple[float, Array] | None:
-        """Return the energy and rotary angles at some locations; None if the pair isn't possible there."""
-        axis, part = leaned(tilt.reference[rows], forward[rows], lead, lean), toolpath.at(rows)
-        if tilt.beside and not tilt.admits(axis, rows).all():
-            return None
-        try:
-            rotary = follow_axes(part, machine, axis)
-        except NoBaseline:
-            return None
-        return float(move_energies(machine, follow(part, machine, rotary)).sum()), rotary
-
     pairs = [*_leads_and_leans(tilt), *_drawn_pairs(tilt, forward)]
-    ranked = sorted((found[0], *pair) for pair in pairs if (found := priced(*pair, sample)) is not None)
-    best: tuple[float, Array] | None = None
+    found = _priced_pairs(toolpath, machine, tilt, forward, sample, pairs)
+    ranked = [pair for _, _, pair in sorted(found, key=lambda one: (one[0], one[2]))]
     # On the whole path the first is the best.
     contenders = RANKED_KEPT if len(sample) < len(toolpath) else 1
-    for number, (_, lead, lean) in enumerate(ranked):
-        if number >= contenders and best is not None:
-            break
-        held = priced(lead, lean, np.arange(len(toolpath)))
-        if held is not None and (best is None or held[0] < best[0]):
-            best = held
-    if best is None:
-        raise NoBaseline("no constant lead and lean of the tilt range stays within the axis limits")
-    return best[1]
+    every = np.arange(len(toolpath))
+    while ranked:
+        some, ranked = ranked[:contenders], ranked[contenders:]
+        contenders = 1
+        if held := list(_priced_pairs(toolpath, machine, tilt, forward, every, some)):
+            return min(held, key=lambda one: one[0])[1]
+    raise NoBaseline("no constant lead and lean of the tilt range stays within the axis limits")
+
+
+def _priced_pairs(
+    toolpath: Toolpath,
+    machine: Machine,
+    tilt: TiltBounds,
+    forward: Array,
+    rows: IntArray,
+    pairs: list[tuple[float, float]],
+) -> Iterator[tuple[float, Array, tuple[float, float]]]:
+    """Yield energy, J, and rotary angles, (m, 2) rad, at some locations, of the pairs that are possible."""
+    part = toolpath.at(rows)
+    plus, minus = costs = travel_costs(machine, part.feed, part.rapid)
+    for pair in pairs:
+        axis = leaned(tilt.reference[rows], forward[rows], *pair)
+        if tilt.beside and not tilt.admits(axis, rows).all():
+            continue
+        try:
+            rotary = follow_axes(part, machine, axis, costs)
+        except NoBaseline:
+            continue
+        moves = np.diff(linear_positions(machine, part.tips(tool_axes(machine, rotary)), rotary), axis=0)
+        spent = plus[1:] * np.maximum(moves, 0.0) + minus[1:] * np.maximum(-moves, 0.0)
+        yield float(spent.sum()), rotary, pair
 
 
 def leaned(reference: Array, forward: Array, lead: float, lean: float) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from by_degrees import for_tilt, tilt_bounds
 
-from fiveaxis.energy import motion_energy
+from fiveaxis.energy import motion_energy, travel_costs
 from fiveaxis.kinematics import tool_axes, within_limits
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.motion import follow
@@ -100,7 +100,7 @@ def test_the_branches_are_chosen_for_the_whole_path_not_one_by_one(hayashi, vase
         type(a)(a.letter, drive=a.drive) for a in free.axes
     ))  # fmt: skip
     found = postures(free, short, axis)
-    rotary = cheapest_sequence(free, short, found)
+    rotary = cheapest_sequence(free, found, travel_costs(free, short.feed, short.rapid))
     best = np.inf
     for branches in itertools.product((0, 1), repeat=len(short)):
         angles = found.positions[branches, np.arange(len(short))][:, free.rotary_columns]
