@@ -8,9 +8,7 @@ from functools import cache
 from typing import ParamSpec, TypeVar, cast
 
 import numba
-import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -39,13 +37,6 @@ def inner(function: Callable[P, T]) -> Callable[P, T]:
     compile, and no file of its own among the machine code.
     """
     return cast("Callable[P, T]", register_jitable(error_model="numpy")(function))
-
-
-def elementwise(function: Callable[..., float]) -> Callable[..., NDArray[np.float64]]:
-    """Compile a function of numbers into one of arrays that broadcasts them, and cache the machine code."""
-    numbers = ", ".join(["float64"] * function.__code__.co_argcount)
-    made = _kept(lambda keep: numba.vectorize([f"float64({numbers})"], cache=keep)(function))
-    return cast("Callable[..., NDArray[np.float64]]", made)
 
 
 def _kept(make: Callable[[bool], T]) -> T:

@@ -50,7 +50,7 @@ MUST_BE = {
 class StrictModel(BaseModel):
     """Base of every settings model: frozen, unknown keys refused, finite numbers only."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 Model = TypeVar("Model", bound=BaseModel)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
-from fiveaxis.compiled import compiled, elementwise
+import numpy as np
+from numpy.typing import NDArray
+
+from fiveaxis.compiled import compiled
 
 # Added and taken off again, it rounds to a whole number.
 ROUNDING = 1.5 * 2.0**52
@@ -18,10 +21,13 @@ C4, C6, C8 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872
 C10, C12, C14 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 
-@elementwise
-def angle(y: float, x: float) -> float:
-    """Compute the angle of a point of a plane, rad in [−π, π]."""
-    return math.atan2(y, x)
+@compiled
+def angles(y: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Compute the angles of points of a plane, (n,) rad in [−π, π]."""
+    found = np.empty(len(y))
+    for i in range(len(y)):
+        found[i] = math.atan2(y[i], x[i])
+    return found
 
 
 @compiled

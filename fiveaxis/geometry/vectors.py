@@ -48,9 +48,10 @@ def every_pair(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
 def arctan2(y: ArrayLike, x: ArrayLike) -> NDArray[np.float64]:
     """Compute the angles of points of a plane, rad in [−π, π], from their coordinates, (...)."""
     # Compiled code takes a third of a second to import, which reading a file doesn't need.
-    from fiveaxis.geometry.angles import angle
+    from fiveaxis.geometry.angles import angles
 
-    return np.asarray(angle(y, x))
+    one, other = (np.array(c, dtype=float) for c in np.broadcast_arrays(y, x))
+    return angles(one.reshape(-1), other.reshape(-1)).reshape(one.shape)
 
 
 def arccos(cosine: ArrayLike) -> NDArray[np.float64]:
