@@ -5,11 +5,14 @@ Importing this module loads numba, so `distance` does it only when a distance is
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array, IntArray
 
+Point = tuple[float, float, float]
 # Deep enough for any tree: two nodes wait at each of at most 62 levels.
 STACK = 128
 # A triangle so many times larger than those beside it is flat, not a facet of a curved surface.
@@ -38,21 +41,44 @@ def segment_gap(p: Array, a: Array, b: Array) -> float:
 
 
 @inner
+def offset(a: Array, b: Array) -> Point:
+    """Vector from one point to another."""
+    return b[0] - a[0], b[1] - a[1], b[2] - a[2]
+
+
+@inner
+def cross(u: Point, v: Point) -> Point:
+    """Cross product of two vectors."""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+@inner
+def shares_on(p: Array, triangle: Array) -> tuple[float, float, float]:
+    """Shares of the edges from the first corner to the foot of p's perpendicular, and its squared length.
+
+    The last is −1 where the foot isn't on the triangle, or the triangle has no area.
+    """
+    u, v, w = offset(triangle[0], triangle[1]), offset(triangle[0], triangle[2]), offset(triangle[0], p)
+    n = cross(u, v)
+    area2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
+    if area2 > 0.0:
+        # Barycentric coordinates of the foot, times area2.
+        one, other = cross(w, v), cross(u, w)
+        s = one[0] * n[0] + one[1] * n[1] + one[2] * n[2]
+        t = other[0] * n[0] + other[1] * n[1] + other[2] * n[2]
+        if s >= 0.0 and t >= 0.0 and s + t <= area2:
+            height = w[0] * n[0] + w[1] * n[1] + w[2] * n[2]
+            return s / area2, t / area2, height * height / area2
+    return 0.0, 0.0, -1.0
+
+
+@inner
 def triangle_gap(p: Array, triangle: Array) -> float:
     """Squared distance from a point to a triangle, (3, 3); also right for one without area."""
+    _s, _t, gap = shares_on(p, triangle)
+    if gap >= 0.0:
+        return gap
     a, b, c = triangle[0], triangle[1], triangle[2]
-    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    wx, wy, wz = p[0] - a[0], p[1] - a[1], p[2] - a[2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    area2 = nx * nx + ny * ny + nz * nz
-    if area2 > 0.0:
-        # Barycentric coordinates of the foot of the perpendicular, times area2.
-        s = (wy * vz - wz * vy) * nx + (wz * vx - wx * vz) * ny + (wx * vy - wy * vx) * nz
-        t = (uy * wz - uz * wy) * nx + (uz * wx - ux * wz) * ny + (ux * wy - uy * wx) * nz
-        if s >= 0.0 and t >= 0.0 and s + t <= area2:
-            height = wx * nx + wy * ny + wz * nz
-            return float(height * height / area2)
     return min(segment_gap(p, a, b), segment_gap(p, b, c), segment_gap(p, c, a))
 
 
@@ -130,27 +156,26 @@ def nearest_all(points: Array, triangles: Array, boxes: Array, bound: float) -> 
 
 
 @inner
-def foot_on_triangle(p: Array, triangle: Array) -> Array:
-    """Nearest point to p on a triangle, (3, 3) → (3,) mm; same cases as `triangle_gap`."""
+def foot_on_triangle(p: Array, triangle: Array, foot: Array) -> float:
+    """Find the nearest point to p on a triangle, (3, 3): foot, (3,) mm, is filled in.
+
+    Returns
+    -------
+    The squared distance
+    """
     a, b, c = triangle[0], triangle[1], triangle[2]
-    u, v, w = b - a, c - a, p - a
-    n = np.array([u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]])
-    area2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
-    if area2 > 0.0:
-        s = (w[1] * v[2] - w[2] * v[1]) * n[0] + (w[2] * v[0] - w[0] * v[2]) * n[1]
-        s += (w[0] * v[1] - w[1] * v[0]) * n[2]
-        t = (u[1] * w[2] - u[2] * w[1]) * n[0] + (u[2] * w[0] - u[0] * w[2]) * n[1]
-        t += (u[0] * w[1] - u[1] * w[0]) * n[2]
-        if s >= 0.0 and t >= 0.0 and s + t <= area2:
-            return a + (s / area2) * u + (t / area2) * v
-    best = a + share_along(p, a, b) * (b - a)
-    gap = np.sum((p - best) ** 2)
-    for one, other in ((b, c), (c, a)):
-        foot = one + share_along(p, one, other) * (other - one)
-        here = np.sum((p - foot) ** 2)
-        if here < gap:
-            best, gap = foot, here
-    return best
+    s, t, gap = shares_on(p, triangle)
+    for k in range(3):
+        foot[k] = a[k] + s * (b[k] - a[k]) + t * (c[k] - a[k])
+    if gap < 0.0:
+        gap = np.inf
+        for one, other in ((a, b), (b, c), (c, a)):
+            here = segment_gap(p, one, other)
+            if here < gap:
+                gap, share = here, share_along(p, one, other)
+                for k in range(3):
+                    foot[k] = one[k] + share * (other[k] - one[k])
+    return (p[0] - foot[0]) ** 2 + (p[1] - foot[1]) ** 2 + (p[2] - foot[2]) ** 2
 
 
 @compiled
@@ -163,15 +188,15 @@ def feet_all(points: Array, triangles: Array, boxes: Array, bound: float) -> tup
     rows : (n,), triangle in the tree's order, −1 there
     distances : (n,), mm, infinite there
     """
-    feet = np.full((len(points), 3), np.nan)
-    rows = np.empty(len(points), np.int64)
-    gaps = np.full(len(points), np.inf)
+    feet, rows, gaps = np.empty((len(points), 3)), np.empty(len(points), np.int64), np.empty(len(points))
     for i in range(len(points)):
-        row, _ = nearest_triangle(points[i], triangles, boxes, bound)
-        rows[i] = row
-        if row >= 0:
-            feet[i] = foot_on_triangle(points[i], triangles[row])
-            gaps[i] = np.sqrt(np.sum((points[i] - feet[i]) ** 2))
+        rows[i], gaps[i] = nearest_triangle(points[i], triangles, boxes, bound)
+        if rows[i] >= 0:
+            gaps[i] = math.sqrt(foot_on_triangle(points[i], triangles[rows[i]], feet[i]))
+        else:
+            gaps[i] = np.inf
+            for k in range(3):
+                feet[i, k] = np.nan
     return feet, rows, gaps
 
 
@@ -260,7 +285,7 @@ def merge_rows(rows: Array) -> tuple[IntArray, IntArray]:
     places = 16
     while places < 2 * len(rows):
         places *= 2
-    table = np.full(places, -1, dtype=np.int32)
+    table = np.zeros(places, dtype=np.int32)  # the number of a value, from 1
     bits = rows.view(np.uint64)
     first = np.empty(len(rows), dtype=np.int64)
     number = np.empty(len(rows), dtype=np.int64)
@@ -273,12 +298,12 @@ def merge_rows(rows: Array) -> tuple[IntArray, IntArray]:
             key ^= key >> np.uint64(32)
         place = np.int64(key & np.uint64(places - 1))
         while True:
-            found = table[place]
+            found = table[place] - 1
             if found < 0:
-                table[place] = count
                 first[count] = i
                 number[i] = count
                 count += 1
+                table[place] = count
                 break
             row = first[found]
             if bits[row, 0] == bits[i, 0] and bits[row, 1] == bits[i, 1] and bits[row, 2] == bits[i, 2]:

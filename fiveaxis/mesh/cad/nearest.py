@@ -235,7 +235,7 @@ def starts_near(q: Array, face: int, limit: float, mesh: Triangles, box: Array, 
     """
     leaves = len(mesh.boxes) // 2
     width = len(mesh.corners) // leaves
-    waiting = np.empty(STACK, np.int64)
+    waiting, foot = np.empty(STACK, np.int64), np.empty(3)
     waiting[0], count, found = 1, 1, 0
     while count > 0:
         count -= 1
@@ -249,8 +249,7 @@ def starts_near(q: Array, face: int, limit: float, mesh: Triangles, box: Array, 
             f, triangle = mesh.owner[k], mesh.corners[k]
             if (face >= 0 and f != face) or triangle_gap(q, triangle) > limit * limit:
                 continue
-            foot = foot_on_triangle(q, triangle)
-            distance = np.sqrt(dot(foot - q, foot - q))
+            distance = np.sqrt(foot_on_triangle(q, triangle, foot))
             u, v = parameters_at(foot, triangle, mesh.uv[k])
             column = min(int(BINS * (u - box[f, 0]) / max(box[f, 1] - box[f, 0], 1e-300)), BINS - 1)
             row = min(int(BINS * (v - box[f, 2]) / max(box[f, 3] - box[f, 2], 1e-300)), BINS - 1)
