@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # Exit codes: a fault of the program, or no room; ended by Ctrl-C and by a closed pipe, as in shells.
 BROKEN, INTERRUPTED, CLOSED = 4, 130, 141
 # New objects after which garbage is looked for.
-GARBAGE = 300_000
+GARBAGE = 1_000_000
 IMPORTING = "<frozen importlib._bootstrap>"
 
 
