@@ -33,8 +33,8 @@ def swing(joints: Array, j: int, cosine: float, sine: float, x: float, y: float,
 
 
 @inner
-def pose(joints: Array, home: Array, columns: IntArray, values: Array, i: int) -> tuple[Point, Point]:
-    """Compute tool tip and tool axis for a row of values; parameters as for `poses`."""
+def pose(joints: Array, home: Array, columns: IntArray, values: Array, found: Array, i: int) -> None:
+    """Compute tool tip and tool axis for a row of values, into the row of what is found, as `poses`."""
     x, y, z = home[0, 0], home[0, 1], home[0, 2]
     u, v, w = home[1, 0], home[1, 1], home[1, 2]
     for j in range(len(joints) - 1, -1, -1):
@@ -47,7 +47,8 @@ def pose(joints: Array, home: Array, columns: IntArray, values: Array, i: int) -
             c, s = sine(value, 1.0), sine(value, 0.0)
             x, y, z = swing(joints, j, c, s, x, y, z)
             u, v, w = turn(joints, j, c, s, u, v, w)
-    return (x, y, z), (u, v, w)
+    found[0, i, 0], found[0, i, 1], found[0, i, 2] = x, y, z
+    found[1, i, 0], found[1, i, 1], found[1, i, 2] = u, v, w
 
 
 @compiled
@@ -62,9 +63,7 @@ def poses(joints: Array, home: Array, columns: IntArray, values: Array) -> Array
     """
     found = np.empty((2, len(values), 3))
     for i in range(len(values)):
-        tip, axis = pose(joints, home, columns, values, i)
-        for c in range(3):
-            found[0, i, c], found[1, i, c] = tip[c], axis[c]
+        pose(joints, home, columns, values, found, i)
     return found
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
-from fiveaxis.kinematics.loops import Point, pose
+from fiveaxis.kinematics.loops import pose
 from fiveaxis.machine import Machine
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
 from fiveaxis.motion.motion import Motion
@@ -156,18 +156,18 @@ class _Course:
 
     @cached_property
     def wanted(self) -> Array:
-        """(2, n, 5, 3), at the middle of the block to each row, and at its end.
+        """(2n, 15), where the tool may be in the middle of the block to each row, and at its end.
 
-        Where the tool's centre may be (a point, mm, and the vector from there to the chord), the tool axis, a
-        normal on which the centre of a cutter whose pivot is off its axis depends, and the normal of the
-        plane that the axis stays in.
+        For the tool's centre a point, mm, and the vector from there to the chord; the tool axis; the normal
+        on which the centre of a cutter whose pivot is off its axis depends; and that of the axis's plane.
         """
         path, curve, n = self.path, self.path.curve, len(self.path)
         middles = Band.of(path, self.poses[1], np.maximum(np.arange(n) - 0.5, 0.0), self.middle_axes)
-        chord, none = np.zeros((n, 3)) if curve is None else curve.chord, np.zeros((n, 3))
-        planes = none if self.planes is None else self.planes
+        none = np.zeros((n, 3))
+        chord, planes = none if curve is None else curve.chord, none if self.planes is None else self.planes
         middle = middles.curve, middles.chord, self.middle_axes, none, planes
-        return np.stack([middle, (path.pivot, chord, self.poses[1], path.normal, planes)]).swapaxes(1, 2)
+        end = path.pivot, chord, self.poses[1], path.normal, planes
+        return np.hstack([*middle, *end]).reshape(2 * n, 15)
 
     @cached_property
     def controlled(self) -> Array:
@@ -194,7 +194,8 @@ class _Course:
             self.columns,
             self.controlled,
             self.tcp,
-            np.stack([self.clock, self.speed]),
+            self.speed,
+            np.stack([self.clock - self.motion.time / 2.0, self.clock], axis=1).reshape(-1),
             self.wanted,
             np.array([zone.height, zone.offset]),
             first[at],
@@ -248,7 +249,8 @@ def near(
     columns: IntArray,
     controlled: Array,
     tcp: bool,
-    pace: Array,
+    speed: Array,
+    clock: Array,
     wanted: Array,
     zone: Array,
     firsts: IntArray,
@@ -259,61 +261,56 @@ def near(
     Parameters
     ----------
     joints, home : `Chain.figures`
-    columns, controlled, wanted : of `_Course`
-    pace : (2, n), clock and speed
+    columns, controlled, speed, wanted : of `_Course`
+    clock : (2n,), s, of the rows of `wanted`
     zone : height and offset of the cutter's zone, mm
     """
-    found, moved, aside = (
-        np.empty(len(firsts), dtype=np.bool_),
-        np.empty((1, controlled.shape[1])),
-        np.empty(3),
-    )
+    found, moved = np.empty(len(firsts), dtype=np.bool_), np.empty((1, controlled.shape[1]))
+    held, aside = np.empty((2, 1, 3)), np.empty(3)
     for s in range(len(firsts)):
         first, last = firsts[s], lasts[s]
-        begin, long = pace[0, first], pace[0, last] - pace[0, first]
+        count, begin = 2 * (last - first), 2 * first + 1
         slowest, fastest = np.inf, 0.0
         for row in range(first + 1, last + 1):
-            slowest, fastest = min(slowest, pace[1, row]), max(fastest, pace[1, row])
+            slowest, fastest = min(slowest, speed[row]), max(fastest, speed[row])
         ok = fastest - slowest <= SPEED_TOLERANCE * fastest
-        # Most spans that are too long are off at half of their rows, which is where the rounds begin.
-        for k in range(last - first):
-            row = first + 1 + (k + (last - first) // 2 - 1) % (last - first)
-            before, now = pace[0, row - 1] - begin, pace[0, row] - begin
-            for end in range(1, -1, -1):
-                share = now / long if end else (now + before) / (2.0 * long)
-                for c in range(controlled.shape[1]):
-                    here = controlled[first, c]
-                    moved[0, c] = here + share * (controlled[last, c] - here)
-                tip, axis = pose(joints, home, columns, moved, 0)
-                if tcp:
-                    tip = moved[0, 0], moved[0, 1], moved[0, 2]
-                ok = ok and not strays(wanted, end, row, tip, axis, zone, aside)
+        for k in range(count):
             if not ok:
                 break
+            # Most spans that are too long are off at half of their rows, where this begins.
+            at = begin + 1 + (2 * (count // 4) - 1 + k) % count
+            share = (clock[at] - clock[begin]) / (clock[2 * last + 1] - clock[begin])
+            for c in range(controlled.shape[1]):
+                moved[0, c] = controlled[first, c] + share * (controlled[last, c] - controlled[first, c])
+            pose(joints, home, columns, moved, held, 0)
+            if tcp:
+                for c in range(3):
+                    held[0, 0, c] = moved[0, c]
+            ok = not strays(wanted, at, held, zone, aside)
         found[s] = ok
     return found
 
 
 @inner
-def strays(wanted: Array, end: int, row: int, tip: Point, axis: Point, zone: Array, aside: Array) -> bool:
-    """Check whether a tool is too far from where it is wanted at the middle, 0, or the end, 1, of a block."""
+def strays(wanted: Array, at: int, held: Array, zone: Array, aside: Array) -> bool:
+    """Check whether a tool, held (2, 1, 3), is too far from where a row of `_Course.wanted` has it."""
     dot = square = 0.0
     for c in range(3):
-        dot += wanted[end, row, 3, c] * axis[c]
-        aside[c] = tip[c] + zone[0] * axis[c] - wanted[end, row, 0, c]
+        dot += wanted[at, 9 + c] * held[1, 0, c]
+        aside[c] = held[0, 0, c] + zone[0] * held[1, 0, c] - wanted[at, c]
     for c in range(3):
-        square += (wanted[end, row, 3, c] - dot * axis[c]) ** 2
+        square += (wanted[at, 9 + c] - dot * held[1, 0, c]) ** 2
     if square > 1e-24:  # as in `across`; false for NaN
+        reach = zone[1] / math.sqrt(square)
         for c in range(3):
-            aside[c] -= zone[1] * (wanted[end, row, 3, c] - dot * axis[c]) / math.sqrt(square)
-    along = square = tilt = out = 0.0
+            aside[c] -= reach * (wanted[at, 9 + c] - dot * held[1, 0, c])
+    along = square = tilt = out = off = 0.0
     for c in range(3):
-        along += aside[c] * wanted[end, row, 1, c]
-        square += wanted[end, row, 1, c] ** 2
-        tilt += (axis[c] - wanted[end, row, 2, c]) ** 2
-        out += axis[c] * wanted[end, row, 4, c]
+        along += aside[c] * wanted[at, 3 + c]
+        square += wanted[at, 3 + c] ** 2
+        tilt += (held[1, 0, c] - wanted[at, 6 + c]) ** 2
+        out += held[1, 0, c] * wanted[at, 12 + c]
     share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
-    off = 0.0
     for c in range(3):
-        off += (aside[c] - share * wanted[end, row, 1, c]) ** 2
+        off += (aside[c] - share * wanted[at, 3 + c]) ** 2
     return off > FARTHEST**2 or tilt > LARGEST_CHORD**2 or abs(out) > FARTHEST_OUT
