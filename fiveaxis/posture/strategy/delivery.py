@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial, reduce
+from functools import cached_property, partial
 from operator import attrgetter
 from typing import TypeVar
 
@@ -156,9 +156,12 @@ class Delivery:
                 )
             if best is start or best.broken:
                 best = min(own._improved(start.denser, start.filled), best, key=rank)
-            best = reduce(own._settled, effort.corridors, best)
-            best = min(self._bare(best), best, key=rank)
-            steadiest = own._steadied(self._final(best), steadiest, effort.steadying)
+            found = [best]
+            for corridor in effort.corridors:
+                found.append(own._settled(best, corridor))
+                best = min(best, found[-1], key=rank)
+            found = [self._final(min(self._bare(one), one, key=rank)) for one in found]
+            steadiest = self._steadied(found, steadiest)
         return steadiest or best
 
     def _bare(self, program: Delivered) -> Delivered:
@@ -280,9 +283,9 @@ class Delivery:
         return best
 
     def _settled(self, best: Delivered, grain: Grain) -> Delivered:
-        """Search a corridor about a program's postures, and refine it; the program itself if it is better."""
+        """Search a corridor about a program's postures, and refine it."""
         near = self._corridor(best, grain)
-        return min(best, near, self._rounds(near.denser, near.filled, self._sharpness[-1:]), key=rank)
+        return min(near, self._rounds(near.denser, near.filled, self._sharpness[-1:]), key=rank)
 
     def _near(self, here: Delivered, grain: Grain) -> Delivered:
         """Search a corridor about a program's postures, and again while that breaks a bound.
@@ -316,23 +319,21 @@ class Delivery:
         self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
         return here
 
-    def _steadied(self, best: Delivered, before: Delivered | None, grain: Grain | None) -> Delivered:
-        """Search again with dearer starts and reversals; return the steadiest that costs little more.
+    def _steadied(self, found: Sequence[Delivered], before: Delivered | None) -> Delivered:
+        """Return the steadiest program that costs little more than the cheapest.
 
         Parameters
         ----------
-        before : the result of a smaller effort, which may not cost less
+        before : the result of a smaller effort; what costs more than that is none
         """
-        found = [best] if before is None else [best, before]
-        least = min(found, key=rank)
-        if self.options.steady == 0.0 or self.options.objective != "energy" or grain is None or least.broken:
+        kept = [one for one in (*found, before) if one is not None]
+        least = min(kept, key=rank)
+        if self.options.steady == 0.0 or self.options.objective != "energy" or least.broken:
             return least
         most = (1.0 + self.options.steady) * least.cost
         if before is not None and not before.broken:
             most = min(most, before.cost)
-        near = self._near(best, grain)
-        found.append(self._final(self._improved(near.denser, near.filled, self._sharpness[-1:])))
-        return min((one for one in found if not one.broken and one.cost <= most), key=unrest)
+        return min((one for one in kept if not one.broken and one.cost <= most), key=unrest)
 
     @property
     def _sharpness(self) -> Sequence[float]:

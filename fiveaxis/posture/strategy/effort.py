@@ -39,7 +39,6 @@ class Effort:
     whole : how many of these are refined on all locations
     contains : the smaller effort; None for none
     corridors : searches about the best path, which is refined again after each
-    steadying : the same with a price of starts and reversals
     last_barrier : the structured method's last one, J; it raises the cost by this times the number of steps
         of axes
     solver : for refinement (`fiveaxis.posture.local.optima.SOLVERS`)
@@ -51,7 +50,6 @@ class Effort:
     whole: int = 1
     contains: Effort | None = None
     corridors: tuple[Grain, ...] = ()
-    steadying: Grain | None = None
     last_barrier: float = 5e-7
     solver: str = "structured"
 
@@ -73,9 +71,8 @@ NORMAL = replace(
     everywhere=both_ways(grain(1.0, 5.0, 200), grain(4.0, 15.0, 60), grain(4.0, 7.0, 200, by_other=True)),
     around=(grain(0.5, 2.0, 100, 20.0),),
     sharpness=(0.3, 0.1, 0.03, 0.01),
-    whole=3,
-    corridors=(grain(0.2, 0.7, 8, 1.5),),
-    steadying=grain(0.3, 1.0, 16, 6.0, start=0.2),
+    whole=2,
+    corridors=(grain(0.2, 0.7, 8, 1.5, start=0.2),),
 )
 THOROUGH = replace(
     NORMAL,

@@ -23,7 +23,7 @@ from fiveaxis.toolpath import TiltBounds, Toolpath
 logger = logging.getLogger(__name__)
 
 # First barrier parameter, J, near a path.
-BARRIER = 4e-2
+BARRIER = 1e-2
 # IPOPT's iterations where a path is searched, and for the last time.
 ITERATIONS = 120
 

@@ -31,7 +31,7 @@ from fiveaxis.toolpath.bounds import INSIDE_OF
 
 # IPOPT's iterations near a path, and the structured method's last barrier parameter, J; that of a path that
 # will be solved again, with other prices.
-ITERATIONS, LAST, ROUGH = 40, 1e-5, 5e-3
+ITERATIONS, LAST, ROUGH = 25, 1e-5, 5e-3
 # Most single planes of a location; then up to three times three planes close around the admitted axis.
 MOST_PLANES, PINCHES, AROUND = 5, 3, 3
 # Locations to each side of a refused one that are refined again with it.
