@@ -1,7 +1,7 @@
 """The chain's equations over a ``cos``/``sin`` namespace; `loops` has them for numbers, compiled.
 
 A scalar is a numpy array (a column of a path) or a CasADi symbol; three-vectors are tuples of scalars, so
-nothing in this module depends on which. Products with a constant that is exactly 0 are omitted: an ideal
+nothing in this module depends on which. CasADi omits products with constants that are exactly 0: an ideal
 chain then costs no more than its hand-written equations.
 """
 
@@ -117,57 +117,30 @@ def turn(joint: Joint, cosines: Cosines, vector: Vector) -> Vector:
     """Turn a vector about a joint's direction ``k`` (Rodrigues): ``v c + k×v s + k (k·v)(1 − c)``."""
     cosine, sine = cosines[joint.letter]
     k = joint.line.direction
-    along = scale(times(dot(k, vector), 1.0 - cosine), k)
+    along = scale(dot(k, vector) * (1.0 - cosine), k)
     return add(add(scale(cosine, vector), scale(sine, cross(k, vector))), along)
-
-
-def times(a: Scalar, b: Scalar) -> Scalar:
-    """Multiply, omitting constants that are exactly 0 or 1."""
-    if isinstance(a, float) and a in (0.0, 1.0):
-        return b if a else 0.0
-    if isinstance(b, float) and b in (0.0, 1.0):
-        return a if b else 0.0
-    return a * b
-
-
-def plus(a: Scalar, b: Scalar) -> Scalar:
-    """Add, omitting constants that are exactly 0."""
-    if isinstance(a, float) and a == 0.0:
-        return b
-    if isinstance(b, float) and b == 0.0:
-        return a
-    return a + b
-
-
-def minus(a: Scalar, b: Scalar) -> Scalar:
-    """Subtract, omitting a subtrahend that is exactly 0."""
-    return a if isinstance(b, float) and b == 0.0 else a - b
 
 
 def add(a: Vector, b: Vector) -> Vector:
     """Add two vectors."""
-    return plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def subtract(a: Vector, b: Vector) -> Vector:
     """Subtract two vectors."""
-    return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def scale(factor: Scalar, vector: Vector) -> Vector:
     """Multiply a vector by a scalar."""
-    return times(factor, vector[0]), times(factor, vector[1]), times(factor, vector[2])
+    return factor * vector[0], factor * vector[1], factor * vector[2]
 
 
 def dot(a: Vector, b: Vector) -> Scalar:
     """Compute the dot product."""
-    return plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vector, b: Vector) -> Vector:
     """Compute the cross product."""
-    return (
-        minus(times(a[1], b[2]), times(a[2], b[1])),
-        minus(times(a[2], b[0]), times(a[0], b[2])),
-        minus(times(a[0], b[1]), times(a[1], b[0])),
-    )
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
