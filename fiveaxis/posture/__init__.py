@@ -7,7 +7,7 @@ from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import RESULT, Baseline, Solution, Stage
 from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.front import Front, find_front
-from fiveaxis.posture.strategy.sweep import FrontPoint
+from fiveaxis.posture.strategy.front_points import FrontPoint
 
 __all__ = [
     "RESULT",

@@ -312,7 +312,7 @@ def _travel_directions(toolpath: Toolpath, reference: Array) -> Array:
     ahead = _directions_between(toolpath, reference)
     if toolpath.inserted.any():
         given = np.flatnonzero(~toolpath.inserted)
-        ahead[given] = _directions_between(toolpath.at(given), reference[given])
+        ahead[given] = _directions_between(toolpath.shaped(toolpath.shape), reference[given])
     return ahead
 
 

@@ -152,7 +152,10 @@ class Delivery:
                 first = min(begun, key=lambda one: (np.floor(one.broken), one.cost))
                 # Of programs that cost the same one that was refined stays.
                 best = min(
-                    own._improved(first.denser, first.filled, own._sharpness[1:]), first, best, key=rank
+                    own._improved(first.denser, first.filled, own._sharpness[1:] or own._sharpness),
+                    first,
+                    best,
+                    key=rank,
                 )
             if best is start or best.broken:
                 best = min(own._improved(start.denser, start.filled), best, key=rank)
@@ -337,8 +340,9 @@ class Delivery:
 
     @property
     def _sharpness(self) -> Sequence[float]:
-        """Sharpness of prices, round by round."""
-        return SHARPNESS if self.options.objective == "time" else self.near.effort.sharpness
+        """Sharpness of prices, round by round; within a mask each takes many queries, and one has to do."""
+        shares = SHARPNESS if self.options.objective == "time" else self.near.effort.sharpness
+        return shares[-1:] if self.near.mask else shares
 
     @cached_property
     def _is_flat(self) -> bool:

@@ -16,7 +16,15 @@ from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.strategy.feeds import slowed
-from fiveaxis.posture.strategy.sweep import FrontPoint, Member, Sweep, interrupted_cuts, measured, solved
+from fiveaxis.posture.strategy.front_points import (
+    STRONGEST,
+    FrontPoint,
+    Member,
+    interrupted_cuts,
+    measured,
+    prices_of_bends,
+    solved,
+)
 from fiveaxis.progress import Progress
 from fiveaxis.toolpath import Constraints, Toolpath
 
@@ -72,7 +80,7 @@ def find_front(
 
     The first is what `optimise` finds. Where the control's clock is known, the others are searched with
     increasing prices of time, and the last for least time. Elsewhere steadiness stands for time
-    (`fiveaxis.posture.strategy.sweep`). None interrupts more cuts than the first to rewind an axis.
+    (`prices_of_bends`). None interrupts more cuts than the first to rewind an axis.
 
     Parameters
     ----------
@@ -99,7 +107,7 @@ def find_front(
     """
     _require_sense(n, options, smoothest, feed_share)
     by_clock = not options.is_timed and not options.clock.is_programmed(machine)
-    count_run, of_run = _split_progress(options.progress, n if by_clock else 3 * n)
+    count_run, of_run = _split_progress(options.progress, n)
     options = replace(options, bound=False, progress=of_run)
 
     def searched(**changes: Any) -> Solution:
@@ -111,8 +119,7 @@ def find_front(
     if by_clock:
         members = _by_clock(solution, n, options, searched)
     else:
-        sweep = Sweep.of(solution, n, smoothest)
-        members = sweep.members(searched(smoothing=float(sweep.prices[-1])), constraints, options, count_run)
+        members = _by_bends(solution, prices_of_bends(solution, n, smoothest).tolist(), options, searched)
     if feed_share is not None:
         members += [
             slower
@@ -149,6 +156,35 @@ def _by_clock(
             continue
         point = measured(found, rotary, 0.0, replace(own, time_price=price), _unpriced(found, own, problem))
         members.append((point, found))
+    return members
+
+
+def _by_bends(
+    solution: Solution, prices: Sequence[float], options: Options, searched: Callable[..., Solution]
+) -> list[Member]:
+    """Search solutions with an increasing price of bends, J/rad²; at each price the best of all stays.
+
+    If speeds are known, the price of delay rises with it: in the middle by the mean power of the travel.
+    """
+    (problem, start), base = solved(solution), solution.machine.base_power or 0.0
+    least = base if options.time_price is None else options.time_price
+    power = _mean_power(solution) if np.isfinite(problem.top_speed).any() else 0.0
+    found, most = [(solution, problem, start)], interrupted_cuts(solution, start)
+    for price in prices[1:]:
+        delay = {} if options.is_timed else {"time_price": least + power * price * STRONGEST / prices[-1]}
+        other = searched(smoothing=price, **delay)
+        own, rotary = solved(other)
+        if interrupted_cuts(other, rotary) <= most:
+            found.append((other, own, rotary))
+    points = []
+    for one, own, rotary in found:
+        unpriced = replace(own, bend_price=0.0 * own.bend_price)
+        unpriced = unpriced if options.is_timed else _unpriced(one, own, problem)
+        points.append(measured(one, rotary, 0.0, own, unpriced))
+    members = []
+    for price in prices:
+        best = min(range(len(points)), key=lambda k: points[k].cost + price * points[k].bend)
+        members.append((replace(points[best], smoothing=price), found[best][0]))
     return members
 
 

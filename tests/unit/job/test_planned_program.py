@@ -133,7 +133,9 @@ def test_fewer_blocks_cost_no_more(solution):
 
 def test_where_fewer_blocks_fail_verification_all_stay(hayashi, monkeypatch):
     solution = optimise(sampled(ellipse, 240, rings=1), hayashi, effort="quick", **AS_ASKED)
-    monkeypatch.setattr("fiveaxis.motion.thinning.FARTHEST", 0.08)
+    # Blocks of eight moves each, however far that takes the tool off its path.
+    eight = "fiveaxis.motion.thinning.longest_spans"
+    monkeypatch.setattr(eight, lambda last, _fits: np.unique(np.append(np.arange(0, last, 8), last)))
     program = program_of(solution)
     assert "contact-error" in program.held_back
     assert program.fill.removed == 0

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import normalise
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.toolpath import MoveKind, Tool, Toolpath, feed_directions, refined
 from fiveaxis.toolpath.bounds import tilt_of
 
 
@@ -140,3 +140,12 @@ def test_drawing_in_leaves_what_is_inside_as_it_is_and_links_free():
     np.testing.assert_array_equal(bounds.draw_in(inside, 0.01), inside)
     away = np.tile([0.0, 0.0, -1.0], (5, 1))
     np.testing.assert_array_equal(bounds.draw_in(away, 0.01)[2], away[2])
+
+
+def test_the_feed_direction_at_a_location_is_the_same_whatever_is_inserted_beside_it():
+    turn = np.linspace(0.0, 3.0, 13)
+    out = np.column_stack([np.cos(turn), np.sin(turn), np.full(13, -0.5)])
+    path = Toolpath.from_contacts(30.0 * out, out / np.hypot(1.0, 0.5), Tool.ball(8))
+    finer = refined(path, np.sort(np.append(np.arange(13.0), [4.5, 5.2, 5.4, 5.6, 5.8])))
+    own, again = (feed_directions(one, one.normal) for one in (path, finer))
+    np.testing.assert_allclose(again[~finer.inserted], own, atol=1e-12)

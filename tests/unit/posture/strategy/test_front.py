@@ -12,7 +12,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Limits
 from fiveaxis.posture.strategy.front import undominated
-from fiveaxis.posture.strategy.sweep import FrontPoint
+from fiveaxis.posture.strategy.front_points import FrontPoint
 from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, refined
 
@@ -30,11 +30,12 @@ def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
     assert len(found.points) + found.dominated == 5
 
 
-def test_a_cheaper_path_found_during_the_sweep_is_the_solution(found, hayashi, monkeypatch):
-    """The first optimum is made worse, so that the sweep finds a better one."""
+def test_a_cheaper_path_found_at_another_price_is_the_solution(found, hayashi, monkeypatch):
+    """The first optimum is made worse, so that a search with a price of bends finds a better one."""
 
     def optimise_badly(path, machine, constraints, options):
-        poor = posture.optimise(path, machine, constraints, replace(options, smoothing=3000.0))
+        price = options.smoothing or 3000.0
+        poor = posture.optimise(path, machine, constraints, replace(options, smoothing=price))
         return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
 
     monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", optimise_badly)
@@ -42,10 +43,9 @@ def test_a_cheaper_path_found_during_the_sweep_is_the_solution(found, hayashi, m
     poor = optimise_badly(ring(60), hayashi, bounds, posture.Options(objective="travel", effort="quick"))
     front = find_front(ring(60), hayashi, 3, tilt=(15, 75))
     first = front.points[0]
-    assert first.cost == min(p.cost for p in front.points) == pytest.approx(front.solution.travel)
+    assert first.cost == min(p.cost for p in front.points)
     assert front.solution.energy.travel < poor.energy.travel * (1 - 1e-3)
     assert np.array_equal(front.solution.motion.positions, first.motion.positions)
-    assert front.solution.stages[-1].name == "front"
 
 
 def given(solution, motion):
@@ -172,7 +172,7 @@ def test_the_same_front_comes_out_again(found, hayashi):
 def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
     steps = []
     find_front(ring(24), hayashi, 3, tilt=(15, 75), progress=lambda *step: steps.append(step))
-    assert [step[1:] for step in steps if step[0] == "front"] == [(k, 9) for k in range(1, 10)]
+    assert [step[1:] for step in steps if step[0] == "front"] == [(k, 3) for k in range(1, 4)]
     # The stages of one point would look as if all were done.
     assert "refining postures" not in {stage for stage, _, _ in steps}
 
