@@ -133,6 +133,7 @@ PLANNING = {
     "part-placed": Code(WARNING, "no work offset was given, and the part was placed where it can be cut"),
     "powers-estimated": Code(WARNING, "the powers of drives aren't known and were estimated, within bands"),
     "powers-borrowed": Code(NOTE, "the powers of drives are those of another machine"),
+    "slow-speed-assumed": Code(NOTE, "the slowest speeds at which powers were measured aren't stated"),
     "acceleration-unknown": Code(WARNING, "time is to be minimised, and an axis states no acceleration"),
     "off-surface": Code(WARNING, "a location doesn't touch the part"),
     "sunk": Code(WARNING, "a cut reaches deeper into the part than counts as touching"),

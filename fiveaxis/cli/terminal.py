@@ -142,7 +142,8 @@ def require_machine(name: str | None) -> str:
 
 def load_powered(name: str, drives: str | None, assume: Mapping[str, str] | None = None) -> Machine:
     """Load a machine with its own drives, borrowed or estimated ones, and say which."""
-    from fiveaxis.machine import load_machine, power_findings, with_powers
+    from fiveaxis.energy import power_findings
+    from fiveaxis.machine import load_machine, with_powers
 
     machine = with_powers(load_machine(name, assume), drives)
     print_causes(group_findings(power_findings(machine)), err)

@@ -20,6 +20,7 @@ from fiveaxis.energy.drives import (
     gravity_forces,
     lifting_costs,
     moved_weights,
+    power_findings,
     travel_costs,
 )
 from fiveaxis.energy.engaged import CutCourse, Engaged
@@ -78,6 +79,7 @@ __all__ = [
     "moved_weights",
     "path_feed",
     "posture_costs",
+    "power_findings",
     "power_surface",
     "removal_rate",
     "swept_surface",

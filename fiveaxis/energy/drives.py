@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatch
 
 import numpy as np
 
 from fiveaxis.errors import MachineError
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, inverse_transform, product
 from fiveaxis.kinematics import jacobian, link_poses
 from fiveaxis.machine import (
@@ -19,6 +21,7 @@ from fiveaxis.machine import (
     FrictionDrive,
     Machine,
     WeightDrive,
+    describe_powers,
 )
 from fiveaxis.machine.powers import GRAVITY
 from fiveaxis.motion import rapid_speeds
@@ -27,7 +30,7 @@ from fiveaxis.motion import rapid_speeds
 CREEPING = 1e-200
 # Share of a speed by which it may exceed another one and count as the same.
 ROUNDING = 1e-9
-# Of the vertical component of a direction.
+# Of the vertical component of a direction, and of a power in W.
 DIGITS = 12
 
 
@@ -323,6 +326,39 @@ def moving_powers(machine: Machine) -> Array:
     sides, loads = np.array([1.0, -1.0]), zip(drives, forces, weights, strict=True)
     columns = [moving_power(d, sides, gravity=float(g), weight=float(w)) for d, g, w in loads]
     return np.stack(columns, axis=1)
+
+
+def power_findings(machine: Machine) -> tuple[Finding, ...]:
+    """Report estimated and borrowed drives, and slowest measured speeds that are assumed.
+
+    Raises
+    ------
+    MachineError
+        The power of an axis isn't known.
+    """
+    text, constant = describe_powers(machine), moving_powers(machine).round(DIGITS).any(axis=0)
+    unstated = [getattr(axis.drive, "measured_from", None) is None for axis in machine.axes]
+    assumed = [machine.axes[i] for i in np.flatnonzero(np.logical_and(constant, unstated))]
+    guessed = _falling([axis for axis in assumed if axis.letter in machine.bands])
+    own, found = _falling([axis for axis in assumed if axis.letter not in machine.bands]), []
+    if machine.bands:
+        remedy = "state masses or motors in the machine's file, or measure the powers (fiveaxis calibrate)"
+        text = "; ".join(filter(None, (text, guessed, remedy)))
+        found = [Finding(Severity.WARNING, "powers-estimated", text)]
+    elif text:
+        found = [Finding(Severity.NOTE, "powers-borrowed", text)]
+    if own:
+        text = f"{own}; state measured_from of these drives in the machine's file"
+        found.append(Finding(Severity.NOTE, "slow-speed-assumed", text))
+    return tuple(found)
+
+
+def _falling(axes: Sequence[Axis]) -> str:
+    """Say below which speeds powers are assumed to fall; empty without an axis."""
+    speeds = {axis.letter: f"{60.0 * axis.shown(axis.slowest_assumed):.6g} {axis.unit}/min" for axis in axes}
+    groups = {speed: " ".join(c for c, v in speeds.items() if v == speed) for speed in speeds.values()}
+    where = ", ".join(f"{speed} ({letters})" for speed, letters in groups.items())
+    return where and f"constant powers are assumed to fall in proportion to speed below {where}"
 
 
 def require_drive(machine: Machine, axis: Axis) -> Drive:

@@ -10,7 +10,7 @@ from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, Fricti
 from fiveaxis.machine.files import load_machine, machine_names, machine_text, read_foreign, save_machine
 from fiveaxis.machine.linuxcnc import read_linuxcnc
 from fiveaxis.machine.model import Machine
-from fiveaxis.machine.powers import describe_powers, lender_of, power_findings, with_powers
+from fiveaxis.machine.powers import describe_powers, lender_of, with_powers
 from fiveaxis.machine.provenance import Provenance
 from fiveaxis.machine.setup import Load, Setup
 
@@ -46,7 +46,6 @@ __all__ = [
     "machine_names",
     "machine_text",
     "parse_code",
-    "power_findings",
     "read_foreign",
     "read_linuxcnc",
     "save_machine",

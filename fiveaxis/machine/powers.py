@@ -14,7 +14,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine.axes import Axis
 from fiveaxis.machine.drives import FrictionDrive
 from fiveaxis.machine.files import load_machine
@@ -104,15 +103,6 @@ def describe_powers(machine: Machine) -> str:
     if borrowed:
         parts.append(f"powers are borrowed: {', '.join(borrowed)}")
     return "; ".join(parts)
-
-
-def power_findings(machine: Machine) -> tuple[Finding, ...]:
-    """Report estimated and borrowed drives; none where all of them are the machine's own."""
-    text = describe_powers(machine)
-    if machine.bands:
-        remedy = "state masses or motors in the machine's file, or measure the powers (fiveaxis calibrate)"
-        return (Finding(Severity.WARNING, "powers-estimated", f"{text}; {remedy}"),)
-    return (Finding(Severity.NOTE, "powers-borrowed", text),) if text else ()
 
 
 def _within(machine: Machine, factor: float) -> str:

@@ -10,11 +10,12 @@ from typing import TypeVar
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fiveaxis.energy import power_findings
 from fiveaxis.errors import Infeasible, MachineError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine, power_findings, with_powers
+from fiveaxis.machine import Machine, with_powers
 from fiveaxis.motion import Filling, Interpolation
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
 from fiveaxis.options import Objective

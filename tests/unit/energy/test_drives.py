@@ -13,11 +13,22 @@ from fiveaxis.energy import (
     lifting_costs,
     move_powers,
     moved_weights,
+    power_findings,
     travel_costs,
 )
 from fiveaxis.errors import MachineError
 from fiveaxis.kinematics import link_poses, tool_poses
-from fiveaxis.machine import AffineDrive, Chain, DirectionalDrive, FrictionDrive, Line, Machine, WeightDrive
+from fiveaxis.machine import (
+    AffineDrive,
+    Chain,
+    DirectionalDrive,
+    FrictionDrive,
+    Line,
+    Machine,
+    WeightDrive,
+    load_machine,
+    with_powers,
+)
 from fiveaxis.motion import Motion, time_motion
 
 RNG = np.random.default_rng(21)
@@ -269,3 +280,31 @@ def test_on_hayashis_machine_nothing_but_z_going_up_is_charged_for_lifting(hayas
     plus, minus = lifting_costs(hayashi, 2.5)
     np.testing.assert_array_equal(plus, [0.0, 0.0, 2.5, 0.0, 0.0])
     np.testing.assert_array_equal(minus, np.zeros(5))
+
+
+def test_an_assumed_slowest_speed_of_a_drive_with_a_constant_power_is_told_once(hayashi):
+    assert power_findings(hayashi) == ()
+    steady = {"X": AffineDrive((0.1, 5.0), (0.1, 0.0)), "Y": AffineDrive((0.1, 0.0), (0.1, 0.0))}
+    drives = {c: replace(d, measured_to=8.0) for c, d in steady.items()}
+    drives |= {"Z": WeightDrive(0.3, 0.05), "C": DirectionalDrive(40.0, 40.0)}
+    machine = with_axes(hayashi, **{c: {"drive": drive, "moved_mass": 300.0} for c, drive in drives.items()})
+    (found,) = power_findings(with_axes(machine, X={"drive": drives["X"], "max_speed": 2.0}))
+    assert (found.severity, found.code) == ("note", "slow-speed-assumed")
+    assert found.message == (
+        "constant powers are assumed to fall in proportion to speed below 120 mm/min (X), 250 mm/min (Z), "
+        "250 deg/min (C); state measured_from of these drives in the machine's file"
+    )
+
+
+def test_estimates_say_in_their_own_sentence_below_which_speed_they_fall(hayashi):
+    (found,) = power_findings(with_powers(load_machine("umc-750")))
+    assert found.code == "powers-estimated"
+    falls = (
+        "; constant powers are assumed to fall in proportion to speed below 250 mm/min (X Y Z); state masses"
+    )
+    assert falls in found.message
+    # Estimates tell of their own drives only.
+    partly = with_axes(hayashi, X={"drive": None}, Z={"drive": DirectionalDrive(5.0, 5.0)})
+    texts = {f.code: f.message for f in power_findings(with_powers(partly))}
+    assert "below 250 mm/min (X); state masses" in texts["powers-estimated"]
+    assert "below 250 mm/min (Z); state measured_from" in texts["slow-speed-assumed"]
