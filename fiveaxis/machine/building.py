@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -19,7 +20,7 @@ from fiveaxis.machine.bodies import Body
 from fiveaxis.machine.chain import UNIT_DIRECTION, Chain, why_not_positioning
 from fiveaxis.machine.code import AXIS_ORDER, BED, FormShapingCode, parse_code
 from fiveaxis.machine.drive_tables import MeasuredTable
-from fiveaxis.machine.figures import Figure, Table, figure_models, stated_figures
+from fiveaxis.machine.figures import Figure, Table, figure_models, neat, stated_figures
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.provenance import Provenance
 from fiveaxis.machine.tables import BodyTable, MachineFile, path_from
@@ -67,6 +68,9 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
     errors = {c: fs.pop("location_error") for c, fs in by_axis.items() if "location_error" in fs}
     own = _read(file)
     _require_plausible(file)
+    axes = tuple(Axis(c, reversed=_sense(tables[c]), **by_axis[c]) for c in letters)
+    for axis in axes:
+        _require_as_slow(axis)
     chain = Chain.from_code(code, lines)
     if "tool_home" in own:
         chain = replace(chain, tool_home=own.pop("tool_home"))
@@ -77,7 +81,7 @@ def build_machine(file: MachineFile, folder: Path) -> Machine:
         name=file.name,
         code=code,
         chain=chain,
-        axes=tuple(Axis(c, reversed=_sense(tables[c]), **by_axis[c]) for c in letters),
+        axes=axes,
         description=file.description,
         control=str(folder / file.control) if file.control.lower().endswith(CONTROL_TABLE) else file.control,
         provenance=tuple(_provenance(file, tables)),
@@ -98,6 +102,20 @@ def _require_plausible(file: MachineFile) -> None:
                     where = (*(("axes", letter) if letter else ()), name, key)
                     fact = f"{text} is {value:.6g} {usual.unit}, which no machine has"
                     raise FigureError(where, "unit-slip", f"{fact}; {usual}")
+
+
+def _require_as_slow(axis: Axis) -> None:
+    """Raise where a drive's slowest measured speed is above its fastest one, or above that of the axis."""
+    if axis.drive is None or axis.drive.measured_from is None:
+        return
+    remedies = {"measured_to": "exchange them", "max_speed": "correct the unit of one of them"}
+    for (name, remedy), end in zip(remedies.items(), (axis.drive.measured_to, axis.max_speed), strict=True):
+        slowest, highest = (neat(60.0 * axis.shown(v)) for v in (axis.drive.measured_from, end or math.inf))
+        if slowest > highest:
+            unit = f"{axis.unit}/min"
+            fact = f"measured_from of {axis.letter} is {slowest:g} {unit}, above {name}, {highest:g} {unit}"
+            where = ("axes", axis.letter, "drive", "measured_from")
+            raise FigureError(where, "reversed-range", f"{fact}; {remedy}")
 
 
 def machine_document(machine: Machine, folder: Path | None = None) -> Table:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fiveaxis.errors import FigureError
 from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, FrictionDrive, WeightDrive
-from fiveaxis.machine.figures import ROTARY, Figure, NotNegative, Table, fault, neat, unit_factor
+from fiveaxis.machine.figures import ROTARY, Figure, NotNegative, Table, neat, unit_factor
 from fiveaxis.machine.model import Machine
 
 ENDS = ("measured_from", "measured_to")
@@ -23,15 +23,6 @@ class MeasuredTable(Figure):
 
     measured_from: float | None = Field(None, gt=0.0, description="mm/min or deg/min, slowest measured speed")
     measured_to: float | None = Field(None, gt=0.0, description="mm/min or deg/min, fastest measured speed")
-
-    @model_validator(mode="after")
-    def _is_a_range(self) -> Self:
-        slowest, fastest = self.measured_from, self.measured_to
-        if slowest is not None and fastest is not None and slowest > fastest:
-            raise fault(
-                "reversed_range", f"measured_from is {slowest:g} and measured_to {fastest:g}; exchange them"
-            )
-        return self
 
     def require_fitting(self, letter: str, *, with_mass: bool) -> None:
         """Check that the model fits the axis, and that the axis has a mass if the model needs one.

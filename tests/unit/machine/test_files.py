@@ -28,6 +28,40 @@ def write(tmp_path: Path, text: str) -> Path:
     return path
 
 
+SLOW = "model = 'directional', plus = 5, minus = 6, unit = 'W', measured_from = 100"
+FROM = "measured_from of C is 100 deg/min, above"
+
+
+@pytest.mark.parametrize(
+    ("drive", "rpm", "message"),
+    [
+        (f"{SLOW}, measured_to = 40", 30, f"{FROM} measured_to, 40 deg/min; exchange them"),
+        (SLOW, 0.1, f"{FROM} max_speed, 36 deg/min; correct the unit of one of them"),
+        (
+            "model = 'directional', unit = 'W'",
+            30,
+            "axes.C.drive.plus is missing; axes.C.drive.minus is missing",
+        ),
+        ("fitted = false", 30, "axes.C.drive: Unable to extract tag using discriminator 'model'"),
+    ],
+)
+def test_a_drive_that_no_axis_has_is_one_error_with_file_and_line(tmp_path, drive, rpm, message):
+    axis = f"drive = {{ {drive}, source = 'log' }}\n"
+    axis += f"max_speed = {{ value = {rpm}, unit = 'rpm', source = 'log' }}"
+    path = write(tmp_path, f'name = "m"\ncode = "640123"\n[axes.C]\n{axis}\n')
+    with pytest.raises(MachineError) as caught:
+        load_machine(path)
+    assert str(caught.value) == f"{path}:4: {message}"
+
+
+@pytest.mark.parametrize("speed", ["100", "250.3", "0.7"])
+def test_an_axis_may_be_as_slow_as_its_drive_was_measured(tmp_path, speed):
+    axis = f"drive = {{ {SLOW}, measured_to = {speed}, source = 'log' }}\n".replace("100", speed)
+    axis += f"max_speed = {{ value = {speed}, unit = 'deg/min', source = 'log' }}\n"
+    machine = load_machine(write(tmp_path, f'name = "m"\ncode = "640123"\n[axes.C]\n{axis}'))
+    assert machine.axis("C").drive.measured_from == pytest.approx(machine.axis("C").max_speed)
+
+
 def test_the_powers_of_hayashi_are_the_printed_ones(hayashi):
     z, a = hayashi.axis("Z").drive, hayashi.axis("A").drive
     assert (z.plus, z.minus, z.proportional) == (612.1, 427.8, False)
