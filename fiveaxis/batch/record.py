@@ -73,7 +73,8 @@ class Row:
         metric, both without base load; base power × time, None where it isn't known
     energy_least, energy_most : J, of the energy by the bands of estimated drives
     starts, reversals : of the axes in the program's blocks
-    baseline, baseline_energy, saved : what it is compared with, its energy in J, and the share saved
+    baseline, baseline_energy, saved : the cheapest baseline, its energy in J, and the share saved; None where
+        estimated powers leave open whether anything is saved
     baseline_starts, baseline_reversals : of the axes in the blocks of what it is compared with
     errors, warnings, counts : number of findings by severity and by code
     summary : findings by cause, as plain data
@@ -199,10 +200,10 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
     outcome : of the job
     files : that were written
     """
-    report = outcome.report
-    energy, baseline = report.solution.energy, report.baseline or ""
-    least, most = report.solution.energy_range()
-    compared = report.solution.baselines.get(baseline)
+    report, solution = outcome.report, outcome.report.solution
+    energy, baseline = solution.energy, solution.cheapest() or ""
+    least, most = solution.energy_range()
+    compared = solution.baselines.get(baseline)
     return replace(
         blank,
         status=Status.FINE if outcome.gate.is_open else Status.ERRORS,
@@ -220,7 +221,7 @@ def row_of(blank: Row, outcome: Outcome, files: Sequence[Path]) -> Row:
         baseline_energy=None if compared is None else compared.total,
         baseline_starts=None if compared is None else compared.starts,
         baseline_reversals=None if compared is None else compared.reversals,
-        saved=None if compared is None else report.saved(baseline, "total"),
+        saved=None if solution.to_measure(baseline) else solution.savings().get(baseline),
         **_count_severities(report.summary),
         counts=dict(report.verdict.counts),
         files=sorted(path.name for path in files),

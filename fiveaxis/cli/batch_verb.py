@@ -160,7 +160,8 @@ def _summary(row: Row) -> str:
     """Summarise the result of a job in one line."""
     if row.energy is None:
         return f"{row.status}: {row.message}"
-    saved = "" if row.saved is None else f", {100.0 * row.saved:.1f} % less than {row.baseline}"
+    share = "saving not known" if row.saved is None else f"{100.0 * row.saved:.1f} % less than {row.baseline}"
+    saved = f", {share}" if row.baseline else ""
     status = f"{row.status}: {row.message}" if row.message else str(row.status)
     return f"{status}, {row.energy:.0f} J{saved}"
 
@@ -207,6 +208,7 @@ def _print_comparison(comparison: Comparison) -> None:
 def _figures(row: Row) -> tuple[str, ...]:
     """Return the cells below `FIGURES`."""
     energy = "" if row.energy is None else f"{row.energy:.0f}"
-    saved = "" if row.saved is None else f"{100.0 * row.saved:.1f} % of {row.baseline}"
+    share = "not known" if row.saved is None else f"{100.0 * row.saved:.1f} % of {row.baseline}"
+    saved = share if row.baseline else ""
     counts = ("" if count is None else str(count) for count in (row.starts, row.reversals))
     return energy, saved, "" if row.time is None else f"{row.time:.1f}", *counts

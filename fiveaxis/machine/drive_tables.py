@@ -134,7 +134,7 @@ class FrictionTable(MeasuredTable):
     efficiency: float = Field(1.0, gt=0.0, le=1.0, description="mechanical over electrical power")
     regeneration: float = Field(0.0, ge=0.0, le=0.9, description="electrical over mechanical, braking")
     copper: float = Field(0.0, ge=0.0, description="losses of the motor's winding, W/N2 or W/(N·m)2")
-    moving: float = Field(0.0, ge=0.0, description="W, at any speed but standstill")
+    moving: float = Field(0.0, ge=0.0, description="W, constant part of the power in motion")
     hold: float = Field(0.0, ge=0.0, description="W, also at standstill")
 
     def require_fitting(self, letter: str, *, with_mass: bool) -> None:

@@ -46,7 +46,7 @@ class DirectionalDrive(Measured):
 
 @dataclass(frozen=True)
 class AffineDrive(Measured):
-    """Power that grows with speed from an offset: ``P = slope·|v| + offset`` while the axis moves.
+    """Power that grows with speed from an offset: ``P = slope·|v| + offset`` at a measured speed.
 
     Parameters
     ----------
@@ -63,12 +63,12 @@ class AffineDrive(Measured):
 
 @dataclass(frozen=True)
 class WeightDrive(Measured):
-    """Power in proportion to the moved weight: ``P = a·W·|v| + b·W`` while the axis moves.
+    """Power in proportion to the moved weight: ``P = a·W·|v| + b·W`` at a measured speed.
 
     Parameters
     ----------
     a : W per N and (m/s), a coefficient of friction over the drive's efficiency
-    b : W per N, at any speed
+    b : W per N, constant part
 
     References
     ----------
@@ -85,7 +85,7 @@ class FrictionDrive(Measured):
 
     ``F = m·q̈ + F_c·sgn(q̇) + B·q̇ + G − F_b``; mechanical power ``F·q̇`` is divided by the efficiency when the
     drive pushes and multiplied by the regeneration when it brakes; ``c·F²`` heats the motor, ``moving`` is
-    drawn as long as the axis moves and ``hold`` all the time. G, the load of gravity, follows from the
+    the constant part in motion, and ``hold`` is drawn all the time. G, the load of gravity, follows from the
     machine's masses and posture; the moment of inertia of a part on a rotary table isn't added to the table's
     own.
 
@@ -99,7 +99,7 @@ class FrictionDrive(Measured):
     regeneration : returned electrical over mechanical power while braking, in [0, 0.9]; 0 with a brake
         resistor
     copper : c, W per (J/mm)² or (J/rad)²
-    moving : W, at any speed but standstill
+    moving : W, constant part of the power in motion
     hold : W, also at standstill
     """
 

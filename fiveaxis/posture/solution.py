@@ -201,8 +201,11 @@ class Solution(ShownAsTable, HasColumns):
         return self.energy.travel if of_travel else self.energy.total
 
     def __repr__(self) -> str:
-        best = min(self.savings().items(), key=lambda saved: saved[1], default=None)
-        against = "no baseline" if best is None else f"{100.0 * best[1]:.1f} % less than {best[0]}"
+        best, against = self.cheapest(), "no baseline"
+        if best in (savings := self.savings()):
+            unknown = self.to_measure(best)
+            known = f"{100.0 * savings[best]:.1f} % less than {best}"
+            against = f"saving not known: {unknown}" if unknown else known
         what = f"{self.energy.total:.0f} J in {self.energy.time:.1f} s, {against}"
         return f"<Solution of {self.toolpath.name or 'a path'} on {self.machine.name}: {what}>"
 
@@ -271,6 +274,31 @@ class Solution(ShownAsTable, HasColumns):
             if energy.total > 0.0
         }
 
+    def cheapest(self, measure: str = "total") -> str | None:
+        """Return the name of the cheapest baseline by an attribute of `Energy`; None without one."""
+        baselines = self.baselines
+        return min(baselines, key=lambda name: getattr(baselines[name], measure), default=None)
+
+    def to_measure(self, baseline: str, *, with_base: bool = False) -> str:
+        """Say what to measure where drives are estimated so roughly that a saving might be a loss.
+
+        Parameters
+        ----------
+        baseline : its name
+        with_base : as for `savings_ranges`
+
+        Returns
+        -------
+        The estimated drives, those of widest effect first; empty where it is known whether anything is saved
+        """
+        low, high = self.savings_ranges(with_base=with_base).get(baseline, (0.0, 0.0))
+        if not low < 0.0 < high:
+            return ""
+        bands, own, other = self.machine.bands, self.energy.by_axis, self.baselines[baseline].by_axis
+        width = {c: abs(own[c] - other[c]) * (most - least) for c, (least, most) in bands.items()}
+        widest = ", ".join(sorted(bands, key=width.__getitem__, reverse=True))
+        return f"measure the drives of {widest} (fiveaxis calibrate), those of widest effect first"
+
     def savings_ranges(self, *, with_base: bool = False) -> dict[str, tuple[float, float]]:
         """Compute between which shares the savings lie if drives are estimated; empty if none is.
 
@@ -292,8 +320,8 @@ class Solution(ShownAsTable, HasColumns):
     def energy_range(self, *, with_base: bool = False) -> tuple[float, float]:
         """Compute between which energies the program's lies, J.
 
-        Drives are anywhere within the bands of estimated ones, and take less or all of their power at low
-        speed (`Energy.most`).
+        Drives are anywhere within the bands of estimated ones; above, they take their whole constant power
+        below the slowest measured speed, too (`Energy.most`).
 
         Parameters
         ----------

@@ -145,22 +145,14 @@ class ReportDocument:
         return self.solution.savings_ranges(with_base=self.measure == "with_base")
 
     @property
-    def revises(self) -> str:
-        """What of another program was revised in place; empty for a program of its own."""
-        return "" if self.program is None else self.program.revises
-
-    @property
     def measure(self) -> Measure:
         """By which programs are compared: with base power where that is known."""
         return "total" if self.solution.energy.with_base is None else "with_base"
 
     @cached_property
     def baseline(self) -> str | None:
-        """Name of the cheapest baseline by `measure`, or of a program as it was; None without one."""
-        baselines = self.solution.baselines
-        if self.revises and AS_PROGRAMMED in baselines:
-            return AS_PROGRAMMED
-        return min(baselines, key=lambda name: getattr(baselines[name], self.measure), default=None)
+        """Name of the cheapest baseline by `measure`; None without one."""
+        return self.solution.cheapest(self.measure)
 
     @property
     def timed_against(self) -> str | None:

@@ -193,11 +193,11 @@ def _measures(document: ReportDocument) -> str:
         f"{number(100.0 * error, 1, signed=True)}{THIN_SPACE}%. "
     )
     return (
-        '<p class="small">Energy: ∫P dt of the feed drives over the duration of each block; a drive with '
-        "constant power pays for the whole block, however short its own travel. The lower energy applies if "
-        "a drive’s power falls in proportion to its speed below the slowest measured speed. Travel metric: "
-        "every axis is charged for its travel at the programmed feed (Σ W|Δq|). None of them includes "
-        f"spindle, coolant or cutting power. {difference}{with_base}{_left(document)}</p>"
+        '<p class="small">Energy: ∫P dt of the feed drives over the duration of each block; a drive draws '
+        "its whole constant power between its slowest and its fastest measured speed, and outside of them in "
+        "proportion to speed. Travel metric: every axis is charged for its travel at the programmed feed "
+        "(Σ W|Δq|). Neither includes spindle, coolant or cutting power. "
+        f"{difference}{with_base}{_left(document)}</p>"
     )
 
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from fiveaxis.findings import Cause, Severity, group_gaps
 from fiveaxis.nc.program import Preparation
-from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report.words import NO_CHANGE, describe_cutter, number, plain, saving, speed_change, time_shares
 
 if TYPE_CHECKING:
@@ -147,12 +146,11 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
         return Answer(question, text, folded=tuple(_steadiness(document)))
     energy, baseline = document.solution.energy, document.solution.baselines[name]
     own, other = (number(getattr(e, document.measure)) for e in (energy, baseline))
-    as_it_was = document.revises and name == AS_PROGRAMMED
-    against = "the program as it was" if as_it_was else f"the best baseline, {name}"
-    text = (
-        f"{_share(document.saved(name, document.measure))}: {own} J against {other} J of {against} "
-        f"({BOUNDARIES[document.measure]})."
-    )
+    compared = f"{own} J against {other} J of the best baseline, {name} ({BOUNDARIES[document.measure]})"
+    text = f"{_share(document.saved(name, document.measure))}: {compared}."
+    unknown = document.solution.to_measure(name, with_base=document.measure == "with_base")
+    if unknown:
+        text = f"Not known: {unknown}. By the estimates {compared}."
     details = []
     if verdict in ("unsafe", "overridden"):
         details.append(Detail("But", "this doesn’t count until the errors are corrected."))

@@ -1,7 +1,8 @@
-"""The cheapest path over exact postures, from location to location: which axes stand, globally.
+"""The cheapest path over exact postures, from location to location, globally.
 
-A linear drive draws its whole power while it moves at all, so energy hangs on which axes *stand*, and for how
-long. Postures of a grid never make two axes stand. Here a state is an exact posture, and its successors at
+A drive draws its whole constant power between its slowest and its fastest measured speed, and outside of them
+in proportion to speed: two axes at measured speeds cost more than one that goes for both, so there are many
+local optima. Postures of a grid hold no axes. Here a state is an exact posture, and its successors at
 the next location are solved from it: hold two axes exactly (Y and Z, X and Z, C and Z, …), hold one and let
 another take a step, slide along a bound of the tool's lean with one axis held, or turn as far as allowed
 (`_moves`). Every step costs what the program's block costs (`BlockCosts`), and so that axes don't start for

@@ -49,7 +49,7 @@ WIDE, DETOUR = grain(0.5, 2.0, 400, 60.0), 12
 FARTHER, LITTLE = 1.5, np.radians(0.5)
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
 BESIDE = ("bends", "waits", "jerks", "wear")
-SEARCHING = "searching which axes can stand"
+SEARCHING = "searching postures"
 
 # Keys by which the better and the steadier of two `Delivered` is smaller.
 rank, unrest = attrgetter("rank"), attrgetter("unrest")

@@ -95,6 +95,7 @@ class Pretended:
         self.ran: list[str] = []
         self.faults: dict[str, Exception] = {}
         self.unsound: set[str] = set()
+        self.to_measure = ""
 
     def run(self, job: Job, _tell: object = None, _checkpoint: object = None) -> Any:
         self.ran.append(job.input.name)
@@ -109,10 +110,13 @@ class Pretended:
         report = SimpleNamespace(
             locations=2,
             solution=SimpleNamespace(
-                energy=spent, baselines=baselines, energy_range=lambda: (0.9 * joules, 1.2 * joules)
+                energy=spent,
+                baselines=baselines,
+                energy_range=lambda: (0.9 * joules, 1.2 * joules),
+                cheapest=lambda: "normal",
+                to_measure=lambda _: self.to_measure,
+                savings=lambda: {"normal": 1.0 - joules / 2000.0},
             ),
-            baseline="normal",
-            saved=lambda *_: 1.0 - joules / 2000.0,
             summary=[] if sound else [limit],
             verdict=SimpleNamespace(counts={} if sound else {"axis-limit": 1}),
         )

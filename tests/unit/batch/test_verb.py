@@ -72,6 +72,16 @@ def test_the_faults_of_a_job_are_listed_by_cause(lot, pretending):
     assert "none: error: no-posture (1): nothing is admissible [no-posture]" in told.stdout
 
 
+def test_where_estimates_leave_open_whether_a_job_saves_no_share_is_told(lot, pretending, tmp_path):
+    with pretending() as stand_in:
+        stand_in.to_measure = "measure the drives of X"
+        told = run([lot.files["fine"]], tmp_path)
+    assert "fine: fine, 1000 J, saving not known (1 of 1)" in told.stderr
+    assert re.search(r"^ *fine +fine +1000 +not known +9.5 ", told.stdout, re.M)
+    (row,) = csv.DictReader((tmp_path / "results.csv").read_text().splitlines())
+    assert (row["saved"], row["baseline_J"]) == ("", "2000.0")
+
+
 def test_each_job_is_a_line_on_stderr_where_that_is_no_terminal(lot):
     lines = [line for line in lot.result.stderr.splitlines() if line.endswith(f" of {len(ENDS)})")]
     assert sorted(line.partition(": ")[0] for line in lines) == list(ENDS)

@@ -76,7 +76,7 @@ def test_the_command_revises_all_whose_tool_the_comments_state(tmp_path):
     assert (tmp_path / "out" / "program.nc").is_file()
     assert (tmp_path / "out" / "operation-5" / "report.html").is_file()
     report = json.loads((tmp_path / "out" / "operation-3" / "report.json").read_text(encoding="utf-8"))
-    assert "of the program as it was" in report["answers"]["saved"]["text"]
+    assert "of the best baseline, " in report["answers"]["saved"]["text"]
 
 
 def test_where_nothing_can_be_revised_the_error_says_why_of_each(tmp_path):

@@ -73,7 +73,9 @@ def test_a_program_that_is_kept_back_is_not_to_be_run_whatever_else_was_accepted
     assert [line.split(" (")[0] for line in others] == ["Correct: gouge"]
 
 
-def test_the_saving_is_one_number_against_the_cheapest_baseline(solution: Solution, verdict: Report) -> None:
+def test_the_saving_is_one_number_against_the_cheapest_baseline(
+    solution: Solution, verdict: Report, program: ProgramFigures
+) -> None:
     normal = solution.compared["normal"]
     dear = replace(normal, energy=replace(normal.energy, by_axis=dict.fromkeys("XYZAC", 1e6)))
     document = ReportDocument(replace(solution, compared={"greedy": dear, "normal": normal}), verdict)
@@ -82,6 +84,10 @@ def test_the_saving_is_one_number_against_the_cheapest_baseline(solution: Soluti
     assert re.search(r"of the best baseline, normal \(feed drives only\)\.$", text)
     share = 100.0 * (1.0 - solution.energy.total / normal.energy.total)
     assert text.startswith(f"{share:.1f}{THIN}% less energy: ")
+    # Also where a program was revised in place that was dearer.
+    revised = replace(solution, compared={AS_PROGRAMMED: dear, "normal": normal})
+    program = replace(program, revises="lines 4-9")
+    assert ReportDocument(revised, verdict, program=program).answers.saved.text == text
 
 
 def test_with_a_known_base_power_the_saving_is_that_of_both(
@@ -105,6 +111,32 @@ def test_estimated_powers_give_the_saving_a_range(solution: Solution, verdict: R
     assert about == "Range"
     assert low < high
     assert text.endswith(f"it is {saving(low)} to {saving(high)}.")
+
+
+def test_a_saving_that_might_be_a_loss_is_not_known_and_has_no_per_cent(
+    solution: Solution, verdict: Report
+) -> None:
+    widest, narrow = "ZX", (0.99, 1.01)
+    bands = {f"{c} drive": (0.01, 100.0 if c == "Z" else 2.0) if c in widest else narrow for c in "XYZAC"}
+    figures = tuple(replace(p, band=bands.get(p.figure)) for p in solution.machine.provenance)
+    by_axis = dict.fromkeys("XYZAC", 1000.0)
+    normal = replace(solution.compared["normal"], energy=replace(solution.energy, by_axis=by_axis))
+    dear = replace(normal, energy=replace(normal.energy, by_axis=dict.fromkeys("XYZAC", 1e6)))
+    rough = replace(
+        solution,
+        machine=replace(solution.machine, provenance=figures),
+        energy=replace(solution.energy, by_axis=by_axis | {"X": 500.0, "Z": 1400.0, "Y": 100.0}),
+        compared={"greedy": dear, "normal": normal},
+    )
+    order = "measure the drives of Z, X, Y, A, C (fiveaxis calibrate), those of widest effect first"
+    assert ReportDocument(rough, verdict).answers.saved.text == (
+        f"Not known: {order}. By the estimates 4{THIN}000 J against 5{THIN}000 J of the best baseline, "
+        "normal (feed drives only)."
+    )
+    assert repr(rough).endswith(f" s, saving not known: {order}>")
+    # All of the range is one sign: the number stands.
+    loss = replace(rough, energy=dear.energy, compared={"normal": normal})
+    assert ReportDocument(loss, verdict).answers.saved.text.startswith(f"99900.0{THIN}% more energy: ")
 
 
 def test_without_a_baseline_or_a_cost_nothing_is_said_to_be_saved(
