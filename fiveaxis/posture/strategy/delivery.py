@@ -96,9 +96,9 @@ class Delivery:
             grain = self.near.effort.nested[0].everywhere[0]
             found = self.near.found_anywhere(here.posed, self._costs(here.posed), grain, self._steps)
             return self._final(here if found is None or not here.broken else self.priced(found))
-        sharpest = self.near.effort.sharpness[-1:]
         if self.at_knots:
-            here = min(self._improved(here.denser, here.filled, sharpest), here, key=rank)
+            # It was solved at its knots until nothing more was saved; in between once is enough.
+            here = min(self._rounds(here.denser, here.filled, self._sharpness[-1:], 1), here, key=rank)
             if not here.broken:
                 return self._final(here)
         if everywhere:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -32,6 +33,8 @@ from fiveaxis.toolpath.bounds import INSIDE_OF
 # IPOPT's iterations near a path, and the structured method's last barrier parameter, J; that of a path that
 # will be solved again, with other prices.
 ITERATIONS, LAST, ROUGH = 25, 1e-5, 5e-3
+# Steps that are solved at once; longer paths are solved in parts.
+PART = 30_000
 # Most single planes of a location; then up to three times three planes close around the admitted axis.
 MOST_PLANES, PINCHES, AROUND = 5, 3, 3
 # Locations to each side of a refused one that are refined again with it.
@@ -92,9 +95,14 @@ class Near:
             ).rotary
 
         mask = self._along(posed)
-        if mask is None:
-            return solve(problem, start, (False, False))
-        return Confinement(problem, mask, solve).refined(start)
+        if mask is not None:
+            return Confinement(problem, mask, solve).refined(start)
+        # Part by part, as a million locations at once take gigabytes.
+        found, last_row = start.copy(), len(start) - 1
+        for first, end in pairwise(np.linspace(0, last_row, max(1, -(-last_row // PART)) + 1).astype(int)):
+            rows, held = slice(first, end + 1), (bool(first > 0), bool(end < last_row))
+            found[rows] = solve(problem.between(first, end), found[rows], held)
+        return found
 
     def searched(
         self,
