@@ -72,7 +72,7 @@ def row_of(result: Result) -> str:
 
 def left_of(bound: float, results: list[Result]) -> str:
     """Say how far the lowest travel metric that breaks nothing is above the bound."""
-    kept = [r["travel"] for r in results if r.get("energy") and not r["violations"]]
+    kept = [r["travel"] for r in results if r["method"] != BOUND and r.get("violations") == {}]
     if not kept:
         return ""
     return f"the lowest travel metric could be at most {100.0 * (1.0 - bound / min(kept)):.1f} % lower"
@@ -114,7 +114,7 @@ def draw(results: list[Result], file: Path) -> None:
     marks = dict(zip(METHODS, "osDv^Xp*hP<>", strict=False))
     for panel, case in zip(panels, cases, strict=False):
         for number, (method, mark) in enumerate(marks.items()):
-            own = [r for r in results if r["case"] == case and r["method"] == method and "energy" in r]
+            own = [r for r in results if (r["case"], r["method"]) == (case, method) and r.get("energy")]
             for result in own:
                 allowed = not result["violations"]
                 face = f"C{number}" if allowed else "none"
