@@ -21,6 +21,7 @@ from paths import program
 import fiveaxis as fx
 from fiveaxis.motion import Clock, Filling, Interpolation, Motion
 from fiveaxis.motion import time_motion as run_in_time
+from fiveaxis.motion.limiting import law_limiting
 from fiveaxis.nc import DIALECTS
 from fiveaxis.posture.solution import blocks_energy
 
@@ -42,7 +43,7 @@ def machine_and_path(name: str, given: argparse.Namespace) -> tuple[fx.Machine, 
 def row(name: str, machine: fx.Machine, blocks: Motion, clock: Clock) -> str:
     law = run_in_time(blocks, machine, corners=CORNERS)
     turning = np.count_nonzero(np.abs(blocks.moves[:, machine.rotary_columns]).max(axis=1) > 1e-8)
-    slow = {what: s for what, s in law.shares.items() if what != "feed" and s >= 0.05}
+    slow = {what: s for what, s in law_limiting(law).by_cause.items() if what != "feed" and s >= 0.05}
     return (
         f"  {name:24} {len(blocks):6d} blocks, {turning:6d} turn; feed {blocks.time.sum():8.2f} s, "
         f"blended {law.total:8.2f} s, LinuxCNC {clock(blocks, machine).total:8.2f} s, "
