@@ -31,7 +31,7 @@ def run(name: str, efforts: list[str]) -> None:
     toolpath, machine = case.make()
     wanted = ", ".join(f"{key} {value}" for key, value in case.options.items())
     print(f"\n**{name}**: {case.what}; {len(toolpath):,} locations, {wanted}, {machine.name}\n")
-    print("| posture | travel metric, J | energy, J | with base power, J | time, s | saved by it |")
+    print("| posture | travel metric, J | energy, J | with base power, J | time, s | energy saved by it |")
     print("|---|---:|---:|---:|---:|---:|")
     found = {}
     notes = []
