@@ -27,10 +27,9 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.job.process import ProcessFigures, make_process, read_process
-from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
-from fiveaxis.motion import Motion, PredictedTime, TimeLaw, predicted_time, time_motion
+from fiveaxis.motion import Motion, TimeLaw, predicted_time, time_motion
 from fiveaxis.motion.limiting import law_limiting, programmed_limiting
 from fiveaxis.nc import ReadMotion, stated_clock
 from fiveaxis.nc.control.program_reader import require_timed
@@ -45,8 +44,6 @@ from fiveaxis.toolpath import MoveKind, Tool
 BLOCK_TEXT = 60
 # Share of an axis's highest speed that rounding of a program's words may exceed.
 OVER = 1e-3
-# mm and s: differences between parts of one straight move of the tip.
-SAME_STEP, SAME_TIME = 1e-7, 1e-9
 Corners = Literal["control", "programmed", "exact-stop"] | float
 # Decimals of a length or an angle in a block.
 _ZEROS = str.maketrans("123456789", "000000000")
@@ -203,8 +200,6 @@ def price_program(
         taken = predicted_time(read, machine, clock.dialect, clock.coordinates)
     limits = partial(programmed_limiting, read, machine) if taken is None else taken.limits
     known = ~read.from_unknown
-    if corners in ("programmed", "control"):
-        read, taken = _whole_blocks(read, machine, taken)
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
     cutter = tool or stated_tool(source)
     # Under TCP F is the tip's.
@@ -270,34 +265,6 @@ def _feeds(
         return feed, taken_over
     # This cutter's controlled point is off its axis; no block says on which side.
     return np.where(motion.kind == MoveKind.RAPID, feed, stated), np.zeros_like(taken_over)
-
-
-def _whole_blocks(
-    motion: ReadMotion, machine: Machine, taken: PredictedTime | None
-) -> tuple[ReadMotion, PredictedTime | None]:
-    """Join the parts of a block in which a control moves the tip straight: its mean speeds count.
-
-    The parts are as fine as keeps the tip on its path; blocks of our own programs are priced whole, too.
-    """
-    tip, _axis = tool_poses(machine, motion.positions)
-    steps = np.diff(tip, axis=0, prepend=tip[:1])
-    same = np.zeros(len(motion), dtype=bool)
-    same[2:] = np.abs(np.diff(steps[1:], axis=0)).max(axis=1, initial=0.0) <= SAME_STEP
-    same[1:] &= (np.diff(motion.source) == 0) & (np.diff(motion.kind) == 0)
-    same[1:] &= (np.abs(np.diff(motion.time)) <= SAME_TIME) & ~motion.from_unknown[1:]
-    last = np.append(~same[1:], True)
-    last[0] = True
-    if last.all():
-        return motion, taken
-    names = ("positions", "feed", "kind", "source", "from_unknown")
-    columns = {name: getattr(motion, name)[last] for name in names}
-    joined = replace(motion, time=_joined(motion.time, last), **columns)
-    return joined, None if taken is None else replace(taken, times=_joined(taken.times, last))
-
-
-def _joined(times: Array, last: BoolArray) -> Array:
-    """Add up times, (n,) s, of parts up to each last one, (n,)."""
-    return np.diff(np.cumsum(times)[last], prepend=0.0)
 
 
 def word_rounding(motion: Motion, texts: Iterable[str]) -> float:
