@@ -144,7 +144,7 @@ class Delivery:
                 grains += tuple(replace(one, by_other=True) for one in grains if not one.by_other)
             seeds = [partial(Delivery._sought, grain=one) for one in grains]
             seeds.append(partial(Delivery._sought, grain=grains[0], known=start.rotary))
-            sought = sorted((one for one in own._at_once(seeds) if one), key=attrgetter("cost"))
+            sought = sorted((one for one in own._at_once(seeds) if one), key=rank)
             tasks = [partial(Delivery._refined, sought=one) for one in sought[: effort.whole]]
             begun = own._at_once(tasks)
             if begun:
@@ -236,7 +236,8 @@ class Delivery:
             return None
         cost = self._repriced(few, path, costs, 0.0).priced(path)
         self.stages.append(Stage(name, f"{len(path)} locations", 0, None, cost))
-        return Sought(posed, few, costs, path, cost)
+        refused = int(np.count_nonzero(self.near.refused(few, path)))
+        return Sought(posed, few, costs, path, (refused, cost))
 
     def _refined(self, sought: Sought) -> Delivered:
         """Search about what was found among all postures, and refine it once on its program's locations."""
@@ -244,7 +245,7 @@ class Delivery:
             start, few, costs = sought.path, sought.few, sought.costs
             search = partial(self.near.searched, few, costs, around, start, self._steps)
             near = self._sought_by(search, "search about it", sought.posed, few, costs)
-            sought = min((one for one in (near, sought) if one), key=attrgetter("cost"))
+            sought = min((one for one in (near, sought) if one), key=rank)
         here = self.priced(sought.rotary, sought.posed)
         return self._rounds(here.denser, here.filled, self._sharpness[:1], 1)
 
@@ -497,14 +498,15 @@ class Sought:
     posed, few : the locations of a path, and those of them that were searched
     costs : of the blocks between the few
     path : (m, 2), rad, refined on the few
-    cost : J, of these, with the price of what it breaks
+    rank : key by which the better of two is smaller: how many postures a mask refuses, then the cost of the
+        blocks between the few, J, with the price of what they break
     """
 
     posed: Posed
     few: Posed
     costs: BlockCosts
     path: Array
-    cost: float
+    rank: tuple[int, float]
 
     @property
     def rotary(self) -> Array:
