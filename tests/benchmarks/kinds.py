@@ -1,4 +1,4 @@
-"""Print what each kind of problem costs: masks, singular cones, starts, accelerations, TCP, heads, objectives.
+"""Print what each kind of problem costs: masks, cones, starts, accelerations, TCP, heads, objectives.
 
 Usage: python tests/benchmarks/kinds.py [--effort quick] [KIND …]
 
