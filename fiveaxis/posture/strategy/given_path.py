@@ -63,13 +63,16 @@ def solve_given(
 
     def searched() -> Array:
         kept = _cheapest(problem, baselines)
-        if kept is not None:
+        # Where passes may begin is chosen by the postures of this path.
+        if kept is not None and not options.free_start:
             return kept
         progress("searching postures", 0, 1)
         found = by_travel(problem, effort, None if mask is None else mask.roughly_admits)
-        if found is None or problem.violation(found) > ALLOWED:
+        if found is not None and problem.violation(found) <= ALLOWED:
+            return found
+        if kept is None:
             raise without_path(problem, found, toolpath)
-        return found
+        return kept
 
     rotary = known
     if rotary is None and start is not None:

@@ -64,7 +64,7 @@ def run(folder: Path, *words: object) -> tuple[list[float], str]:
     [
         (
             (*OPTIMISE, "-o", "out"),
-            ("searching postures that travel little", "verifying the program", "writing the report"),
+            ("searching postures", "verifying the program", "writing the report"),
         ),
         (("plan", PART, *LOOK, "-o", "path.csv"), ("starting", "planning passes")),
     ],
