@@ -68,9 +68,8 @@ QUICK = Effort(everywhere=both_ways(grain(4.0, 10.0, 100)), around=(grain(1.0, 4
 NORMAL = replace(
     QUICK,
     contains=QUICK,
-    everywhere=both_ways(grain(1.0, 5.0, 200), grain(4.0, 15.0, 60), grain(4.0, 7.0, 200, by_other=True)),
+    everywhere=both_ways(grain(1.0, 5.0, 200), grain(4.0, 7.0, 200, by_other=True)),
     around=(grain(0.5, 2.0, 100, 20.0),),
-    sharpness=(0.3, 0.1, 0.03, 0.01),
     whole=2,
     corridors=(grain(0.2, 0.7, 8, 1.5, start=0.2),),
 )
