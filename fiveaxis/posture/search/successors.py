@@ -293,13 +293,17 @@ def _admitted(trail: Trail, i: int, admits: Admits) -> BoolArray:
     """Find the states of location i that a mask admits, there and halfway on the way to them; (s,)."""
     states = slice(trail.begin[i], trail.begin[i + 1])
     here = trail.states[states]
-    stays = admits(np.full(len(here), i), here)
-    if i:
-        # Locations may be inserted, where both neighbours have to admit a posture.
-        turned = here - trail.states[trail.parents[states]]
-        far = np.flatnonzero(stays & (np.abs(turned).max(axis=1, initial=0.0) > SMALL_TURN))
-        halfway, rows = here[far] - turned[far] / 2.0, np.full(len(far), i)
-        stays[far] = admits(rows, halfway) & admits(rows - 1, halfway)
+    if not i:
+        return admits(np.zeros(len(here), dtype=np.int64), here)
+    turned = here - trail.states[trail.parents[states]]
+    far = np.flatnonzero(np.abs(turned).max(axis=1, initial=0.0) > SMALL_TURN)
+    halfway = here[far] - turned[far] / 2.0
+    # Locations may be inserted, where both neighbours have to admit a posture. A mask is asked once for all.
+    rows = np.repeat([i, i, i - 1], [len(here), len(far), len(far)])
+    stays, *both = np.split(
+        admits(rows, np.concatenate([here, halfway, halfway])), np.cumsum([len(here), len(far)])
+    )
+    stays[far] &= both[0] & both[1]
     return stays
 
 
