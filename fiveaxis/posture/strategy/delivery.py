@@ -15,7 +15,6 @@ from operator import attrgetter
 from typing import TypeVar
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
 from fiveaxis.geometry import Array, BoolArray
@@ -28,7 +27,7 @@ from fiveaxis.posture.search.successors import Grain, sparse_rows, turning_rows
 from fiveaxis.posture.solution import Solution, Stage, program_energy, timed_energy
 from fiveaxis.posture.strategy.effort import grain
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
-from fiveaxis.posture.strategy.near import Near
+from fiveaxis.posture.strategy.near import Near, widened
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
 from fiveaxis.posture.strategy.turn_bounds import shared
 from fiveaxis.progress import Steps, unheard
@@ -300,7 +299,7 @@ class Delivery:
         for number in range(SETTLING):
             if 0 < here.refused.sum() < refused:
                 refused = here.refused.sum()
-                around = binary_dilation(here.refused, iterations=DETOUR * 2**number)
+                around = widened(here.refused, DETOUR * 2**number)
                 here = self._corridor(here, WIDE, around)
             elif here.refused.any():
                 break

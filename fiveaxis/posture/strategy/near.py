@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from fiveaxis.energy import BlockCosts
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular, product
@@ -358,9 +357,15 @@ def blended(path: Array, other: Array, rows: IntArray) -> Array:
     return answer
 
 
+def widened(marked: BoolArray, reach: int) -> BoolArray:
+    """Mark all locations, (n,), that are at most so many away from a marked one."""
+    count = np.cumsum(np.pad(marked.astype(np.int64), (reach + 1, reach)))
+    return count[2 * reach + 1 :] > count[: -2 * reach - 1]
+
+
 def windows_around(rows: IntArray, count: int, margin: int) -> list[tuple[int, int]]:
     """Find the first and last location of windows around locations with a margin; overlaps are merged."""
     near = np.isin(np.arange(count), rows)
-    near = np.pad(binary_dilation(near, iterations=margin), 1)
+    near = np.pad(widened(near, margin), 1)
     edges = np.flatnonzero(np.diff(near.astype(np.int8)))
     return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2)]
