@@ -29,9 +29,9 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.job.process import ProcessFigures, make_process, read_process
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
-from fiveaxis.motion import Motion, TimeLaw, predicted_time, time_motion
-from fiveaxis.motion.limiting import law_limiting, programmed_limiting
-from fiveaxis.nc import ReadMotion, stated_clock
+from fiveaxis.motion import Motion, TimeLaw, predicted_time, programmed_time, time_motion
+from fiveaxis.motion.limiting import law_limiting
+from fiveaxis.nc import ReadMotion, clock_of
 from fiveaxis.nc.control.program_reader import require_timed
 from fiveaxis.nc.own_header import set_up_as_stated, stated_feed, stated_tool
 from fiveaxis.nc.rows import require
@@ -157,7 +157,8 @@ def program_energy(
         (`predicted_time`), or the programmed ones where the machine doesn't state them; ``programmed`` takes
         these in any case. ``exact-stop`` or a tolerance in mm runs the program under a time law
         (`time_motion`), along which accelerations take power too
-    control : whose times these are; by default the one that a program of fiveaxis names in its header
+    control : whose times these are; by default the one that the program's header or words tell, or else the
+        machine's
     process : the cut of `tool`, as for `cutting_power`: the feed drives work against its feed force, and the
         result has the budget of the whole program
 
@@ -194,11 +195,15 @@ def price_program(
         source,
         lambda _: f"no position of the axes of machine {machine.name!r} reaches this location",
     )
-    lines, taken = source.lines, None
+    lines, law, integral = source.lines, None, None
     if corners == "control":
-        clock = stated_clock(source, control)
+        clock = clock_of(read, machine, control)
         taken = predicted_time(read, machine, clock.dialect, clock.coordinates)
-    limits = partial(programmed_limiting, read, machine) if taken is None else taken.limits
+    elif isinstance(corners, str) and corners not in ("programmed", "exact-stop"):
+        what = "control, programmed, exact-stop, or a tolerance in mm"
+        raise SettingError(f"corners {corners!r}: write {what}")
+    else:
+        taken = programmed_time(read, machine)
     known = ~read.from_unknown
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
     cutter = tool or stated_tool(source)
@@ -209,26 +214,16 @@ def price_program(
     motion = replace(read, feed=feed)
     cut = None if process is None else _cut(process, cutter, motion)
     force = 0.0 if cut is None else cut.feed_force or 0.0
-    law, integral = None, None
-    lost = read.from_unknown
-    feed_time = float(read.time[~lost].sum())
-    if taken is not None:
-        motion = replace(motion, time=taken.times)
-    if corners in ("programmed", "control"):
-        motion = replace(motion, time=np.where(lost, 0.0, motion.time))
-        by_block = move_powers(machine, motion, force) * motion.time[:, None]
-    elif isinstance(corners, str) and corners != "exact-stop":
-        what = "control, programmed, exact-stop, or a tolerance in mm"
-        raise SettingError(f"corners {corners!r}: write {what}")
-    else:
+    lost, times, limits = read.from_unknown, taken.times, taken.limits
+    feed_time = float(programmed_time(read, machine).times[known].sum())
+    if corners == "exact-stop" or not isinstance(corners, str):
         # The durations of blocks that only turn follow from their own feed words.
         law = time_motion(read, machine, corners=corners)
-        limits = partial(law_limiting, law)
-        motion = replace(motion, time=np.where(lost, 0.0, law.motion.time))
-        by_block = np.where(lost[:, None], 0.0, law_energies(machine, law, force))
-        integral = by_block
-    timed = law is not None if taken is None else taken.basis == "accelerations"
-    timing: Timing = "accelerations" if timed else "programmed"
+        times, limits = law.motion.time, partial(law_limiting, law)
+        integral = np.where(lost[:, None], 0.0, law_energies(machine, law, force))
+    motion = replace(motion, time=np.where(lost, 0.0, times))
+    by_block = move_powers(machine, motion, force) * motion.time[:, None] if integral is None else integral
+    timing: Timing = "accelerations" if law is not None else taken.basis
     spent = motion_energy(machine, motion, integral, rounding, force)
     limiting = limits()
     limited = replace(limiting, time=limiting.time * known[:, None]).by_cause
@@ -238,9 +233,9 @@ def price_program(
     # What axis words cost doesn't depend on where the tool goes.
     unknown = figure_findings(machine, coordinates)
     findings = (*(f for f in unknown if coordinates == "tip" or f.code == "figure-assumed"), *stands)
-    findings += (*motion.findings, *_speeding(machine, motion), *_unlimited(machine, law))
+    findings += (*motion.findings, *_speeding(machine, read), *_unlimited(machine, law))
     findings += tuple(_assumed_feeds(motion, taken_over))
-    if taken is not None and taken.assumed:
+    if corners == "control" and taken.assumed:
         findings += (Finding(Severity.NOTE, "corners-assumed", taken.assumed, Place(file=motion.name)),)
     shown = tuple(text[:BLOCK_TEXT] for text in texts)
     return ProgramEnergy(machine, motion, by_block, energy, law, shown, tool, budget, findings)
@@ -308,7 +303,7 @@ def _runs(source: IntArray) -> Iterator[tuple[int, int]]:
 
 
 def _speeding(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
-    """Report axes that blocks move faster than their highest speed: the machine is slower."""
+    """Report axes that F asks to move faster than they can: the control slows those blocks down."""
     moving = motion.time > 0.0
     for column, axis in enumerate(machine.axes):
         if axis.max_speed is None:
@@ -322,8 +317,8 @@ def _speeding(machine: Machine, motion: ReadMotion) -> Iterator[Finding]:
             yield Finding(
                 Severity.WARNING,
                 "feed-over",
-                f"{int(over.sum())} blocks move {axis.letter} faster than its {most:g} {axis.unit}/s, up to "
-                f"{fastest:.5g}: the machine takes longer than computed here; use --corners",
+                f"F asks {int(over.sum())} blocks to move {axis.letter} faster than its {most:g} "
+                f"{axis.unit}/s, up to {fastest:.5g}: they are timed at the highest speed",
                 Place(line=int(motion.source[worst]), file=motion.name),
                 fastest,
             )

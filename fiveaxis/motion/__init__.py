@@ -12,6 +12,7 @@ from fiveaxis.motion.run_time import (
     ControlTiming,
     PredictedTime,
     predicted_time,
+    programmed_time,
 )
 from fiveaxis.motion.steadiness import (
     PeakRate,
@@ -27,6 +28,7 @@ from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
 from fiveaxis.motion.timing import (
     LEAST_OF_PIVOT,
     STANDSTILL,
+    axis_times,
     block_times,
     feed_times,
     least_times,
@@ -63,6 +65,7 @@ __all__ = [
     "Thinned",
     "TimeLaw",
     "axis_deviation",
+    "axis_times",
     "axis_uses",
     "block_times",
     "feed_times",
@@ -76,6 +79,7 @@ __all__ = [
     "path_deviation",
     "peak_rates",
     "predicted_time",
+    "programmed_time",
     "rapid_findings",
     "rapid_speeds",
     "respaced",

@@ -17,6 +17,7 @@ from fiveaxis.motion.limiting import Limiting, law_limiting, programmed_limiting
 from fiveaxis.motion.motion import Motion
 from fiveaxis.motion.servo_cycles import servo_times
 from fiveaxis.motion.time_law import time_motion
+from fiveaxis.motion.timing import axis_times
 from fiveaxis.options import Coordinates
 
 
@@ -170,7 +171,8 @@ def predicted_time(
     ----------
     motion : a program read back, with the programmed times
     machine : with highest speeds and accelerations. Without any acceleration, or with some unknown on a
-        control that plans in cycles, the programmed times are returned; else an axis whose acceleration isn't
+        control that plans in cycles, the programmed times are returned, but none below that of an axis at its
+        highest speed; else an axis whose acceleration isn't
         known changes its speed at once
     dialect : the control's table, if it is known
     coordinates : of the program; under TCP control rows of one block share its source line
@@ -184,8 +186,7 @@ def predicted_time(
     lacking = f"machine {machine.name!r} states no max_acceleration of {', '.join(unknown)}"
     clock = Clock(dialect, coordinates)
     if clock.is_programmed(machine):
-        bounding = partial(programmed_limiting, motion, machine)
-        return PredictedTime(motion.time, bounding, "programmed", lacking)
+        return replace(programmed_time(motion, machine), missing=lacking)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
     blocks = _whole_blocks(motion, last)
     if clock.limits_words:
@@ -217,6 +218,12 @@ def predicted_time(
         "accelerations",
         assumed="; ".join(assumptions),
     )
+
+
+def programmed_time(motion: Motion, machine: Machine) -> PredictedTime:
+    """Return the programmed times, but none below that of an axis at its highest speed: F can't exceed it."""
+    slowed = replace(motion, time=np.maximum(motion.time, axis_times(machine, motion.moves)))
+    return PredictedTime(slowed.time, partial(programmed_limiting, slowed, machine), "programmed")
 
 
 def _block_ends(motion: Motion) -> BoolArray:

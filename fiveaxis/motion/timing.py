@@ -60,6 +60,20 @@ def axis_bounds(machine: Machine) -> AxisBounds:
     return AxisBounds(bounds["max_speed"], bounds["max_acceleration"])
 
 
+def axis_times(machine: Machine, moves: Array) -> Array:
+    """Compute how long moves take at least, since an axis has a highest speed.
+
+    Parameters
+    ----------
+    moves : (n, k), mm and rad; an axis without a highest speed sets no bound
+
+    Returns
+    -------
+    (n,), s
+    """
+    return np.asarray((np.abs(moves) / axis_bounds(machine).speed).max(axis=1, initial=0.0))
+
+
 def block_times(toolpath: Toolpath, machine: Machine, positions: Array, *, by_tip: bool = False) -> Array:
     """Compute the duration of every move at the programmed feed and the axes' highest speeds.
 
@@ -89,9 +103,7 @@ def block_times(toolpath: Toolpath, machine: Machine, positions: Array, *, by_ti
     if by_tip:
         # The pivot of an inserted location isn't always known.
         times = np.fmax(times, LEAST_OF_PIVOT * toolpath.lengths / toolpath.feed)
-    for column, axis in enumerate(machine.axes):
-        if axis.max_speed is not None:
-            times = np.maximum(times, moves[:, column] / axis.max_speed)
+    times = np.maximum(times, axis_times(machine, moves))
     rapid = toolpath.rapid
     times[rapid] = (moves[rapid] / rapid_speeds(machine, toolpath.feed[rapid])).max(axis=1, initial=0.0)
     return times

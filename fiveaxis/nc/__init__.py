@@ -7,11 +7,11 @@ from fiveaxis.nc.operation_facts import measure_operations
 from fiveaxis.nc.program import (
     NOT_VERIFIED,
     Program,
+    clock_of,
     compose_program,
     control_for,
     require_motion,
     require_program,
-    stated_clock,
 )
 from fiveaxis.nc.table import write_toolpath
 from fiveaxis.nc.writing.program_settings import ProgramSettings
@@ -24,6 +24,7 @@ __all__ = [
     "Program",
     "ProgramSettings",
     "ReadMotion",
+    "clock_of",
     "compose_program",
     "control_for",
     "find_dialect",
@@ -34,7 +35,6 @@ __all__ = [
     "read_toolpath",
     "require_motion",
     "require_program",
-    "stated_clock",
     "write_motion",
     "write_toolpath",
 ]

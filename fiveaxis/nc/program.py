@@ -15,8 +15,6 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL, Clock, Coordinates, Motion, ProgramMotion
 from fiveaxis.nc.control.program_reader import ReadMotion
-from fiveaxis.nc.own_header import stated_control
-from fiveaxis.nc.source import Source
 from fiveaxis.nc.words import feed_text, fill_formats
 from fiveaxis.nc.writing.blocks import block_lines
 from fiveaxis.nc.writing.feeds import SECONDS
@@ -387,16 +385,19 @@ def _feeds(motion: Motion, writer: WordWriter) -> list[str]:
     return [texts[i] for i in owner.reshape(-1).tolist()]
 
 
-def stated_clock(source: Source, control: str | Path | None = None) -> Clock:
-    """Return the clock of the control that a program's header names, or of another one.
+def clock_of(motion: ReadMotion, machine: Machine, control: str | Path | None = None) -> Clock:
+    """Return the clock of the control that a program is for.
 
-    The coordinates are those that the header states, axis positions by default. A table of its own that the
-    header names isn't at hand: then the corners count as unknown.
+    That is the given one, or else the one that the program's header or words tell, or else the machine's. A
+    table of its own that a header names isn't at hand: then the corners count as unknown.
 
     Raises
     ------
-    SettingError
-        `control` is unknown.
+    FiveAxisError
+        `control`, or that of the machine, is unknown.
     """
-    name, coordinates = stated_control(source)
-    return Clock(DIALECTS.get(name) if control is None else find_dialect(control), coordinates)
+    named = "" if motion.operation is None else motion.operation.control
+    if control is None and not named and machine.control:
+        control = control_for(machine)
+    dialect = DIALECTS.get(named) if control is None else find_dialect(control)
+    return Clock(dialect, "tip" if motion.tcp.any() else "axes")
