@@ -20,7 +20,8 @@
     ├── LostScheduler            connection to a batch's scheduler lost           (exit code 4)
     ├── LostWorkers              workers of a batch that don't start              (exit code 4)
     ├── Unverified               a program with errors that nobody accepts        (exit code 1)
-    └── Infeasible               no admissible posture, or contacts out of reach  (exit code 3)
+    ├── Infeasible               no admissible posture, or contacts out of reach  (exit code 3)
+    └── AlreadyBetter            a program that stays: nothing better was found   (exit code 0)
 
 A message reads ``place: fact with value, bound and unit; what to do``. Many problems at once are
 findings (`fiveaxis.findings`), not exceptions.
@@ -28,7 +29,7 @@ findings (`fiveaxis.findings`), not exceptions.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -164,6 +165,22 @@ class MissingDependency(FiveAxisError):
     def __init__(self, library: str, purpose: str, remedy: str) -> None:
         self.library = library
         super().__init__(f"{purpose} needs {library}, which isn't installed; {remedy}")
+
+
+class AlreadyBetter(FiveAxisError):
+    """A program stays as it is, since nothing that was found is better.
+
+    Parameters
+    ----------
+    message : what it costs, and at what price another one is cheaper
+    facts : the same as plain data for JSON
+    """
+
+    exit_code = 0
+
+    def __init__(self, message: str, facts: Mapping[str, Any]) -> None:
+        self.facts = facts
+        super().__init__(message)
 
 
 class LostScheduler(FiveAxisError):

@@ -15,7 +15,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fiveaxis.errors import FiveAxisError, Infeasible, NoSpace, Unverified, shorten
+from fiveaxis.errors import AlreadyBetter, FiveAxisError, Infeasible, NoSpace, Unverified, shorten
 from fiveaxis.findings import Cause, Severity, count_codes, group_findings
 
 if TYPE_CHECKING:
@@ -240,6 +240,8 @@ def row_of_fault(blank: Row, fault: Exception) -> Row:
             blank, status=Status.BROKEN, message=bounded(f"{type(fault).__name__}: {fault}{_where(fault)}")
         )
     if not isinstance(fault, Infeasible | Unverified):
+        if isinstance(fault, AlreadyBetter):
+            return replace(blank, status=Status.FINE, message=bounded(str(fault)))
         status = Status.BROKEN if isinstance(fault, NoSpace) else Status.WRONG_INPUT
         return replace(blank, status=status, message=bounded(str(fault)))
     return replace(

@@ -161,6 +161,7 @@ POSTURE: Mapping[str, Any] = {
     "front": optional(int, "find N solutions, from the cheapest program to the fastest or steadiest"),
     "feed_share": optional(float, "with --front: least share of the feed, where slower cuts save energy"),
     "pick": optional(int, "with --front: number of the solution to deliver; 1 is the cheapest"),
+    "allow": optional(str, "what a cheaper program may be in place of one's own: slower, rougher or both"),
     "edge_use": optional(bool, "report where on the cutter's edge the path cuts", "--edge-use/--no-edge-use"),
     "setup_search": optional(
         str, "choose the setup too: auto, or x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"

@@ -161,7 +161,7 @@ def _revise(job: Job, output: Path | None, work: Work, written: list[Path], *, a
     from fiveaxis.job import revise_operations, write_revised
 
     made = work.run(partial(revise_operations, job))
-    if output is not None:
+    if output is not None and made.outcomes:
         written += write_revised(made, output, work.step)
         print_written(output, *(str(path.relative_to(output)) for path in written))
     if as_json:
@@ -217,8 +217,8 @@ def job_of(options: Mapping[str, Any]) -> Job:
     written_for = {"machine": options.get("written_for")}
     settings["program"] = written_for | read_flags(ReadProgram, options)
     settings["nc"] = read_flags(Framing, options, NC)
-    if settings.get("columns") is not None:
-        settings["columns"] = parse_words(settings["columns"])
+    for name in {"columns", "allow"} & settings.keys():
+        settings[name] = parse_words(settings[name])
     settings |= read_flags(OnMachine, options) | read_flags(Bounds, options) | read_flags(Writing, options)
     # A job file may set a flag that isn't given here.
     for name in ("free_start", "free_direction"):
@@ -292,20 +292,23 @@ def _print_outcome(outcome: Outcome) -> None:
 
 
 def _print_operations(made: RevisedProgram) -> None:
-    """Print what became of each operation: time and energy of its lines as they were, and now."""
-    table = Table("", "lines", "kind", "tool", "s", "J", "now s", "now J", "", box=None)
+    """Print what became of each operation: time, starts and reversals, energy of its lines before and now."""
+    table = Table("", "lines", "kind", "tool", "s", "now", "events", "now", "J", "now", "", box=None)
     for part in made.parts:
-        at, before, after = part.operation, part.before, part.after
-        figures = [
-            "?" if energy is None else f"{value:.{digits}f}"
-            for energy in (before, after)
-            for value, digits in (((energy.time, 1), (energy.total, 0)) if energy else ((0.0, 0), (0.0, 0)))
-        ]
-        what = "revised" if part.outcome is not None else f"stays: {part.why}"
-        table.add_row(str(at.number), f"{at.first_line}-{at.last_line}", at.kind, at.tool, *figures, what)
+        at, pair = part.operation, (part.before, part.after)
+        times = ["?" if e is None else f"{e.time:.1f}" for e in pair]
+        events = ["?" if e is None else str(e.starts + e.reversals) for e in pair]
+        joules = ["?" if e is None else f"{e.total:.0f}" for e in pair]
+        what = part.verdict if part.verdict != "stays" else f"stays: {part.why}"
+        lines = f"{at.first_line}-{at.last_line}"
+        table.add_row(str(at.number), lines, at.kind, at.tool, *times, *events, *joules, what)
     out.print(table)
+    out.print("events: starts and reversals of axes; all of whole operations, approach and retract included")
     if any(part.before is None for part in made.parts):
         out.print("?: the lines don't say it, as of rapid moves of unknown speed (--rapid) or place (--zero)")
+    for part in made.parts:
+        if part.better is not None:
+            out.print(f"operation {part.operation.number}: {part.why}", markup=False, soft_wrap=True)
 
 
 def _print_details(outcome: Outcome) -> None:

@@ -18,7 +18,7 @@ from rich.markup import escape
 
 from fiveaxis.cli.process import INTERRUPTED, NobodyReads, write_results
 from fiveaxis.cli.work import leave_if_working
-from fiveaxis.errors import FiveAxisError, Infeasible, SettingError, Unverified
+from fiveaxis.errors import AlreadyBetter, FiveAxisError, Infeasible, SettingError, Unverified
 from fiveaxis.findings import Cause, group_findings
 
 if TYPE_CHECKING:
@@ -58,6 +58,9 @@ def errors_explained(as_json: bool) -> Iterator[list[Path]]:
         yield written
     except FiveAxisError as fault:
         findings = fault.findings if isinstance(fault, Infeasible | Unverified) else ()
+        if isinstance(fault, AlreadyBetter):
+            print_json(fault.facts) if as_json else out.print(str(fault), markup=False, soft_wrap=True)
+            raise typer.Exit(fault.exit_code) from None
         alarm.print(f"[bold red]error:[/] {escape(str(fault))}")
         causes = group_findings(findings)
         print_causes(causes, alarm, "  ")

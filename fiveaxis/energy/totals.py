@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.energy.drives import axis_powers, moving_powers, travel_costs
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Motion, Steadiness, TimeLaw, measure_steadiness, standing_speeds
 from fiveaxis.notebook import HasColumns, ShownAsTable, Table
@@ -188,6 +188,7 @@ def motion_energy(
     integral: Array | None = None,
     rounding: float = 0.0,
     feed_force: float = 0.0,
+    ends: BoolArray | None = None,
 ) -> Energy:
     """Add up the cost of a motion and its travel metric (Hayashi et al. 2018, Eq. 1); count its starts.
 
@@ -198,6 +199,7 @@ def motion_energy(
     integral : (n, k), J, ∫P dt by move and axis from a time law (`law_energies`); from mean speeds by default
     rounding : mm, travel of a linear axis up to which it counts as standing where starts are counted
     feed_force : N, of the cut against the feed in cutting moves; not part of the travel metric
+    ends : (n,), as for `measure_steadiness`
 
     Raises
     ------
@@ -219,7 +221,7 @@ def motion_energy(
         base=None if machine.base_power is None else machine.base_power * time,
         time=time,
         feed_time=time,
-        steadiness=measure_steadiness(machine, motion, rounding),
+        steadiness=measure_steadiness(machine, motion, rounding, ends),
         by_kind=_by_kind(motion, charged, integral),
         most=most,
     )

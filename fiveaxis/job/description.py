@@ -65,6 +65,10 @@ else:
     ProgramTable = table_of(ReadProgram, _WrittenFor)
 
 
+# What a program may be worse in than the one that it replaces, if that is allowed.
+Trade = Literal["slower", "rougher"]
+
+
 class SetupSearch(StrictModel):
     """Ranges within which the optimiser may set up the workpiece; without a range a value stays as given."""
 
@@ -206,6 +210,11 @@ class Job(_Bounded):
     )
     pick: int | None = Field(
         None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"
+    )
+    allow: tuple[Trade, ...] = Field(
+        (),
+        description="for a program that is revised in its own lines: what a cheaper one may be worse in, "
+        "slower (by more than 1 %) or rougher (more than 10 % more starts and reversals of axes)",
     )
     edge_use: bool = Field(
         False, description="report where on the cutter's edge the path cuts, by contact angle"

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fiveaxis.errors import JobError, ToolpathError
-from fiveaxis.geometry import Array
+from fiveaxis.energy import Energy
+from fiveaxis.errors import JobError
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import operation_text
 from fiveaxis.job.program import MadeProgram
-from fiveaxis.job.program_costs import price_program, word_rounding
+from fiveaxis.job.program_costs import ProgramEnergy, price_program, word_rounding
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution
 from fiveaxis.kinematics import tool_poses
@@ -26,25 +28,33 @@ from fiveaxis.motion import (
     Filling,
     Interpolation,
     ProgramMotion,
-    block_times,
     follow,
+    own_slack,
     predicted_time,
 )
 from fiveaxis.motion.program_motion import Phase
 from fiveaxis.nc import DIALECTS, Program, require_program
+from fiveaxis.nc.control.axis_track import RAPID
 from fiveaxis.nc.formats import suffix_of
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.revision import Placement, Revision
-from fiveaxis.nc.source import with_lines
-from fiveaxis.nc.traced_program import load_program
+from fiveaxis.nc.source import Source, with_lines
+from fiveaxis.nc.traced_program import TracedProgram, load_program
 from fiveaxis.nc.writing.start_and_end import NO_ROW
 from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
+from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
 from fiveaxis.toolpath import Toolpath
-from fiveaxis.verification import Against, ReadBack, check_read
+from fiveaxis.verification import Against, check_read
 
 # Rounding of a location's number.
 SAME_ROW = 1e-9
+
+
+class Written(NamedTuple):
+    """A solution in an operation's lines: the locations that its blocks stand for, and the lines."""
+
+    fill: Fill
+    revision: Revision
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +65,14 @@ class RevisedOperation:
     ----------
     text : its rows beside the program's text
     path : its cuts, whose postures are revised
+    machine : as it is set up
     wording : the control, and whether its words are the tip's or the axes'
     reading : how the program is read
     """
 
     text: OperationText
     path: Toolpath
+    machine: Machine
     wording: WordWriter
     reading: Mapping[str, Any]
 
@@ -98,7 +110,41 @@ class RevisedOperation:
         coordinates: Coordinates = "vector" if text.by_direction else "tip" if operation.tcp else "axes"
         wording = require_program(machine, control, coordinates)
         require_stated(machine, coordinates)
-        return cls(text, toolpath, wording, job.reading)
+        if _states_angles(toolpath):
+            tcp = wording.interpolation is Interpolation.TCP
+            toolpath = replace(toolpath, slack=own_slack(toolpath, machine, tcp=tcp))
+        return cls(text, toolpath, machine, wording, timed_reading(job, machine))
+
+    @cached_property
+    def as_it_was(self) -> ProgramEnergy:
+        """What the operation's text costs: approach, cuts, links and retract."""
+        return self.price()
+
+    def price(self, revision: Revision | None = None) -> ProgramEnergy:
+        """Price the operation's text, or a revised one, as `program_energy` does its file."""
+        source = self.text.source if revision is None else revision.revised
+        return price_program(source, self.machine, self.reading)
+
+    def write(self, solution: Solution) -> Written:
+        """Write a solution's postures into the operation.
+
+        Raises
+        ------
+        FiveAxisError
+            As `OperationText.revise`.
+        """
+        filling = Filling.of(solution.constraints, self.wording.interpolation)
+        fill = filling.fill(solution.toolpath, solution.machine, solution.motion)
+        at = _rows(solution, fill.row)
+        if not np.array_equal(at[at == np.floor(at)], np.arange(len(self.path))):
+            raise self.text.source.error(
+                f"operation {self.text.operation.number} can't be revised in place: its result has "
+                "rewinds, or other locations; write it anew for its control (--control)",
+                self.text.operation.first_line,
+            )
+        # A location of the program keeps its line.
+        fill = filling.thin(fill, at == np.floor(at))
+        return Written(fill, self.text.revise(self.path, self._placement(solution, fill)))
 
     def make(self, solution: Solution, job: Job) -> tuple[MadeProgram, Revision]:
         """Write a solution's postures into the operation, and verify and price the text.
@@ -109,55 +155,41 @@ class RevisedOperation:
             As `OperationText.revise` and `OperationText.require_same_around`.
         """
         machine = solution.machine
-        filling = Filling.of(solution.constraints, self.wording.interpolation)
-        fill = filling.fill(solution.toolpath, machine, solution.motion)
-        at = _rows(solution, fill.row)
-        if not np.array_equal(at[at == np.floor(at)], np.arange(len(self.path))):
-            raise self.text.source.error(
-                f"operation {self.text.operation.number} can't be revised in place: its result has "
-                "rewinds, or other locations; write it anew for its control (--control)",
-                self.text.operation.first_line,
-            )
-        # A location of the program keeps its line.
-        fill = filling.thin(fill, at == np.floor(at))
-        placement = self._placement(solution, fill)
-        revision = self.text.revise(self.path, placement)
+        fill, revision = self.write(solution)
         self.text.require_same_around(revision)
         text = self._program(revision)
         source = revision.revised
-        read = load_program(source, machine, self.path.tool, self.reading)
-        against = Against(
-            toolpath=self.path, surroundings=solution.surroundings, constraints=solution.constraints
-        )
-        gap = job.surrounding["surface_tolerance"]
-        report = check_read(read, machine, against, gap, solution.tolerances)
-        gate = Gate.of(report, job.writing["override"])
+        read, gate = self.verify(source, solution, job)
         planned = ProgramMotion(
             fill.blocks, np.full(len(fill.blocks), Phase.PATH, dtype=np.int64), self.wording.interpolation, 0
         )
-        owner = np.full(len(read.motion), NO_ROW, dtype=np.int64)
-        for row, line in enumerate(revision.row_lines.tolist()):
-            owner[read.motion.source == line] = row
-        none = np.zeros(0, dtype=np.int64)
-        back = ReadBack(planned, self.wording, job.nc, read, owner, none, False)
-        texts = [source.lines[line - 1] for line in revision.row_lines.tolist()]
-        try:
-            energy = price_program(source, machine, self.reading).energy if machine.has_powers else None
-        except ToolpathError:  # a rapid move whose speed nobody states
-            energy = None
+        priced = self.price(revision)
         made = MadeProgram(
             machine,
             text,
             planned,
             gate,
             predicted_time(read.motion, machine, self.wording.dialect, self.wording.coordinates),
-            back.blocks,
-            word_rounding(back.motion, texts),
-            energy,
-            back.end[back.block_rows],
+            priced.motion,
+            word_rounding(priced.motion, source.lines),
+            _from_path(priced, int(revision.row_lines[0])),
+            np.arange(len(read.motion)),
             fill,
+            spent=np.interp(
+                np.arange(len(fill.given)), fill.row[fill.kept], _spent(priced, revision.row_lines)
+            ),
         )
         return made, revision
+
+    def verify(self, source: Source, solution: Solution, job: Job) -> tuple[TracedProgram, Gate]:
+        """Read the operation's text, as it was or revised, and verify it as a solution's."""
+        read = load_program(source, self.machine, self.path.tool, self.reading)
+        against = Against(
+            toolpath=self.path, surroundings=solution.surroundings, constraints=solution.constraints
+        )
+        gap = job.surrounding["surface_tolerance"]
+        report = check_read(read, self.machine, against, gap, solution.tolerances)
+        return read, Gate.of(report, job.writing["override"])
 
     def _placement(self, solution: Solution, fill: Fill) -> Placement:
         """Return where the axes are to be at each location that gets a line."""
@@ -192,24 +224,55 @@ class RevisedOperation:
             data=with_lines(self.text.source, revision.replaced),
         )
 
-    def beside_original(self, solution: Solution, rounding: float) -> Solution:
-        """Compare a solution with the program as it was, first of all.
+    def compared(self, solution: Solution) -> Solution:
+        """Compare a solution with the operation as it was, by the price of their texts.
 
-        Parameters
-        ----------
-        rounding : mm, of the program's words
+        Where the program states directions of the tool, and no angles, baselines stand in for it.
         """
-        rotary = self.path.rotary
-        if rotary is None or not np.isfinite(rotary).all():
-            why = "the program states directions of the tool, and no angles"
-            return replace(solution, missing={**solution.missing, AS_PROGRAMMED: why})
-        machine, path = solution.machine, self.path
-        motion = follow(path, machine, rotary)
-        if self.wording.interpolation is Interpolation.TCP:
-            motion = replace(motion, time=block_times(path, machine, motion.positions, by_tip=True))
-        energy = blocks_energy(solution.machine, motion, solution.clock, rounding)
-        original = Baseline(motion, energy, self.path)
-        return replace(solution, compared={AS_PROGRAMMED: original, **solution.compared})
+        path, rotary = self.path, self.path.rotary
+        if rotary is not None and _states_angles(path):
+            energy = _from_path(self.as_it_was, int(path.source[0]))
+            original = Baseline(follow(path, self.machine, rotary), energy, path)
+            compared, spent = {AS_PROGRAMMED: original}, {AS_PROGRAMMED: _spent(self.as_it_was, path.source)}
+            return replace(solution, compared=compared, missing={}, spent=spent)
+        compared, missing = {}, dict(solution.missing)
+        missing[AS_PROGRAMMED] = "the program states directions of the tool, and no angles"
+        for name, one in solution.compared.items():
+            if one.toolpath is not None:
+                missing[name] = "it has rewinds, for which the operation has no lines"
+                continue
+            motion = replace(one.motion, location=solution.motion.location)
+            revision = self.write(replace(solution, motion=motion)).revision
+            compared[name] = replace(one, energy=self.price(revision).energy)
+        return replace(solution, compared=compared, missing=missing)
+
+
+def _from_path(priced: ProgramEnergy, line: int) -> Energy:
+    """Count the times of starts and reversals from the end of a line, the first of the path."""
+    energy, motion = priced.energy, priced.motion
+    begin = float(motion.time[: int(np.flatnonzero(motion.source == line)[-1]) + 1].sum())
+    events = energy.steadiness
+    return replace(energy, steadiness=replace(events, time=events.time - begin))
+
+
+def _spent(priced: ProgramEnergy, lines: IntArray) -> Array:
+    """Add up a text's energy to the end of some of its lines, (n,) J; the last one has the retract's, too."""
+    so_far, source = np.cumsum(priced.by_block.sum(axis=1)), priced.motion.source
+    last = {int(line): row for row, line in enumerate(source)}
+    found = np.array([so_far[last[line]] for line in lines.tolist()])
+    found[-1] = so_far[-1]
+    return found
+
+
+def timed_reading(job: Job, machine: Machine) -> Mapping[str, Any]:
+    """Return how a job's program is read to be priced: rapid moves of unknown speed at `RAPID`."""
+    unknown = job.reading["rapid"] is None and any(axis.max_speed is None for axis in machine.axes)
+    return {**job.reading, **({"rapid": RAPID} if unknown else {})}
+
+
+def _states_angles(path: Toolpath) -> bool:
+    """Check whether a program states the rotary angles of all of its cuts."""
+    return path.rotary is not None and bool(np.isfinite(path.rotary).all())
 
 
 def _rows(solution: Solution, row: Array) -> Array:

@@ -15,7 +15,7 @@ from fiveaxis.energy import Energy, Engaged
 from fiveaxis.errors import ToolpathError, Unverified
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import IntArray
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
 from fiveaxis.job.program_costs import price_program, word_rounding
 from fiveaxis.job.program_options import ProgramOptions
@@ -66,12 +66,14 @@ class MadeProgram:
     motion : its moves
     gate : the report on the text, and which errors keep the program back
     run_time : how long the control takes for it, from the first move whose start the text states
-    blocks : those of the path as the text states them, one a row
+    blocks : those of the path as the text states them, one a row; of an operation that was revised in place
+        all of its moves, with the control's times
     rounding : mm, travel of a linear axis in a block that the rounding of the words may cause
     energy : of the text, approach and retract included, as `program_energy` gives it; None where its words
         don't say it (tool directions, a list, a rapid move of unknown speed, a drive without power)
     ends : (b,), row of the verified motion at which each of `blocks` ends; None where nothing was verified
     fill : the locations that the path's blocks stand for; None for a motion without a path
+    spent : (n,), J, energy so far at each location of the path; None where `blocks` say it
     held_back : codes of the errors because of which redundant blocks stay; empty where they are removed
     """
 
@@ -85,6 +87,7 @@ class MadeProgram:
     energy: Energy | None = None
     ends: IntArray | None = None
     fill: Fill | None = None
+    spent: Array | None = None
     held_back: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -114,7 +117,9 @@ class MadeProgram:
         return (*(() if self.gate.verified else self.text.findings), *self.gate.unused)
 
     def line_of(self, block: int) -> int | None:
-        """Return the line of the text, from 1, that moves to a row of `ProgramMotion.blocks`, if one does."""
+        """Return the line of the text, from 1, that moves to a row of `blocks`, if one does."""
+        if self.text.revises:
+            return int(self.blocks.source[block])
         row = self.motion.first + block
         return self.text.rows.index(row) + 1 if row in self.text.rows else None
 

@@ -29,7 +29,7 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.job.process import ProcessFigures, make_process, read_process
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
-from fiveaxis.motion import Motion, TimeLaw, predicted_time, programmed_time, time_motion
+from fiveaxis.motion import Motion, TimeLaw, block_ends, predicted_time, programmed_time, time_motion
 from fiveaxis.motion.limiting import law_limiting
 from fiveaxis.nc import ReadMotion, clock_of
 from fiveaxis.nc.control.program_reader import require_timed
@@ -224,7 +224,8 @@ def price_program(
     motion = replace(motion, time=np.where(lost, 0.0, times))
     by_block = move_powers(machine, motion, force) * motion.time[:, None] if integral is None else integral
     timing: Timing = "accelerations" if law is not None else taken.basis
-    spent = motion_energy(machine, motion, integral, rounding, force)
+    # A control that moves the tip straight swings the axes within a block.
+    spent = motion_energy(machine, motion, integral, rounding, force, ~read.tcp | block_ends(read))
     limiting = limits()
     limited = replace(limiting, time=limiting.time * known[:, None]).by_cause
     energy = replace(spent, feed_time=feed_time, timing=timing, limited=limited)

@@ -72,7 +72,7 @@ def write_revised(made: RevisedProgram, folder: Path, progress: Progress = unhea
             inner.mkdir()
             told = within(progress, f"operation {number}")
             files += _make_files(outcome, inner, told, alone=True, with_program=False)
-        if made.ok:
+        if made.ok and made.outcomes:
             suffix = next(iter(made.outcomes.values())).program.text.suffix
             files.append(write_atomically(temporary / f"program{suffix}", made.data))
     return files
@@ -163,7 +163,11 @@ def _make_files(
     solution = outcome.solution
     progress("writing the report", 0, 1)
     made = [
-        write_motion(solution.motion, folder / "motion.csv", solution.machine),
+        write_motion(
+            solution.motion if outcome.revision is None else outcome.program.blocks,
+            folder / "motion.csv",
+            solution.machine,
+        ),
         write_json(outcome.report, folder / "report.json"),
         write_report(outcome.report, folder / "report.html", admits=clear_postures(outcome)),
     ]

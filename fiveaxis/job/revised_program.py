@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from fiveaxis.energy import Energy
-from fiveaxis.errors import FiveAxisError, JobError
+from fiveaxis.errors import AlreadyBetter, FiveAxisError, JobError
 from fiveaxis.files import write_atomically
-from fiveaxis.job.description import Job
+from fiveaxis.job.description import Job, Trade
+from fiveaxis.job.in_place import timed_reading
 from fiveaxis.job.loading import load_job_machine, operation_text, program_machine, revises
+from fiveaxis.job.placement import load_placed
 from fiveaxis.job.program_costs import price_program
 from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_choice import run_job
@@ -43,16 +45,18 @@ class Part:
     outcome : of its run; None where its lines stay
     why : they stay
     priced : time and energy of lines that stay; None where they don't say it
+    better : its own postures are; None where they were replaced, or weren't looked at
     """
 
     operation: Operation
     outcome: Outcome | None = None
     why: str = ""
     priced: Energy | None = None
+    better: AlreadyBetter | None = None
 
     @property
     def before(self) -> Energy | None:
-        """Time and energy as it was; of a revised one from its first cut to its last."""
+        """Time and energy of its lines as it was, approach and retract included."""
         return self.priced if self.outcome is None else self.outcome.original
 
     @property
@@ -60,11 +64,20 @@ class Part:
         """The same, now."""
         return self.priced if self.outcome is None else self.outcome.solution.energy
 
+    @property
+    def verdict(self) -> str:
+        """In a word: ``better``, a ``trade``, ``already better``, or that it ``stays``."""
+        if self.outcome is None:
+            return "stays" if self.better is None else "already better"
+        compared = self.outcome.comparison
+        return "trade" if compared is not None and compared.trades else "better"
+
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""
         made = self.outcome
         return {
             **self.operation.as_dict(),
+            "verdict": self.verdict,
             "stays": self.why or None,
             "verified": None if made is None else made.ok,
             "answers": None if made is None else made.report.answers.as_dict(),
@@ -141,6 +154,7 @@ def revise_program(
     tool_length: float | None = None,
     drives: str | None = None,
     output: str | Path | None = None,
+    allow: Sequence[Trade] = (),
     **given: Unpack[Revising],
 ) -> RevisedProgram:
     """Give operations of a program new postures in its own lines, as `fiveaxis optimise` does.
@@ -152,7 +166,8 @@ def revise_program(
     tool : ``ball:6``; of several ``3=ball:6,5=bull:10:2``, by their numbers; by default as comments say
     tool_length : mm, from the spindle's gauge point to the tip
     drives : machine whose axis powers are used, or ``estimated``
-    output : file of the new program; by default none is written
+    output : file of the new program; by default none is written, nor where nothing is better
+    allow : what a cheaper operation may be worse in: ``slower``, ``rougher``
 
     Raises
     ------
@@ -167,8 +182,9 @@ def revise_program(
     unit = reading.pop("unit", None)
     settings: dict[str, Any] = {name: value for name, value in others.items() if name not in reading}
     settings |= {"tool": tool, "tool_length": tool_length, "drives": drives, "unit": unit, "program": reading}
+    settings["allow"] = tuple(allow)
     made = revise_operations(make_job(input=Path(program), machine=str(machine), **settings))
-    if output is not None:
+    if output is not None and made.outcomes:
         made.write(output)
     return made
 
@@ -187,7 +203,7 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
     JobError
         No operation can be revised, with the reason of each.
     FiveAxisError
-        As `run_job`; operations that can't be put into one text.
+        Operations that can't be put into one text.
     """
     source = load_source(job.input)
     operations = _operations(job)
@@ -202,20 +218,31 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
                 f"{', '.join(sorted(simultaneous)) or 'none'}",
                 file=job.input,
             )
+    tool_of = {o.number: tools.get(o.tool, tools.get("")) for o in operations}
+    reasons = {o.number: _reason(job, o, tool_of[o.number]) for o in operations}
+    # The part stands where the first operation that is revised has it, in all of them.
+    first = next((number for number, why in reasons.items() if not why), None)
+    if first is not None:
+        job = job.model_copy(update={"setup": load_placed(_of(job, first, tool=tool_of[first])).job.setup})
     machine = load_job_machine(job)
     parts = []
     for operation in operations:
-        number = operation.number
-        tool = tools.get(operation.tool, tools.get(""))
-        why = _reason(job, operation, tool)
-        if why:
-            parts.append(Part(operation, None, why, _price(source, machine, job, number)))
-            continue
-        told = within(progress, f"operation {number} of {len(operations)}")
-        outcome = run_job(_of(job, number, tool=tool), told)
-        parts.append(Part(operation, outcome))
+        number, better, outcome = operation.number, None, None
+        why = reasons[number]
+        if not why:
+            told = within(progress, f"operation {number} of {len(operations)}")
+            try:
+                outcome = run_job(_of(job, number, tool=tool_of[number]), told)
+            except AlreadyBetter as kept:
+                why, better = str(kept), kept
+            except FiveAxisError as fault:
+                if len(operations) == 1:
+                    raise
+                why = str(fault)
+        priced = None if outcome is not None else _price(source, machine, job, number)
+        parts.append(Part(operation, outcome, why, priced, better))
     made = RevisedProgram(source, tuple(parts))
-    if not made.outcomes:
+    if not made.outcomes and not any(part.better for part in parts):
         asked = [p for p in parts if p.why != NOT_CHOSEN]
         each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in asked)
         raise JobError(f"no operation can be revised:{each}", file=job.input)
@@ -274,7 +301,7 @@ def _reason(job: Job, operation: Operation, tool: str | None) -> str:
 
 def _price(source: Source, machine: Machine, job: Job, number: int) -> Energy | None:
     """Price an operation's lines; None where they don't say what they cost."""
-    reading = {**job.reading, "operation": number}
+    reading = {**timed_reading(job, machine), "operation": number}
     try:
         return price_program(source, machine, reading).energy if machine.has_powers else None
     except FiveAxisError:

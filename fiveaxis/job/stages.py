@@ -34,6 +34,7 @@ from fiveaxis.job.loading import (
 )
 from fiveaxis.job.process import make_process
 from fiveaxis.job.program import MadeProgram
+from fiveaxis.job.program_choice import Comparison, choose
 from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution, add_findings
@@ -47,7 +48,7 @@ from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.posture import RESULT, Front, Options, find_front
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
-from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline, blocks_energy
+from fiveaxis.posture.solution import Baseline, blocks_energy
 from fiveaxis.posture.strategy.front import undominated
 from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
 from fiveaxis.report import InputFile, ReportDocument
@@ -84,6 +85,7 @@ class Outcome:
     front_programs : what the report says of a front
     setup_search : what the report says of the search for the setup
     revision : the lines of the input program that were written anew; None for a program of its own
+    comparison : of the revised operation with its text as it was; None for a program of its own
     scallop : mm, the highest ridge that was asked for and as the cutter leans; None where none was asked for,
         or the lean has no influence on it
     """
@@ -99,6 +101,7 @@ class Outcome:
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
     revision: Revision | None = None
+    comparison: Comparison | None = None
     scallop: tuple[float, float] | None = None
 
     @cached_property
@@ -125,6 +128,7 @@ class Outcome:
             edge_use=_edge_use(self.solution, self.job.bounds["spindle_speed"])
             if self.job.edge_use
             else None,
+            trades=() if self.comparison is None else self.comparison.trades,
             # Where an approach by axes comes from is no position of the program.
             reached=program.motion.motion.positions[
                 int(program.motion.interpolation is Interpolation.JOINT) :
@@ -138,9 +142,8 @@ class Outcome:
 
     @property
     def original(self) -> Energy | None:
-        """What a program that was revised in place cost before; None where it isn't known."""
-        as_it_was = None if self.revision is None else self.solution.compared.get(AS_PROGRAMMED)
-        return None if as_it_was is None else as_it_was.energy
+        """What an operation that was revised in place cost before; None for a program of its own."""
+        return None if self.comparison is None else self.comparison.before
 
     @property
     def part_size(self) -> Array | None:
@@ -197,7 +200,9 @@ def run_stages(
     operation = RevisedOperation.of(job, toolpath, machine) if revises(job) else None
     if operation is None:
         job, toolpath = keep_stated(job, toolpath)
-    wording = job.program_options.wording(machine) if operation is None else operation.wording
+        wording = job.program_options.wording(machine)
+    else:
+        toolpath, wording = operation.path, operation.wording
     progress("reading part and stock", 0, 1)
     fastest = float(toolpath.feed.max())
     process = None if job.process is None else make_process(job.process, toolpath.tool, fastest)
@@ -210,34 +215,57 @@ def run_stages(
         require_touching(toolpath, "where on its edge it cuts (edge_use)")
     # A program's input files don't name the programs that it calls.
     checkpoint.about(toolpath.pivot, toolpath.normal, toolpath.axis, toolpath.feed, toolpath.kind)
-    cleared, front = solve(
-        job, constraints, toolpath, machine, wording, progress, passes, around, start, checkpoint
-    )
+    options = search_options(job, wording, progress, passes, start, checkpoint)
+    gouge = job.surrounding["gouge_tolerance"]
+    chosen = front = None
+    if operation is None or job.front is not None:
+        cleared, front = solve(job, constraints, toolpath, machine, options, around)
+    else:
+        chosen = choose(
+            job,
+            operation,
+            options,
+            lambda changed: solve(job, constraints, toolpath, machine, changed, around)[0],
+            lambda found: Solution.of(found.solution, constraints, around, gouge),
+        )
+        cleared = chosen.cleared
     inputs = describe_inputs(job)
 
     def finish(postures: Postures) -> Outcome:
-        gouge = job.surrounding["gouge_tolerance"]
         solution, scallop = _with_ridges(job, Solution.of(postures, constraints, around, gouge))
         revision = None
         if operation is None:
-            options = job.program_options.named(job.input.stem)
-            program = solution.make(replace(options, header=program_header(solution, inputs, moved=moved)))
+            writing = job.program_options.named(job.input.stem)
+            program = solution.make(replace(writing, header=program_header(solution, inputs, moved=moved)))
+        elif chosen is not None:
+            program, revision = chosen.program, chosen.revision
         else:
             program, revision = operation.make(solution, job)
         # What is priced is the text: its words are rounded, and redundant blocks may have stayed in it.
         blocks, rounding = program.blocks, program.rounding
-        filling = Filling.of(constraints, program.motion.interpolation)
-        solution = replace(
-            solution,
-            energy=blocks_energy(machine, blocks, solution.clock, rounding),
-            compared=_rounded_alike(solution, filling, rounding),
-        )
-        if operation is not None:
-            solution = operation.beside_original(solution, rounding)
-        timed = solution.clock.timed(blocks, machine)
+        if operation is not None and program.energy is not None:
+            solution = replace(operation.compared(solution), energy=program.energy)
+            if program.spent is not None:
+                solution = replace(solution, spent={**solution.spent, RESULT: program.spent})
+        else:
+            filling = Filling.of(constraints, program.motion.interpolation)
+            solution = replace(
+                solution,
+                energy=blocks_energy(machine, blocks, solution.clock, rounding),
+                compared=_rounded_alike(solution, filling, rounding),
+            )
+        timed = blocks if operation is not None else solution.clock.timed(blocks, machine)
         budget = job_budget(machine, timed, process, factors, engaged=program.engaged)
         return Outcome(
-            job, solution, program, budget, inputs, cleared=cleared, revision=revision, scallop=scallop
+            job,
+            solution,
+            program,
+            budget,
+            inputs,
+            cleared=cleared,
+            revision=revision,
+            comparison=None if chosen is None else chosen.comparison,
+            scallop=scallop,
         )
 
     solutions = (cleared.solution,) if front is None else front.solutions
@@ -366,23 +394,19 @@ def program_header(solution: Postures, inputs: Sequence[InputFile], *, moved: bo
     return header
 
 
-def solve(
+def search_options(
     job: Job,
-    constraints: Constraints,
-    toolpath: Toolpath,
-    machine: Machine,
     wording: WordWriter,
     progress: Progress,
-    passes: Passes | None = None,
-    around: Surroundings | None = None,
-    start: Array | None = None,
-    checkpoint: Checkpoint = UNKEPT,
-) -> tuple[Cleared, Front | None]:
-    """Optimise a job's path, clear of obstacles; with the front of solutions if the job asks for one.
+    passes: Passes | None,
+    start: Array | None,
+    checkpoint: Checkpoint,
+) -> Options:
+    """Return what a job minimises, and how.
 
     `passes` are those of a planned path: with a free start the links between them are planned anew.
     """
-    options = Options(
+    return Options(
         **job.search,
         passes=passes,
         interpolation=wording.interpolation,
@@ -391,6 +415,17 @@ def solve(
         progress=progress,
         checkpoint=checkpoint,
     )
+
+
+def solve(
+    job: Job,
+    constraints: Constraints,
+    toolpath: Toolpath,
+    machine: Machine,
+    options: Options,
+    around: Surroundings | None = None,
+) -> tuple[Cleared, Front | None]:
+    """Optimise a job's path, clear of obstacles; with the front of solutions if the job asks for one."""
     if job.front is not None and options.smoothing:
         raise JobError("smoothing is varied along a front; leave out one of them", file=job.input)
     if job.pick is not None and job.pick > (job.front or 0):

@@ -1,7 +1,7 @@
 """Axis motion along a path, and its timing."""
 
 from fiveaxis.motion.deviation import PATH_TOLERANCE, axis_deviation, path_deviation
-from fiveaxis.motion.filling import Fill, Filling, fill_in, inside_rapids, respaced
+from fiveaxis.motion.filling import Fill, Filling, fill_in, inside_rapids, own_slack, respaced
 from fiveaxis.motion.limiting import Limiting
 from fiveaxis.motion.motion import Motion, follow, located, motion_digest
 from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
@@ -11,6 +11,7 @@ from fiveaxis.motion.run_time import (
     Clock,
     ControlTiming,
     PredictedTime,
+    block_ends,
     predicted_time,
     programmed_time,
 )
@@ -67,6 +68,7 @@ __all__ = [
     "axis_deviation",
     "axis_times",
     "axis_uses",
+    "block_ends",
     "block_times",
     "feed_times",
     "fill_in",
@@ -76,6 +78,7 @@ __all__ = [
     "located",
     "measure_steadiness",
     "motion_digest",
+    "own_slack",
     "path_deviation",
     "peak_rates",
     "predicted_time",

@@ -59,10 +59,13 @@ class Filling:
     def fill(self, toolpath: Toolpath, machine: Machine, motion: Motion) -> Fill:
         """Insert the locations that keep the tool on its path; those inside rapid moves get no block.
 
-        Bounds on rotary axes take precedence over the plane of the tool axis.
+        Bounds on rotary axes take precedence over the plane of the tool axis. A program that is revised in
+        its own lines (`Toolpath.slack`) keeps to its own interpolation, and to no planes.
         """
         rotary = motion.positions[:, machine.rotary_columns]
         planes = AxisPlanes.of(toolpath, machine, rotary, hold=self.hold, cone=self.cone)
+        if toolpath.slack is not None:
+            planes = replace(planes, kept=np.zeros_like(planes.kept))
         path, filled, row = fill_in(toolpath, machine, rotary, tcp=self._tcp, planes=planes)
         if path is not toolpath:
             # Findings name given locations: an inserted one belongs to the move to the next of them.
@@ -241,9 +244,10 @@ def fill_in(
     path, angles, row = toolpath, rotary, np.arange(len(toolpath), dtype=float)
     blocks = np.flatnonzero(np.ones(len(toolpath) - 1, dtype=bool) if tcp else ~toolpath.rapid[1:])
     for _ in range(MOST_ROUNDS):
-        off = path_deviation(path, machine, angles, blocks) / tolerance
-        if tcp:
-            off = np.maximum(off, path_deviation(path, machine, angles, blocks, tcp=True) / tolerance)
+        allowed = tolerance if path.slack is None else np.maximum(path.slack[blocks + 1], tolerance)
+        off = np.zeros((len(SHARES), len(blocks)))
+        for straight in {tcp} if path.slack is not None else {tcp, False}:
+            off = np.maximum(off, path_deviation(path, machine, angles, blocks, tcp=straight) / allowed)
         off = np.maximum(off, axis_deviation(planes, row, angles, blocks, planes.kept) / AXIS_TOLERANCE)
         parts = np.ones(len(row) - 1, dtype=np.int64)
         parts[blocks] = _parts(off)
@@ -261,6 +265,20 @@ def fill_in(
     elif path is not toolpath and path.zone.offset:
         motion = replace(motion, time=_times_in_parts(toolpath, path, row, machine, motion))
     return path, motion, row
+
+
+def own_slack(toolpath: Toolpath, machine: Machine, *, tcp: bool) -> Array:
+    """Bound by how much a program's own blocks leave the path in the moves to its locations, (n,) mm.
+
+    Parameters
+    ----------
+    toolpath : with the program's rotary angles
+    tcp : whether its control moves the tip straight
+    """
+    assert toolpath.rotary is not None  # callers have them
+    every = np.arange(len(toolpath) - 1)
+    off = np.nan_to_num(path_deviation(toolpath, machine, toolpath.rotary, every, tcp=tcp))
+    return np.append(0.0, _heights(off))
 
 
 def _times_in_parts(
@@ -330,7 +348,12 @@ def _parts(off: Array) -> IntArray:
     through one of the three, and a parabola's height falls with the square of the number of parts. Blocks
     without a deviation, as the linear axes have no values in them, aren't divided (`Fill.jumps`).
     """
-    share = np.array(SHARES)[:, None]
-    height = (off / (4.0 * share * (1.0 - share))).max(axis=0)
+    height = _heights(off)
     height = np.where(np.isfinite(height), height, 0.0)
     return np.asarray(np.maximum(np.ceil(np.sqrt(height)), 1.0).astype(np.int64))
+
+
+def _heights(off: Array) -> Array:
+    """Return the heights of the highest parabolas through deviations at `SHARES`, (3, m)."""
+    share = np.array(SHARES)[:, None]
+    return np.asarray((off / (4.0 * share * (1.0 - share))).max(axis=0))

@@ -187,7 +187,7 @@ def predicted_time(
     clock = Clock(dialect, coordinates)
     if clock.is_programmed(machine):
         return replace(programmed_time(motion, machine), missing=lacking)
-    last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else _block_ends(motion)
+    last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else block_ends(motion)
     blocks = _whole_blocks(motion, last)
     if clock.limits_words:
         blocks = _in_words(blocks, machine)
@@ -226,7 +226,7 @@ def programmed_time(motion: Motion, machine: Machine) -> PredictedTime:
     return PredictedTime(slowed.time, partial(programmed_limiting, slowed, machine), "programmed")
 
 
-def _block_ends(motion: Motion) -> BoolArray:
+def block_ends(motion: Motion) -> BoolArray:
     """Mark the last row of every block, (n,): rows of one block share its source line."""
     ends = np.append((np.diff(motion.source) != 0) | (np.diff(motion.kind) != 0), True)
     ends[0] = True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -100,14 +100,24 @@ class Steadiness:
         }
 
 
-def measure_steadiness(machine: Machine, blocks: Motion, rounding: float = 0.0) -> Steadiness:
+def measure_steadiness(
+    machine: Machine, blocks: Motion, rounding: float = 0.0, ends: BoolArray | None = None
+) -> Steadiness:
     """Find the starts, the reversals and the largest changes of speed in a program's blocks.
 
     Parameters
     ----------
     blocks : one a row; no move ends at the first
     rounding : mm, travel of a linear axis up to which it counts as standing
+    ends : (n,), rows at which a block ends, where one has several: what an axis swings by in the middle of a
+        block, because the control moves the tip straight, is no event of the program
     """
+    if ends is not None:
+        rows = np.flatnonzero(ends)
+        time = np.diff(np.cumsum(blocks.time)[rows], prepend=0.0)
+        whole = measure_steadiness(machine, replace(blocks.at(rows), time=time, location=None), rounding)
+        changes = {c: replace(change, block=int(rows[change.block])) for c, change in whole.changes.items()}
+        return replace(whole, block=rows[whole.block], changes=changes)
     lasting = 1 + np.flatnonzero(blocks.time[1:] > 0.0)
     moves, least = blocks.moves[lasting], standing_speeds(machine)
     speed = moves / blocks.time[lasting, None]

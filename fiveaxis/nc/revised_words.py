@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.nc.control.axis_track import counting_machine, travel_of
 from fiveaxis.nc.languages.choice import KLARTEXT, find_language
@@ -329,8 +329,9 @@ class Reviser:
 
         Under TCP F is the feed of the tip. Inverse time, and F along axes, follow the durations.
         """
-        row, time = self.placement.row, self.placement.time
+        row = self.placement.row
         owner = np.ceil(row).astype(np.int64)
+        time = self._durations(owner)
         # A line that changes the mode does so for itself, not for lines that are added before it.
         switches = np.array([g_word(self._text(at), _FEED_MODES) is not None for at in owner.tolist()])
         mode = np.where(switches & (row < owner), owner - 1, owner)
@@ -345,6 +346,13 @@ class Reviser:
         written[0] = False
         style = self.styles["F"]
         return [style.text(f) if w else None for f, w in zip(feeds.tolist(), written.tolist(), strict=True)]
+
+    def _durations(self, owner: IntArray) -> Array:
+        """Return how long each move lasts, (m,) s: where the program states that, as long as it did."""
+        time, own = self.placement.time, self.rows.times[owner]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            kept = own * time / np.bincount(owner, time)[owner]
+        return np.where(np.isfinite(kept), kept, time)
 
     def _travel(self, words: Sequence[Mapping[str, str]]) -> Array:
         """Return the lengths that F counts, (m,), in the program's unit or deg."""

@@ -14,9 +14,9 @@ from fiveaxis.energy import power_findings
 from fiveaxis.errors import Infeasible, MachineError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics import tool_poses
+from fiveaxis.kinematics import tool_poses, within_limits
 from fiveaxis.machine import Machine, with_powers
-from fiveaxis.motion import Filling, Interpolation
+from fiveaxis.motion import Filling, Interpolation, follow
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
 from fiveaxis.options import Objective
 from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
@@ -49,6 +49,8 @@ SMALLER, MOST_RESERVE, MOST_ATTEMPTS = 0.7, 0.1, 3
 # between may be from their chords, mm and ends of unit vectors, and moves from knot to knot.
 LONG, SPARSE = 5000, 0.5
 APART, TILTED, MOVES = WRITTEN_TOLERANCE, 2e-4, 64
+# rad: how far a held end may lean from its axis, so that there is room for a solver.
+HELD = np.radians(0.02)
 # Rounds in which wear is evened out: each prices the shares that are nearest to the last one's.
 EVENINGS = 3
 
@@ -133,6 +135,8 @@ def _optimised(
 
     def build(narrow: Narrow, path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
         bounds = constraints.lean_bounds(path)
+        if options.holds_ends:
+            bounds = replace(bounds, beside=(*bounds.beside, _held_ends(path, narrow.machine)))
         built = Problem.build(
             path,
             narrow.machine,
@@ -236,6 +240,16 @@ def _optimised(
         if options.is_bounded:
             found = with_bound(found, constraints, options.objective, options.progress)
         return found, attempt.rank[0]
+
+
+def _held_ends(path: Toolpath, machine: Machine) -> TiltBounds:
+    """Hold the tool where a path has it at its first and last location, if that is within the limits."""
+    axis, ends = np.full((len(path), 3), np.nan), np.array([0, len(path) - 1])
+    if path.rotary is not None and np.isfinite(path.rotary[ends]).all():
+        there = follow(path.at(ends), machine, path.rotary[ends]).positions
+        ends = ends[within_limits(machine, there).all(axis=-1)]
+    axis[ends] = path.axis[ends]
+    return TiltBounds(axis, 0.0, HELD, "angle to the axis as it was at the ends")
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ class Options:
         path's rings
     interpolation, clock : of the program
     start : (n, 2), rad, chain order, postures to begin from beside those that are searched
+    holds_ends : whether the tool keeps the axis that the path has at its first and last location
     progress : called with what is being done, steps done and steps in all
     checkpoint : takes what long steps find
     """
@@ -49,6 +50,7 @@ class Options:
     interpolation: Interpolation = Interpolation.JOINT
     clock: Clock = USUAL_CLOCK
     start: Array | None = None
+    holds_ends: bool = False
     progress: Progress = unheard
     checkpoint: Checkpoint = UNKEPT
 

@@ -138,6 +138,7 @@ class Solution(ShownAsTable, HasColumns):
     filling : how blocks are inserted between its locations, and removed
     clock : how long the control takes for blocks
     bound : on the cost of every posture, if one was asked for
+    spent : (n,), J, energy so far at each location, by name, where the price of a text says it
     """
 
     machine: Machine
@@ -153,6 +154,7 @@ class Solution(ShownAsTable, HasColumns):
     filling: Filling = field(default_factory=Filling)
     clock: Clock = USUAL_CLOCK
     bound: LowerBound | None = None
+    spent: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def baselines(self) -> dict[str, Energy]:

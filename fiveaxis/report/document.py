@@ -72,6 +72,7 @@ class ReportDocument:
     scallop : mm, highest ridge between passes that was asked for, and as the cutter leans; None where none
         was asked for, or the lean has no influence on it
     setup_search, front, edge_use : where the job asks for them
+    trades : what a program that replaces another one is worse in, ``slower`` and ``rougher``
     reached : (m, k), mm and rad, axis values of the whole program with leads and retract, if there is one
     """
 
@@ -88,6 +89,7 @@ class ReportDocument:
     setup_search: SetupSearched | None = None
     front: FrontPrograms | None = None
     edge_use: EdgeUse | None = None
+    trades: Sequence[str] = ()
     reached: Array | None = None
 
     @property

@@ -68,6 +68,9 @@ def spending_lines(solution: Solution, baseline: str | None) -> str:
     series, last = series_of(solution, baseline), len(solution.toolpath) - 1
     spent = {}
     for name in series:
+        if name in solution.spent:
+            spent[name] = solution.spent[name]
+            continue
         motion = solution.timed(name)
         spent[name] = np.cumsum(move_powers(solution.machine, motion).sum(axis=1) * motion.time)
     most = max(float(values[-1]) for values in spent.values())

@@ -12,9 +12,20 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from fiveaxis.findings import Cause, Severity, group_gaps
 from fiveaxis.nc.program import Preparation
-from fiveaxis.report.words import NO_CHANGE, describe_cutter, number, plain, saving, speed_change, time_shares
+from fiveaxis.posture.solution import AS_PROGRAMMED
+from fiveaxis.report.words import (
+    NO_CHANGE,
+    UNKNOWN,
+    describe_cutter,
+    number,
+    plain,
+    saving,
+    speed_change,
+    time_shares,
+)
 
 if TYPE_CHECKING:
+    from fiveaxis.energy import Energy
     from fiveaxis.report.document import ReportDocument
 
 # Risks weren't checked: partial; nothing was: unknown; errors were accepted by name: overridden.
@@ -125,7 +136,7 @@ def _is_safe(document: ReportDocument, verdict: Verdict) -> Answer:
     # Notes alone ask for nothing.
     if all(cause.severity is Severity.NOTE for cause in document.summary):
         coded, folded = (), (*coded, *folded)
-    details = (*risks, *coded, *_judged(document), *_time(document))
+    details = (*risks, *coded, *_judged(document), *_limits(document))
     return Answer("Is it safe to run?", text, details, folded)
 
 
@@ -142,15 +153,22 @@ def _judged(document: ReportDocument) -> Iterator[Detail]:
 def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
     question, name = "What does it save?", document.baseline
     if name is None:
-        text = "Unknown: there is no baseline to compare with."
+        time = f"{number(document.solution.energy.time, 1)} s{_bounded(document)}"
+        text = f"Unknown: there is no baseline to compare with. It takes {time}."
         return Answer(question, text, folded=tuple(_steadiness(document)))
     energy, baseline = document.solution.energy, document.solution.baselines[name]
     own, other = (number(getattr(e, document.measure)) for e in (energy, baseline))
-    compared = f"{own} J against {other} J of the best baseline, {name} ({BOUNDARIES[document.measure]})"
-    text = f"{_share(document.saved(name, document.measure))}: {compared}."
+    which = "the program as it was" if name == AS_PROGRAMMED else f"the best baseline, {name}"
+    compared = f"{own} J against {other} J of {which} ({BOUNDARIES[document.measure]})"
+    text = f"{_share(document.saved(name, document.measure), 'energy')}: {compared}."
     unknown = document.solution.to_measure(name, with_base=document.measure == "with_base")
     if unknown:
-        text = f"Not known: {unknown}. By the estimates {compared}."
+        text = f"energy not known: {unknown}. By the estimates {compared}."
+    events = [number(each.starts + each.reversals) for each in (energy, baseline)]
+    time = _time_beside(energy, baseline, _bounded(document))
+    text = f"{time}, {events[0]} starts and reversals against {events[1]}; {text}"
+    text = f"A trade, as it is {' and '.join(document.trades)}: {text}" if document.trades else text
+    text = text[0].upper() + text[1:]
     details = []
     if verdict in ("unsafe", "overridden"):
         details.append(Detail("But", "this doesn’t count until the errors are corrected."))
@@ -161,19 +179,32 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
     return Answer(question, text, tuple(details), tuple(_steadiness(document)))
 
 
-def _time(document: ReportDocument) -> Iterator[Detail]:
-    """Say how long the control takes, and what limits the speed for which share of that."""
+def _time_beside(own: Energy, other: Energy, bounded: str) -> str:
+    """Compare the times of two programs in words; `bounded` says how sure they are."""
+    times = [f"{number(energy.time, 1)} s" for energy in (own, other)]
+    if times[0] == times[1]:
+        return f"the same time ({times[0]}{bounded})"
+    less = _share(1.0 - own.time / other.time if other.time else None, "time")
+    return f"{less} ({' against '.join(times)}{bounded})"
+
+
+def _bounded(document: ReportDocument) -> str:
+    """Say that a time is a lower bound, and why; empty where it isn't."""
+    unknown = [] if document.solution.energy.timing == "accelerations" else ["accelerations"]
+    unlimited = any(axis.max_speed is None for axis in document.machine.axes)
+    unknown += ["highest speeds"] if unlimited else []
+    return f" or more; unknown: {', '.join(unknown)}" if unknown else ""
+
+
+def _share(share: float | None, of: str) -> str:
+    text = saving(share)
+    return f"{of} {UNKNOWN}" if share is None else f"the same {of}" if text == NO_CHANGE else f"{text} {of}"
+
+
+def _limits(document: ReportDocument) -> Iterator[Detail]:
+    """Say what limits the speed for which share of the time."""
     solution, name = document.solution, document.timed_against
     energies = {"": solution.energy} | ({} if name is None else {name: solution.baselines[name]})
-    own, *others = energies.values()
-    against = ""
-    if others:
-        same = number(own.time, 1) == number(others[0].time, 1)
-        against = f", as {name}" if same else f" against {number(others[0].time, 1)} s of {name}"
-        if not same and others[0].time:
-            against += f": {saving(1.0 - own.time / others[0].time)}"
-    clock = "" if own.timing == "accelerations" else "; what starts and stops add isn’t known"
-    yield Detail("Time", f"{number(own.time, 1)} s{against}{clock}.")
     limits = [f"{n and f'{n}: '}{time_shares(e.limited)}" for n, e in energies.items() if e.limited]
     if any(set(energy.limited or ()) > {"feed"} for energy in energies.values()):
         yield Detail("Limited by", f"{'; '.join(limits)}.")
@@ -206,11 +237,6 @@ def _steadiness(document: ReportDocument) -> Iterator[Detail]:
         yield Detail("Speed", text)
 
 
-def _share(share: float | None) -> str:
-    text = saving(share)
-    return text.capitalize() if share is None or text == NO_CHANGE else f"{text} energy"
-
-
 def _next(document: ReportDocument, verdict: Verdict) -> Answer:
     question, program, kept = "What to do now?", document.program, document.kept_back
     if verdict == "unsafe" or kept:
@@ -225,6 +251,8 @@ def _next(document: ReportDocument, verdict: Verdict) -> Answer:
     language = program.language
     if program.revises:
         text = f"Run it in place of the program as it was: {program.revises}, were revised, nothing else."
+        if document.trades:
+            text = f"Choose: it is {' and '.join(document.trades)} than the program as it was. {text}"
     elif language != "blocks":
         text = f"Post-process the {LISTS.get(language, language)}; what reaches the machine isn’t verified."
     else:

@@ -58,6 +58,8 @@ class Toolpath(HasColumns, ShownAsTable):
     given : (n,), locations that weren't inserted; None where all are given
     inserted_on : the curve between locations as it was before some were inserted; None where none were
     operation : of the program or CL file that it was read from; None for another source
+    slack : (n,), mm, in a program that is revised in its own lines: by how much its own block to each
+        location leaves the path, so that other blocks may, too; None for other paths
     """
 
     tool: Tool
@@ -81,6 +83,7 @@ class Toolpath(HasColumns, ShownAsTable):
     given: BoolArray | None = None
     inserted_on: Curve | None = None
     operation: Operation | None = None
+    slack: Array | None = None
 
     def __post_init__(self) -> None:
         n = len(self.pivot)
@@ -389,7 +392,9 @@ class Toolpath(HasColumns, ShownAsTable):
         """Return the path through some of its locations, given by their indices."""
         columns = ("pivot", "contact", "normal", "axis", "feed", "kind", "source")
         known = tuple(
-            name for name in ("rotary", "numbers", "straight", "given") if getattr(self, name) is not None
+            name
+            for name in ("rotary", "numbers", "straight", "given", "slack")
+            if getattr(self, name) is not None
         )
         curve = None if self.inserted_on is None else self.inserted_on.at(rows)
         some = {name: getattr(self, name)[rows] for name in (*columns, *known)}

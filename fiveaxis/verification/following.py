@@ -402,7 +402,9 @@ def _off(
     elif (air == MoveKind.RAPID).any():
         least[track.rapid[points]] = np.nan
     # Inserted locations keep the centre's path to this.
-    return np.asarray(np.maximum(least - PATH_TOLERANCE, 0.0))
+    # What the program's own blocks leave the path by is no fault of others in their place.
+    own = 0.0 if path.slack is None else float(path.slack[i + 1 : k + 1].max(initial=0.0))
+    return np.asarray(np.maximum(least - max(PATH_TOLERANCE, own), 0.0))
 
 
 def pivot_shares(

@@ -12,7 +12,7 @@ from fiveaxis.findings import Finding
 from fiveaxis.geometry import Array, IntArray, angle_between
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill, Motion, ProgramMotion, Steadiness, measure_steadiness
+from fiveaxis.motion import Fill, Motion, ProgramMotion, Steadiness
 from fiveaxis.nc import Program
 from fiveaxis.posture import RESULT
 from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate
@@ -146,11 +146,10 @@ def _program_side(solution: Solution, program: ShownProgram | None) -> Side | No
     place = fill.row[fill.kept[inner]]
     motion = solution.clock.timed(moves.motion, solution.machine)
     found = _side(RESULT, motion, solution.toolpath, solution.tilt, solution.energy)
-    steadiness = measure_steadiness(solution.machine, replace(moves, motion=motion).blocks)
-    begin = motion.time[: moves.first + 1].sum()
-    return replace(
-        found, place=place, line=line, steadiness=replace(steadiness, time=begin + steadiness.time)
-    )
+    # Events are counted once, where the program is priced.
+    events, begin = solution.energy.steadiness, motion.time[: moves.first + 1].sum()
+    events = replace(events, time=np.maximum(begin + events.time, 0.0))
+    return replace(found, place=place, line=line, steadiness=events)
 
 
 def _thinned(side: Side, most: int) -> Side:

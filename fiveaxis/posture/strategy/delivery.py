@@ -202,7 +202,9 @@ class Delivery:
         known : (n, 2), rad, at the given locations, to refine instead of a search
         """
         self._steps(0, 1)
-        posed = self._posed(turning_rows(self._given.problem, grain.rows))
+        # A program that is revised in its own lines gets no further ones for the search.
+        own = self.given.slack is not None
+        posed = self._given if own else self._posed(turning_rows(self._given.problem, grain.rows))
         rows = sparse_rows(posed.problem, grain.rows)
         problem, bounds = posed.problem.thinned(rows), posed.bounds.at(rows)
         few = Posed(posed.path.at(rows), posed.location[rows], problem, bounds)

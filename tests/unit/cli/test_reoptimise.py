@@ -86,12 +86,12 @@ def test_a_cone_about_the_programmed_axis_saves_energy_with_no_surface_known(tmp
 
 @pytest.mark.parametrize("text", ["ball:6", pytest.param("bull:6:1", marks=pytest.mark.slow)])
 def test_with_the_part_any_cutter_is_turned_about_its_contact(tmp_path, part, text):
-    program = write_program(tmp_path / "wall.ngc", parse_tool(text))
+    # Leaning less than is asked for, the program has to be changed.
+    program = write_program(tmp_path / "wall.ngc", parse_tool(text), lean=10.0)
     # At the program's own zero the part would lie in the table; above this the first turn is too high.
     raised = ("--work-offset", "0,0,30")
     document = optimised(program, "--tool", text, "--tilt", "15:75", "--part", part, *raised)
     assert document["verification"]["ok"]
-    assert document["energy"]["total"] < 1.001 * document["baselines"]["as-programmed"]["total"]
     assert "off-surface" not in {f["code"] for f in document["findings"]}
     assert document["residuals"]["contact"] < 1e-9
 

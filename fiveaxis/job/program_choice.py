@@ -1,0 +1,246 @@
+"""Which postures go into a program's own lines: it is a candidate, too, and nothing worse replaces it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.energy import Energy
+from fiveaxis.errors import AlreadyBetter, Infeasible, ToolpathError
+from fiveaxis.job.clearing import Cleared
+from fiveaxis.job.description import Job, Trade
+from fiveaxis.job.in_place import RevisedOperation
+from fiveaxis.job.program import MadeProgram
+from fiveaxis.job.solution import Solution
+from fiveaxis.motion import follow
+from fiveaxis.nc.revision import Revision
+from fiveaxis.options import Objective
+from fiveaxis.posture import Options
+from fiveaxis.progress import within
+
+logger = logging.getLogger(__name__)
+
+# Least share of the objective that other postures have to save; by which share their program may take longer,
+# and start and reverse axes more often.
+WORTHWHILE, LONGER, MORE_OFTEN = 0.005, 0.01, 0.10
+# Most programs that are verified before one is released.
+MOST_VERIFIED = 6
+# J/rad2, prices of squared turns of smoothed programs. On 300 lines of an impeller the first saves 16 % three
+# quarters of the way from its own postures, as smooth as these; the second saves as much on its whole way.
+SMOOTH = (1e4, 1e6)
+# rad: an end that is this near to where it was is held there.
+PINNED = np.radians(0.1)
+# Shares of the way from a program's own postures to those that were found: part of a saving for part of the
+# starts and reversals.
+SHARES = (0.75, 0.5)
+MEASURES = {"energy": "total", "travel": "travel", "time": "time"}
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """An operation's text with other postures beside its text as it was.
+
+    Parameters
+    ----------
+    before, after : of whole operations, by `price_program`
+    objective : what has to be less
+    """
+
+    before: Energy
+    after: Energy
+    objective: Objective
+
+    @property
+    def saved(self) -> float:
+        """Share of the objective."""
+        before, after = (float(getattr(e, MEASURES[self.objective])) for e in (self.before, self.after))
+        return 1.0 - after / before if before > 0.0 else 0.0
+
+    @property
+    def trades(self) -> tuple[Trade, ...]:
+        """What gets worse by more than `LONGER` or `MORE_OFTEN`."""
+        slower = self.after.time > (1.0 + LONGER) * self.before.time
+        rougher = events(self.after) > (1.0 + MORE_OFTEN) * events(self.before)
+        return (*(("slower",) if slower else ()), *(("rougher",) if rougher else ()))
+
+    def is_worth(self, allow: Sequence[str] = ()) -> bool:
+        """Whether it saves enough, and gets worse in nothing but what is allowed."""
+        return self.saved >= WORTHWHILE and set(self.trades) <= set(allow)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data for JSON."""
+        return {
+            "before": self.before.as_dict(),
+            "after": self.after.as_dict(),
+            "saved": self.saved,
+            "of": self.objective,
+            "trades": self.trades,
+        }
+
+    def __str__(self) -> str:
+        pairs = (
+            ("s", self.before.time, self.after.time, ".1f"),
+            ("starts and reversals", events(self.before), events(self.after), "d"),
+            ("J", self.before.total, self.after.total, ".0f"),
+        )
+        return ", ".join(f"{before:{form}} → {after:{form}} {unit}" for unit, before, after, form in pairs)
+
+
+def events(energy: Energy) -> int:
+    """Count starts and reversals of all axes."""
+    return energy.starts + energy.reversals
+
+
+def _stays(before: Energy, other: Comparison | None) -> AlreadyBetter:
+    """Say that an operation stays as it is; `other` is the cheapest text that is slower or rougher."""
+    message = (
+        "your program is already better than all that was found: it takes "
+        f"{before.time:.1f} s with {events(before)} starts and reversals and {before.total:.0f} J"
+    )
+    if other is not None:
+        worse = " and ".join(other.trades)
+        message += f"; the cheapest other is {worse} ({other}): --allow {','.join(other.trades)} takes it"
+    facts = {
+        "verdict": "already better",
+        "before": before.as_dict(),
+        "other": None if other is None else other.as_dict(),
+        "why": message,
+    }
+    return AlreadyBetter(message, facts)
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """What replaces an operation's postures.
+
+    Parameters
+    ----------
+    cleared : with the solution, and what kept it clear
+    program, revision : made of it, and verified
+    comparison : with the operation as it was
+    """
+
+    cleared: Cleared
+    program: MadeProgram
+    revision: Revision
+    comparison: Comparison
+
+
+def choose(
+    job: Job,
+    operation: RevisedOperation,
+    options: Options,
+    solved: Callable[[Options], Cleared],
+    finished: Callable[[Cleared], Solution],
+) -> Chosen:
+    """Choose what replaces an operation's postures, by the price of the texts.
+
+    The operation as it was is a candidate, unless it breaks bounds or has other errors. Others are what
+    several searches find at its own locations, postures on the way there, and baselines. All searches but the
+    last, which is for where that is impossible, keep the tool axis at both ends, so that nothing turns before
+    the cuts or after them.
+
+    Parameters
+    ----------
+    options : as asked for
+    solved : searches with other options
+    finished : adds to a result what it was chosen within
+
+    Raises
+    ------
+    AlreadyBetter
+        No candidate is worth it.
+    Infeasible
+        No search finds postures.
+    ToolpathError
+        The text can't be revised.
+    """
+    before, objective = operation.as_it_was.energy, options.objective
+    found: list[tuple[Comparison, Cleared, Solution]] = []
+    faults: list[Infeasible] = []
+    for name, changes in _ways(options, operation):
+        if found and not changes["holds_ends"]:
+            break
+        try:
+            cleared = solved(replace(options, **changes, progress=within(options.progress, name)))
+        except Infeasible as fault:
+            faults.append(fault)
+            continue
+        solution = _pinned(finished(cleared), operation)
+        others = () if found else _baselines(solution)
+        for one in (solution, *_on_the_way(solution, operation), *others):
+            try:
+                energy = operation.price(operation.write(one).revision).energy
+            except ToolpathError:
+                if one is solution:
+                    raise
+                continue
+            comparison = Comparison(before, energy, objective)
+            logger.info("%s: %s", name, comparison)
+            found.append((comparison, cleared, one))
+    if not found:
+        raise faults[0]
+    found.sort(key=lambda one: -one[0].saved)
+    able = [one for one in found if one[0].is_worth(job.allow)]
+    if not able and not operation.verify(operation.text.source, found[0][2], job)[1].is_open:
+        able = found  # a program with errors is no candidate
+    made = None
+    for comparison, cleared, solution in able[:MOST_VERIFIED]:
+        program, revision = operation.make(solution, job)
+        chosen = Chosen(replace(cleared, solution=solution), program, revision, comparison)
+        if program.gate.is_open:
+            return chosen
+        made = made or chosen
+    if made is None:
+        trades = (comparison for comparison, *_ in found if comparison.is_worth(("slower", "rougher")))
+        raise _stays(before, next(trades, None))
+    return made
+
+
+def _ways(options: Options, operation: RevisedOperation) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield how to search, by name: changes of the options."""
+    own = operation.path.rotary if options.start is None else options.start
+    held = {"holds_ends": True, "start": own}
+    yield "searching between its ends", held
+    for price in SMOOTH:
+        yield "searching smooth postures", held | {"smoothing": max(price, options.smoothing)}
+    timed = all(axis.max_speed is not None for axis in operation.machine.axes)
+    if timed and options.objective == "energy" and not options.even_wear:
+        yield "searching quick postures", held | {"objective": "time", "time_price": None}
+    yield "searching with free ends", {"holds_ends": False}
+
+
+def _pinned(solution: Solution, operation: RevisedOperation) -> Solution:
+    """Put ends that were held to a solver's room exactly where they were: no word of them changes."""
+    path, motion, columns = operation.path, solution.motion, solution.machine.rotary_columns
+    if path.rotary is None or not np.isfinite(path.rotary[[0, -1]]).all():
+        return solution
+    positions, own = motion.positions.copy(), follow(path, solution.machine, path.rotary).positions
+    for end in (0, -1):
+        if np.abs(positions[end, columns] - own[end, columns]).max() < PINNED:
+            positions[end] = own[end]
+    return replace(solution, motion=replace(motion, positions=positions))
+
+
+def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[Solution]:
+    """Yield what lies between an operation's own postures and those of a solution."""
+    path, own, machine = operation.path, operation.path.rotary, solution.machine
+    if own is None or not np.isfinite(own).all():
+        return
+    at, motion = solution.motion.location, solution.motion
+    rotary = motion.positions[slice(None) if at is None else at == np.floor(at)][:, machine.rotary_columns]
+    turns = 2.0 * np.pi * np.round((rotary[0] - own[0]) / (2.0 * np.pi))
+    for share in SHARES:
+        between = follow(path, machine, own + share * (rotary - turns - own))
+        yield replace(solution, toolpath=path, motion=between)
+
+
+def _baselines(solution: Solution) -> Iterator[Solution]:
+    """Yield a solution's baselines at its locations as solutions."""
+    for one in solution.compared.values():
+        if one.toolpath is None:
+            yield replace(solution, motion=replace(one.motion, location=solution.motion.location))
