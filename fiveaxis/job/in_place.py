@@ -169,7 +169,10 @@ class RevisedOperation:
             text,
             planned,
             gate,
-            predicted_time(read.motion, machine, self.wording.dialect, self.wording.coordinates),
+            replace(
+                predicted_time(read.motion, machine, self.wording.dialect, self.wording.coordinates),
+                times=priced.motion.time,
+            ),
             priced.motion,
             word_rounding(priced.motion, source.lines),
             _from_path(priced, int(revision.row_lines[0])),
@@ -180,6 +183,13 @@ class RevisedOperation:
             ),
         )
         return made, revision
+
+    def faults(self, solution: Solution, job: Job) -> set[str]:
+        """Return the codes of errors that the operation has as it was, within the bounds of a solution.
+
+        Its feeds are right: the path has them from its text.
+        """
+        return set(self.verify(self.text.source, solution, job)[1].kept) - {"feed-differs"}
 
     def verify(self, source: Source, solution: Solution, job: Job) -> tuple[TracedProgram, Gate]:
         """Read the operation's text, as it was or revised, and verify it as a solution's."""

@@ -20,6 +20,8 @@ from fiveaxis.toolpath.passes import Passes
 
 # Automatic ranges for the setup: mm to each side, deg.
 WIDEST, ROUND = 100.0, (-180.0, 180.0)
+# deg: how far from its own postures a program may be reached that is revised in its lines.
+AS_IT_IS = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,9 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     """
     search = job.setup.search
     said = "offset" in job.setup.model_fields_set or (search is not None and not search.auto)
-    chosen = None if said else choose_offset(toolpath, machine, job.constraints, kept_clear(job))
+    # A program that is revised in its lines runs as it is.
+    bounds = Constraints.of_degrees(cone=AS_IT_IS) if revises(job) else job.constraints
+    chosen = None if said else choose_offset(toolpath, machine, bounds, kept_clear(job))
     if chosen is None:
         return job, ()
     offset, finding = chosen

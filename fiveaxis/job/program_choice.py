@@ -186,8 +186,8 @@ def choose(
         raise faults[0]
     found.sort(key=lambda one: -one[0].saved)
     able = [one for one in found if one[0].is_worth(job.allow)]
-    if not able and not operation.verify(operation.text.source, found[0][2], job)[1].is_open:
-        able = found  # a program with errors is no candidate
+    if not able and operation.faults(found[0][2], job):
+        able = found
     made = None
     for comparison, cleared, solution in able[:MOST_VERIFIED]:
         program, revision = operation.make(solution, job)
