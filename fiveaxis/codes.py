@@ -173,6 +173,7 @@ READING = {
     "feed-assumed": Code(NOTE, "no feed is given"),
     "feed-unit-assumed": Code(NOTE, "the unit of the feed isn't stated"),
     "fixed-point-left-out": Code(NOTE, "moves to points that only the machine knows are left out"),
+    "feed-meaning": Code(WARNING, "what F counts where linear and rotary axes move together isn't known"),
     "frame-mapped": Code(NOTE, "points are transformed from a frame that the file defines"),
     "frame-unused": Code(WARNING, "a frame that the file defines isn't used"),
     "long-dwell": Code(WARNING, "a dwell may be meant in ms"),

@@ -7,6 +7,7 @@ until the program gives them.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -37,6 +38,8 @@ from fiveaxis.nc.rows import MILLIMETRES
 # Letters allowed in any block besides F; they are only counted.
 COUNTED = "STDHO"
 
+# P without a decimal point.
+_WHOLE_DWELL = re.compile(r"P *[-+]?[0-9]+(?![0-9.])")
 # s: a longer dwell is probably in ms, as P without a decimal point on Fanuc.
 LONGEST_DWELL = 60.0
 
@@ -102,6 +105,7 @@ class Interpreter(RunMoves):
         if block.shorter is not None:
             self._switch_wrapping(block)
         block = self._with_table(block)
+        self._note_feed_words(block)
         self._change_coordinates(block)
         axes = [letter for letter in block.words if self._is_axis(letter, block)]
         self._count(block)
@@ -224,6 +228,13 @@ class Interpreter(RunMoves):
             self.track.counting = int(Counting.TIP)
         else:
             self.track.counting = int(Counting.COMPENSATED if modes.compensated else Counting.AXES)
+        self.track.counted = self.feed_meaning.counted(modes.units.now, of_tip=self.coordinates.of_tip)
+
+    def _note_feed_words(self, block: Block) -> None:
+        """Apply words that set what F counts; what one of them makes unknown is reported."""
+        for word in (*block.stated, *block.ignored):
+            if self.feed_meaning.take(word, MILLIMETRES[self.modes.units.now]):
+                self.note(Severity.WARNING, "feed-meaning", self.feed_meaning.unknown)
 
     def _is_arc(self, block: Block) -> bool:
         """Check whether a block without axis words is an arc: a full circle."""
@@ -320,6 +331,8 @@ class Interpreter(RunMoves):
             raise BlockError("G4 takes P in seconds, in a block without moves; write it like that")
         if time < 0.0:
             raise BlockError(f"G4 P{time:g}: a dwell can't be negative; correct it")
+        if self.feed_meaning.dwell != 1.0 and _WHOLE_DWELL.search(self.source.lines[block.line - 1].upper()):
+            time *= self.feed_meaning.dwell
         if time > LONGEST_DWELL:
             self.note(
                 Severity.WARNING,
