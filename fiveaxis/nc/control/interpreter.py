@@ -7,6 +7,7 @@ until the program gives them.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -104,6 +105,7 @@ class Interpreter(RunMoves):
             self.cycle = None
         if block.shorter is not None:
             self._switch_wrapping(block)
+        self._reduce(block.reduced)
         block = self._with_table(block)
         self._note_feed_words(block)
         self._change_coordinates(block)
@@ -166,6 +168,13 @@ class Interpreter(RunMoves):
             track.vector = track.vector if at.of_tip else None
         self.turned_local = at.to_local(track.now)
         self._count_length()
+
+    def _reduce(self, letters: str) -> None:
+        """Count axes from below a turn on (M94); nothing moves (TNC 640, 34059x-01, 11.4)."""
+        for column in (self.columns[letter] for letter in letters if letter in self.columns):
+            if (now := self.track.now[column]) is not None and column in self.track.rotary:
+                at = self.coordinates
+                at.shift(column, now, math.fmod(now - at.offsets[column], 360.0))
 
     def _with_table(self, block: Block) -> Block:
         """Return a block of G254 with its frame: X, Y, Z along the machine's axes, the zero on the table.

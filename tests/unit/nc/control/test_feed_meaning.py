@@ -154,3 +154,13 @@ def test_a_table_that_writes_f_of_axes_says_what_it_counts(tmp_path):
     path.write_text('based_on = "fanuc"\n[mixed_feed]\nsource = ""\n')
     with pytest.raises(SettingError, match="needs a source"):
         find_dialect(path)
+
+
+@pytest.mark.parametrize(
+    ("words", "turn"), [("L C+180 F1000", -358.0), ("L C+180 F1000 M94", 2.0), ("M94 C\nL C+180 F1000", 2.0)]
+)
+def test_m94_counts_a_rotary_axis_from_below_a_turn(read, words, turn):
+    # TNC 407, 5-43: from 538 to 180 deg the axis goes by -358 deg, and by 2 deg with M94.
+    text = f"BEGIN PGM A MM\nL X+0 Y+0 Z+0 A+0 C+538 FMAX\n{words}\nL C+181\nEND PGM A MM\n"
+    angles = -np.degrees(read(text, name="a.h").positions[-2:, -1])  # this machine's control counts C so
+    np.testing.assert_allclose(angles, [538.0 + turn, 539.0 + turn])
