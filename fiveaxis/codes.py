@@ -113,6 +113,7 @@ CHECKS = {
         ERROR,
         "a word acts in a cut or between cuts that the control's table doesn't have; a warning without a job",
     ),
+    "cutter-speed": Code(NOTE, "centre or contact of the tool go faster along the part than F says"),
     "feed-differs": Code(ERROR, "a cut takes another time than the path's feed asks for"),
     "off-path": Code(ERROR, "a program moves the tool off the path that it should follow"),
     "path-missed": Code(ERROR, "a program misses a location of the path that it should follow"),
