@@ -27,12 +27,12 @@ _RADIUS = re.compile(r"FGREF\[([A-Z])\]=(.+)")
 _DIGITS = 4
 # Heidenhain (TNC 640, 34059x-02, 12.5): F CONT is the feed of the axes that are programmed.
 _TCPM = re.compile(r"FUNCTION (RESET )?TCPM.*?( F CONT.*)?")
-_BY_AXES = "under F CONT it is that of the axes, of which the manual says no more"
+_BY_AXES = "F CONT makes it that of the axes, of which the manual says no more"
 # TNC 640, 34059x-01, 11.4: the feed of the block is computed at its start, for turns of the table.
-_AT_RADIUS = "under M116 it is in mm/min for rotary axes, too, at the tool's distance from the axis"
+_AT_RADIUS = "M116 makes it mm/min for rotary axes, too, at the tool's distance from the axis"
 _NO_CONTROL = (
     "neither the program's words nor the machine file (control) say which control it is for, and controls "
-    "differ"
+    "differ, so state it"
 )
 # Times closer than this share are the same.
 _SAME = 0.01

@@ -243,7 +243,8 @@ class Interpreter(RunMoves):
         """Apply words that set what F counts; what one of them makes unknown is reported."""
         for word in (*block.stated, *block.ignored):
             if self.feed_meaning.take(word, MILLIMETRES[self.modes.units.now]):
-                self.note(Severity.WARNING, "feed-meaning", self.feed_meaning.unknown)
+                why = f"F isn't known from here on: {self.feed_meaning.unknown}; post it as the tip's"
+                self.note(Severity.WARNING, "feed-meaning", why)
 
     def _is_arc(self, block: Block) -> bool:
         """Check whether a block without axis words is an arc: a full circle."""

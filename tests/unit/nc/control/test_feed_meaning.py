@@ -42,6 +42,19 @@ def test_fanuc_takes_the_time_that_its_manual_prints(read):
     assert inches.time[1] / 60.0 == pytest.approx(0.14907, abs=5e-6)
 
 
+@pytest.mark.parametrize(
+    ("before", "control", "text"),
+    [
+        ("(control: fanuc axes)\n", "", "G94\nG1 X20. C40. F300."),
+        ("", "fanuc", "G95 S1000 M3\nG1 X20. C40. F.3"),
+    ],
+    ids=["named in a comment", "feed per revolution"],
+)
+def test_a_program_is_timed_alike_whoever_names_its_control(read, before, control, text):
+    motion = read(f"{before}G21 G91\n{text}\n", control)
+    assert motion.time[1] / 60.0 == pytest.approx(0.14907, abs=5e-6)
+
+
 def test_sinumerik_takes_the_times_that_its_manual_prints(read):
     # 6FC5398-1BP10-2BA0, p. 271: R1 to R9 in s. R8 is 10 mm at 2540 mm/min, 0.236 s: 0.288 is misprinted.
     program = """FGROUP(X,A)
