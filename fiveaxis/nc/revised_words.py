@@ -340,10 +340,14 @@ class Reviser:
         inverse = np.isfinite(self.rows.times[told])[mode]
         stays = (self.rows.kinds[owner] != MoveKind.CUT) | (~inverse & self.by_tip)
         with np.errstate(divide="ignore", invalid="ignore"):
-            feeds = MINUTE * np.where(inverse, 1.0, self._travel(words)) / time
-        written = ~stays & np.isfinite(feeds) & (feeds > 0.0)
+            counted = np.where(inverse, 1.0, self._travel(words))
+            feeds = MINUTE * counted / time
         # The way down to the first location is as long as it was.
-        written[0] = False
+        stays[0] = True
+        if (unknown := np.flatnonzero(~stays & np.isnan(counted))).size:
+            why = "nobody says what its F counts where rotary axes turn, too (`feed-meaning`)"
+            raise self._error(why, int(owner[unknown[0]]))
+        written = ~stays & np.isfinite(feeds) & (feeds > 0.0)
         style = self.styles["F"]
         return [style.text(f) if w else None for f, w in zip(feeds.tolist(), written.tolist(), strict=True)]
 
@@ -355,13 +359,15 @@ class Reviser:
         return np.where(np.isfinite(kept), kept, time)
 
     def _travel(self, words: Sequence[Mapping[str, str]]) -> Array:
-        """Return the lengths that F counts, (m,), in the program's unit or deg."""
+        """Return the lengths that F counts, (m,), in the program's unit or deg; NaN where nobody says it."""
         if self.directions:
             return np.ones(len(words))
         numbers = np.array([[float(row[c]) for c in self.letters] for row in words])
-        some = self.rows.at(np.minimum(np.arange(len(numbers)), len(self.rows.lines) - 1))
-        moved = replace(some, values=numbers, times=np.full(len(numbers), np.nan))
-        return travel_of(moved, 1.0).length
+        some = self.rows.at(np.ceil(self.placement.row).astype(np.int64))
+        moved = replace(some, values=numbers * self.scale, times=np.full(len(numbers), np.nan))
+        travel = travel_of(moved, 1.0)
+        units = np.where(travel.along, travel.length / MILLIMETRES[self.text.unit], travel.length)
+        return np.where(travel.unknown, np.nan, units)
 
     def _line(
         self, template: str, words: Mapping[str, str], now: dict[str, str], feed: str | None, *, given: bool

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.findings import Gap, risk
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.findings import Gap, Severity, risk
+from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.toolpath import MoveKind, Toolpath, interpolate
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.course import Course
@@ -16,6 +16,8 @@ from fiveaxis.verification.report import Result, left_out, violated
 BLOCK, WHOLE = 0.1, 0.03
 # mm, s: smaller differences of a block are rounding: of its ends, and of its duration.
 ENDS, MOMENT = 0.04, 2e-3
+# mm: by which rounding of words changes a move.
+WORDS = 2e-3
 # mm: shorter moves only turn.
 STANDSTILL = 1e-6
 # mm/rad: how much a turn counts beside the course of the tool's centre.
@@ -126,6 +128,37 @@ def _passed_numbers(
 def _steps(points: Array) -> Array:
     """Measure the step to each point, (n,) mm, from the one before."""
     return np.asarray(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1))
+
+
+def check_cutter_speed(context: CheckContext, known: BoolArray) -> Result:
+    """Tell by how much centre and contact of the tool go faster along the part than F says.
+
+    F is the speed of one point, or of the axes; a tool that turns, or follows a hollow, moves others faster.
+
+    Parameters
+    ----------
+    known : (n,), whether the motion's feed is what F says
+    """
+    path, asked = context.toolpath, context.motion.feed * context.motion.time
+    points = {"tool's centre": context.centre, "contact": path.contact}
+    steps = np.nan_to_num([_steps(point) for point in points.values()])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = steps.max(axis=0) / asked - 1.0
+    # Where the tip stands F counts degrees.
+    cuts = context.cutting & known & (_steps(context.tip) > STANDSTILL) & (asked > 0.0)
+    fast = np.flatnonzero(cuts & (share > BLOCK) & (steps.max(axis=0) > asked * (1.0 + BLOCK) + WORDS))
+    worst = fast[np.argmax(share[fast])][None] if len(fast) else fast
+
+    def message(_: int) -> str:
+        row = worst[0]
+        name, feed = list(points)[int(np.argmax(steps[:, row]))], 60.0 * context.motion.feed[row]
+        return (
+            f"the {name} moves at {feed * (1.0 + share[row]):.4g} mm/min along the part, "
+            f"{share[row]:.0%} above F ({feed:.4g} mm/min), which it exceeds by more than {BLOCK:.0%} in "
+            f"{len(fast)} of {cuts.sum()} moves; lower F if the cutter can't bear it"
+        )
+
+    return violated("cutter-speed", worst, message, values=share[worst], severity=Severity.NOTE)
 
 
 def check_stated_feeds(context: CheckContext, match: Match) -> Result:

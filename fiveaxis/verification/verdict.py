@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
+import numpy as np
+
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Gap, Severity
 from fiveaxis.machine import Machine
@@ -24,7 +26,7 @@ from fiveaxis.verification.check_context import (
 )
 from fiveaxis.verification.checks import check_contact, check_figures, check_finite, check_limits, check_tilt
 from fiveaxis.verification.collisions import check_collisions
-from fiveaxis.verification.feeds import check_feeds, check_feeds_along
+from fiveaxis.verification.feeds import check_cutter_speed, check_feeds, check_feeds_along
 from fiveaxis.verification.following import check_following, check_rapids, cutting_rows
 from fiveaxis.verification.moves import KINDS, check_accelerations, check_deviation, check_speeds
 from fiveaxis.verification.outside import check_outside
@@ -211,6 +213,10 @@ def _speeds(e: Examination) -> Iterable[Result]:
 def _feeds(e: Examination) -> Iterable[Result]:
     if e.rows is not None:
         yield from check_program_feeds(e.context, e.rows)
+        if (technology := e.rows.read.motion.technology) is not None and e.placed:
+            per_minute = np.array([state.feed_mode != "G93" for state in technology.states])
+            known = per_minute[technology.state] & ~e.rows.read.motion.from_unknown
+            yield check_cutter_speed(e.context, known)
     elif e.text is None:
         yield check_feeds(e.context)
     elif not e.text.back.is_list:
@@ -218,6 +224,7 @@ def _feeds(e: Examination) -> Iterable[Result]:
         found = check_feeds_along(e.context, e.text.match)
         # Where F has too few digits for a block, the writer has said so.
         yield replace(found, severity=Severity.WARNING) if e.text.back.coarse else found
+        yield check_cutter_speed(e.context, np.ones(len(e.context.motion), dtype=bool))
 
 
 def _accelerations(e: Examination) -> Iterable[Result]:

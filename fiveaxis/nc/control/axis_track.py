@@ -35,8 +35,8 @@ class Counting(IntEnum):
     TIP = 2  # tip on the workpiece (TCP, a tilted plane)
 
 
-# Values, line, step, kind, duration in s, feed per s as in `Modes.pace`, `Counting`, tool vector, surface
-# normal, whether the start of the move isn't known.
+# Values, line, step, kind, duration in s, feed per s as in `Modes.pace`, `Counting`, what F counts of each
+# axis, tool vector, surface normal, whether the start of the move isn't known.
 Row = tuple[
     tuple[float | None, ...],
     int,
@@ -45,6 +45,7 @@ Row = tuple[
     float | None,
     float | None,
     int,
+    tuple[float, ...],
     Triple | None,
     Triple | None,
     bool,
@@ -66,6 +67,7 @@ class AxisTrack:
     now : (k,), in the order of `machine.axes`; None where unknown
     ignored : counts of moves that aren't in the rows
     approach : count of rapid moves to the first row or before it, whose starts aren't known
+    counted : (k,), what F counts of each axis, as in `Columns`
     vector : tool direction on the workpiece in force, instead of angles
     control_turned : line on which the control began to turn the rotary axes to angles that aren't in the
         program; 0 before
@@ -77,6 +79,7 @@ class AxisTrack:
     ignored: Counter[str]
     approach: int = 0
     counting: int = int(Counting.AXES)
+    counted: tuple[float, ...] = ()
     vector: Triple | None = None
     control_turned: int = 0
     step: int = 0
@@ -119,8 +122,8 @@ class AxisTrack:
         """Add a row, and move the axes there."""
         # Angles that the control chose for a direction aren't known.
         lost = None in ([self.now[i] for i in self.linear] if self.control_turned else self.now)
-        counting, vector = self.counting, self.vector
-        self.rows.append((tuple(values), line, self.step, kind, time, feed, counting, vector, normal, lost))
+        modes = self.counting, self.counted, self.vector
+        self.rows.append((tuple(values), line, self.step, kind, time, feed, *modes, normal, lost))
         self.now = values
 
     def columns(self) -> Columns:
@@ -186,7 +189,7 @@ class Rows:
     def _pack(self) -> None:
         if not self._last:
             return
-        values, lines, steps, kinds, times, feeds, counting, vectors, normals, lost = zip(
+        values, lines, steps, kinds, times, feeds, counting, counted, vectors, normals, lost = zip(
             *self._last, strict=True
         )
         self._count += len(self._last)
@@ -200,6 +203,7 @@ class Rows:
             np.array(times, dtype=float),
             np.array(feeds, dtype=float),
             np.array(counting, dtype=np.int64),
+            np.array(counted, dtype=float),
             _directions(vectors),
             _directions(normals),
             np.array(lost, dtype=bool),
@@ -220,6 +224,7 @@ class Columns:
     times : (n,), s, if the program gives the duration
     feeds : (n,), per second as in `Modes.pace`, if the program gives a feed
     counting : (n,), `Counting` values
+    counted : (n, k), mm that F per minute counts of a mm or degree of each axis; NaN where nobody says it
     vectors, normals : (n, 3), as written
     from_unknown : (n,), whether the move that ends at the row starts where the program doesn't say: moves
         before it aren't in the rows
@@ -233,6 +238,7 @@ class Columns:
     times: Array
     feeds: Array
     counting: IntArray
+    counted: Array
     vectors: Array
     normals: Array
     from_unknown: BoolArray
@@ -320,14 +326,16 @@ class Travel:
     Parameters
     ----------
     steps : (n, k), mm and deg
-    along : (n,), whether F is along the linear axes; else deg/min, as only rotary axes turn
-    length : (n,), mm or deg
+    along : (n,), whether F counts mm; else deg/min, as only rotary axes turn
+    unknown : (n,), whether nobody says what F counts: the linear axes alone, here
+    length : (n,), mm or deg, that F counts
     time : (n,), s, NaN if unknown
     feed : (n,), mm/s or deg/s, NaN if unknown
     """
 
     steps: Array
     along: BoolArray
+    unknown: BoolArray
     length: Array
     time: Array
     feed: Array
@@ -336,8 +344,7 @@ class Travel:
 def travel_of(columns: Columns, scale: float) -> Travel:
     """Compute the moves of a program, with times and feeds as stated.
 
-    F is along the linear axes, or in degrees if only rotary axes turn. A linear distance of at most
-    `STANDSTILL` beside a rotation is rounding.
+    F counts as `fed_lengths` does.
 
     Parameters
     ----------
@@ -347,15 +354,42 @@ def travel_of(columns: Columns, scale: float) -> Travel:
     is_linear = np.array([not a.is_rotary for a in columns.machine.axes])
     # With tool directions, the angles are NaN.
     steps = np.nan_to_num(np.diff(columns.values, axis=0, prepend=columns.values[:1]))
-    distance = np.linalg.norm(steps[:, is_linear], axis=1)
-    turn = np.linalg.norm(steps[:, ~is_linear], axis=1)
-    along = ~((distance <= STANDSTILL) & (turn > 0.0)) & (distance > 0.0)
-    length = np.where(along, distance, turn)
+    length, along = fed_lengths(steps, columns.counted, is_linear)
+    unknown = along & (np.isnan(columns.counted) & (steps != 0.0)).any(axis=1)
     feed = columns.feeds * np.where(along, scale, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         time = np.where(np.isnan(columns.times), length / feed, columns.times)
         feed = np.where(np.isnan(feed), length / time, feed)
-    return Travel(steps, along, length, time, feed)
+    return Travel(steps, along, unknown, length, time, feed)
+
+
+def fed_lengths(steps: Array, counted: Array, is_linear: BoolArray) -> tuple[Array, BoolArray]:
+    """Measure what F per minute counts of each move, `L = √Σ(w Δ)²`, which lasts for `L / F`.
+
+    Where only rotary axes turn, a degree of F is one of the axis, unless a radius is stated for it. A linear
+    distance of at most `STANDSTILL` beside a rotation is rounding.
+
+    Parameters
+    ----------
+    steps : (n, k), mm and deg
+    counted : (n, k) or (k,), w, mm that F counts of a mm or degree of each axis; NaN counts as 0
+    is_linear : (k,)
+
+    Returns
+    -------
+    length : (n,), mm or deg
+    along : (n,), whether it is in mm
+
+    References
+    ----------
+    `MixedFeed` has the sources of each control.
+    """
+    weights = np.nan_to_num(np.broadcast_to(counted, steps.shape))
+    whole, distance = (np.linalg.norm(part, axis=1) for part in (weights * steps, steps[:, is_linear]))
+    turn = np.linalg.norm(steps[:, ~is_linear], axis=1)
+    plain = (np.isin(weights, (0.0, 1.0)) | (steps == 0.0))[:, ~is_linear].all(axis=1)
+    along = (distance > np.where(turn > 0.0, STANDSTILL, 0.0)) | ~plain
+    return np.where(along, np.where(whole > 0.0, whole, distance), turn), along
 
 
 def motion_times(columns: Columns, scale: float, rapid: float | None) -> tuple[Array, Array]:

@@ -7,6 +7,8 @@ until the program gives them.
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -37,6 +39,8 @@ from fiveaxis.nc.rows import MILLIMETRES
 # Letters allowed in any block besides F; they are only counted.
 COUNTED = "STDHO"
 
+# P without a decimal point.
+_WHOLE_DWELL = re.compile(r"P *[-+]?[0-9]+(?![0-9.])")
 # s: a longer dwell is probably in ms, as P without a decimal point on Fanuc.
 LONGEST_DWELL = 60.0
 
@@ -101,7 +105,9 @@ class Interpreter(RunMoves):
             self.cycle = None
         if block.shorter is not None:
             self._switch_wrapping(block)
+        self._reduce(block.reduced)
         block = self._with_table(block)
+        self._note_feed_words(block)
         self._change_coordinates(block)
         axes = [letter for letter in block.words if self._is_axis(letter, block)]
         self._count(block)
@@ -162,6 +168,13 @@ class Interpreter(RunMoves):
             track.vector = track.vector if at.of_tip else None
         self.turned_local = at.to_local(track.now)
         self._count_length()
+
+    def _reduce(self, letters: str) -> None:
+        """Count axes from below a turn on (M94); nothing moves (TNC 640, 34059x-01, 11.4)."""
+        for column in (self.columns[letter] for letter in letters if letter in self.columns):
+            if (now := self.track.now[column]) is not None and column in self.track.rotary:
+                at = self.coordinates
+                at.shift(column, now, math.fmod(now - at.offsets[column], 360.0))
 
     def _with_table(self, block: Block) -> Block:
         """Return a block of G254 with its frame: X, Y, Z along the machine's axes, the zero on the table.
@@ -224,6 +237,14 @@ class Interpreter(RunMoves):
             self.track.counting = int(Counting.TIP)
         else:
             self.track.counting = int(Counting.COMPENSATED if modes.compensated else Counting.AXES)
+        self.track.counted = self.feed_meaning.counted(modes.units.now, of_tip=self.coordinates.of_tip)
+
+    def _note_feed_words(self, block: Block) -> None:
+        """Apply words that set what F counts; what one of them makes unknown is reported."""
+        for word in (*block.stated, *block.ignored):
+            if self.feed_meaning.take(word, MILLIMETRES[self.modes.units.now]):
+                why = f"F isn't known from here on: {self.feed_meaning.unknown}; post it as the tip's"
+                self.note(Severity.WARNING, "feed-meaning", why)
 
     def _is_arc(self, block: Block) -> bool:
         """Check whether a block without axis words is an arc: a full circle."""
@@ -320,6 +341,8 @@ class Interpreter(RunMoves):
             raise BlockError("G4 takes P in seconds, in a block without moves; write it like that")
         if time < 0.0:
             raise BlockError(f"G4 P{time:g}: a dwell can't be negative; correct it")
+        if self.feed_meaning.dwell != 1.0 and _WHOLE_DWELL.search(self.source.lines[block.line - 1].upper()):
+            time *= self.feed_meaning.dwell
         if time > LONGEST_DWELL:
             self.note(
                 Severity.WARNING,

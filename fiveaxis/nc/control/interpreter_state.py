@@ -11,6 +11,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import product
 from fiveaxis.nc.control.axis_track import NO_MOVE, UNKNOWN_END, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
+from fiveaxis.nc.control.feed_meaning import FeedMeaning
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import DrillingCycle, Modes
 from fiveaxis.nc.control.technology import DEFAULT_OFFSET
@@ -58,6 +59,7 @@ class InterpreterState:
     unread : last lines of parts that aren't read, still to come
     left_out : these parts, and `original`, the program with their lines
     zero_unknown : whether words of axes count from a zero that nobody says, and no cut shows
+    feed_meaning : what F and the numbers of dwells count
     """
 
     source: Source
@@ -85,10 +87,13 @@ class InterpreterState:
     left_out: tuple[Unread, ...] = ()
     original: Source | None = None
     zero_unknown: bool = False
+    feed_meaning: FeedMeaning = field(init=False)
 
     def __post_init__(self) -> None:
         axes = self.track.machine.axes
         self.columns = {a.letter: i for i, a in enumerate(axes)}
+        self.feed_meaning = FeedMeaning.of(self.source, self.track.machine)
+        self.track.counted = self.feed_meaning.counted(self.modes.units.now, of_tip=False)
         self.named = {i for i, v in enumerate(self.track.now) if v is not None}
         # If the program switches the rule on and off, it is off at the start.
         self.wrapped = () if self.wrapping.switched else self.wrapping.columns

@@ -326,6 +326,7 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
         time[row],
         np.where(cuts, feed, np.nan)[row],
         np.full(len(row), Counting.AXES),
+        columns.counted[row],
         columns.vectors[row],
         columns.normals[row],
         columns.from_unknown[row],

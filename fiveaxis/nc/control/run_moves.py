@@ -143,6 +143,7 @@ class RunMoves(Moves):
                 pace if timed else none,
                 none if timed else pace,
                 np.full(len(rows), track.counting),
+                np.broadcast_to(track.counted, (len(rows), len(track.counted))),
                 state.vectors[rows] if track.vector is not None else nowhere(len(rows)),
                 np.where(cuts[:, None], state.normals[rows], np.nan),
                 np.zeros(len(rows), dtype=bool),

@@ -333,6 +333,9 @@ def note_assumptions(interpreter: Interpreter, columns: Columns) -> None:
     """
     units, track = interpreter.modes.units, interpreter.track
     line = track.rows.first_line
+    if not interpreter.fixed_feed:
+        how = columns, interpreter.modes.feed_scale, units.now, interpreter.source
+        interpreter.findings += interpreter.feed_meaning.findings(*how)
     if units.stated is None and units.given is None:
         interpreter.findings.append(units.assumed(size_of(interpreter), Severity.WARNING, " (G20, G21)"))
     if track.approach:

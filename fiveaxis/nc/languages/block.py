@@ -95,6 +95,7 @@ class Block(NamedTuple):
     work_offset : name of the selected work offset, if it is none of ISO 6983's G54 to G59 (G505, preset 3)
     cancels : modes that the block switches off, which an earlier program may have left on
     shorter : whether rotary axes take the shorter direction from here on (M126); None leaves it
+    reduced : letters of rotary axes whose count begins anew below a turn before the block moves (M94)
     drills : whether it is a move of a drilled hole
     step : place in the order in which lines run, from 1, where that isn't `line`; else 0
     """
@@ -118,6 +119,7 @@ class Block(NamedTuple):
     tool: str = ""
     feed_step: float | None = None
     shorter: bool | None = None
+    reduced: str = ""
     work_offset: str = ""
     drills: bool = False
     cancels: tuple[str, ...] = ()
@@ -172,6 +174,7 @@ class Draft:
     tool: str = ""
     feed_step: float | None = None
     shorter: bool | None = None
+    reduced: str = ""
     work_offset: str = ""
     drills: bool = False
     cancels: list[str] = field(default_factory=list)

@@ -14,6 +14,7 @@ from fiveaxis.nc.source import Source
 _WORD = re.compile(
     rf"(?P<fast>F ?MAX)(?![A-Z0-9])|(?P<auto>F ?AUTO)|(?P<direction>DR ?[+-])|(?P<side>R[0LR+-])(?![0-9A-Z.])"
     rf"|(?P<retract>MB ?(?:MAX|{VALUE}))|(?P<axes>M138(?: +[ABCUVW])*)(?![0-9])"
+    r"|(?P<reduced>M94(?: +[ABC](?= |$))*)(?![0-9.])"
     rf"|(?P<key>I?P[AR]|I?[XYZABCUVW]|[NT][XYZ]|LA|[FMSRT]) ?(?P<value>{VALUE})"
 )
 _FUNCTION = re.compile(r"(LN|LP|CP|CC|CR|L|C)(?: |$)|(L)(?=I?[XYZABCUVW][-+.0-9Q])")
@@ -70,6 +71,9 @@ class Move(Line):
         elif kind in ("retract", "axes"):
             draft.ignored.append("M138" if kind == "axes" else "MB")
             draft.stated.append(word[0])
+        elif kind == "reduced":
+            draft.reduced = word[0][len("M94") :].replace(" ", "") or "ABC"
+            draft.ignored.append("M94")
         elif self.follows_m128 and word["key"] == "F":
             draft.ignored.append("M128 F")  # feed of the compensating moves, not of the path
         else:

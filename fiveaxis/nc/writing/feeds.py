@@ -10,6 +10,7 @@ from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin
 from fiveaxis.motion import Motion
+from fiveaxis.nc.control.axis_track import fed_lengths
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import feed_text
 from fiveaxis.nc.writing.table_parts import Feed, FeedMode
@@ -72,18 +73,15 @@ def path_lengths(values: Array, writer: WordWriter) -> tuple[Array, BoolArray]:
     Returns
     -------
     length : (m,), in the unit of the words; deg where only rotary words or the direction change
-    is_linear : (m,), whether the linear words change
+    along : (m,), whether it is a length
     """
     steps = np.diff(values, axis=0, prepend=values[:1])
-    linear = writer.is_linear
-    length = np.linalg.norm(steps[:, linear], axis=1)
-    if writer.coordinates == "vector":
-        half = np.clip(np.linalg.norm(steps[:, ~linear], axis=1) / 2.0, 0.0, 1.0)
-        turn = np.degrees(2.0 * arcsin(half))
-    else:
-        turn = np.linalg.norm(steps[:, ~linear], axis=1)
-    is_linear = length > 0.0
-    return np.where(is_linear, length, turn), is_linear
+    degree = writer.dialect.mixed_feed.degree if writer.coordinates == "axes" else 0.0
+    length, along = fed_lengths(steps, np.where(writer.is_linear, 1.0, degree or 0.0), writer.is_linear)
+    if writer.coordinates != "vector":
+        return length, along
+    half = np.clip(np.linalg.norm(steps[:, ~writer.is_linear], axis=1) / 2.0, 0.0, 1.0)
+    return np.where(along, length, np.degrees(2.0 * arcsin(half))), along
 
 
 def feeds_of(values: Array, time: Array, writer: WordWriter) -> Array:

@@ -128,6 +128,28 @@ class Feed(StrictModel):
         return self
 
 
+class MixedFeed(StrictModel):
+    """What F per minute counts where linear and rotary axes move together by axis words.
+
+    Parameters
+    ----------
+    degree : units of length that a degree counts, `L = √(Σ mm² + (degree · deg)²)`: 0 where F is along the
+        linear axes alone, 1 where mm and degrees are one length; None where no manual says it
+    unknown : why it is None
+    source : what says so
+    """
+
+    degree: float | None = Field(None, ge=0.0)
+    unknown: str = "the control's table doesn't say it (mixed_feed)"
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _has_source(self) -> MixedFeed:
+        if self.degree is not None and not self.source:
+            raise ValueError(f"mixed_feed.degree = {self.degree:g} needs a source, the manual that says so")
+        return self
+
+
 class Mode(StrictModel):
     """How one kind of coordinates is switched on, and the meaning of F in it.
 

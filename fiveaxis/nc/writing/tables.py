@@ -19,6 +19,7 @@ from fiveaxis.nc.writing.table_parts import (
     Feed,
     FeedMode,
     Lines,
+    MixedFeed,
     Mode,
     Modulo,
     Numbers,
@@ -54,6 +55,8 @@ class Dialect(StrictModel):
     number, feed : how words and F are written
     unit : the words of ``mm`` and ``inch``; a unit without a word isn't supported
     inch_feed : unit of F in programs in inch, inch/min
+    mixed_feed : what F counts where linear and rotary axes move together
+    dwell : s, of a P of 1 in G4 without a decimal point; with one it counts seconds
     head : lines before the comments
     safe_start : blocks that set every mode the program relies on, and switch off what an earlier program, or
         one that was aborted, may have left on
@@ -98,6 +101,8 @@ class Dialect(StrictModel):
     feed: dict[FeedMode, Feed] = Field(default_factory=dict)
     unit: dict[Unit, str] = Field(default_factory=_no_unit_words)
     inch_feed: float = Field(1.0, gt=0.0)
+    mixed_feed: MixedFeed = MixedFeed()
+    dwell: float = Field(1.0, gt=0.0)
     head: Lines = ()
     safe_start: Lines = ()
     smoothing: Lines = ()
@@ -201,6 +206,11 @@ class Dialect(StrictModel):
                 raise ValueError(f"modes.{name} needs {missing}, the template of a move")
             if mode.feed not in self.feed:
                 raise ValueError(f"modes.{name} counts F {mode.feed}, and there is no feed.{mode.feed}")
+            if name == "axes" and mode.feed == "per_minute" and self.mixed_feed.degree is None:
+                raise ValueError(
+                    "modes.axes counts F per_minute, and mixed_feed.degree doesn't say what F counts where "
+                    "rotary axes turn, too; set it with its source, or feed = 'inverse_time'"
+                )
             if name == "vector" and mode.directions is None:
                 raise ValueError("modes.vector needs directions, the words of the tool's direction")
 

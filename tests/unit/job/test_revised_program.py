@@ -250,10 +250,20 @@ def test_words_that_tell_no_control_are_revised_as_those_of_the_machine_s(tmp_pa
     with pytest.raises(JobError, match="don't tell its control; state it in the machine's file"):
         fx.revise_program(file, "hayashi-640123", **given)
     own = tmp_path / "mill.toml"
-    own.write_text(machine_text(replace(machine, control="haas")), encoding="utf-8")
+    own.write_text(machine_text(replace(machine, control="fanuc")), encoding="utf-8")
     made = fx.revise_program(file, own, **given)
     assert made.ok
     assert list(made.outcomes) == [1]
+
+
+def test_f_that_nobody_knows_the_meaning_of_is_not_written_anew(tmp_path):
+    rows = [f"X{30 - i}. Y{i}. Z-5. A-{30 + i}. C{9 * i}." for i in range(9)]
+    text = ["G21 G90 G94 G54", "T1 M6", "S5000 M3", "G0 X30. Y0. Z50. A-30. C0.", f"G1 {rows[0]} F500."]
+    file, own = tmp_path / "wall.nc", tmp_path / "mill.toml"
+    file.write_text("\n".join([*text, *rows[1:], "G0 Z50.", "M30"]), encoding="utf-8")
+    own.write_text(machine_text(replace(fx.load_machine("hayashi-640123"), control="haas")), encoding="utf-8")
+    with pytest.raises(ToolpathError, match=r"wall\.nc:6: .*nobody says what its F counts"):
+        fx.revise_program(file, own, cone=20.0, effort="quick", tool="1=ball:6")
 
 
 def test_an_operation_that_does_not_exist_is_refused(tmp_path):

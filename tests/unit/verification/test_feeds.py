@@ -51,3 +51,20 @@ def test_a_link_runs_at_its_feed_whatever_the_cutter(linked):
     links = (blocks.kind == MoveKind.LINK) & (step > FAR)
     assert links.any()
     np.testing.assert_allclose(60.0 * step[links] / blocks.time[links], 1000.0, rtol=0.02)
+
+
+def test_a_centre_that_turns_faster_than_f_moves_the_tip_is_told_once(hayashi, tmp_path):
+    # The tip goes 1 mm in each block; a turn of 5 deg takes the centre of the ball 0.87 mm on, or back.
+    text = "(control: linuxcnc tip)\nG21 G90 G94\nG43 H1\nM428\nG0 X0 Y0 Z5 A0 C0\nG1 Z0 F600\n{}M429\nM2\n"
+    path, ball = tmp_path / "part.ngc", Tool.ball(20)
+    path.write_text(text.format("Y1 A5\nY2 A0\nY12\n"))
+    turning = fx.verify_program(path, machine=hayashi, tool=ball)
+    [finding] = [f for f in turning.findings if f.code == "cutter-speed"]
+    assert finding.place.line in (7, 8)
+    assert "tool's centre" in finding.message
+    assert "87% above F (600 mm/min)" in finding.message
+    path.write_text(text.format("Y1 A0.5\nY2 A0\nY12\n"))
+    slow = fx.verify_program(path, machine=hayashi, tool=ball)
+    path.write_text(text.replace("G94", "G93").format("Y1 A5 F600\nY2 A0 F600\nY12 F60\n"))
+    timed = fx.verify_program(path, machine=hayashi, tool=ball)
+    assert "cutter-speed" not in [f.code for f in (*slow.findings, *timed.findings)]
