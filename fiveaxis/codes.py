@@ -193,6 +193,7 @@ READING = {
     "control-characters": Code(NOTE, "control characters of a tape or a serial line are left out"),
     "setup-read": Code(NOTE, "the workpiece stands where the head of a program by fiveaxis states"),
     "tap-feed-assumed": Code(WARNING, "the feed of a tapping cycle isn't stated"),
+    "tool-by-comment": Code(NOTE, "the cutter is taken as the program's comment states it"),
     "tool-differs": Code(WARNING, "the given tool isn't the file's"),
     "tool-unread": Code(WARNING, "the tool's data in the file can't be read"),
     "turn-assumed": Code(NOTE, "the program doesn't state on which turn a rotary axis begins"),

@@ -248,9 +248,18 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     language = technology.language.name
     control = control_of(source, technology.language, interpreter.tip_words)
     kinds = np.where(columns.moved, columns.kinds, MoveKind.RAPID)  # a dwell cuts nothing
-    left_out = interpreter.left_out
     work = Work(
-        source, language, columns.lines, kinds, axis, states, state.ravel(), drilled, control, left_out
+        source,
+        language,
+        columns.lines,
+        kinds,
+        axis,
+        states,
+        state.ravel(),
+        drilled,
+        control,
+        interpreter.modes.units.now,
+        interpreter.left_out,
     )
     operation, rows = work.take(options.operation)
     _require_certain(interpreter, int(columns.lines[rows][np.argmax(kinds[rows] == MoveKind.CUT)]))

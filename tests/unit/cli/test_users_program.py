@@ -1,0 +1,124 @@
+"""A user's own program on the command line: read, verified and shown as it is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from fiveaxis.cli import app
+
+# A face, then a 5-axis cut under TCP with the cutter in a comment, then one by axis words.
+PROGRAM = """\
+%
+(T1 D=50. CR=0. - FACE MILL)
+(T5 8MM BALL MILL)
+(T6 6MM BALL MILL)
+G90 G94 G17 G21
+G53 G0 Z0.
+T1 M6
+S3000 M3
+G54
+G0 A0. C0.
+G0 X-60. Y0.
+G0 Z35.
+G1 Z30. F1000.
+X60.
+G53 G0 Z0.
+T5 M6
+S9000 M3
+G54
+G0 A-20. C0.
+G43.4 H5
+G0 X20. Y0.
+G0 Z40.
+G1 Z10. F1500.
+X19.5 Y4. A-22. C10.
+X18.8 Y7. A-24. C20.
+G49
+G53 G0 Z0.
+T6 M6
+S9000 M3
+G54
+G0 A-20. C0.
+G0 X20. Y0.
+G0 Z40.
+G1 Z10. F1500.
+X19.5 Y4. A-22. C10.
+X18.8 Y7. A-24. C20.
+G53 G0 Z0.
+M30
+%
+"""
+MACHINE = ("-m", "hayashi-640123")
+
+
+def run(*words: object) -> Any:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    path = tmp_path / "part.nc"
+    path.write_text(PROGRAM)
+    return path
+
+
+def test_a_program_is_listed_without_its_machine(program):
+    found = run("info", program)
+    assert found.exit_code == 0, found.output
+    lines = found.stdout.splitlines()
+    assert lines[0] == "part.nc: ISO, control fanuc, mm"
+    assert [" ".join(line.split()) for line in lines[2:5]] == [
+        "1 12-14 3-axis 1 3000 G54 3 125 7.5 1000",
+        "2 22-25 simultaneous, TCP 5 ball:8 9000 G54 4 37 1.5 1500",
+        "3 33-36 simultaneous 6 ball:6 9000 G54 4 ? 1.5 ?",
+    ]
+    assert "No machine is given" in found.stdout
+    assert "No machine is given" not in run("info", program, *MACHINE).stdout
+    third = json.loads(run("info", program, "--json").stdout)["operations"][2]
+    assert (third["unit"], third["cut_length"], third["feeds"]) == ("mm", None, None)
+
+
+def test_tools_by_comment_are_measured_in_the_programs_unit(tmp_path):
+    path = tmp_path / "inch.nc"
+    path.write_text("(T2 D=.5 BALL MILL)\nG20 G90 G94\nT2 M6\nG0 X0 Y0 Z1 A0\nG1 X1 A-5 F10\nX2 A-10\nM30\n")
+    assert "ball:12.7" in run("info", path).stdout
+
+
+@pytest.mark.parametrize("start", ["X0,Y0,Z100,A0,C0", "X0 Y0 Z100 A0 C0", "X=0, Y=0, Z=100, A=0, C=0"])
+def test_the_start_takes_rotary_axes_as_people_write_them(tmp_path, start):
+    path = tmp_path / "moves.nc"
+    path.write_text("G21 G90 G94\nG91 G1 A-5. C10. X1. F500\nX1. A-5.\nG90\nM30\n")
+    assert run("info", path).exit_code == 2
+    found = run("info", path, "--start", start)
+    assert found.exit_code == 0, found.output
+    assert "simultaneous" in found.stdout
+
+
+def test_a_start_that_names_no_axis_is_refused_with_the_form(program):
+    found = run("info", program, "--start", "0,0,100")
+    assert found.exit_code == 2
+    assert "--start '0,0,100' isn't of the form X18,Y74,Z0,A0,C90 (mm and deg)" in found.stderr
+
+
+def test_verification_takes_the_cutter_of_the_comments_and_says_so(program):
+    words = ("verify", program, *MACHINE, "--rapid", 10000, "--operation", 2)
+    document = json.loads(run(*words, "--json").stdout)
+    [said] = [finding for finding in document["findings"] if finding["code"] == "tool-by-comment"]
+    assert said["place"]["line"] == 3
+    assert said["message"].startswith("tool 5 is taken as ball:8, as a comment says")
+    risks = json.dumps(document["not_checked"])
+    assert "no tool was given" not in risks
+    given = json.loads(run(*words, "--tool", "ball:10", "--json").stdout)
+    assert "tool-by-comment" not in given["counts"]
+
+
+def test_a_part_needs_a_cutter_that_is_given_or_stated(program):
+    part = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
+    found = run("verify", program, *MACHINE, "--rapid", 10000, "--operation", 1, "--part", part)
+    assert found.exit_code == 2
+    assert "part.nc: a part is checked against a cutter; name the tool (--tool ball:10)" in found.stderr
