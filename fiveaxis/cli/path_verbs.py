@@ -174,6 +174,7 @@ def _revise(job: Job, output: Path | None, work: Work, written: list[Path], *, a
             out.print(f"operation {number}", style="bold")
             _print_answer(answers.safe, COLOURS[answers.verdict])
             _print_answer(answers.saved)
+        print_causes(group_findings(outcome.solution.toolpath.findings), err)
         print_release(outcome.gate)
     if not made.ok:
         raise typer.Exit(1)

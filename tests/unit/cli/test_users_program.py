@@ -122,3 +122,17 @@ def test_a_part_needs_a_cutter_that_is_given_or_stated(program):
     found = run("verify", program, *MACHINE, "--rapid", 10000, "--operation", 1, "--part", part)
     assert found.exit_code == 2
     assert "part.nc: a part is checked against a cutter; name the tool (--tool ball:10)" in found.stderr
+
+
+def test_a_path_with_axes_may_lean_by_15_degrees_where_nothing_bounds_it_and_that_is_said(tmp_path):
+    path = tmp_path / "axes.csv"
+    rows = [f"{x},0,0,{0.01 * x},0.1,{(0.99 - 1e-4 * x * x) ** 0.5:.9f}" for x in range(20)]
+    path.write_text("\n".join(["x,y,z,i,j,k", *rows]))
+    words = ("optimise", path, *MACHINE, "--tool", "ball:6", "--effort", "quick")
+    document = json.loads(run(*words, "--json").stdout)
+    [said] = [f for f in document["findings"] if f["code"] == "cone-assumed"]
+    assert said["severity"] == "note"
+    assert "within 15 deg of the programmed axis; choose that angle (--cone 20)" in said["message"]
+    asked = json.loads(run(*words, "--cone", 15, "--json").stdout)
+    assert asked["energy"] == document["energy"]
+    assert "cone-assumed" not in {finding["code"] for finding in asked["findings"]}
