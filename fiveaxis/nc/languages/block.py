@@ -97,6 +97,7 @@ class Block(NamedTuple):
     shorter : whether rotary axes take the shorter direction from here on (M126); None leaves it
     drills : whether it is a move of a drilled hole
     step : place in the order in which lines run, from 1, where that isn't `line`; else 0
+    within : ``in O100.nc, line 4, ``, where the block is in a file that is called on `line`
     """
 
     line: int
@@ -122,6 +123,7 @@ class Block(NamedTuple):
     drills: bool = False
     cancels: tuple[str, ...] = ()
     step: int = 0
+    within: str = ""
 
 
 def strip_comment(text: str) -> str:
@@ -182,7 +184,9 @@ class Draft:
 
     def block(self) -> Block | None:
         """Return the complete block; None if nothing was read."""
-        fields = {name: getattr(self, name) for name in Block._fields if name not in ("skipped", "step")}
+        fields = {
+            name: getattr(self, name) for name in Block._fields if name not in ("skipped", "step", "within")
+        }
         fields |= {name: tuple(value) for name, value in fields.items() if isinstance(value, list)}
         fields |= {"vector": direction_of(self.vector), "normal": direction_of(self.normal)}
         block = Block(**fields | {"centre": self.centre or None})
