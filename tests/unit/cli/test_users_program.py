@@ -6,10 +6,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from shown_stock import unpacked
 from typer.testing import CliRunner
 
 from fiveaxis.cli import app
+from fiveaxis.machine import load_machine
 
 # A face, then a 5-axis cut under TCP with the cutter in a comment, then one by axis words.
 PROGRAM = """\
@@ -136,3 +139,42 @@ def test_a_path_with_axes_may_lean_by_15_degrees_where_nothing_bounds_it_and_tha
     asked = json.loads(run(*words, "--cone", 15, "--json").stdout)
     assert asked["energy"] == document["energy"]
     assert "cone-assumed" not in {finding["code"] for finding in asked["findings"]}
+
+
+def shown(monkeypatch, *words: object) -> tuple[dict[str, Any], dict[str, np.ndarray], str]:
+    """What a preview shows: its head, its arrays, and the page."""
+    pages = []
+    monkeypatch.setattr("fiveaxis.viewer.page.Preview.wait", lambda viewer: pages.append(viewer.page))
+    found = run("preview", *words, "--no-browser")
+    assert found.exit_code == 0, found.output
+    return *unpacked(pages[0]), pages[0]
+
+
+def test_a_program_is_previewed_as_it_is_with_its_lines_and_the_tool_of_each_operation(monkeypatch, program):
+    head, arrays, page = shown(monkeypatch, program, *MACHINE, "--tool-length", 100)
+    assert (head["sides"], head["text"]) == (["program"], PROGRAM.split("\n"))
+    line, tool = arrays["0/line"], arrays["0/tool"]
+    assert [sorted(set(line[tool == number].tolist())) for number in range(3)] == [
+        [12, 13, 14],
+        [22, 23, 24, 25],
+        [33, 34, 35, 36],
+    ]
+    assert "Cutters that no comment states are drawn as ball:6; name them" in page
+    one = shown(monkeypatch, program, *MACHINE, "--tool-length", 100, "--operation", 3)[1]
+    assert set(one["0/line"].tolist()) == {33, 34, 35, 36}
+
+
+def test_a_preview_of_a_program_takes_no_bounds_on_new_postures(program):
+    found = run("preview", program, *MACHINE, "--cone", 20, "--no-browser")
+    assert found.exit_code == 2
+    assert "--cone is for new postures, and a program is shown as it is; leave it out" in found.stderr
+
+
+def test_axis_values_are_shown_as_the_control_counts_them(monkeypatch, program):
+    machine = load_machine("linuxcnc-xyzac-trt")
+    head, arrays, _ = shown(monkeypatch, program, "-m", machine.name, "--tool-length", 100, "--operation", 3)
+    signs = {axis["letter"]: axis["sign"] for axis in head["machine"]["axes"]}
+    assert signs == {axis.letter: -1 if axis.reversed is True else 1 for axis in machine.axes}
+    assert -1 in signs.values()
+    last = arrays["0/positions"].reshape(-1, 5)[-1]
+    np.testing.assert_allclose(np.degrees(last[3:]) * [signs["A"], signs["C"]], [-24.0, 20.0], rtol=1e-6)
