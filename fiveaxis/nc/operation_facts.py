@@ -91,7 +91,8 @@ def measure_operations(
         options = ReadOptions.of(numbered, tool=Tool.ball(STAND_IN), machine=machine)
         one = read_path_of(source, options)
         cuts = one.cutting
-        length, feed = one.lengths[cuts], one.feed[cuts]
+        tip, feed = one.tips(one.axis), one.feed[cuts]
+        length = np.linalg.norm(np.diff(tip, axis=0, prepend=tip[:1]), axis=1)[cuts]
         measured = known or operation.tcp or operation.kind != "simultaneous"
         found.append(
             OperationFacts(
@@ -99,7 +100,7 @@ def measure_operations(
                 name,
                 len(one),
                 float(length.sum()) if measured else None,
-                float((length / feed).sum()),
+                float((one.lengths[cuts] / feed).sum()),
                 (60.0 * float(np.min(feed)), 60.0 * float(np.max(feed))) if measured else None,
                 one.findings,
             )
