@@ -125,6 +125,7 @@ PLANNING = {
     "rewind": Code(WARNING, "an axis at its limit is rewound by whole turns"),
     "rewind-phase": Code(NOTE, "with the part turned on the table fewer rewinds would fall within cuts"),
     "free-start": Code(NOTE, "a closed pass begins elsewhere than in the input"),
+    "cone-assumed": Code(NOTE, "nothing bounds the tool's lean: a cone about the programmed axes is taken"),
     "no-bound": Code(NOTE, "nothing bounds the energy of the machine's drives from below"),
     "setup-kept": Code(NOTE, "another setup looked cheaper, but by no more than chance"),
     "between-locations": Code(
@@ -195,6 +196,7 @@ READING = {
     "control-characters": Code(NOTE, "control characters of a tape or a serial line are left out"),
     "setup-read": Code(NOTE, "the workpiece stands where the head of a program by fiveaxis states"),
     "tap-feed-assumed": Code(WARNING, "the feed of a tapping cycle isn't stated"),
+    "tool-by-comment": Code(NOTE, "the cutter is taken as the program's comment states it"),
     "tool-differs": Code(WARNING, "the given tool isn't the file's"),
     "tool-unread": Code(WARNING, "the tool's data in the file can't be read"),
     "turn-assumed": Code(NOTE, "the program doesn't state on which turn a rotary axis begins"),

@@ -13,12 +13,12 @@ from rich.table import Table
 from fiveaxis.cli.options import AsJson, takes
 from fiveaxis.cli.part_verb import print_faces
 from fiveaxis.cli.process import write_results
-from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
+from fiveaxis.cli.terminal import err, errors_explained, out, print_causes, print_json, print_written
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_suffix
-from fiveaxis.findings import Severity
+from fiveaxis.findings import Severity, group_findings
 
 if TYPE_CHECKING:
     from fiveaxis.machine import FormShapingCode
@@ -27,6 +27,11 @@ MachineFileName = Annotated[
     str,
     typer.Argument(help="name (`fiveaxis machines`) or file: .toml, .ini, .urdf, .mch", metavar="MACHINE"),
 ]
+
+
+NO_MACHINE = """\
+No machine is given: where cuts by axis words are while rotary axes turn (?), limits, axis speeds, energy,
+collisions and new postures need it (--machine; `fiveaxis machines`)."""
 
 
 def machines(as_json: AsJson = False) -> None:
@@ -134,19 +139,34 @@ def _print_operations(path: Path, machine: str | None, reading: Mapping[str, Any
     with shown_work(err, hidden=as_json):
         used = None if machine is None else load_machine(machine)
         found = measure_operations(path, machine=used, **reading)
+    doubts = [finding for each in found for finding in each.findings if finding.severity != Severity.NOTE]
+    print_causes(group_findings(dict.fromkeys(doubts)), err)
     if as_json:
         return print_json({"program": str(path), "operations": [each.as_dict() for each in found]})
-    heads = ("", "lines", "kind", "tool", "S", "coolant", "zero", "rows", "cut mm", "cut s")
+    if not found:
+        return out.print("a list of points: it has no operations")
+    first = found[0].operation
+    control = f", control {first.control}" if first.control else ", its words don't tell the control"
+    out.print(f"{path.name}: {first.language}{control}, {first.unit}", markup=False, highlight=False)
+    heads = ("", "lines", "kind", "tool", "S", "coolant", "zero", "rows", "cut mm", "cut s", "tip mm/min")
     table = Table(*heads, box=None)
     for each in found:
         at = each.operation
         kind = at.kind + (", TCP" if at.tcp else "") + (", plane" if at.plane is not None else "")
         tool = " ".join(word for word in (at.tool, each.cutter) if word)
         spindle = "" if at.spindle is None else f"{at.spindle:.0f}"
-        lines, figures = f"{at.first_line}-{at.last_line}", f"{each.cut_length:.0f}"
-        counts = (str(each.locations), figures, f"{each.cut_time:.1f}")
+        lines = f"{at.first_line}-{at.last_line}"
+        length = "?" if each.cut_length is None else f"{each.cut_length:.0f}"
+        feeds = " to ".join(dict.fromkeys(f"{feed:.0f}" for feed in each.feeds)) if each.feeds else "?"
+        counts = (str(each.locations), length, f"{each.cut_time:.1f}", feeds)
         table.add_row(str(at.number), lines, kind, tool, spindle, at.coolant, at.work_offset, *counts)
-    out.print(table if found else "a list of points: it has no operations")
+    out.print(table)
+    for each in found:
+        if each.operation.why:
+            what = f"{each.operation.number} can't be read: {each.operation.why}"
+            out.print(what, markup=False, highlight=False, soft_wrap=True)
+    if machine is None and first.language != "APT":
+        out.print(NO_MACHINE, markup=False, highlight=False)
 
 
 def check(machine: MachineFileName, as_json: AsJson = False) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -48,7 +49,7 @@ from fiveaxis.cli.work import Work, shown_work
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import group_findings, has_errors
-from fiveaxis.options import Bounds, Framing, OnMachine, Placing, ReadProgram, Writing
+from fiveaxis.options import Bounds, Framing, OnMachine, Placing, ReadProgram, Search, Writing, options_of
 
 # Verdict -> the colour of the first answer.
 COLOURS = {"safe": "green", "partial": "yellow", "unknown": "yellow", "unsafe": "red", "overridden": "red"}
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
     from fiveaxis.report import Answer, ReportDocument
     from fiveaxis.report.facts import FrontPrograms, SetupSearched
     from fiveaxis.toolpath import Toolpath
+    from fiveaxis.viewer import Preview
 
 
 @takes(PLANNING, LEANING)
@@ -174,6 +176,7 @@ def _revise(job: Job, output: Path | None, work: Work, written: list[Path], *, a
             out.print(f"operation {number}", style="bold")
             _print_answer(answers.safe, COLOURS[answers.verdict])
             _print_answer(answers.saved)
+        print_causes(group_findings(outcome.solution.toolpath.findings), err)
         print_release(outcome.gate)
     if not made.ok:
         raise typer.Exit(1)
@@ -186,24 +189,61 @@ def preview(
     browser: Annotated[bool, typer.Option(help="open the page in a browser")] = True,
     **_: Any,
 ) -> None:
-    """Optimise, and show the result in a browser on this computer until Ctrl-C."""
+    """Show a program as it is, or optimise and show the result, in a browser here until Ctrl-C."""
     with errors_explained(False):
         with job_work() as work:
-            from fiveaxis.job import run_job
-            from fiveaxis.viewer import preview as show
-
-            outcome = work.run(partial(run_job, job_of(context.params)))
-            work.step("making the scene", 0, 1)
-            viewer = show(
-                outcome.solution,
-                program=outcome.program,
-                surroundings=outcome.solution.surroundings,
-                findings=outcome.verdict.findings,
-                open_browser=browser,
-            )
+            showing = _as_it_is if _is_program(source) else _optimised
+            viewer = showing(context.params, work, browser=browser)
         with viewer:
             out.print(f"preview at {viewer.url()} until Ctrl-C")
             viewer.wait()
+
+
+def _optimised(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
+    """Optimise, and show the result."""
+    from fiveaxis.job import run_job
+    from fiveaxis.viewer import preview as show
+
+    outcome = work.run(partial(run_job, job_of(options)))
+    work.step("making the scene", 0, 1)
+    return show(
+        outcome.solution,
+        program=outcome.program,
+        surroundings=outcome.solution.surroundings,
+        findings=outcome.verdict.findings,
+        open_browser=browser,
+    )
+
+
+def _is_program(source: Path) -> bool:
+    from fiveaxis.mesh import SUFFIXES
+    from fiveaxis.nc.formats import holds_path, kind_of
+    from fiveaxis.nc.source import load_source
+
+    if source.suffix.lower() in (".toml", *SUFFIXES) or not holds_path(source):
+        return False
+    return kind_of(load_source(source)) == "program"
+
+
+def _as_it_is(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
+    """Show all operations of a program as they are, or the chosen ones."""
+    from fiveaxis.cli.verify_verb import operations_apart, reading_of
+    from fiveaxis.job import load_job_machine, load_surroundings, show_program
+    from fiveaxis.viewer import preview as show
+
+    searching = {*options_of(Bounds), *options_of(Search), "front", "pick", "feed_share", "setup_search"}
+    for name in sorted(searching & options.keys()):
+        if options[name] not in NOT_GIVEN:
+            raise SettingError(
+                f"--{name.replace('_', '-')} is for new postures, and a program is shown as it is; leave it "
+                "out, or see them in the preview that `fiveaxis optimise -o OUT` leaves"
+            )
+    job = job_of(options)
+    each = operations_apart(job.input, load_job_machine(job), reading_of(options))
+    whole = work.run(partial(show_program, job, [reading for _, reading in each]))
+    work.step("making the scene", 0, 1)
+    around = replace(load_surroundings(job), blank=None)  # nothing is cut here
+    return show(whole, surroundings=around, findings=whole.findings, open_browser=browser)
 
 
 def job_of(options: Mapping[str, Any]) -> Job:

@@ -172,7 +172,9 @@ def parse_integers(flag: str, text: str) -> tuple[int, ...]:
         raise SettingError(f"{flag} {text!r} isn't of the form 3 or 3,5 (whole numbers)") from None
 
 
-_POSITION = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])(.*)")
+_POSITION = re.compile(r"((?:G[0-9.]+(?:P[0-9]+)?)?[A-Z])=?(.*)")
+# Between two positions, and not between a letter and its value.
+_BETWEEN = re.compile(r"\s*,\s*|\s+(?=[A-Z])")
 
 
 def parse_words(text: str | None) -> tuple[str, ...] | None:
@@ -194,14 +196,14 @@ def parse_named(flag: str, texts: Iterable[str]) -> dict[str, str]:
 
 
 def parse_positions(name: str, text: str | None) -> dict[str, float] | None:
-    """Parse axis positions, ``X18,Y74,Z0``; with several work offsets ``G55X18``."""
+    """Parse axis positions, ``X18,Y74,A0``, also ``X18 Y74`` or ``X=18``; with several offsets ``G55X18``."""
     if text is None:
         return None
     try:
-        found = [_POSITION.match(part.strip().upper()) for part in text.split(",")]
+        found = [_POSITION.match("".join(part.split())) for part in _BETWEEN.split(text.strip().upper())]
         pairs = [("" if f is None else f[1], float("" if f is None else f[2])) for f in found]
     except ValueError:
-        raise SettingError(f"{name} {text!r} isn't of the form X18,Y74,Z0") from None
+        raise SettingError(f"{name} {text!r} isn't of the form X18,Y74,Z0,A0,C90 (mm and deg)") from None
     if len(dict(pairs)) < len(pairs):
         raise SettingError(f"{name} {text!r} names an axis twice")
     return dict(pairs)

@@ -238,8 +238,6 @@ def load_checked(
             toolpath = read_toolpath(path, tool=tool, machine=machine, path_shape=shape)
     tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
     cutter = tool or (None if toolpath is None else toolpath.tool)
-    if around is not None and cutter is None:
-        raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     if toolpath is not None and around is not None:
         toolpath = on_part(toolpath, around.part)
     against = Against(

@@ -32,6 +32,7 @@ from fiveaxis.job.release import Gate
 from fiveaxis.job.results import require_folder, write_outcome, write_revised
 from fiveaxis.job.revised_program import RevisedProgram, revise_operations, revise_program, takes_operations
 from fiveaxis.job.setup_choice import run_job
+from fiveaxis.job.shown_program import show_program
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.stages import LEFT_OUT, Outcome
 from fiveaxis.job.unfinished import digest_job, resumable
@@ -78,6 +79,7 @@ __all__ = [
     "revise_operations",
     "revise_program",
     "run_job",
+    "show_program",
     "takes_operations",
     "verify_program",
     "write_outcome",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import Infeasible
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.job.description import Job
 from fiveaxis.job.kept import keep_stated
 from fiveaxis.job.loading import load_job_machine, load_job_passes, load_surroundings, revises
@@ -14,6 +14,7 @@ from fiveaxis.job.reach import Reach
 from fiveaxis.kinematics import require_orienting
 from fiveaxis.machine import Body, Box, Cylinder, Machine
 from fiveaxis.machine.chain import Triple
+from fiveaxis.options import USUAL_CONE
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.passes import Passes
@@ -54,12 +55,26 @@ def load_placed(job: Job, progress: Progress = unheard) -> PlacedJob:
     toolpath, passes = load_job_passes(job, progress)
     if not revises(job):
         job, toolpath = keep_stated(job, toolpath)
+    job, toolpath = with_usual_cone(job, toolpath)
     progress("placing the part", 0, 1)
     there, findings = place(job, machine, toolpath)
     if findings:
         machine = load_job_machine(there)
         toolpath = replace(toolpath, findings=(*toolpath.findings, *findings))
     return PlacedJob(there, machine, toolpath, passes)
+
+
+def with_usual_cone(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
+    """Let the tool lean by `USUAL_CONE` from the programmed axes where nothing bounds it, and say so."""
+    if job.constraints.bounds_angle or not toolpath.has_axes:
+        return job, toolpath
+    message = (
+        f"nothing bounds the tool's lean, so it stays within {USUAL_CONE:g} deg of the programmed axis; "
+        "choose that angle (--cone 20), or bound the angle to the surface (--tilt, --lead, --lean)"
+    )
+    said = Finding(Severity.NOTE, "cone-assumed", message, Place(file=toolpath.name))
+    toolpath = replace(toolpath, findings=(*toolpath.findings, said))
+    return job.model_copy(update={"cone": USUAL_CONE}), toolpath
 
 
 def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Finding, ...]]:

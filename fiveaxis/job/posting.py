@@ -112,6 +112,7 @@ def post_program(
     reading, writing = parted(given, Reading, Writing)
     read = load_program(text, machine, against.cutter, reading)
     motion = _of_known_ways(read.motion)
+    against = against if against.is_nothing else against.of_program(motion)
     header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
     settings = settings or ProgramSettings()
     if (operation := motion.operation) is not None:

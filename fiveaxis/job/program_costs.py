@@ -213,7 +213,7 @@ def price_program(
     rounding = word_rounding(read, texts)
     feed, taken_over = _feeds(machine, read, tool, stated_feed(source), rounding)
     motion = replace(read, feed=feed)
-    cut = None if process is None else _cut(process, cutter, motion)
+    cut = None if process is None else _cut(process, cutter or read.tool, motion)
     force = 0.0 if cut is None else cut.feed_force or 0.0
     lost, times, limits = read.from_unknown, taken.times, taken.limits
     feed_time = float(programmed_time(read, machine).times[known].sum())

@@ -276,7 +276,10 @@ def _tools(job: Job, source: Source, operations: Sequence[Operation]) -> dict[st
     if job.tool is not None:
         return tools_by_number(job.tool) if "=" in job.tool else {"": job.tool}
     number = next((o.number for o in operations if o.kind == "simultaneous"), None)
-    return {} if number is None else stated_tools(source, operation_text(_of(job, number), STAND_IN).unit)
+    if number is None:
+        return {}
+    stated = stated_tools(source, operation_text(_of(job, number), STAND_IN).unit)
+    return {tool: each.cutter for tool, each in stated.items()}
 
 
 def _of(job: Job, number: int, **changes: Any) -> Job:

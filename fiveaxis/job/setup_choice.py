@@ -14,7 +14,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.job.loading import load_job_machine, load_job_passes, require_writable
-from fiveaxis.job.placement import advised, kept_clear, load_placed, with_ranges
+from fiveaxis.job.placement import advised, kept_clear, load_placed, with_ranges, with_usual_cone
 from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
@@ -57,6 +57,7 @@ def run_job(job: Job, progress: Progress = unheard, checkpoint: Checkpoint = UNK
     require_writable(job)
     machine = load_job_machine(job)
     toolpath, passes = load_job_passes(job, progress)
+    job, toolpath = with_usual_cone(job, toolpath)
     stated = job.setup.model_copy(update={"search": None})
     job, chosen = with_ranges(job, machine, toolpath)
     loaded = replace(toolpath, findings=(*toolpath.findings, *chosen)), passes
@@ -94,7 +95,7 @@ def _run_placed(job: Job, progress: Progress, checkpoint: Checkpoint) -> Outcome
     require_writable(job)
     placed = load_placed(job, progress)
     try:
-        loaded, moved = (placed.toolpath, placed.passes), placed.job is not job
+        loaded, moved = (placed.toolpath, placed.passes), placed.job.setup != job.setup
         return run_stages(placed.job, progress, loaded, moved=moved, checkpoint=checkpoint)
     except Infeasible as fault:
         raise advised(fault, placed.job, placed.machine, placed.toolpath) from None

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.errors import SettingError
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine import Machine
 from fiveaxis.nc import ProgramSettings, control_for
@@ -62,7 +61,8 @@ def verify_program(
     ----------
     program : in any language that `read_program` knows, or ``.csv`` as `write_motion` writes it
     machine : on which it runs
-    tool : the cutter; by default that of `toolpath`. Without a tool only the tip is followed
+    tool : the cutter; by default that of `toolpath`, or as the program's comments state it. Without a tool
+        only the tip is followed
     toolpath : that the program should follow: its tool's centre keeps to the path within
         `Tolerances.deviation` and passes all of its locations in order
     fixtures : clamps and vices, workpiece frame, that cutter, shank, holder and machine keep clear of
@@ -88,8 +88,6 @@ def verify_program(
     groups = Reading, ProgramBounds, Meshes, CadFile, Workpiece
     reading, bounds, meshes, cad, workpiece = parted(given, *groups)
     around = completed(Workpiece, workpiece)
-    if (workpiece or fixtures) and tool is None and toolpath is None:
-        raise SettingError("a part is checked against a cutter; name the tool (--tool ball:10)")
     constraints = Constraints.of_degrees(**singular_told(bounds))
     program_asked = (
         None if settings is None else ProgramOptions.of(settings, control=control_for(machine, control))

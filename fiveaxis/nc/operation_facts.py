@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack
 
+import numpy as np
+
+from fiveaxis.findings import Finding
 from fiveaxis.machine import Machine
-from fiveaxis.nc.formats import STAND_IN, read_operations, read_path_of
+from fiveaxis.nc.formats import STAND_IN, kind_of, read_operations, read_path_of
+from fiveaxis.nc.languages.choice import bare_code
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.source import load_source
+from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.stated_tools import stated_tools
 from fiveaxis.options import Reading, as_list, spelled_out
 from fiveaxis.toolpath import Operation, Tool
+
+# A rotary word: A-30, C=DC(90), B#5. Sinumerik's A3=0 is a component of a direction.
+_ROTARY = re.compile(r"(?<![A-Z_])([ABC])(?! *[0-9]+ *=)(?: *=| *[-+]?[0-9.#\[Q])")
+_DIGITS = {"C": "6", "B": "5", "A": "4"}
 
 
 @dataclass(frozen=True)
@@ -24,19 +34,23 @@ class OperationFacts:
     operation : as the file states it
     cutter : that the program's comments state for its tool, as for `parse_tool`; None where they don't
     locations : number of its rows
-    cut_length : mm, of the tip on the workpiece, in feed moves
+    cut_length : mm, of the tip on the workpiece, in feed moves; None where that needs the machine
     cut_time : s, by the programmed feeds
+    feeds : mm/min, lowest and highest of the tip in feed moves; None where `cut_length` is
+    findings : of its reading
     """
 
     operation: Operation
     cutter: str | None
     locations: int
-    cut_length: float
+    cut_length: float | None
     cut_time: float
+    feeds: tuple[float, float] | None = None
+    findings: tuple[Finding, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""
-        own = {name: value for name, value in vars(self).items() if name != "operation"}
+        own = {name: value for name, value in vars(self).items() if name not in ("operation", "findings")}
         return self.operation.as_dict() | own
 
 
@@ -46,6 +60,11 @@ def measure_operations(
 ) -> tuple[OperationFacts, ...]:
     """List the operations of a program or CL file, all or the chosen ones, and how much each does.
 
+    Parameters
+    ----------
+    machine : that a program was written for; without it, how long cuts by axis words are isn't known while
+        rotary axes turn
+
     Raises
     ------
     FiveAxisError
@@ -53,21 +72,49 @@ def measure_operations(
     """
     given: dict[str, Any] = {name: value for name, value in reading.items() if name != "operation"}
     source, found = load_source(path), []
+    known = machine is not None or kind_of(source) != "program"
+    if not known:
+        # Tips under TCP are on the table; which way a table turns shows nothing without its machine.
+        machine, given = _stand_in(source, given.get("start") or ()), {"positions": "table"} | given
     operations = read_operations(path, machine=machine, **given)
     chosen: Any = as_list(reading.get("operation"))
     for number in chosen or ():
         if number > len(operations):
             raise source.error(f"has no operation {number}; it holds {len(operations)}")
     for operation in operations if chosen is None else [operations[number - 1] for number in chosen]:
+        cutter = stated_tools(source, operation.unit).get(operation.tool)
+        name = None if cutter is None else cutter.cutter
         if operation.kind == "unread":
-            found.append(OperationFacts(operation, None, 0, 0.0, 0.0))
+            found.append(OperationFacts(operation, name, 0, 0.0, 0.0))
             continue
         numbered: Any = {**given, "operation": operation.number}
         options = ReadOptions.of(numbered, tool=Tool.ball(STAND_IN), machine=machine)
         one = read_path_of(source, options)
         cuts = one.cutting
-        length, unit = one.lengths[cuts], given.get("unit") or "mm"
-        cutter = stated_tools(source, unit).get(operation.tool)
-        seconds = float((length / one.feed[cuts]).sum())
-        found.append(OperationFacts(operation, cutter, len(one), float(length.sum()), seconds))
+        tip, feed = one.tips(one.axis), one.feed[cuts]
+        length = np.linalg.norm(np.diff(tip, axis=0, prepend=tip[:1]), axis=1)[cuts]
+        measured = known or operation.tcp or operation.kind != "simultaneous"
+        found.append(
+            OperationFacts(
+                operation,
+                name,
+                len(one),
+                float(length.sum()) if measured else None,
+                float((one.lengths[cuts] / feed).sum()),
+                (60.0 * float(np.min(feed)), 60.0 * float(np.max(feed))) if measured else None,
+                one.findings,
+            )
+        )
     return tuple(found)
+
+
+def _stand_in(source: Source, start: Collection[str]) -> Machine:
+    """Make a machine that turns the workpiece about the rotary axes of a program, in place of its own.
+
+    Parameters
+    ----------
+    start : letters of the axes whose position before the program is given
+    """
+    letters = set(start) & set(_DIGITS)
+    letters |= {found[1] for text in source.lines for found in _ROTARY.finditer(bare_code(text.upper()))}
+    return Machine.from_code("".join(_DIGITS[letter] for letter in sorted(letters, reverse=True)) + "0123")

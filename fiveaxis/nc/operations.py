@@ -32,6 +32,7 @@ class Work:
     state : (n,), which one it is in a move
     drilled : (n,), whether the move is one of a drilling cycle
     control : whose words they are
+    unit : of lengths
     left_out : parts of the file that can't be read, each an operation of its own
     """
 
@@ -44,6 +45,7 @@ class Work:
     state: IntArray
     drilled: BoolArray
     control: str = ""
+    unit: str = ""
     left_out: Sequence[Unread] = ()
 
     def operations(self) -> list[tuple[Operation, slice | Unread]]:
@@ -74,6 +76,7 @@ class Work:
             last_line=part.last,
             language=self.language,
             control=self.control,
+            unit=self.unit,
             why=f"line {part.fault.line}: {part.fault.message}",
         )
 
@@ -129,6 +132,7 @@ class Work:
             last_line=int(self.lines[rows][-1]),
             language=self.language,
             control=self.control,
+            unit=self.unit,
         )
 
 

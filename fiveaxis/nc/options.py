@@ -8,10 +8,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, get_args
 
 from fiveaxis.errors import SettingError, ToolError
+from fiveaxis.findings import Finding
 from fiveaxis.machine import Machine
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.stated_tools import tool_of
 from fiveaxis.options import HIGHEST_FEED, Positions, ProgramLanguage, Reading, Wrap, completed
-from fiveaxis.toolpath import PathShape, Tool
+from fiveaxis.toolpath import Operation, PathShape, Tool
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,12 @@ class ReadOptions:
     def of_language(self, source: Source) -> Source:
         """Return a file as a program in the caller's language, if there is one."""
         return source if self.language is None else replace(source, language=self.language)
+
+    def stated_tool(
+        self, source: Source, unit: str, operation: Operation
+    ) -> tuple[Tool | None, tuple[Finding, ...]]:
+        """Return the cutter that a program's comments state for an operation, unless the caller gives one."""
+        return (None, ()) if self.tool is not None else tool_of(source, unit, operation.tool)
 
     def tool_or(self, stated: Tool | None, source: Source) -> Tool:
         """Return the caller's tool, or else the one that a file states.

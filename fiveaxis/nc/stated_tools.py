@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
+from typing import NamedTuple
 
 from fiveaxis.errors import ToolError
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import parse_tool
+from fiveaxis.toolpath import Tool, parse_tool
 
 _COMMENT = re.compile(r"\(([^)]*)\)|;(.*)")
 _TOOL = re.compile(
@@ -25,8 +27,15 @@ _DIAMETERS = (
 _CORNER = re.compile(rf"(?<![A-Z])(?:CR|CORNER\s*R(?:AD(?:IUS)?)?){_LENGTH}", re.IGNORECASE)
 
 
-def stated_tools(source: Source, unit: str) -> dict[str, str]:
-    """Return the ball and bull nose end mills that comments state, by tool number, as for `parse_tool`.
+class Stated(NamedTuple):
+    """A cutter that a comment states, as for `parse_tool`, and the comment's line."""
+
+    cutter: str
+    line: int
+
+
+def stated_tools(source: Source, unit: str) -> dict[str, Stated]:
+    """Return the ball and bull nose end mills that comments state, by tool number.
 
     Only what is certain counts: a shape by its name, a diameter, and no second comment that says otherwise.
 
@@ -34,16 +43,29 @@ def stated_tools(source: Source, unit: str) -> dict[str, str]:
     ----------
     unit : of the program's lengths, ``mm`` or ``inch``, where the comment names none
     """
-    found: dict[str, set[str]] = {}
-    for line in source.lines:
+    found: dict[str, dict[str, int]] = {}
+    for at, line in enumerate(source.lines, start=1):
         for match in _COMMENT.finditer(line):
             text = match[1] or match[2] or ""
             number, cutter = _TOOL.search(text), _cutter(text, unit)
             if number is not None and cutter is not None:
-                found.setdefault(number[1], set()).add(cutter)
+                found.setdefault(number[1], {}).setdefault(cutter, at)
     return {
-        n: next(iter(cutters)) for n, cutters in found.items() if len(cutters) == 1 and _is_cutter(*cutters)
+        number: Stated(*next(iter(cutters.items())))
+        for number, cutters in found.items()
+        if len(cutters) == 1 and _is_cutter(*cutters)
     }
+
+
+def tool_of(source: Source, unit: str, number: str) -> tuple[Tool | None, tuple[Finding, ...]]:
+    """Return the cutter that a program's comments state for a tool, with the note that it is taken."""
+    stated = stated_tools(source, unit).get(number)
+    if stated is None:
+        return None, ()
+    message = f"tool {number} is taken as {stated.cutter}, as a comment says; give --tool if it is another"
+    return parse_tool(stated.cutter), (
+        source.finding(Severity.NOTE, "tool-by-comment", message, stated.line),
+    )
 
 
 def _cutter(text: str, unit: str) -> str | None:

@@ -97,7 +97,7 @@ def load_program(
     ----------
     source : a program, a list of cutter locations, or a table as `write_motion` writes it
     machine : on which it runs
-    tool : None for its tip alone
+    tool : None for the one that comments state, or else its tip alone
     reading : as for `read_program`
 
     Raises
@@ -226,7 +226,7 @@ def _load(
         motion = read_motion_of(source, machine, options)
     except ToolpathError as fault:
         return _load_path(source, machine, options, fault, begin)
-    path = trace_tool(motion, machine, options.tool, motion.name)
+    path = trace_tool(motion, machine, options.tool or motion.tool, motion.name)
     return TracedProgram(motion, path)
 
 
@@ -304,6 +304,7 @@ def _load_path(
         from_unknown=np.zeros(len(path), dtype=bool),
         technology=technology,
         operation=path.operation,
+        tool=None if path.tool == given.stand_in else path.tool,
         ignored=path.ignored,
         findings=(assumed, *path.findings),
     )

@@ -50,12 +50,12 @@ class Units:
             self.used_line = line
 
     def state(self, minors: list[str], line: int) -> None:
-        """Process the file's statement of its unit.
+        """Process the file's statement of its unit; of several before the first number the last one holds.
 
         Raises
         ------
         ToolpathError
-            An unknown unit; one that contradicts an earlier statement, or numbers already read.
+            An unknown unit; another one than that of numbers already read.
         """
         unit = UNIT_WORDS.get(minors[0]) if len(minors) == 1 else None
         if unit is None:
@@ -66,15 +66,15 @@ class Units:
             if unit != self.given:
                 self.overridden = self.overridden or (unit, line)
             return
-        before = self.stated_line or self.used_line
-        if before is not None and unit != self.now:
+        if self.used_line is not None and unit != self.now:
+            before = self.stated_line or self.used_line
             raise self.source.error(
                 f"mixed units: {unit} here, and {self.now} from line {before} on; write one file for each "
                 "unit",
                 line,
             )
+        self.stated_line = self.stated_line if unit == self.stated else line
         self.stated = unit
-        self.stated_line = self.stated_line or line
 
     def settle(self) -> str:
         """Return the unit of all positions.

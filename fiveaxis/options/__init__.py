@@ -5,7 +5,7 @@ keywords of functions (`spelled_out`), which editors complete and mypy checks, t
 (`table_of`), the flags of commands and the tables of the documentation.
 """
 
-from fiveaxis.options.bounds import Bounds, LeanBounds, ProgramBounds
+from fiveaxis.options.bounds import USUAL_CONE, Bounds, LeanBounds, ProgramBounds
 from fiveaxis.options.calibration import Calibrate, FitDrive, ReadLog
 from fiveaxis.options.costs import Costs
 from fiveaxis.options.machines import OnMachine, Placing
@@ -52,6 +52,7 @@ __all__ = [
     "MESH_TOLERANCE",
     "STOCK_TOLERANCE",
     "SURFACE_TOLERANCE",
+    "USUAL_CONE",
     "Bounds",
     "CadFile",
     "Calibrate",

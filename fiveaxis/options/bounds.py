@@ -7,6 +7,9 @@ from typing import Annotated, TypedDict
 
 from fiveaxis.options.option import Option
 
+# deg: cone of a path with tool axes whose lean nothing bounds.
+USUAL_CONE = 15.0
+
 
 class LeanBounds(TypedDict, total=False):
     """Bounds on the tool's lean against the surface."""
@@ -40,7 +43,14 @@ class ProgramBounds(LeanBounds, total=False):
 
     cone: Annotated[
         float | None,
-        Option("largest angle to the programmed tool axis", unit="deg", above=0.0, most=180.0, example=20),
+        Option(
+            "largest angle to the programmed tool axis; 15 by default where a path to optimise has axes and "
+            "nothing bounds its lean",
+            unit="deg",
+            above=0.0,
+            most=180.0,
+            example=20,
+        ),
     ]
     plane: Annotated[
         tuple[float, float, float] | None,

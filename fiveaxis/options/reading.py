@@ -39,8 +39,8 @@ class ReadProgram(TypedDict, total=False):
         Option(
             "axis positions before the program starts, by letter, in the control's sign",
             unit="mm and deg",
-            written="X18,Y74,Z0",
-            example={"X": 0, "Z": 100},
+            written="X18,Y74,Z0,A0,C90",
+            example={"X": 0, "Z": 100, "C": 90},
         ),
     ]
     zero: Annotated[

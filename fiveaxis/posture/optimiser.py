@@ -142,7 +142,7 @@ def _optimised(
             narrow.machine,
             bounds,
             up_penalty=options.up_penalty,
-            max_turn=turn_bounds(path, narrow.constraints, location),
+            max_turn=turn_bounds(path, narrow.constraints, location, narrow.machine),
             time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
             bend_price=options.smoothing,
             wear=None
@@ -349,5 +349,5 @@ def _largest_turns(found: Solution, constraints: Constraints) -> Array | None:
     """Largest turn in each move of a solution, rad; on links, and where an axis rewinds, there is none."""
     if found.unwrapped is not None:
         return None
-    turns = turn_bounds(found.toolpath, constraints, found.motion.location)
+    turns = turn_bounds(found.toolpath, constraints, found.motion.location, found.machine)
     return np.where(found.toolpath.cutting[1:], turns, np.inf)

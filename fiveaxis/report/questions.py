@@ -302,7 +302,7 @@ def _codes(codes: Mapping[str, int]) -> str:
 
 
 def _found(summary: Sequence[Cause], *, coded: bool = False) -> list[str]:
-    """Count findings by severity, worst first: ``6 errors (axis-limit 4, tilt 2)`` if `coded`."""
+    """Count causes by severity, worst first: ``2 errors (axis-limit 400, tilt 2)`` if `coded`."""
     parts = []
     for severity in Severity:
         codes: Counter[str] = Counter()
@@ -310,7 +310,7 @@ def _found(summary: Sequence[Cause], *, coded: bool = False) -> list[str]:
             if cause.severity is severity:
                 codes[cause.code] += cause.count
         if codes:
-            total = codes.total()
+            total = sum(cause.severity is severity for cause in summary)
             each = ", ".join(f"{code} {number(n)}" for code, n in codes.items())
             parts.append(
                 f"{number(total)} {severity}{'' if total == 1 else 's'}{f' ({each})' if coded else ''}"

@@ -65,6 +65,7 @@ class Operation(InForce):
     language : of the file
     control : whose words the file has, by its name for ``control=``; its language where that isn't written;
         empty if its words don't tell
+    unit : of the file's lengths, ``mm`` or ``inch``, as they are read
     why : what can't be read; empty of others
     """
 
@@ -74,6 +75,7 @@ class Operation(InForce):
     last_line: int
     language: str = ""
     control: str = ""
+    unit: str = ""
     why: str = ""
 
     def __str__(self) -> str:

@@ -115,7 +115,7 @@ def check_program(
     machine, stands = set_up_as_stated(machine, source)
     read = load_program(source, machine, against.cutter, reading)
     read = replace(read, motion=replace(read.motion, findings=(*read.motion.findings, *stands)))
-    return check_read(read, machine, against, surface_tolerance, tolerances)
+    return check_read(read, machine, against.of_program(read.motion), surface_tolerance, tolerances)
 
 
 def check_read(

@@ -15,6 +15,7 @@ from fiveaxis.findings import JOB, Gap, risk
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import Unit
 from fiveaxis.motion import Coordinates, Motion
+from fiveaxis.nc.control.program_reader import ReadMotion
 from fiveaxis.nc.traced_program import TracedProgram
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology
 from fiveaxis.options import CREASE, SURFACE_TOLERANCE
@@ -76,6 +77,21 @@ class Against:
     def cutter(self) -> Tool | None:
         """The tool, or that of the path."""
         return self.tool or (None if self.toolpath is None else self.toolpath.tool)
+
+    def of_program(self, motion: ReadMotion) -> Against:
+        """Return it with the cutter that a program's comments state, where none is given.
+
+        Raises
+        ------
+        SettingError
+            A part, a stock or fixtures, and no cutter.
+        """
+        cutter, around = self.cutter or motion.tool, self.surroundings
+        if cutter is None and around is not None and (around.meshes or around.fixtures or around.blank):
+            raise SettingError(
+                "a part is checked against a cutter; name the tool (--tool ball:10)", file=motion.name
+            )
+        return replace(self, tool=cutter)
 
     @property
     def zoned_path(self) -> Toolpath | None:

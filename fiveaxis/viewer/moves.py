@@ -65,6 +65,7 @@ class Side:
     energy, time : J, s; of the program without approach and retract
     steadiness : of the same blocks, with times from the first row
     line : (m,), of the program's text, where the move ends; `NO_LINE` for none
+    tool : (m,), which of several tools moves; None for one
     """
 
     name: str
@@ -76,6 +77,7 @@ class Side:
     time: float
     steadiness: Steadiness
     line: IntArray
+    tool: IntArray | None = None
 
     @property
     def clock(self) -> Array:
@@ -92,7 +94,8 @@ class Side:
     def at(self, rows: IntArray) -> Side:
         """Return some rows, with the time of those left out added to the next."""
         motion = replace(self.motion.at(rows), time=np.diff(self.clock[rows], prepend=0.0))
-        return replace(self, motion=motion, place=self.place[rows], line=self.line[rows])
+        tool = None if self.tool is None else self.tool[rows]
+        return replace(self, motion=motion, place=self.place[rows], line=self.line[rows], tool=tool)
 
     def row_of(self, finding: Finding) -> int | None:
         """Return the row at which a finding's location is reached; None if it has none."""
@@ -105,7 +108,7 @@ class Side:
 def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tuple[Side, ...]:
     """Return the result, as its program moves if one is given, and its baselines; the dearest ones last."""
     path, tilt = solution.toolpath, solution.tilt
-    sides = [_thinned(shown_result(solution, program), MOST_ROWS)]
+    sides = [thinned(shown_result(solution, program), MOST_ROWS)]
     for name, baseline in sorted(solution.compared.items(), key=lambda item: item[1].energy.total):
         own, bounds = baseline.toolpath, tilt
         if own is not None:
@@ -113,7 +116,7 @@ def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tup
             reference = own.normal if tilt.name == "normal" else np.full_like(own.normal, np.nan)
             bounds = replace(tilt, reference=reference, beside=())
         side = _side(name, solution.timed(name), own or path, bounds, baseline.energy)
-        sides.append(_thinned(side, MOST_BASELINE_ROWS))
+        sides.append(thinned(side, MOST_BASELINE_ROWS))
     return tuple(sides)
 
 
@@ -152,7 +155,8 @@ def _program_side(solution: Solution, program: ShownProgram | None) -> Side | No
     return replace(found, place=place, line=line, steadiness=events)
 
 
-def _thinned(side: Side, most: int) -> Side:
+def thinned(side: Side, most: int) -> Side:
+    """Return a side with at most so many rows, evenly in time."""
     if len(side.motion) <= most:
         return side
     clock = side.clock

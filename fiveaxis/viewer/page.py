@@ -28,6 +28,7 @@ from fiveaxis.viewer.payload import VIRIDIS, Recorder, describe_show, pack_paylo
 from fiveaxis.viewer.scene import STOCK_COLOUR, Scene, build_scene
 from fiveaxis.viewer.solids import load_meshcat
 from fiveaxis.viewer.stock import PlayedStock
+from fiveaxis.viewer.whole import UNKNOWN, WholeProgram
 
 if TYPE_CHECKING:
     import trimesh
@@ -98,7 +99,7 @@ def write_preview(
 
 
 def render_page(
-    solution: Solution,
+    solution: Solution | WholeProgram,
     *,
     program: ShownProgram | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
@@ -109,16 +110,19 @@ def render_page(
     """Return the text of the page that `write_preview` writes."""
     meshcat = load_meshcat()
     recorder = Recorder()
-    sides = choose_sides(solution, program)
+    sides = (solution.side,) if isinstance(solution, WholeProgram) else choose_sides(solution, program)
     vis = meshcat.Visualizer(window=recorder)
     scene = build_scene(vis, solution, sides, part, surroundings=surroundings, findings=findings, **cad)
     blank = None if surroundings is None else surroundings.blank
     cut = None if program is None else program.report.cut
-    played = None
-    if blank is not None:
+    played: PlayedStock | None = None
+    text: tuple[str, ...] = ()
+    if isinstance(solution, WholeProgram):
+        text = solution.lines
+    elif blank is not None:
         played = PlayedStock.of(blank, shown_result(solution, program), solution.machine, cut)
-    has_text = program is not None and bool((sides[0].line != NO_LINE).any())
-    text = program.text.lines if program is not None and has_text else ()
+    if program is not None and bool((sides[0].line != NO_LINE).any()):
+        text = program.text.lines
     bounds = math.degrees(solution.tilt.low), math.degrees(solution.tilt.high)
     head, sections = describe_show(solution.machine, scene, sides, text, bounds)
     if played is not None:
@@ -216,13 +220,18 @@ def _map(played: PlayedStock) -> str:
     )
 
 
-def _remarks(solution: Solution, scene: Scene) -> list[str]:
+def _remarks(solution: Solution | WholeProgram, scene: Scene) -> list[str]:
     """Return the remarks on machine, fixtures and holder."""
     remarks = []
     if scene.is_schematic:
         remarks.append("The machine is a scheme: placed by its chain and travels, with invented thicknesses.")
     if scene.fixtures:
         remarks.append("fixtures: " + ", ".join(scene.fixtures))
+    tools = solution.tools if isinstance(solution, WholeProgram) else ()
+    if None in tools:
+        remarks.append(
+            f"Cutters that no comment states are drawn as {UNKNOWN}; name them (--tool 1=ball:10)."
+        )
     if solution.toolpath.tool.holder is None:
         remarks.append("No holder is known; the shank's length is assumed.")
     return [f'<p class="small">{escape(line)}</p>' for line in remarks]
@@ -323,7 +332,7 @@ class Preview:
 
 @spelled_out(CadFile)
 def preview(
-    solution: Solution,
+    solution: Solution | WholeProgram,
     *,
     program: ShownProgram | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
@@ -341,7 +350,7 @@ def preview(
 
     Parameters
     ----------
-    solution, program, part, surroundings, findings : as for `write_preview`
+    solution, program, part, surroundings, findings : as for `write_preview`; or a program as it is
     open_browser : open the page; by default not in IPython and notebooks
     port : of the loopback address; 0 chooses a free one
 

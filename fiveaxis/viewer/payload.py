@@ -140,6 +140,7 @@ def _machine(machine: Machine) -> dict[str, Any]:
             {
                 "letter": axis.letter,
                 "rotary": axis.is_rotary,
+                "sign": -1 if axis.reversed is True else 1,
                 "low": _end(axis.limits.low, axis.is_rotary),
                 "high": _end(axis.limits.high, axis.is_rotary),
                 "powered": axis.drive is not None,
@@ -156,6 +157,8 @@ def _add_side(sections: Sections, name: str, side: Side, reading: Readings) -> N
     sections.add(f"{name}/points", reading.points, "f4")
     sections.add(f"{name}/lean", reading.lean, "f4")
     sections.add(f"{name}/line", side.line, "i4")
+    if side.tool is not None:
+        sections.add(f"{name}/tool", side.tool, "i4")
     sections.add(f"{name}/cutting", side.motion.cutting, "i4")
     events = side.steadiness
     sections.add(f"{name}/events", np.column_stack([events.time, events.column, events.reverses]), "f4")

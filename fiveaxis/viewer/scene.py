@@ -36,6 +36,7 @@ from fiveaxis.viewer.solids import (
     revolve,
     scatter_marks,
 )
+from fiveaxis.viewer.whole import UNKNOWN, WholeProgram
 
 if TYPE_CHECKING:
     import trimesh
@@ -113,7 +114,7 @@ class Scene:
 
 def build_scene(
     vis: Any,
-    solution: Solution,
+    solution: Solution | WholeProgram,
     sides: Sequence[Side],
     part: str | Path | trimesh.Trimesh | None = None,
     *,
@@ -158,7 +159,11 @@ def build_scene(
         machine, radius=max(0.75 * part_box.size, 40.0), nose_height=tool_height
     )
     add_bodies(vis, f"{STAGE}/links", machine, bodies)
-    add_tool(vis, f"{STAGE}/tool", path.tool, machine.tool_length)
+    if isinstance(solution, WholeProgram):
+        for number, tool in enumerate(solution.tools):
+            add_tool(vis, f"{STAGE}/tool/{number}", tool or UNKNOWN, machine.tool_length)
+    else:
+        add_tool(vis, f"{STAGE}/tool", path.tool, machine.tool_length)
     standing = [box_corners(part_box.low, part_box.high), *(corners(f.shape) for f in around.fixtures)]
     extents = _extents(machine, sides, np.vstack(standing), tool_height, bodies)
     _set_stage(vis, max(own, part_box.size))

@@ -157,9 +157,8 @@ class _Reader:
         unit = self.units.settle()
         states, state = self.tools.states(len(lines))
         drilled = np.isin(lines, list(moves.drilled))
-        operation, rows = Work(self.source, "APT", lines, kinds, axes, states, state, drilled).take(
-            options.operation
-        )
+        work = Work(self.source, "APT", lines, kinds, axes, states, state, drilled, unit=unit)
+        operation, rows = work.take(options.operation)
         positions, axes, feeds = positions[rows], axes[rows], feeds[rows]
         kinds, lines = kinds[rows], lines[rows]
         self.tools.use(rows.start + int(np.argmax(kinds == MoveKind.CUT)))

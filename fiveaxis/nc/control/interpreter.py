@@ -70,10 +70,11 @@ class Interpreter(RunMoves):
         try:
             for block in self._outside_runs(blocks):
                 self.line, self.track.step = block.line, block.step or block.line
+                self.within = block.within
                 if self.take(block):
                     return block.line
         except BlockError as fault:
-            raise self.source.error(str(fault), self.line) from None
+            raise self.source.error(f"{self.within}{fault}", self.line) from None
         return None
 
     def _outside_runs(self, blocks: Iterable[Block | Run]) -> Iterator[Block]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -41,7 +42,7 @@ class InterpreterState:
     Parameters
     ----------
     source : the program
-    line : of the block being run
+    line : of the block being run; `within` names its file and line where that is called from there
     modes : modal words in force
     track : axis positions and rows
     coordinates : frames of the words
@@ -49,6 +50,9 @@ class InterpreterState:
     fixed_feed : whether the caller gives the feed, and the program needs none
     stand_in : whether the machine is a placeholder because none was given
     findings : assumptions and omissions
+    noted : what has a finding: its code, and the tool, zero and frame in force
+    found_at : index of a finding -> step in which it was found
+    machine_moves : step and line of each move to a machine position that isn't in the rows
     wrapping : which rotary words are in 0 to 360, and the rule of their direction
     functions : M words
     tip_words : words that have switched TCP on
@@ -70,11 +74,13 @@ class InterpreterState:
     fixed_feed: bool = False
     stand_in: bool = False
     findings: list[Finding] = field(default_factory=list)
-    noted: set[str] = field(default_factory=set)
+    noted: set[tuple[object, ...]] = field(default_factory=set)
+    found_at: dict[int, int] = field(default_factory=dict)
+    machine_moves: list[tuple[int, int]] = field(default_factory=list)
     switch: Switch | None = None
     cycle: DrillingCycle | None = None
     line: int = 0
-    machine_move_line: int = 0
+    within: str = ""
     tip_words: set[str] = field(default_factory=set)
     turned_local: Point = field(default_factory=lambda: [None, None, None])
     wrapping: Wrapping = field(default_factory=Wrapping)
@@ -104,8 +110,11 @@ class InterpreterState:
         return self.turned_local if self.coordinates.turned else self.coordinates.to_local(self.track.now)
 
     def note(self, severity: Severity, code: str, message: str, line: int | None = None) -> None:
-        """Add a finding, at the present line by default, unless there is one of its code."""
-        self._keep(self.source.finding(severity, code, message, self.line if line is None else line))
+        """Add a finding, at the present line by default, unless there is one of its code in the operation."""
+        if line is None:
+            self._keep(self.source.finding(severity, code, self.within + message, self.line))
+        else:
+            self.findings.append(self.source.finding(severity, code, message, line))
 
     def report(
         self,
@@ -121,9 +130,31 @@ class InterpreterState:
         self.findings.append(Finding(severity, code, message, place, value))
 
     def _keep(self, finding: Finding) -> None:
-        if finding.code not in self.noted:
-            self.noted.add(finding.code)
+        now = self.modes.technology.now
+        key = (finding.code, now.tool, now.loaded, now.work_offset, len(self.frames))
+        if key not in self.noted:
+            self.noted.add(key)
+            self.found_at[len(self.findings)] = self.track.step
             self.findings.append(finding)
+
+    def keep_own(self, steps: tuple[float, float], others: Callable[[int | None], bool]) -> None:
+        """Keep what was found in the steps of one operation, from the first up to the last, and only there.
+
+        Parameters
+        ----------
+        others : whether a line is one of another operation; for findings of no step
+        """
+        low, high = steps
+        found, self.findings = self.findings, []
+        codes: set[str] = set()
+        for index, finding in enumerate(found):
+            step = self.found_at.get(index)
+            if step is None and not others(finding.place.line):
+                self.findings.append(finding)
+            elif step is not None and low < step <= high and finding.code not in codes:
+                codes.add(finding.code)
+                self.findings.append(finding)
+        self.machine_moves = [(step, line) for step, line in self.machine_moves if low < step <= high]
 
     def _target(self, block: Block, *, of_machine: bool = False) -> tuple[Values, Point]:
         """Return the target of a block: the row's values, and X, Y, Z as words; axes without a word stay."""

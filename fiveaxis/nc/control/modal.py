@@ -281,7 +281,10 @@ def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool)
     elif letter in "IJKR":
         fact = "belongs to an arc, and neither G2 nor G3 is in force; write the arc, or look up what it means"
     elif letter == "E":
-        fact = "isn't an axis, and numbers of G-code have no exponent; write the number out"
+        fact = (
+            "extrusion isn't read, and numbers of G-code have no exponent; leave the word out, or write the "
+            "number out"
+        )
     else:
         fact = "doesn't belong to anything in its block; look up what it means on this control"
     return BlockError(f"{letter}{block.words[letter]:g}: {fact}")

@@ -104,7 +104,7 @@ class Moves(InterpreterState):
         track.now = [left.get(i, v) for i, v in enumerate(track.now)]
         self.turned_local = self.coordinates.to_local(track.now)
         self.ignored[MACHINE_MOVES] += 1
-        self.machine_move_line = self.machine_move_line or self.line
+        self.machine_moves.append((track.step, self.line))
 
     def _note_plane(self, target: Values) -> None:
         """Warn that a tilted plane is assumed to turn with the workpiece."""

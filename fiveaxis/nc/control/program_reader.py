@@ -36,7 +36,7 @@ from fiveaxis.nc.rows import require
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.words import control_values
 from fiveaxis.options import Reading, spelled_out
-from fiveaxis.toolpath import MoveKind, Operation, divided_rows, interpolate
+from fiveaxis.toolpath import MoveKind, Operation, Tool, divided_rows, interpolate
 
 NAMES_NO_AXES = "is a list of cutter locations, which names no axes"
 _LIST = f"{NAMES_NO_AXES}; read it as a toolpath (read_toolpath)"
@@ -66,6 +66,7 @@ class ReadMotion(Motion):
         aren't known; it has no `moves`, and the time of a straight one. Of the first row, a feed move to it
     technology : spindle, tool, offsets and coolant in force in that move; None for another source
     operation : that was read
+    tool : that the program's comments state for it, where the caller gives none
     zero_unknown : whether moves by axis words count from a zero that nobody says: where they are on the
         machine and the workpiece isn't known
     ignored : counts of unused words, and of blocks and lines that aren't in the motion
@@ -77,6 +78,7 @@ class ReadMotion(Motion):
     from_unknown: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
     technology: TechnologyTrack | None = None
     operation: Operation | None = None
+    tool: Tool | None = None
     zero_unknown: bool = False
     ignored: Mapping[str, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
@@ -169,6 +171,8 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
     if not np.isfinite(feed).all():  # dwells only
         raise source.error(why_nothing_moves(track))
     note_assumptions(interpreter, written)
+    tool, told = options.stated_tool(source, interpreter.modes.units.now, operation)
+    interpreter.findings += told
     _note_turns(interpreter, written, columns.steps)
     return ReadMotion(
         letters=machine.letters,
@@ -182,6 +186,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
         from_unknown=columns.from_unknown,
         technology=interpreter.modes.technology.track(columns.steps),
         operation=operation,
+        tool=tool,
         zero_unknown=interpreter.zero_unknown,
         ignored=dict(sorted((word, n) for word, n in interpreter.ignored.items() if n)),
         findings=tuple(interpreter.findings),

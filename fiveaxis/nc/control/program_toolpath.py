@@ -74,7 +74,7 @@ def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, T
     Raises
     ------
     ToolError
-        No tool: programs don't state it.
+        No tool, and no comment that states it.
     ToolpathError
         With file and line: anything that can't be read completely; rotary words without a machine.
     """
@@ -85,6 +85,8 @@ def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, T
     columns = _without_dwells(columns, interpreter)
     tip, axis = _poses(columns, interpreter, options, source)
     note_assumptions(interpreter, columns)
+    stated, told = options.stated_tool(source, interpreter.modes.units.now, operation)
+    interpreter.findings += told
     _note_long_turns(columns, interpreter)
     ends_there = columns.kinds[0] == MoveKind.RAPID
     if len(interpreter.track.rows) < 2 and interpreter.track.approach > ends_there:
@@ -92,7 +94,7 @@ def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, T
     path = Toolpath.from_tips(
         tip,
         axis,
-        options.tool_or(None, source),
+        options.tool_or(stated, source),
         kind=columns.kinds,
         source=columns.lines,
         name=source.name,

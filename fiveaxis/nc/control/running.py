@@ -19,7 +19,6 @@ from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
-from fiveaxis.nc.control.moves import MACHINE_MOVES
 from fiveaxis.nc.control.technology import (
     DEFAULT_OFFSET,
     OF_TOOL,
@@ -248,15 +247,27 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     language = technology.language.name
     control = control_of(source, technology.language, interpreter.tip_words)
     kinds = np.where(columns.moved, columns.kinds, MoveKind.RAPID)  # a dwell cuts nothing
-    left_out = interpreter.left_out
     work = Work(
-        source, language, columns.lines, kinds, axis, states, state.ravel(), drilled, control, left_out
+        source,
+        language,
+        columns.lines,
+        kinds,
+        axis,
+        states,
+        state.ravel(),
+        drilled,
+        control,
+        interpreter.modes.units.now,
+        interpreter.left_out,
     )
     operation, rows = work.take(options.operation)
     _require_certain(interpreter, int(columns.lines[rows][np.argmax(kinds[rows] == MoveKind.CUT)]))
     # What is said of others' lines is about them.
     others = [o for o, _ in work.operations() if o.number != operation.number]
-    interpreter.findings = [f for f in interpreter.findings if not _is_in(f.place.line, others)]
+    begin = columns.steps[rows.start - 1] if rows.start else -1
+    end = columns.steps[rows.stop - 1] if rows.stop < len(columns.steps) else math.inf
+    interpreter.keep_own((begin, end), lambda line: _is_in(line, others))
+    interpreter.track.approach *= rows.start == 0
     found = columns.at(rows)
     # A rapid move to the first row is an approach.
     found.from_unknown[0] &= found.kinds[0] == MoveKind.CUT
@@ -347,14 +358,15 @@ def note_assumptions(interpreter: Interpreter, columns: Columns) -> None:
             line,
             0,
         )
-    count = interpreter.ignored[MACHINE_MOVES]
-    if count:
+    moves = interpreter.machine_moves
+    if moves:
         interpreter.note(
             Severity.NOTE,
             "machine-zero-moves",
-            f"{count} moves in machine coordinates (G53, G28, the first here) aren't in the path, nor are "
-            "their time and energy: their position on the workpiece isn't in the program; set zero (--zero)",
-            interpreter.machine_move_line,
+            f"{len(moves)} moves in machine coordinates (G53, G28, the first here) aren't in the path, nor "
+            "are their time and energy: their position on the workpiece isn't in the program; set zero "
+            "(--zero)",
+            moves[0][1],
         )
     lost, cuts = np.flatnonzero(columns.from_unknown), columns.kinds == MoveKind.CUT
     if len(lost):

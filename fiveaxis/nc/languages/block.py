@@ -98,6 +98,7 @@ class Block(NamedTuple):
     reduced : letters of rotary axes whose count begins anew below a turn before the block moves (M94)
     drills : whether it is a move of a drilled hole
     step : place in the order in which lines run, from 1, where that isn't `line`; else 0
+    within : ``in O100.nc, line 4, ``, where the block is in a file that is called on `line`
     """
 
     line: int
@@ -124,6 +125,7 @@ class Block(NamedTuple):
     drills: bool = False
     cancels: tuple[str, ...] = ()
     step: int = 0
+    within: str = ""
 
 
 def strip_comment(text: str) -> str:
@@ -185,7 +187,9 @@ class Draft:
 
     def block(self) -> Block | None:
         """Return the complete block; None if nothing was read."""
-        fields = {name: getattr(self, name) for name in Block._fields if name not in ("skipped", "step")}
+        fields = {
+            name: getattr(self, name) for name in Block._fields if name not in ("skipped", "step", "within")
+        }
         fields |= {name: tuple(value) for name, value in fields.items() if isinstance(value, list)}
         fields |= {"vector": direction_of(self.vector), "normal": direction_of(self.normal)}
         block = Block(**fields | {"centre": self.centre or None})

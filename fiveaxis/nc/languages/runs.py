@@ -9,6 +9,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from types import MappingProxyType
 from typing import ClassVar
 
@@ -43,6 +44,7 @@ class Run:
     letters : (w,), ASCII codes of G, axes and F, and of the letters of `DIRECTION` and `NORMAL`
     values : (w,), as written
     steps : (n,), as `Block.step`
+    called : file that the blocks are in, where it is called on `lines`, and the step before its first line
     """
 
     lines: IntArray
@@ -50,6 +52,7 @@ class Run:
     letters: NDArray[np.uint8]
     values: Array
     steps: IntArray
+    called: tuple[str, int] = ("", 0)
 
     def __len__(self) -> int:
         return len(self.begins) - 1
@@ -82,7 +85,9 @@ class Run:
         vector, normal = _pop_direction(given, DIRECTION), _pop_direction(given, NORMAL)
         g = () if motion is None else (_MOTIONS[motion],)
         line, step = int(self.lines[row]), int(self.steps[row])
-        return Block(line, g, (), given, vector=vector, normal=normal, step=0 if step == line else step)
+        block = Block(line, g, (), given, vector=vector, normal=normal, step=0 if step == line else step)
+        name, before = self.called
+        return block._replace(within=f"in {name}, line {step - before}, ") if name else block
 
     def blocks(self) -> Iterator[Block]:
         """Iterate over its blocks."""
@@ -92,7 +97,7 @@ class Run:
         """Return the blocks from one on."""
         begins, words = self.begins[row:], self.begins[row]
         lines, steps = self.lines[row:], self.steps[row:]
-        return Run(lines, begins - words, self.letters[words:], self.values[words:], steps)
+        return Run(lines, begins - words, self.letters[words:], self.values[words:], steps, self.called)
 
 
 def _pop_direction(given: dict[str, float], letters: str) -> Triple | None:
@@ -234,7 +239,7 @@ class Reader(ABC):
                     parts.append(tape.take())
                 try:
                     for block in self.read(line, "\n".join(parts)):
-                        yield block._replace(step=step) if tape.jumps else block
+                        yield block._replace(step=step, within=tape.within) if tape.jumps else block
                 except BlockError as fault:
                     raise tape.error(fault) from None
                 if self.ended:
@@ -250,8 +255,11 @@ class Reader(ABC):
         if run is None or now.row + count > now.end:
             return None, min(count, now.end - now.row)
         if tape.jumps:
-            steps = run.lines + (tape.step - now.row)
-            run = replace(run, lines=np.full(len(run), now.line) if now.line else run.lines, steps=steps)
+            before = tape.step - now.row
+            run = replace(run, steps=run.lines + before)
+            if now.line:
+                called = Path(now.text.source.name).name, before
+                run = replace(run, lines=np.full(len(run), now.line), called=called)
         tape.take(count)
         return run, count
 

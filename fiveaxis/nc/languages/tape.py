@@ -247,12 +247,15 @@ class Tape:
 
     def error(self, fault: object) -> ToolpathError:
         """Return an error on the line that is being run, which may be one of another file."""
-        now = self.now
-        if now.line:
-            inner = block_error(now.text.source, self._begun + 1, fault)
-            name = Path(now.text.source.name).name
-            fault = f"in {name}, line {self._begun + 1}, {inner.message}"
+        if self.now.line:
+            fault = self.within + block_error(self.now.text.source, self._begun + 1, fault).message
         return block_error(self.source, self.line, fault)
+
+    @property
+    def within(self) -> str:
+        """The file and the line in it that is being run, where the program calls another file; else empty."""
+        now = self.now
+        return f"in {Path(now.text.source.name).name}, line {self._begun + 1}, " if now.line else ""
 
     def _push(self, stretch: Stretch) -> None:
         if len(self.stack) > DEEPEST:

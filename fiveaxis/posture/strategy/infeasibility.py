@@ -354,7 +354,8 @@ def without_path(problem: Problem, found: Array | None, toolpath: Toolpath) -> I
     if turning:
         share = f"{len(turning)} of {len(toolpath) - 1} moves"
         return Infeasible(
-            f"no sequence of postures along the path: {share} exceed the largest turn in the best one found",
+            f"no sequence of postures along the path: {share} exceed the largest turn (--max-turn) in the "
+            "best one found",
             turning,
         )
     if found is None:

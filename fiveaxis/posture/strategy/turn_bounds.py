@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fiveaxis.geometry import Array, angle_between
+from fiveaxis.kinematics import rotary_angles
+from fiveaxis.kinematics.windings import TURN
+from fiveaxis.machine import Machine
 from fiveaxis.motion import STANDSTILL, feed_times
 from fiveaxis.toolpath import Constraints, Toolpath
 
@@ -14,17 +17,25 @@ USUAL_SPEED = np.radians(180.0)
 LINK_SHARE = 3.0
 # Default largest turn in a cutting move, rad, however long it takes: verification calls a larger one a jump.
 FARTHEST = np.radians(45.0)
+# An axis may turn this many times as far as at the programmed tool axes: postures near them need room, too.
+PROGRAMMED_SHARE = 1.5
 # Default where the pivot stands still, so that the feed gives no time for the turn (rad).
 ON_THE_SPOT = np.radians(15.0)
 # Every step may turn by this, rad.
 LEAST_TURN = np.radians(0.01)
 
 
-def turn_bounds(toolpath: Toolpath, constraints: Constraints, location: Array | None = None) -> Array:
+def turn_bounds(
+    toolpath: Toolpath,
+    constraints: Constraints,
+    location: Array | None = None,
+    machine: Machine | None = None,
+) -> Array:
     """Bound the turn of every rotary axis in each move of a path.
 
     Locations inserted in a given move share its bound. A move in which the program itself turns the tool
-    farther may turn as far; without a given bound, so may one in which the surface turns farther.
+    farther may turn as far; without a given bound, so may one in which the surface or, up to `FARTHEST`, an
+    axis of the machine at the programmed tool axes turns farther.
 
     Parameters
     ----------
@@ -33,6 +44,7 @@ def turn_bounds(toolpath: Toolpath, constraints: Constraints, location: Array | 
         `FARTHEST`, and `turn_rate` over the path of the contact in cuts. Links may turn `LINK_SHARE` times as
         far
     location : (n,), fractional index of each in the given path; by default all are given
+    machine : whose axes turn; None where only the tool's own turns count
 
     Returns
     -------
@@ -44,6 +56,8 @@ def turn_bounds(toolpath: Toolpath, constraints: Constraints, location: Array | 
     if max_turn is None:
         most = USUAL_SPEED * feed_times(toolpath)[1:]
         most = np.where(toolpath.lengths[1:] > STANDSTILL, most, ON_THE_SPOT)
+        if machine is not None and toolpath.has_axes:
+            most = np.maximum(most, PROGRAMMED_SHARE * _programmed(toolpath.axis, machine))
         most = np.minimum(most, FARTHEST * share)
     else:
         most = max_turn * share
@@ -55,6 +69,12 @@ def turn_bounds(toolpath: Toolpath, constraints: Constraints, location: Array | 
         steep = np.maximum(turn_rate * toolpath.lengths[1:], LEAST_TURN)
         most = np.where(cutting, np.minimum(most, steep), most)
     return np.maximum(most, LEAST_TURN)
+
+
+def _programmed(axis: Array, machine: Machine) -> Array:
+    """Return the largest turn of a rotary axis from one tool axis to the next, (n − 1,) rad; 0 if unknown."""
+    turns = np.abs(np.diff(rotary_angles(machine, axis), axis=1))
+    return np.nan_to_num(np.minimum(turns, np.abs(TURN - turns)).max(axis=2)).min(axis=0)
 
 
 def shared(most: Array, known: Array, location: Array, rows: Array, turned: Array) -> Array:

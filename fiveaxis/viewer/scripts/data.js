@@ -43,7 +43,7 @@ class Side {
   constructor(name, number, arrays, axes) {
     const own = what => arrays[`${number}/${what}`];
     Object.assign(this, {name, number, axes, count: own("clock").length});
-    for (const what of ["clock", "positions", "place", "points", "lean", "line", "cutting", "powers", "programmed", "actual", "events"])
+    for (const what of ["clock", "positions", "place", "points", "lean", "line", "tool", "cutting", "powers", "programmed", "actual", "events"])
       this[what] = own(what);
     this.duration = this.clock[this.count - 1];
     this.total = Float32Array.from({length: this.count}, (_, row) => {

@@ -1,6 +1,7 @@
 "use strict";
 // The figures at the place shown. Texts are set as text, never as markup.
-const degrees = (axis, value) => axis.rotary ? value * 180 / Math.PI : value;
+// As the control counts the axis, like the block beside it.
+const shown = (axis, value) => axis.sign * value * (axis.rotary ? 180 / Math.PI : 1) + 0;  // no -0
 const unitOf = axis => axis.rotary ? "°" : " mm";
 const digits = (value, count) => value.toLocaleString("en", {minimumFractionDigits: count, maximumFractionDigits: count});
 
@@ -28,14 +29,15 @@ class Readings {
   column(side, row, kind) {
     const values = side.values(row), end = side.end(row), k = this.axes.length;
     this.axes.forEach((axis, number) => {
-      const value = degrees(axis, values[number]), cells = this.rows[number];
+      const value = shown(axis, values[number]), cells = this.rows[number];
       this.write(cells.querySelector(`.${kind}`), digits(value, 3) + unitOf(axis));
       if (kind !== "value") return;
       const meter = cells.querySelector("meter"), known = axis.low !== null && axis.high !== null;
       meter.hidden = !known;
       if (known) {
-        meter.value = (value - axis.low) / (axis.high - axis.low);
-        meter.title = `${digits(axis.low, 0)} … ${digits(axis.high, 0)}${unitOf(axis)}`;
+        const [low, high] = axis.sign > 0 ? [axis.low, axis.high] : [-axis.high, -axis.low];
+        meter.value = (value - low) / (high - low);
+        meter.title = `${digits(low, 0)} … ${digits(high, 0)}${unitOf(axis)}`;
       }
       this.write(cells.querySelector(".power"), axis.powered ? `${digits(side.powers[k * end + number], 0)} W` : "unknown");
     });

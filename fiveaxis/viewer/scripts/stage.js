@@ -50,6 +50,8 @@ class Stage {
     this.row = row;
     for (const [name, link] of Object.entries(this.links)) link.matrix.copy(links[name]);
     this.tool.matrix.copy(tool);
+    const used = this.side.tool && String(this.side.tool[this.side.end(row)]);
+    if (used) for (const one of this.tool.children) one.visible = one.name === used;
     this.group.matrix.copy(inMachine ? this.chain.workpiece(links) : new THREE.Matrix4());
     if (shift) this.group.matrix.premultiply(new THREE.Matrix4().makeTranslation(...shift));
     this.group.updateMatrixWorld(true);

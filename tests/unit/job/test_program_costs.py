@@ -264,7 +264,7 @@ def test_a_machine_without_powers_and_unknown_corners_are_refused(zigzag, takisa
         fx.program_energy(zigzag, fx.Machine.from_code("1203"), rapid=1000.0)
     with pytest.raises(SettingError, match="write control, programmed, exact-stop, or a tolerance"):
         fx.program_energy(zigzag, takisawa, corners="smooth")
-    assert run("energy", zigzag, "-m", "takisawa-mac-v3", "--start", "X=3").exit_code == 2
+    assert run("energy", zigzag, "-m", "takisawa-mac-v3", "--start", "X#3").exit_code == 2
 
 
 def test_a_program_faster_than_its_axes_is_reported(tmp_path, takisawa):

@@ -126,3 +126,30 @@ def test_where_nothing_can_be_read_the_first_fault_is_the_error(write, machine):
     file = write("G21 G90 G54\nT1 M6\nG91 G1 X5 F100\nT2 M6\nG91 G1 X5\nM30\n")
     with pytest.raises(InputError, match=r":3: X by an increment \(G91\) from a position"):
         fx.read_operations(file, machine=machine)
+
+
+def test_what_is_found_in_an_operation_is_about_its_own_lines(tmp_path, machine):
+    # Both operations dwell in a file that they call.
+    (tmp_path / "O0100.nc").write_text("O0100\nG1 X5 B12 F900\nG4 P500\nX9 B14\nM99\n")
+    each = "G53 G0 Z0\nT{} M6\nG0 X0 Y0 B0 C0\nG0 Z50\nG1 Z10 F500\nM98 P100\nG0 Z50\n"
+    path = tmp_path / "main.nc"
+    path.write_text("G21 G90 G94\n" + each.format(1) + each.format(2) + "M30\n")
+    for number, begin in ((1, 2), (2, 9)):
+        found = fx.read_toolpath(path, tool=BALL, machine=machine, operation=number).findings
+        lines = {f.code: f.place.line for f in found if f.place.line is not None}
+        assert lines["long-dwell"] == begin + 5
+        assert ("approach-unknown" in lines) == (number == 1)
+        [dwell] = [f.message for f in found if f.code == "long-dwell"]
+        assert dwell.startswith("in O0100.nc, line 3, G4 P500 is taken as seconds")
+
+
+def test_a_fault_in_a_called_file_is_named_with_that_files_line(tmp_path, machine):
+    (tmp_path / "O0100.nc").write_text("O0100\nG1 X5 B12 F900\nX9 E3\nM99\n")
+    path = tmp_path / "main.nc"
+    path.write_text("G21 G90 G94\nG0 X0 Y0 Z5 B0 C0\nM98 P100\nM30\n")
+    with pytest.raises(InputError, match=r"main\.nc:3: in O0100\.nc, line 3, E3: extrusion isn't read"):
+        fx.read_toolpath(path, tool=BALL, machine=machine)
+    plain = "".join(f"X{x} A{x}\n" for x in range(40))
+    (tmp_path / "O0100.nc").write_text(f"O0100\nG1 X0 F900\n{plain}M99\n")
+    with pytest.raises(InputError, match=r"main\.nc:3: in O0100\.nc, line 3, A0: .* no A"):
+        fx.read_toolpath(path, tool=BALL, machine=machine)

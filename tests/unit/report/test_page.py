@@ -122,7 +122,7 @@ def test_errors_are_shown_first_and_all_findings_are_counted(
     # 150 are listed by verification; 1 530 were found, with two causes.
     table = text[text.index("Findings by cause") :]
     assert table.count("is below the limit") == 2
-    assert f"1{THIN}500 errors (axis-limit 1{THIN}500), 30 warnings (tip-deviation 30)" in text
+    assert f"1 error (axis-limit 1{THIN}500), 1 warning (tip-deviation 30)" in text
     assert f"1{THIN}530 findings, one row for each cause; the JSON report lists 150 places" in text
     head = r'<th class="(error|warning)" scope="row">\1</th>'
     rows = re.findall(head + r'<td>([a-z-]+)</td><td class="number">([^<]*)</td><td>vase', text)

@@ -40,7 +40,7 @@ def test_warnings_are_counted_in_the_answer(solution: Solution, unsafe_verdict: 
     warned = tuple(f for f in unsafe_verdict.findings if f.severity is Severity.WARNING)
     verdict = replace(unsafe_verdict, findings=warned, checks={Check("tip-deviation"): 30})
     text = ReportDocument(solution, verdict).answers.safe.text
-    assert text == "Only in part: no errors, with 30 warnings, but not every risk was checked."
+    assert text == "Only in part: no errors, with 1 warning, but not every risk was checked."
 
 
 def test_errors_answer_no_and_say_what_to_correct(

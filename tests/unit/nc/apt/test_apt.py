@@ -165,7 +165,6 @@ def test_unused_words_are_counted(read):
         ("UNITS/FEET\n", 1, "UNITS/FEET isn't known"),
         ("UNITS\n", 1, "isn't known"),
         ("GOTO/1,2,3\nUNITS/INCHES\n", 2, "mixed units: inch here, and mm from line 1 on"),
-        ("UNITS/MM\n\nUNITS/INCHES\n", 3, "mixed units: inch here, and mm from line 1 on"),
         ("FEDRAT/5\nUNITS/INCHES\n", 2, "mixed units: inch here, and mm from line 1 on"),
         ("UNITS/MM\nGOTO/1,2,3\nUNITS/INCHES\n", 3, "mixed units: inch here, and mm from line 1 on"),
         ("FEDRAT/10,IPM\nGOTO/1,2,3\n", 1, "a feed in inches, in a file without UNITS"),

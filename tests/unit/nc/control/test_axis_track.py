@@ -78,7 +78,7 @@ def test_after_a_direction_or_a_plane_written_angles_apply(read, word):
     np.testing.assert_allclose(path.tips(path.axis)[-1], [5, 0, 50], atol=1e-12)
     np.testing.assert_allclose(path.axis[-1], [0, 0, 1], atol=1e-12)
     assert first.axis[first.cutting][0, 2] < 0.9
-    assert "approach-unknown" in [f.code for f in path.findings]
+    assert "approach-unknown" in [f.code for f in first.findings]
 
 
 @pytest.mark.parametrize("word", ["G43.5", "G68.2"])

@@ -120,7 +120,8 @@ def test_an_operation_of_the_haas_program_is_read(data, haas_trunnion):
     motion = read_program(path, machine, unit="inch", rapid=15_000, operation=3)
     assert motion.source[0] == motion.operation.first_line == 498
     assert motion.ignored["M6"] == 14
-    assert sorted(codes(motion)) == ["approach-unknown", "feed-meaning", "long-turn", "machine-zero-moves"]
+    assert sorted(codes(motion)) == ["feed-meaning", "long-turn", "machine-zero-moves"]
+    assert all(498 - 15 < f.place.line <= motion.operation.last_line for f in motion.findings)
     # Line 545: X-.6366 Y1.2554 Z1.5688 A-.531 B287.786.
     [row] = np.flatnonzero(motion.source == 545)
     x, a, b = np.array([-0.6366, 1.2554, 1.5688]), np.radians(0.531), np.radians(287.786)
@@ -460,6 +461,7 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
         ("G2 I1 F1\nG28 X0 I5\n", 2, "I5: belongs to an arc"),
         ("G0 X1 Q5\n", 1, "Q5: doesn't belong to anything"),
         ("G0 X1E3\n", 1, "have no exponent"),
+        ("G0 X0 Y0 Z0\nG1 X1 E1.2 F60\n", 2, "E1.2: extrusion isn't read"),
         ("G0 X1000001\n", 1, "beyond 1e+06"),
         ("G41 D1 G1 X1 F1\n", 1, "G41 offsets the path by the tool radius"),
         ("G68 X0 Y0 R45\n", 1, "G68 shifts, rotates or scales"),
@@ -494,6 +496,12 @@ def test_blocks_with_a_slash_move_unless_block_delete_is_on(read):
 def test_unsupported_and_wrong_words_are_refused_with_their_line(fault, text, line, fact):
     found, message = fault(text)
     assert (found, fact in message) == (line, True), message
+
+
+def test_of_several_units_before_the_first_coordinate_the_last_one_holds(read):
+    motion = read("G20\nG21\nG0 X1\nG1 X2 F60\n", unit=None)
+    np.testing.assert_allclose(motion.positions[:, 0], [0.0, 1.0, 2.0])
+    assert read("G21\nG20\nG0 X1\nG1 X2 F60\n", unit=None).positions[-1, 0] == pytest.approx(50.8)
 
 
 def test_units_may_not_change_in_a_program(fault):

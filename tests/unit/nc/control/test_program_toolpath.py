@@ -180,7 +180,7 @@ def test_a_millplus_program_is_read_to_its_last_block(data):
     silent = moving - set(retractions) - sources
     assert sources < moving
     # The rest are moves with angles only, and repeated positions.
-    approach = next(f for f in path.findings if f.code == "approach-unknown")
+    approach = next(f for f in paths[0].findings if f.code == "approach-unknown")
     rapids = int(approach.message.split()[0]) + path.ignored["rapid moves to an unknown position"]
     assert len(silent) <= rapids + path.ignored["no move"]
     assert path.source[-1] == 2687

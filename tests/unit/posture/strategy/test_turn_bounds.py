@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.strategy.turn_bounds import turn_bounds
+from fiveaxis.posture import Options, optimise
+from fiveaxis.posture.strategy.turn_bounds import PROGRAMMED_SHARE, turn_bounds
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, divided_rows, refined
 
 PLACES = np.array([[0.0, 0, 0], [5.0, 0, 0], [9.0, 0, 0], [12.0, 0, 0]])
@@ -50,3 +51,23 @@ def test_a_rate_bounds_the_turn_over_the_path_of_cuts():
 def test_a_bound_that_isnt_positive_is_refused(bound):
     with pytest.raises(SettingError, match="give more than 0 deg"):
         Constraints.of_degrees(**bound)
+
+
+def test_by_default_an_axis_may_turn_as_far_as_the_programmed_tool_axes_need(hayashi):
+    lean = np.radians(3.0)
+    direction = np.radians([0.0, 16.0, 32.0, 122.0])
+    axis = [[np.sin(lean) * np.cos(c), np.sin(lean) * np.sin(c), np.cos(lean)] for c in direction]
+    path = Toolpath.from_tips(PLACES, axis, Tool.ball(6), feed_mm_min=6000.0)
+    turns = np.degrees(turn_bounds(path, Constraints(), machine=hayashi))
+    np.testing.assert_allclose(turns, [PROGRAMMED_SHARE * 16.0, PROGRAMMED_SHARE * 16.0, 45.0])
+    asked = Constraints.of_degrees(max_turn=10.0)
+    np.testing.assert_allclose(np.degrees(turn_bounds(path, asked, machine=hayashi)), 10.0)
+
+
+def test_a_narrow_cone_near_the_singular_direction_has_a_path(hayashi):
+    lean, across = np.radians(np.linspace(-20.0, 20.0, 60)), np.sin(np.radians(3.0))
+    axis = np.stack([np.sin(lean), np.full(60, across), np.sqrt(np.cos(lean) ** 2 - across**2)], axis=1)
+    tips = np.stack([np.arange(60.0), np.zeros(60), np.zeros(60)], axis=1)
+    path = Toolpath.from_tips(tips, axis, Tool.ball(6), feed_mm_min=1000.0)
+    found = optimise(path, hayashi, Constraints.of_degrees(cone=0.1), Options(effort="quick"))
+    assert found.energy.total < found.compared["as-programmed"].energy.total
