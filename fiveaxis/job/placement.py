@@ -87,8 +87,12 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     """
     search = job.setup.search
     said = "offset" in job.setup.model_fields_set or (search is not None and not search.auto)
-    # A program that is revised in its lines runs as it is.
-    bounds = Constraints.of_degrees(cone=AS_IT_IS) if revises(job) else job.constraints
+    bounds = job.constraints
+    if revises(job):
+        if toolpath.operation is not None and not toolpath.operation.tcp:
+            return job, ()  # where the path lies on the part hangs on where the part stands
+        # A program that is revised in its lines runs as it is.
+        bounds = Constraints.of_degrees(cone=AS_IT_IS)
     chosen = None if said else choose_offset(toolpath, machine, bounds, kept_clear(job))
     if chosen is None:
         return job, ()

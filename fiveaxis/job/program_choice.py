@@ -90,13 +90,17 @@ class Comparison:
         return ", ".join(f"{before:{form}} → {after:{form}} {unit}" for unit, before, after, form in pairs)
 
 
+Tried = Sequence[tuple[str, Comparison]]
+
+
 def events(energy: Energy) -> int:
     """Count starts and reversals of all axes."""
     return energy.starts + energy.reversals
 
 
-def _stays(before: Energy, other: Comparison | None) -> AlreadyBetter:
-    """Say that an operation stays as it is; `other` is the cheapest text that is slower or rougher."""
+def _stays(before: Energy, tried: Tried) -> AlreadyBetter:
+    """Say that an operation stays as it is, and at what price there is a cheaper one."""
+    other = next((each for _, each in tried if each.is_worth(("slower", "rougher"))), None)
     message = (
         "your program is already better than all that was found: it takes "
         f"{before.time:.1f} s with {events(before)} starts and reversals and {before.total:.0f} J"
@@ -108,6 +112,7 @@ def _stays(before: Energy, other: Comparison | None) -> AlreadyBetter:
         "verdict": "already better",
         "before": before.as_dict(),
         "other": None if other is None else other.as_dict(),
+        "tried": [{"by": name, **each.as_dict()} for name, each in tried],
         "why": message,
     }
     return AlreadyBetter(message, facts)
@@ -122,12 +127,14 @@ class Chosen:
     cleared : with the solution, and what kept it clear
     program, revision : made of it, and verified
     comparison : with the operation as it was
+    tried : all that was found, by how it was searched, the cheapest first
     """
 
     cleared: Cleared
     program: MadeProgram
     revision: Revision
     comparison: Comparison
+    tried: Tried
 
 
 def choose(
@@ -160,7 +167,7 @@ def choose(
         The text can't be revised.
     """
     before, objective = operation.as_it_was.energy, options.objective
-    found: list[tuple[Comparison, Cleared, Solution]] = []
+    found: list[tuple[str, Comparison, Cleared, Solution]] = []
     faults: list[Infeasible] = []
     for name, changes in _ways(options, operation):
         if found and not changes["holds_ends"]:
@@ -179,25 +186,24 @@ def choose(
                 if one is solution:
                     raise
                 continue
-            comparison = Comparison(before, energy, objective)
-            logger.info("%s: %s", name, comparison)
-            found.append((comparison, cleared, one))
+            found.append((name, Comparison(before, energy, objective), cleared, one))
+            logger.info("%s: %s", *found[-1][:2])
     if not found:
         raise faults[0]
-    found.sort(key=lambda one: -one[0].saved)
-    able = [one for one in found if one[0].is_worth(job.allow)]
-    if not able and operation.faults(found[0][2], job):
+    found.sort(key=lambda one: -one[1].saved)
+    tried = [(name, comparison) for name, comparison, *_ in found]
+    able = [one for one in found if one[1].is_worth(job.allow)]
+    if not able and operation.faults(found[0][3], job):
         able = found
     made = None
-    for comparison, cleared, solution in able[:MOST_VERIFIED]:
+    for _, comparison, cleared, solution in able[:MOST_VERIFIED]:
         program, revision = operation.make(solution, job)
-        chosen = Chosen(replace(cleared, solution=solution), program, revision, comparison)
+        chosen = Chosen(replace(cleared, solution=solution), program, revision, comparison, tried)
         if program.gate.is_open:
             return chosen
         made = made or chosen
     if made is None:
-        trades = (comparison for comparison, *_ in found if comparison.is_worth(("slower", "rougher")))
-        raise _stays(before, next(trades, None))
+        raise _stays(before, tried)
     return made
 
 

@@ -69,8 +69,8 @@ class Part:
         """In a word: ``better``, a ``trade``, ``already better``, or that it ``stays``."""
         if self.outcome is None:
             return "stays" if self.better is None else "already better"
-        compared = self.outcome.comparison
-        return "trade" if compared is not None and compared.trades else "better"
+        chosen = self.outcome.chosen
+        return "trade" if chosen is not None and chosen.comparison.trades else "better"
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""

@@ -34,7 +34,7 @@ from fiveaxis.job.loading import (
 )
 from fiveaxis.job.process import make_process
 from fiveaxis.job.program import MadeProgram
-from fiveaxis.job.program_choice import Comparison, choose
+from fiveaxis.job.program_choice import Chosen, choose
 from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution, add_findings
@@ -85,7 +85,7 @@ class Outcome:
     front_programs : what the report says of a front
     setup_search : what the report says of the search for the setup
     revision : the lines of the input program that were written anew; None for a program of its own
-    comparison : of the revised operation with its text as it was; None for a program of its own
+    chosen : of all that was found for an operation that is revised; None for a program of its own
     scallop : mm, the highest ridge that was asked for and as the cutter leans; None where none was asked for,
         or the lean has no influence on it
     """
@@ -101,7 +101,7 @@ class Outcome:
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
     revision: Revision | None = None
-    comparison: Comparison | None = None
+    chosen: Chosen | None = None
     scallop: tuple[float, float] | None = None
 
     @cached_property
@@ -128,7 +128,7 @@ class Outcome:
             edge_use=_edge_use(self.solution, self.job.bounds["spindle_speed"])
             if self.job.edge_use
             else None,
-            trades=() if self.comparison is None else self.comparison.trades,
+            trades=() if self.chosen is None else self.chosen.comparison.trades,
             # Where an approach by axes comes from is no position of the program.
             reached=program.motion.motion.positions[
                 int(program.motion.interpolation is Interpolation.JOINT) :
@@ -143,7 +143,7 @@ class Outcome:
     @property
     def original(self) -> Energy | None:
         """What an operation that was revised in place cost before; None for a program of its own."""
-        return None if self.comparison is None else self.comparison.before
+        return None if self.chosen is None else self.chosen.comparison.before
 
     @property
     def part_size(self) -> Array | None:
@@ -264,7 +264,7 @@ def run_stages(
             inputs,
             cleared=cleared,
             revision=revision,
-            comparison=None if chosen is None else chosen.comparison,
+            chosen=chosen,
             scallop=scallop,
         )
 

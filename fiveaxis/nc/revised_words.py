@@ -352,8 +352,10 @@ class Reviser:
         return [style.text(f) if w else None for f, w in zip(feeds.tolist(), written.tolist(), strict=True)]
 
     def _durations(self, owner: IntArray) -> Array:
-        """Return how long each move lasts, (m,) s: where the program states that, as long as it did."""
+        """Return how long each move lasts, (m,) s: as long as it did, where the program tells that."""
         time, own = self.placement.time, self.rows.times[owner]
+        if not self.by_tip and not self.directions:
+            own = travel_of(self.rows, MILLIMETRES[self.text.unit]).time[owner]
         with np.errstate(divide="ignore", invalid="ignore"):
             kept = own * time / np.bincount(owner, time)[owner]
         return np.where(np.isfinite(kept), kept, time)

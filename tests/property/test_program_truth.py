@@ -59,6 +59,7 @@ REAL = {
     "dome": Case("hayashi-640123", "ball:8", 1, "dome_good_already.nc", tool_length=120.0, rapid=1e4),
     "three tools": Case(str(PROGRAMS / "three_tools_machine.toml"), "ball:8", 3, "three_tools.nc"),
     "fan": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:8", 1, "fan_good_already.nc", cone=15.0),
+    "axis words": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:6", 1, "fanuc_mixed_axes.nc"),
     "ring": Case("hayashi-640123", "ball:8", 1, "traori_ring.mpf", cone=15.0, rapid=2e4),
 }
 CASES = {name: Case("dmu50ev", "ball:6", 3, rapid=1e4) for name in SHOPS} | REAL
@@ -178,7 +179,7 @@ def test_a_trade_is_cheaper_and_called_a_trade(name, folder):
     part = revised(name, folder, TRADES).parts[CASES[name].operation - 1]
     if part.outcome is None:
         return
-    compared = part.outcome.comparison
+    compared = part.outcome.chosen.comparison
     assert compared.saved >= WORTHWHILE
     slower = part.after.time > (1.0 + LONGER) * part.before.time
     rougher = events(part.after) > (1.0 + MORE_OFTEN) * events(part.before)
