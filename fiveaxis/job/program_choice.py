@@ -173,20 +173,21 @@ def choose(
         if found and not changes["holds_ends"]:
             break
         try:
-            cleared = solved(replace(options, **changes, progress=within(options.progress, name)))
+            told = within(options.progress, f"postures {name}")
+            cleared = solved(replace(options, **changes, progress=told))
         except Infeasible as fault:
             faults.append(fault)
             continue
         solution = _pinned(finished(cleared), operation)
         others = () if found else _baselines(solution)
-        for one in (solution, *_on_the_way(solution, operation), *others):
+        for label, one in (("", solution), *_on_the_way(solution, operation), *others):
             try:
                 energy = operation.price(operation.write(one).revision).energy
             except ToolpathError:
                 if one is solution:
                     raise
                 continue
-            found.append((name, Comparison(before, energy, objective), cleared, one))
+            found.append((f"{name}{label}", Comparison(before, energy, objective), cleared, one))
             logger.info("%s: %s", *found[-1][:2])
     if not found:
         raise faults[0]
@@ -211,13 +212,13 @@ def _ways(options: Options, operation: RevisedOperation) -> Iterator[tuple[str, 
     """Yield how to search, by name: changes of the options."""
     own = operation.path.rotary if options.start is None else options.start
     held = {"holds_ends": True, "start": own}
-    yield "searching between its ends", held
+    yield "between its ends", held
     for price in SMOOTH:
-        yield "searching smooth postures", held | {"smoothing": max(price, options.smoothing)}
+        yield f"smoothed by {price:g} J/rad2", held | {"smoothing": max(price, options.smoothing)}
     timed = all(axis.max_speed is not None for axis in operation.machine.axes)
     if timed and options.objective == "energy" and not options.even_wear:
-        yield "searching quick postures", held | {"objective": "time", "time_price": None}
-    yield "searching with free ends", {"holds_ends": False}
+        yield "for least time", held | {"objective": "time", "time_price": None}
+    yield "with free ends", {"holds_ends": False}
 
 
 def _pinned(solution: Solution, operation: RevisedOperation) -> Solution:
@@ -232,7 +233,7 @@ def _pinned(solution: Solution, operation: RevisedOperation) -> Solution:
     return replace(solution, motion=replace(motion, positions=positions))
 
 
-def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[Solution]:
+def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[tuple[str, Solution]]:
     """Yield what lies between an operation's own postures and those of a solution."""
     path, own, machine = operation.path, operation.path.rotary, solution.machine
     if own is None or not np.isfinite(own).all():
@@ -242,11 +243,12 @@ def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[Sol
     turns = 2.0 * np.pi * np.round((rotary[0] - own[0]) / (2.0 * np.pi))
     for share in SHARES:
         between = follow(path, machine, own + share * (rotary - turns - own))
-        yield replace(solution, toolpath=path, motion=between)
+        yield f", {share:.0%} of the way", replace(solution, toolpath=path, motion=between)
 
 
-def _baselines(solution: Solution) -> Iterator[Solution]:
+def _baselines(solution: Solution) -> Iterator[tuple[str, Solution]]:
     """Yield a solution's baselines at its locations as solutions."""
-    for one in solution.compared.values():
+    for name, one in solution.compared.items():
         if one.toolpath is None:
-            yield replace(solution, motion=replace(one.motion, location=solution.motion.location))
+            motion = replace(one.motion, location=solution.motion.location)
+            yield f", baseline {name}", replace(solution, motion=motion)

@@ -149,10 +149,10 @@ def _program_side(solution: Solution, program: ShownProgram | None) -> Side | No
     place = fill.row[fill.kept[inner]]
     motion = solution.clock.timed(moves.motion, solution.machine)
     found = _side(RESULT, motion, solution.toolpath, solution.tilt, solution.energy)
-    # Events are counted once, where the program is priced.
+    # Events are counted once, where the program is priced: in an operation's text also before its path.
     events, begin = solution.energy.steadiness, motion.time[: moves.first + 1].sum()
-    events = replace(events, time=np.maximum(begin + events.time, 0.0))
-    return replace(found, place=place, line=line, steadiness=events)
+    at = np.clip(begin + events.time, 0.0, motion.time.sum())
+    return replace(found, place=place, line=line, steadiness=replace(events, time=at))
 
 
 def thinned(side: Side, most: int) -> Side:

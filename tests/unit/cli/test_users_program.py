@@ -78,7 +78,8 @@ def test_a_program_is_listed_without_its_machine(program):
     assert [" ".join(line.split()) for line in lines[2:5]] == [
         "1 12-14 3-axis 1 3000 G54 3 125 7.5 1000",
         "2 22-25 simultaneous, TCP 5 ball:8 9000 G54 4 37 1.5 1500",
-        "3 33-36 simultaneous 6 ball:6 9000 G54 4 ? 1.5 ?",
+        # Fanuc's F counts a degree as a millimetre.
+        "3 33-36 simultaneous 6 ball:6 9000 G54 4 ? 2.1 ?",
     ]
     assert "No machine is given" in found.stdout
     assert "No machine is given" not in run("info", program, *MACHINE).stdout
