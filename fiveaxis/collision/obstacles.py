@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.compiled import compiled
+from fiveaxis.compiled import compiled, inner
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.mesh import TriangleTree
 from fiveaxis.mesh.kernels import STACK
@@ -33,6 +33,11 @@ LIFTED = 17
 CHUNK = 2_000
 # mm: a frustum and a triangle whose plane is farther away than this rounding are separate.
 APART = 1e-6
+Place = tuple[float, float, float]
+# A slab as a tool sees it: its normal along the axis and across it, the offset of its middle, and its half
+# thickness, mm.
+Seen = tuple[float, float, float, float]
+EVERYWHERE: Seen = 0.0, 1.0, 0.0, 0.0
 # A triangle clipped to a slab has no more corners than this.
 CORNERS = 8
 
@@ -155,19 +160,25 @@ class Obstacle:
     Parameters
     ----------
     name : part, fixture…
-    tree : the triangles, workpiece frame
     solids : each grown by its clearance
+    triangles : (f, 3, 3), mm, workpiece frame, in the order of the leaves of a perfect binary tree
+    nodes : (2 * leaves, 11), mm: middle and half sides of a node's box, then the slab of its triangles; as in
+        `TriangleTree.boxes`
+    slabs : (f, 5), of the triangles: unit normal, middle and half thickness (mm)
     """
 
     name: str
-    tree: TriangleTree
     solids: tuple[Solid, ...]
+    triangles: Array
+    nodes: Array
+    slabs: Array
 
     @classmethod
     def build(cls, name: str, triangles: Array, solids: Sequence[Solid]) -> Obstacle:
         """Sort triangles, (f, 3, 3) mm, into a tree."""
         tree = TriangleTree.build(np.ascontiguousarray(triangles, dtype=float))
-        return cls(name, tree, tuple(s for s in solids if len(s.frusta)))
+        nodes, slabs = _slabs(tree.triangles, tree.boxes)
+        return cls(name, tuple(s for s in solids if len(s.frusta)), tree.triangles, nodes, slabs)
 
     def hit_by(self, rows: IntArray, tip: Array, axis: Array) -> BoolArray:
         """Find which tools reach into it at locations, (m,), which don't matter to a body that stays; (m,).
@@ -176,7 +187,7 @@ class Obstacle:
         ----------
         tip, axis : (m, 3), mm and unit vectors, workpiece frame
         """
-        return in_chunks(meets_all, rows, tip, axis, self.solids, self.tree.triangles, self.tree.boxes)
+        return in_chunks(_meets_all, rows, tip, axis, self.solids, self.triangles, self.nodes, self.slabs)
 
 
 def in_chunks(
@@ -202,30 +213,77 @@ def in_chunks(
 
 
 @compiled
-def meets_all(
-    _rows: IntArray, tip: Array, axis: Array, frusta: Array, triangles: Array, boxes: Array
+def _slabs(triangles: Array, boxes: Array) -> tuple[Array, Array]:
+    """Find the nodes, (2 * leaves, 11), of a tree of triangles, (f, 3, 3) mm, and the triangles' slabs.
+
+    Triangles of a smooth surface lie in a slab much thinner than their box. Its normal is their mean one, but
+    the slab holds their corners whatever that is.
+    """
+    leaves = len(boxes) // 2
+    leaf = len(triangles) // leaves
+    nodes, slabs = np.zeros((2 * leaves, 11)), np.zeros((len(triangles), 5))
+    for t in range(len(triangles)):
+        a, b = triangles[t, 1] - triangles[t, 0], triangles[t, 2] - triangles[t, 0]
+        slabs[t, 0] = a[1] * b[2] - a[2] * b[1]
+        slabs[t, 1] = a[2] * b[0] - a[0] * b[2]
+        slabs[t, 2] = a[0] * b[1] - a[1] * b[0]
+        nodes[leaves + t // leaf, 6:9] += slabs[t, :3]
+        _set_slab(slabs[t], triangles[t : t + 1])
+    for node in range(leaves - 1, 0, -1):
+        nodes[node, 6:9] = nodes[2 * node, 6:9] + nodes[2 * node + 1, 6:9]
+    for node in range(1, 2 * leaves):
+        nodes[node, :3] = (boxes[node, 0] + boxes[node, 1]) / 2.0
+        nodes[node, 3:6] = (boxes[node, 1] - boxes[node, 0]) / 2.0
+        first, end = node, node + 1
+        while first < leaves:
+            first, end = 2 * first, 2 * end
+        _set_slab(nodes[node, 6:], triangles[(first - leaves) * leaf : (end - leaves) * leaf])
+    return nodes, slabs
+
+
+@inner
+def _set_slab(slab: Array, triangles: Array) -> None:
+    """Set the slab, (5,), of triangles, (k, 3, 3) mm, whose normal of any length it has; one of 0 stays."""
+    length = np.sqrt(slab[0] * slab[0] + slab[1] * slab[1] + slab[2] * slab[2])
+    if length == 0.0:
+        return
+    slab[:3] /= length
+    low, high = np.inf, -np.inf
+    for t in range(len(triangles)):
+        for k in range(3):
+            place = triangles[t, k]
+            along = slab[0] * place[0] + slab[1] * place[1] + slab[2] * place[2]
+            low, high = min(low, along), max(high, along)
+    slab[3], slab[4] = (low + high) / 2.0, (high - low) / 2.0
+
+
+@compiled
+def _meets_all(
+    _rows: IntArray, tip: Array, axis: Array, frusta: Array, triangles: Array, nodes: Array, slabs: Array
 ) -> BoolArray:
     """Find which tools with tips, (m, 3) mm, and axes, (m, 3), meet a triangle; (m,)."""
     met = np.zeros(len(tip), dtype=np.bool_)
     polygon, cut = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
     stack = np.empty(STACK, dtype=np.int64)
     for i in range(len(tip)):
-        met[i] = _meets(tip[i], axis[i], frusta, triangles, boxes, stack, polygon, cut)
+        place, along = (tip[i, 0], tip[i, 1], tip[i, 2]), (axis[i, 0], axis[i, 1], axis[i, 2])
+        met[i] = _meets(place, along, frusta, triangles, nodes, slabs, stack, polygon, cut)
     return met
 
 
-@compiled
+@inner
 def _meets(
-    tip: Array,
-    axis: Array,
+    tip: Place,
+    axis: Place,
     frusta: Array,
     triangles: Array,
-    boxes: Array,
+    nodes: Array,
+    slabs: Array,
     stack: IntArray,
     polygon: Array,
     cut: Array,
 ) -> bool:
-    leaves = len(boxes) // 2
+    leaves = len(nodes) // 2
     leaf = len(triangles) // leaves
     across, beside = _frame(axis)
     top = 1
@@ -233,7 +291,7 @@ def _meets(
     while top > 0:
         top -= 1
         node = stack[top]
-        if not near_box(tip, axis, frusta, boxes[node]):
+        if not near_box(tip, axis, frusta, nodes, node, _seen(tip, axis, nodes, node, 6)):
             continue
         if node < leaves:
             stack[top] = 2 * node
@@ -242,45 +300,51 @@ def _meets(
             continue
         first = (node - leaves) * leaf
         for t in range(first, first + leaf):
-            for k in range(3):
-                dx = triangles[t, k, 0] - tip[0]
-                dy = triangles[t, k, 1] - tip[1]
-                dz = triangles[t, k, 2] - tip[2]
-                polygon[k, 0] = dx * across[0] + dy * across[1] + dz * across[2]
-                polygon[k, 1] = dx * beside[0] + dy * beside[1] + dz * beside[2]
-                polygon[k, 2] = dx * axis[0] + dy * axis[1] + dz * axis[2]
-            upright, aside, offset, room = _plane(polygon)
+            seen, near = _seen(tip, axis, slabs, t, 0), False
             for f in range(len(frusta)):
                 # Most frusta lie on one side of the triangle's plane, which is seen at once.
-                ends = upright * frusta[f, 0] - offset, upright * frusta[f, 2] - offset
-                wide = aside * frusta[f, 1] + room, aside * frusta[f, 3] + room
-                if min(ends[0] - wide[0], ends[1] - wide[1]) > 0.0:
+                if not _in_slab(seen, frusta, f):
                     continue
-                if max(ends[0] + wide[0], ends[1] + wide[1]) < 0.0:
-                    continue
+                if not near:
+                    _place(tip, across, beside, axis, triangles[t], polygon)
+                    near = True
                 if _triangle_meets(polygon, frusta[f], cut):
                     return True
     return False
 
 
-@compiled
-def _plane(corners: Array) -> tuple[float, float, float, float]:
-    """Return a triangle's plane: its normal along the axis and across it, its offset, and `APART` as long.
-
-    The normal isn't of unit length; that of a triangle without area separates nothing.
-    """
-    ax, ay, az = corners[0, 0], corners[0, 1], corners[0, 2]
-    bx, by, bz = corners[1, 0] - ax, corners[1, 1] - ay, corners[1, 2] - az
-    cx, cy, cz = corners[2, 0] - ax, corners[2, 1] - ay, corners[2, 2] - az
-    x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
-    across = x * x + y * y
-    return z, np.sqrt(across), x * ax + y * ay + z * az, APART * np.sqrt(across + z * z)
+@inner
+def _place(tip: Place, across: Place, beside: Place, axis: Place, triangle: Array, corners: Array) -> None:
+    """Set a triangle's corners, (3, 3) mm, in the tool's frame."""
+    for k in range(3):
+        x, y, z = triangle[k, 0] - tip[0], triangle[k, 1] - tip[1], triangle[k, 2] - tip[2]
+        corners[k, 0] = x * across[0] + y * across[1] + z * across[2]
+        corners[k, 1] = x * beside[0] + y * beside[1] + z * beside[2]
+        corners[k, 2] = x * axis[0] + y * axis[1] + z * axis[2]
 
 
-@compiled
-def _frame(axis: Array) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+@inner
+def _seen(tip: Place, axis: Place, slabs: Array, row: int, first: int) -> Seen:
+    """See a slab, in columns of a row from `first` on, from a tool; one without a normal is everywhere."""
+    x, y, z = slabs[row, first], slabs[row, first + 1], slabs[row, first + 2]
+    upright = x * axis[0] + y * axis[1] + z * axis[2]
+    offset = slabs[row, first + 3] - (x * tip[0] + y * tip[1] + z * tip[2])
+    return upright, np.sqrt(max(1.0 - upright * upright, 0.0)), offset, slabs[row, first + 4] + APART
+
+
+@inner
+def _in_slab(seen: Seen, frusta: Array, f: int) -> bool:
+    """Check whether a frustum may reach into a slab: never False where it does."""
+    upright, aside, offset, room = seen
+    low, high = upright * frusta[f, 0] - offset, upright * frusta[f, 2] - offset
+    wide, wider = aside * frusta[f, 1] + room, aside * frusta[f, 3] + room
+    return min(low - wide, high - wider) <= 0.0 <= max(low + wide, high + wider)
+
+
+@inner
+def _frame(axis: Place) -> tuple[Place, Place]:
     """Return two unit vectors at right angles to an axis and to each other."""
-    x, y, z = axis[0], axis[1], axis[2]
+    x, y, z = axis
     if abs(z) < 0.9:
         length = np.sqrt(x * x + y * y)
         a = (-y / length, x / length, 0.0)
@@ -291,23 +355,20 @@ def _frame(axis: Array) -> tuple[tuple[float, float, float], tuple[float, float,
     return a, b
 
 
-@compiled
-def near_box(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
-    """Check whether a box may meet a frustum: never False where it does.
+@inner
+def near_box(tip: Place, axis: Place, frusta: Array, boxes: Array, row: int, slab: Seen) -> bool:
+    """Check whether a box, by its middle and half sides, may meet a frustum in its slab: never False if so.
 
     At any one height they are separate if they are so along the direction from the axis to the box's centre.
     """
-    height, half_height, square = 0.0, 0.0, 0.0
-    for k in range(3):
-        middle = (box[0, k] + box[1, k]) / 2.0 - tip[k]
-        height += middle * axis[k]
-        half_height += (box[1, k] - box[0, k]) / 2.0 * abs(axis[k])
-        square += middle * middle
-    out = np.sqrt(max(square - height * height, 0.0))
-    away = out * out
-    for k in range(3):
-        middle = (box[0, k] + box[1, k]) / 2.0 - tip[k]
-        away -= (box[1, k] - box[0, k]) / 2.0 * abs(middle - height * axis[k])
+    x, y, z = boxes[row, 0] - tip[0], boxes[row, 1] - tip[1], boxes[row, 2] - tip[2]
+    side_x, side_y, side_z = boxes[row, 3], boxes[row, 4], boxes[row, 5]
+    height = x * axis[0] + y * axis[1] + z * axis[2]
+    half_height = side_x * abs(axis[0]) + side_y * abs(axis[1]) + side_z * abs(axis[2])
+    away = max(x * x + y * y + z * z - height * height, 0.0)
+    out = np.sqrt(away)
+    away -= side_x * abs(x - height * axis[0])
+    away -= side_y * abs(y - height * axis[1]) + side_z * abs(z - height * axis[2])
     # Both sides are multiplied by `out`, which may be 0.
     for f in range(len(frusta)):
         low, high = max(frusta[f, 0], height - half_height), min(frusta[f, 2], height + half_height)
@@ -315,12 +376,12 @@ def near_box(tip: Array, axis: Array, frusta: Array, box: Array) -> bool:
             continue
         slope = (frusta[f, 3] - frusta[f, 1]) / (frusta[f, 2] - frusta[f, 0])
         widest = frusta[f, 1] + slope * ((high if slope > 0.0 else low) - frusta[f, 0])
-        if away <= widest * out:
+        if away <= widest * out and _in_slab(slab, frusta, f):
             return True
     return False
 
 
-@compiled
+@inner
 def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
     """Check whether a triangle in the tool's frame, (3, 3) mm, reaches into a frustum."""
     z0, r0, z1, r1 = frustum[0], frustum[1], frustum[2], frustum[3]
@@ -346,7 +407,7 @@ def _triangle_meets(corners: Array, frustum: Array, cut: Array) -> bool:
     return left != right
 
 
-@compiled
+@inner
 def _clip_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
     """Clip a triangle to the heights z0 to z1; return the number of the polygon's corners."""
     count = 0
@@ -368,7 +429,7 @@ def _clip_to_slab(corners: Array, z0: float, z1: float, cut: Array) -> int:
     return count
 
 
-@compiled
+@inner
 def _least_on_edge(ax: float, ay: float, az: float, dx: float, dy: float, dz: float, slope: float) -> float:
     """Minimum of ``ρ − slope z`` along the edge from a to a + d."""
     along = dx * dx + dy * dy

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.collision.obstacles import Solid, in_chunks, near_box
+from fiveaxis.collision.obstacles import EVERYWHERE, Solid, in_chunks, near_box
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.mesh.kernels import STACK, segment_gap
@@ -143,8 +143,9 @@ def _meets_all(
 ) -> BoolArray:
     """Find which tools, (m,), meet a voxel that is taken away after their rows."""
     met = np.zeros(len(tip), dtype=np.bool_)
-    stack, box = np.empty((STACK, 4), dtype=np.int64), np.empty((2, 3))
+    stack, box = np.empty((STACK, 4), dtype=np.int64), np.empty((1, 6))
     for m in range(len(tip)):
+        place, along = (tip[m, 0], tip[m, 1], tip[m, 2]), (axis[m, 0], axis[m, 1], axis[m, 2])
         top = 1
         stack[0] = len(cells) - 1, 0, 0, 0
         while top > 0 and not met[m]:
@@ -154,10 +155,9 @@ def _meets_all(
                 continue
             for d in range(3):
                 size = side[d] * 2.0**level
-                middle = low[d] + (stack[top, d + 1] + 0.5) * size
-                half = size / 2.0 if level else 0.0
-                box[0, d], box[1, d] = middle - half, middle + half
-            if not near_box(tip[m], axis[m], frusta, box):
+                box[0, d] = low[d] + (stack[top, d + 1] + 0.5) * size
+                box[0, 3 + d] = size / 2.0 if level else 0.0
+            if not near_box(place, along, frusta, box, 0, EVERYWHERE):
                 continue
             if level == 0:
                 met[m] = True

@@ -95,6 +95,9 @@ FEWEST, MOST = 8, 8_000_000
 # States of one compiled call, after which progress is told, and the search can be interrupted: some 0.1 s.
 AT_ONCE = 20_000
 
+# Locations to each side of a refused one that a mask is asked of with it; above the share of locations it is
+# asked of all.
+ASKED_BESIDE, MOST_ASKED = 8, 0.25
 # Which postures, (m, 2) rad, at locations, (m,), a mask admits; (m,).
 Admits = Callable[[IntArray, Array], BoolArray]
 
@@ -173,7 +176,8 @@ def cheapest_path(
     costs : of its n − 1 steps
     known : (n, 2), rad, chain order, a path to stay near (`Grain.radius`); None for a search everywhere
     free : (n,), where the search may leave the known path; everywhere by default
-    admits : what a mask admits; where it refuses the known path, that counts as a broken bound
+    admits : what a mask admits; where it refuses the known path, that counts as a broken bound. It is asked
+        where the cheapest path without it is refused, and of all locations only if that doesn't do
     holding : bounds near the singular direction
     steps : called with the locations done and their number
 
@@ -181,6 +185,36 @@ def cheapest_path(
     -------
     (n, 2), rad; None where the search found no sequence of postures
     """
+    free = np.ones(len(problem), dtype=bool) if known is None or free is None else free
+    asked = np.zeros(len(problem), dtype=bool)
+    # Away from what is in the way, a mask would be asked of thousands of postures for nothing. A search that
+    # is free in places is one around it.
+    while admits is not None and free.all() and np.count_nonzero(asked) <= MOST_ASKED * len(problem):
+        found = _cheapest_path(problem, costs, grain, known, free, admits, holding, steps, asked)
+        if found is None:
+            break
+        turned = np.diff(found, axis=0, prepend=found[:1])
+        refused = ~asked & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
+        if known is not None:
+            refused &= (np.abs(found - known) >= SAME).any(axis=1)
+        if not refused.any():
+            return found
+        asked |= widened(refused, ASKED_BESIDE)
+    return _cheapest_path(problem, costs, grain, known, free, admits, holding, steps, free)
+
+
+def _cheapest_path(
+    problem: Problem,
+    costs: BlockCosts,
+    grain: Grain,
+    known: Array | None,
+    free: BoolArray,
+    admits: Admits | None,
+    holding: Holding | None,
+    steps: Steps,
+    asked: BoolArray,
+) -> Array | None:
+    """Find the cheapest path with the mask asked of some of the locations, (n,); otherwise as above."""
     n, machine = len(problem), problem.machine
     linear, rotary = machine.linear_columns, machine.rotary_columns
     spin = int(np.argmax(machine.high[rotary] - machine.low[rotary]))
@@ -193,11 +227,10 @@ def cheapest_path(
     cells = Cells(level, spin, grain.level, step, around, phase - BESIDE_END * step if around else 0.0)
     locations = _locations(problem, holding)
     if known is None:
-        path, radius, free = np.empty((0, 2)), np.full(2, np.inf), np.ones(n, dtype=bool)
+        path, radius = np.empty((0, 2)), np.full(2, np.inf)
     else:
         path = np.ascontiguousarray(known)
         radius = np.where(np.arange(2) == spin, 2.0, 1.0) * grain.radius
-        free = np.ones(n, dtype=bool) if free is None else free
     first = _first_states(problem, locations, cells, path, radius, bool(free[0]))
     if not len(first):
         return None
@@ -218,20 +251,26 @@ def cheapest_path(
     trail.layers[0].cost[: len(first)] = _wear(problem, 0, first)
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
-    if not _searched(problem, task, trail, states, admits, steps):
+    if not _searched(problem, task, trail, states, admits, asked, steps):
         return None
     # A held axis keeps its angle to the last digit.
     return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary])
 
 
 def _searched(
-    problem: Problem, task: Task, trail: Trail, most: int, admits: Admits | None, steps: Steps
+    problem: Problem,
+    task: Task,
+    trail: Trail,
+    most: int,
+    admits: Admits | None,
+    asked: BoolArray,
+    steps: Steps,
 ) -> bool:
-    """Search from the first location to the last, if possible."""
+    """Search from the first location to the last, if possible, with a mask asked of some of them, (n,)."""
     last = len(task.locations.given) - 1
     known, margin, i = task.corridor.path, np.inf, 0
-    # Where the path is held, there is nothing to ask a mask; in links, axes turn as far as they like.
-    stops = task.corridor.free.copy() if admits else np.zeros(last + 1, dtype=bool)
+    # In links, axes turn as far as they like.
+    stops = asked.copy() if admits else np.zeros(last + 1, dtype=bool)
     everywhere = not np.isfinite(task.corridor.radius).any()
     linked = np.append(False, ~problem.strict & everywhere)
     stops |= linked
@@ -240,7 +279,7 @@ def _searched(
     while True:
         if i % told == 0:
             steps(i, last + 1)
-        if admits and task.corridor.free[i]:
+        if admits and asked[i]:
             stays = _admitted(trail, i, admits)
             if len(known):
                 # The path itself stays, at a price.
@@ -293,18 +332,27 @@ def _admitted(trail: Trail, i: int, admits: Admits) -> BoolArray:
     """Find the states of location i that a mask admits, there and halfway on the way to them; (s,)."""
     states = slice(trail.begin[i], trail.begin[i + 1])
     here = trail.states[states]
-    if not i:
-        return admits(np.zeros(len(here), dtype=np.int64), here)
-    turned = here - trail.states[trail.parents[states]]
+    turned = here - trail.states[trail.parents[states]] if i else np.zeros_like(here)
+    return _admitted_ways(np.full(len(here), i), here, turned, admits)
+
+
+def _admitted_ways(rows: IntArray, rotary: Array, turned: Array, admits: Admits) -> BoolArray:
+    """Find the postures, (m, 2) rad, at locations, (m,), that a mask admits, and halfway to them; (m,)."""
     far = np.flatnonzero(np.abs(turned).max(axis=1, initial=0.0) > SMALL_TURN)
-    halfway = here[far] - turned[far] / 2.0
+    halfway = rotary[far] - turned[far] / 2.0
     # Locations may be inserted, where both neighbours have to admit a posture. A mask is asked once for all.
-    rows = np.repeat([i, i, i - 1], [len(here), len(far), len(far)])
+    asked = np.concatenate([rows, rows[far], rows[far] - 1])
     stays, *both = np.split(
-        admits(rows, np.concatenate([here, halfway, halfway])), np.cumsum([len(here), len(far)])
+        admits(asked, np.concatenate([rotary, halfway, halfway])), np.cumsum([len(rows), len(far)])
     )
     stays[far] &= both[0] & both[1]
     return stays
+
+
+def widened(marked: BoolArray, reach: int) -> BoolArray:
+    """Mark all locations, (n,), that are at most so many away from a marked one."""
+    count = np.cumsum(np.pad(marked.astype(np.int64), (reach + 1, reach)))
+    return count[2 * reach + 1 :] > count[: -2 * reach - 1]
 
 
 def path_anywhere(

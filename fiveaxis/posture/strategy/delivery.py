@@ -23,11 +23,11 @@ from fiveaxis.posture.baselines import NoBaseline, require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import Grain, sparse_rows, turning_rows
+from fiveaxis.posture.search.successors import Grain, sparse_rows, turning_rows, widened
 from fiveaxis.posture.solution import Solution, Stage, program_energy, timed_energy
 from fiveaxis.posture.strategy.effort import grain
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
-from fiveaxis.posture.strategy.near import Near, widened
+from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
 from fiveaxis.posture.strategy.turn_bounds import shared
 from fiveaxis.progress import Steps, unheard

@@ -20,7 +20,7 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.successors import Admits, Grain, Holding, cheapest_path, path_anywhere
+from fiveaxis.posture.search.successors import Admits, Grain, Holding, cheapest_path, path_anywhere, widened
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
 from fiveaxis.posture.strategy.given_path import BARRIER
 from fiveaxis.posture.strategy.program_path import Posed
@@ -355,12 +355,6 @@ def blended(path: Array, other: Array, rows: IntArray) -> Array:
     share = np.maximum(1.0 - away / NEAR, 0.0)[:, None]
     answer: Array = path + share * (other - path)
     return answer
-
-
-def widened(marked: BoolArray, reach: int) -> BoolArray:
-    """Mark all locations, (n,), that are at most so many away from a marked one."""
-    count = np.cumsum(np.pad(marked.astype(np.int64), (reach + 1, reach)))
-    return count[2 * reach + 1 :] > count[: -2 * reach - 1]
 
 
 def windows_around(rows: IntArray, count: int, margin: int) -> list[tuple[int, int]]:
