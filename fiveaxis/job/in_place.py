@@ -12,6 +12,7 @@ import numpy as np
 
 from fiveaxis.energy import Energy
 from fiveaxis.errors import JobError
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import operation_text
@@ -113,7 +114,17 @@ class RevisedOperation:
         if _states_angles(toolpath):
             tcp = wording.interpolation is Interpolation.TCP
             toolpath = replace(toolpath, slack=own_slack(toolpath, machine, tcp=tcp))
-        return cls(text, toolpath, machine, wording, timed_reading(job, machine))
+        reading = timed_reading(job, machine)
+        if reading["rapid"] != job.reading["rapid"]:
+            unknown = ", ".join(axis.letter for axis in machine.axes if axis.max_speed is None)
+            message = (
+                f"machine {machine.name!r} states no highest speed of {unknown}: rapid moves are timed at "
+                f"{RAPID:g} mm/min (deg/min) in both texts; give the rapid speed (--rapid), or max_speed in "
+                "the machine file"
+            )
+            found = Finding(Severity.NOTE, "rapid-speed-unknown", message, toolpath.place(0))
+            toolpath = replace(toolpath, findings=(*toolpath.findings, found))
+        return cls(text, toolpath, machine, wording, reading)
 
     @cached_property
     def as_it_was(self) -> ProgramEnergy:

@@ -235,15 +235,17 @@ def _pinned(solution: Solution, operation: RevisedOperation) -> Solution:
 
 def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[tuple[str, Solution]]:
     """Yield what lies between an operation's own postures and those of a solution."""
-    path, own, machine = operation.path, operation.path.rotary, solution.machine
+    own, machine, motion = operation.path.rotary, solution.machine, solution.motion
     if own is None or not np.isfinite(own).all():
         return
-    at, motion = solution.motion.location, solution.motion
-    rotary = motion.positions[slice(None) if at is None else at == np.floor(at)][:, machine.rotary_columns]
+    at = np.arange(len(motion), dtype=float) if motion.location is None else motion.location
+    given = np.flatnonzero(at == np.floor(at))
+    path, rotary = solution.toolpath.at(given), motion.positions[given][:, machine.rotary_columns]
     turns = 2.0 * np.pi * np.round((rotary[0] - own[0]) / (2.0 * np.pi))
+    there = replace(solution, toolpath=path, tilt=solution.tilt.at(given), problem=None)
     for share in SHARES:
         between = follow(path, machine, own + share * (rotary - turns - own))
-        yield f", {share:.0%} of the way", replace(solution, toolpath=path, motion=between)
+        yield f", {share:.0%} of the way", replace(there, motion=between)
 
 
 def _baselines(solution: Solution) -> Iterator[tuple[str, Solution]]:
@@ -251,4 +253,4 @@ def _baselines(solution: Solution) -> Iterator[tuple[str, Solution]]:
     for name, one in solution.compared.items():
         if one.toolpath is None:
             motion = replace(one.motion, location=solution.motion.location)
-            yield f", baseline {name}", replace(solution, motion=motion)
+            yield f", baseline {name}", replace(solution, motion=motion, problem=None)

@@ -4,7 +4,8 @@ Usage: python tests/benchmarks/pictures.py [FOLDER] [--only stock]
 
 Runs `job.toml` and `complete.toml` of `examples/overhang` on the command line, and writes terminal.png,
 report.png, simulation.png and postures.png of the first, terminal-green.png and report-green.png of the other
-(by default into docs/pages/pictures); and stock.png of the first with a stock and narrower passes, half cut,
+(by default into docs/pages/pictures); program-better.png, program-trade.png and program-stays.png of programs
+that are revised in their own lines; and stock.png of the first with a stock and narrower passes, half cut,
 which is all that `--only stock` makes.
 """
 
@@ -17,9 +18,12 @@ import tempfile
 from html import escape
 from pathlib import Path
 
+import numpy as np
+
 HERE = Path(__file__).parents[2]
 sys.path.insert(0, str(HERE / "tests"))
 from browser import Browser  # noqa: E402
+from shop import SHOPS, Row, wall  # noqa: E402
 
 # Where in the program the simulation is shown: a share of its duration.
 PLACE = 0.45
@@ -63,6 +67,7 @@ def main() -> None:
         try:
             if asked.only is None:
                 take_example(browser, Path(made), asked.folder)
+                take_programs(browser, Path(made), asked.folder)
             said_by("examples/overhang/job.toml", Path(made) / "stock", *STOCK)
             browser.open((Path(made) / "stock" / "preview.html").as_uri(), SIMULATION)
             browser.run(HALF_CUT)
@@ -88,6 +93,34 @@ def take_example(browser: Browser, made: Path, folder: Path) -> None:
     browser.open((made / "job" / "report.html").as_uri())
     browser.run(TO_MAP)
     browser.shoot(folder / "postures.png")
+
+
+def take_programs(browser: Browser, made: Path, folder: Path) -> None:
+    """Take the pictures of answers on a program that gets better, is traded, and stays."""
+    turn = np.linspace(0.0, 360.0, 73)
+    x, y = 30.0 * np.cos(np.radians(turn)), 30.0 * np.sin(np.radians(turn))
+    ring = [(float(a), float(b), 2.0, 30.0, float(c)) for a, b, c in zip(x, y, turn, strict=True)]
+    trade = ("--allow", "slower,rougher")
+    for name, rows, more in (
+        ("better", wall(30.0, 9), ()),
+        ("trade", wall(30.0, 9), trade),
+        ("stays", ring, ()),
+    ):
+        page = made / f"program-{name}.html"
+        page.write_text(said_of(rows, made, *more), encoding="utf-8")
+        browser.open(page.as_uri())
+        browser.shoot(folder / f"program-{name}.png")
+
+
+def said_of(rows: list[Row], folder: Path, *more: str) -> str:
+    """Revise a program of one operation, and return what the command prints as a page."""
+    shop = SHOPS["fanuc"]
+    lines = [*shop.begin, "(T3 6MM BALL MILL)", *shop.cuts(3, rows, 1500.0), *shop.end]
+    (folder / "part.nc").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    words = ["optimise", "part.nc", "-m", "dmu50ev", "--cone", "20", "--effort", "quick", *more]
+    command = [sys.executable, "-m", "fiveaxis.cli", *words, "-q"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    return TERMINAL.format(command=f"fiveaxis {' '.join(words)}", said=escape(done.stdout))
 
 
 def said_by(job: str, out: Path, *more: str) -> str:

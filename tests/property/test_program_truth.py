@@ -202,8 +202,9 @@ def test_a_whole_program_changes_by_the_sum_of_its_operations(name, folder, tmp_
             assert said(part.before) == said(part.after) == said(alone)
 
 
-def test_every_picture_of_a_program_shows_the_same_figures(name, folder, tmp_path):
-    made = revised(name, folder, TRADES)
+@pytest.mark.parametrize("allow", [(), TRADES])
+def test_every_picture_of_a_program_shows_the_same_figures(name, folder, tmp_path, allow):
+    made = revised(name, folder, allow)
     outcome = made.outcomes.get(CASES[name].operation)
     if outcome is None:
         pytest.skip("the program stays")

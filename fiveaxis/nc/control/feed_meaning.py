@@ -115,9 +115,9 @@ class FeedMeaning:
             return []
         message = (
             f"F of {int(rows.sum())} moves that turn axes along their way, the first here: "
-            f"{self.unknown or self.table.unknown}; they take {alone:.4g} s where F is along X, Y and Z alone "
-            f"(LinuxCNC), as it is taken here, and {together:.4g} s where a degree counts as a {unit} (Fanuc); "
-            "post with G93 or TCP"
+            f"{self.unknown or self.table.unknown}; they take {alone:.4g} s where F is along X, Y and Z "
+            f"alone (LinuxCNC), as it is taken here, and {together:.4g} s where a degree counts as a {unit} "
+            "(Fanuc); post with G93 or TCP"
         )
         line = int(columns.lines[np.argmax(rows)])
         return [source.finding(Severity.WARNING, "feed-meaning", message, line)]
