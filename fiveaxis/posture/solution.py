@@ -63,12 +63,14 @@ class Baseline:
     motion, energy : of its program
     toolpath : its locations if they differ from the result's, since each path has its own rewinds
     note : how it deviates from what its name says; may be empty
+    admitted : whether it keeps the bounds that are asked for: a program of somebody's own may not
     """
 
     motion: Motion
     energy: Energy
     toolpath: Toolpath | None = None
     note: str = ""
+    admitted: bool = True
 
     def __repr__(self) -> str:
         return f"<Baseline: {self.energy!r}>"
@@ -277,9 +279,12 @@ class Solution(ShownAsTable, HasColumns):
         }
 
     def cheapest(self, measure: str = "total") -> str | None:
-        """Return the name of the cheapest baseline by an attribute of `Energy`; None without one."""
-        baselines = self.baselines
-        return min(baselines, key=lambda name: getattr(baselines[name], measure), default=None)
+        """Return the name of the cheapest baseline by an attribute of `Energy`; None without one.
+
+        One that breaks bounds stands in the table, and is no measure of what postures within them save.
+        """
+        fair = [name for name, one in self.compared.items() if one.admitted] or list(self.compared)
+        return min(fair, key=lambda name: getattr(self.baselines[name], measure), default=None)
 
     def to_measure(self, baseline: str, *, with_base: bool = False) -> str:
         """Say what to measure where drives are estimated so roughly that a saving might be a loss.

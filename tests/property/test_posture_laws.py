@@ -12,6 +12,7 @@ import pytest
 from by_degrees import tilt_bounds
 from scipy.optimize import minimize
 
+import fiveaxis as fx
 from fiveaxis.energy import motion_energy, travel_costs
 from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import linear_positions, tool_axes
@@ -325,3 +326,14 @@ def test_a_part_turned_about_an_endless_c_costs_the_same_and_c_alone_turns_with_
     assert other.problem.violation(shifted) <= 1e-9
     positions = other.problem.positions(slice(None), shifted)
     assert other.problem.cost(positions) == pytest.approx(costs[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("objective", ["energy", "travel", "time"])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_baseline_in_the_table_is_cheaper_by_what_is_minimised(machine, seed, objective):
+    measure = {"energy": "total"}.get(objective, objective)
+    solution = fx.optimise(bumps(seed, 20), machine, tilt=TILT, effort="quick", objective=objective)
+    own = getattr(solution.energy, measure)
+    assert solution.baselines
+    for name, energy in solution.baselines.items():
+        assert own <= getattr(energy, measure) * (1.0 + 1e-9), name

@@ -571,6 +571,9 @@ def delivered(
         priced(number, 2 * len(solution.compared))
         baseline, energy = solution.compared[name], energies[name]
         motion = baseline.motion
+        if baseline.toolpath is None and not delivery.admits(motion.positions[:, columns]):
+            note = "; ".join(filter(None, (baseline.note, "it breaks bounds that are asked for")))
+            baseline = replace(baseline, note=note, admitted=False)
         if baseline.toolpath is None and location is not None:
             motion = follow(path, machine, planes[name].rotary_at(location))
             # Priced as it is given, so that everyone who prices it finds the same.
