@@ -217,7 +217,8 @@ def _ways(options: Options, operation: RevisedOperation) -> Iterator[tuple[str, 
         yield f"smoothed by {price:g} J/rad2", held | {"smoothing": max(price, options.smoothing)}
     timed = all(axis.max_speed is not None for axis in operation.machine.axes)
     if timed and options.objective == "energy" and not options.even_wear:
-        yield "for least time", held | {"objective": "time", "time_price": None}
+        # From the postures of least energy.
+        yield "for least time", held | {"objective": "time", "time_price": None, "start": options.start}
     yield "with free ends", {"holds_ends": False}
 
 

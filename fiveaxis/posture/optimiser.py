@@ -96,6 +96,8 @@ def optimise(
     """
     if options.even_wear:
         require_touching(toolpath, "how evenly its edge wears (even_wear)")
+    if options.is_timed and options.start is None and not options.free_start:
+        options = replace(options, start=_of_least_energy(toolpath, machine, constraints, options))
     found, broken = _optimised(toolpath, machine, constraints, options, None)
     if not options.even_wear:
         return found
@@ -116,6 +118,23 @@ def optimise(
             except Infeasible:  # there is a path, but none was found near the shares
                 break
     return replace(best, stages=(*best.stages, *stages))
+
+
+def _of_least_energy(
+    toolpath: Toolpath, machine: Machine, constraints: Constraints, options: Options
+) -> Array | None:
+    """Find the postures of least energy, (n, 2) rad, to begin from; None where there are none, or rewinds.
+
+    A price of time alone says nothing about axes that don't limit a block, so that a search by it ends rough.
+    """
+    cheap = replace(options, objective="energy", bound=False)
+    try:
+        found, _ = _optimised(toolpath, machine, constraints, cheap, None)
+    except Infeasible:
+        return None
+    rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
+    rotary = rotary if location is None else rotary[location == np.floor(location)]
+    return rotary if len(rotary) == len(toolpath) and found.unwrapped is None else None
 
 
 def _optimised(

@@ -8,7 +8,7 @@ and clearance hold there, and the objective is that of the program's blocks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from operator import attrgetter
@@ -26,6 +26,7 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Grain, sparse_rows, turning_rows, widened
 from fiveaxis.posture.solution import Solution, Stage, program_energy, timed_energy
 from fiveaxis.posture.strategy.effort import grain
+from fiveaxis.posture.strategy.fairing import faired
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
@@ -48,7 +49,9 @@ WIDE, DETOUR = grain(0.5, 2.0, 400, 60.0), 12
 FARTHER, LITTLE = 1.5, np.radians(0.5)
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
 BESIDE = ("bends", "waits", "jerks", "wear")
-SEARCHING = "searching postures"
+SEARCHING, FAIRING = "searching postures", "fairing"
+# rad: how far postures are moved to run smoothly.
+FARTHEST = tuple(np.radians([0.02, 0.05, 0.1, 0.2]))
 
 # Keys by which the better and the steadier of two `Delivered` is smaller.
 rank, unrest = attrgetter("rank"), attrgetter("unrest")
@@ -165,6 +168,16 @@ class Delivery:
             found = [self._final(min(self._bare(one), one, key=rank)) for one in found]
             steadiest = self._steadied(found, steadiest)
         return steadiest or best
+
+    def faired(self, program: Delivered) -> Iterator[Delivered]:
+        """Price a program with smoother postures, where the control's clock is known."""
+        if self.options.clock.is_programmed(program.posed.problem.machine):
+            return
+        for farthest in FARTHEST:
+            rotary = faired(program.posed.problem, program.rotary, farthest)
+            here = self._final(self.priced(rotary, program.posed))
+            self.stages.append(Stage(FAIRING, self._status(here), 0, program.cost, here.cost))
+            yield here
 
     def _bare(self, program: Delivered) -> Delivered:
         """Leave out inserted locations: where the path is straight in between, no program needs them."""
@@ -564,6 +577,7 @@ def delivered(
         best = min(best, delivery.run(rotary), key=rank)
         named = [replace(stage, name=f"{stage.name}, from {name}") for stage in delivery.stages[before:]]
         delivery.stages[before:] = named
+    best = min([best, *delivery.faired(best)], key=rank)
     path = best.posed.path
     location = None if len(path) == len(given) else best.posed.location
     compared = {}

@@ -1,0 +1,82 @@
+"""Fairing: postures moved by a fraction of a degree, so that the rotary axes run smoothly.
+
+A search and an optimum by prices of single moves leave axes that speed up and brake from block to block,
+within what the price resolves. Where the control's clock is known, that costs time and energy.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from fiveaxis.geometry import Array, angle_between, normalise
+from fiveaxis.kinematics import rotary_angles, tool_axes
+from fiveaxis.kinematics.windings import TURN
+from fiveaxis.posture.problem import Problem
+
+# Weight of a location that stays: an end, and one beside a move that doesn't cut.
+STAYS = 1e6
+# Halvings of the logarithm of the price of third differences, and its range.
+HALVINGS, LEAST, MOST = 20, -6.0, 8.0
+# rad: how far inside of a bound on the lean a posture is put back.
+INSIDE = 1e-6
+
+
+def faired(problem: Problem, rotary: Array, farthest: float) -> Array:
+    """Smooth a path's postures, and put the tool back into the bounds on its lean.
+
+    Minimised are squared distances from the postures, and squared third differences at the highest price that
+    moves no posture farther than asked for (Whittaker 1923).
+
+    Parameters
+    ----------
+    rotary : (n, 2), rad, chain order
+    farthest : rad, that a rotary axis may move by
+
+    Returns
+    -------
+    (n, 2), rad; the path itself where it is too short
+    """
+    if len(rotary) < 4:
+        return rotary
+    weight = np.ones(len(rotary))
+    air = ~problem.strict
+    weight[[0, -1]] = weight[:-1][air] = weight[1:][air] = STAYS
+    low, high, best = LEAST, MOST, rotary
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        found = _smoothed(rotary, weight, 10.0**middle)
+        if np.abs(found - rotary).max() <= farthest:
+            low, best = middle, found
+        else:
+            high = middle
+    return _put_back(problem, best)
+
+
+def _smoothed(values: Array, weight: Array, price: float) -> Array:
+    """Solve ``(W + λ DᵀD) y = W x`` with third differences D; (n, 2)."""
+    n, difference = len(values), np.array([-1.0, 3.0, -3.0, 1.0])
+    band = np.zeros((4, n))
+    band[0] = weight
+    for k in range(4):
+        for i in range(4 - k):
+            band[k, i : n - 3 + i] += price * difference[i] * difference[i + k]
+    return np.asarray(solveh_banded(band, weight[:, None] * values, lower=True))
+
+
+def _put_back(problem: Problem, rotary: Array) -> Array:
+    """Turn tool axes that lean too little or too much to the nearest lean that is admitted."""
+    axis = tool_axes(problem.machine, rotary)
+    for bound in problem.bounds:
+        angle = angle_between(axis, bound.reference)
+        wanted = np.clip(angle, bound.low + INSIDE, bound.high - INSIDE)
+        off = np.flatnonzero(np.isfinite(angle) & (wanted != angle) & (angle > INSIDE))
+        reference = bound.reference[off]
+        across = normalise(axis[off] - np.cos(angle[off])[:, None] * reference)
+        axis[off] = np.cos(wanted[off])[:, None] * reference + np.sin(wanted[off])[:, None] * across
+    found = rotary_angles(problem.machine, axis)
+    found += TURN * np.round((rotary - found) / TURN)
+    far = np.abs(found - rotary).max(axis=-1)
+    nearest = np.where(np.isnan(far), np.inf, far).argmin(axis=0)
+    back = found[nearest, np.arange(len(rotary))]
+    return np.where(np.isfinite(back), back, rotary)
