@@ -16,7 +16,8 @@ from fiveaxis.toolpath import Tool, parse_tool
 # Names of the comments, and the forms of what they state, in lower case.
 _CONTROL, _WINDING, _POSITIONS = "control", "winding", "positions"
 _TOOL, _FEED, _ALONG = "tool", "feed", "mm/min along the path"
-_SETUP = "setup"
+_SETUP, _DEGREE = "setup", "degree"
+_COUNTED = re.compile(r"counts ([0-9.]+(?:e[-+][0-9]+)?) in f")
 _MODULO = re.compile(r"modulo (shorter|signed) ([abc]+)")
 _SHAPE = re.compile(r"[a-z]+(?::[0-9.]+)+")
 _TRIPLE = r"[\[(]([-+.0-9e]+), ([-+.0-9e]+), ([-+.0-9e]+)[\])]"
@@ -84,6 +85,17 @@ def stated_control(source: Source) -> tuple[str, Coordinates]:
     """Return the control that the header states, empty if none, and the coordinates, by default ``axes``."""
     name, _, words = (source.stated(_CONTROL) or "").rpartition(" ")
     return name, next((known for known in get_args(Coordinates) if known == words), "axes")
+
+
+def degree_comment(degree: float) -> str:
+    """Return the comment on what F counts of a degree where linear axes move, too (`MixedFeed`)."""
+    return f"{_DEGREE}: counts {degree:.9g} in F"
+
+
+def stated_degree(source: Source) -> float | None:
+    """Return what F counts of a degree, if stated."""
+    found = _COUNTED.fullmatch(source.stated(_DEGREE) or "")
+    return None if found is None else float(found[1])
 
 
 def modulo_comment(direction: Wrap, letters: str) -> str:

@@ -387,7 +387,7 @@ def fed_lengths(steps: Array, counted: Array, is_linear: BoolArray) -> tuple[Arr
     weights = np.nan_to_num(np.broadcast_to(counted, steps.shape))
     whole, distance = (np.linalg.norm(part, axis=1) for part in (weights * steps, steps[:, is_linear]))
     turn = np.linalg.norm(steps[:, ~is_linear], axis=1)
-    plain = (np.isin(weights, (0.0, 1.0)) | (steps == 0.0))[:, ~is_linear].all(axis=1)
+    plain = ((weights == 0.0) | (weights == 1.0) | (steps == 0.0))[:, ~is_linear].all(axis=1)
     along = (distance > np.where(turn > 0.0, STANDSTILL, 0.0)) | ~plain
     return np.where(along, np.where(whole > 0.0, whole, distance), turn), along
 

@@ -12,7 +12,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns, travel_of
 from fiveaxis.nc.languages.choice import ISO, control_of, find_language
-from fiveaxis.nc.own_header import stated_control
+from fiveaxis.nc.own_header import stated_control, stated_degree
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.table_parts import MixedFeed
@@ -61,10 +61,12 @@ class FeedMeaning:
     @classmethod
     def of(cls, source: Source, machine: Machine) -> FeedMeaning:
         """Find the control of a program."""
-        dialect = _dialect_of(source, machine)
-        if dialect is None:
-            return cls(machine, MixedFeed(unknown=_NO_CONTROL))
-        return cls(machine, dialect.mixed_feed, dialect.dwell)
+        dialect, stated = _dialect_of(source, machine), stated_degree(source)
+        name = control_of(source, find_language(source))
+        table = MixedFeed(unknown=f"no table says it for control {name!r}" if name else _NO_CONTROL)
+        table = table if dialect is None else dialect.mixed_feed
+        table = table if stated is None else MixedFeed(degree=stated, source="the program's header")
+        return cls(machine, table, 1.0 if dialect is None else dialect.dwell)
 
     def take(self, word: str, scale: float) -> bool:
         """Apply a word that sets what F counts; return whether it makes it unknown.
@@ -102,25 +104,23 @@ class FeedMeaning:
         ----------
         columns, scale : as for `travel_of`
         """
+        nobody = np.isnan(columns.counted)
+        if not nobody.any():
+            return []
         travel = travel_of(columns, scale)
         rows = travel.unknown & (columns.kinds == MoveKind.CUT) & np.isnan(columns.times)
-        alike = replace(
-            columns, counted=np.where(np.isnan(columns.counted), MILLIMETRES[unit], columns.counted)
-        )
+        alike = replace(columns, counted=np.where(nobody, MILLIMETRES[unit], columns.counted))
         alone, together = (float(t.time[rows].sum()) for t in (travel, travel_of(alike, scale)))
         if not together > alone * (1.0 + _SAME):
             return []
-        why = self.unknown or self.table.unknown
-        return [
-            source.finding(
-                Severity.WARNING,
-                "feed-meaning",
-                f"F of {int(rows.sum())} moves that turn axes along their way, the first here: {why}; they "
-                f"take {alone:.4g} s where F is along X, Y and Z alone (LinuxCNC), as it is taken here, and "
-                f"{together:.4g} s where a degree counts as a {unit} (Fanuc); post with G93 or TCP",
-                int(columns.lines[np.argmax(rows)]),
-            )
-        ]
+        message = (
+            f"F of {int(rows.sum())} moves that turn axes along their way, the first here: "
+            f"{self.unknown or self.table.unknown}; they take {alone:.4g} s where F is along X, Y and Z "
+            f"alone (LinuxCNC), as it is taken here, and {together:.4g} s where a degree counts as a {unit} "
+            "(Fanuc); post with G93 or TCP"
+        )
+        line = int(columns.lines[np.argmax(rows)])
+        return [source.finding(Severity.WARNING, "feed-meaning", message, line)]
 
 
 def _dialect_of(source: Source, machine: Machine) -> Dialect | None:

@@ -14,6 +14,7 @@ from fiveaxis.machine.unknown import assumed_figures
 from fiveaxis.nc.own_header import (
     CALLERS_READ_BACK,
     control_comment,
+    degree_comment,
     modulo_comment,
     positions_comment,
     setup_comment,
@@ -149,6 +150,9 @@ def _read_back(writer: WordWriter, winding: str) -> Iterator[str]:
     """Yield the comments that the readers of programs look for."""
     machine, dialect = writer.machine, writer.dialect
     yield control_comment(dialect.name, writer.coordinates)
+    degree = dialect.mixed_feed.degree
+    if writer.coordinates == "axes" and writer.mode.feed == "per_minute" and degree is not None:
+        yield degree_comment(degree)
     letters = "".join(machine.letters[c] for c in counted_columns(machine))
     if winding == "modulo" and dialect.modulo is not None and letters:
         yield modulo_comment(dialect.modulo.way, letters)
