@@ -276,6 +276,7 @@ def _searched(
     stops |= linked
     told = max(AT_ONCE // most, 1)
     stops[::told] = True
+    samples: dict[int, Array] = {}
     while True:
         if i % told == 0:
             steps(i, last + 1)
@@ -292,17 +293,19 @@ def _searched(
         reached, margin = advance(task, trail, i, following, most, margin)
         if everywhere and (reached < following or linked[following]):
             reached, margin = min(reached + 1, following), np.inf
-            if not _bridged(problem, task, trail, reached, most):
+            if not _bridged(problem, task, trail, reached, most, samples):
                 return False
         if reached < following and not everywhere:
             return False
         i = reached
 
 
-def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> bool:
+def _bridged(
+    problem: Problem, task: Task, trail: Trail, i: int, most: int, samples: dict[int, Array]
+) -> bool:
     """Add sampled postures to the states of location i: no move leads there, or from afar.
 
-    In a link they are those of the cut that it leads to.
+    In a link they are those of the cut that it leads to, the same all along; `samples` keeps them by row.
     """
     trail.begin[i + 1] = max(trail.begin[i + 1], trail.begin[i])
     costs = trail.layers[i % 2].cost[: trail.begin[i + 1] - trail.begin[i]]
@@ -313,7 +316,10 @@ def _bridged(problem: Problem, task: Task, trail: Trail, i: int, most: int) -> b
     before, size = (int(trail.begin[k + 1] - trail.begin[k]) for k in (i - 1, i))
     here, then = trail.layers[(i - 1) % 2], trail.layers[i % 2]
     ahead = np.flatnonzero(problem.bound_rows[i:])
-    rotary = sampled(problem, i + int(ahead[0]) if len(ahead) else i)
+    row = i + int(ahead[0]) if len(ahead) else i
+    if row not in samples:
+        samples[row] = sampled(problem, row)
+    rotary = samples[row]
     rotary = np.ascontiguousarray(rotary[:: -(-len(rotary) // (most - size)) or 1])
     positions = problem.positions(np.full(len(rotary), i), rotary)
     cost, came, moved = cheapest_steps(task, here, before, i - 1, rotary, positions)
@@ -578,10 +584,8 @@ def sampled(problem: Problem, row: int, step: float = SAMPLED) -> Array:
     ----------
     step : rad, between neighbours
     """
-    grid = every_pair(*(spin_angles(problem, r, step) for r in range(2)))
-    found = _sound(problem, row, grid.reshape(-1, 2))
+    tried = [every_pair(*(spin_angles(problem, r, step) for r in range(2))).reshape(-1, 2)]
     around, about = np.arange(0.0, TURN, step)[:, None], singular_direction(problem.machine)
-    postures = [found]
     for bound in problem.bounds:
         reference = bound.reference[row]
         if not np.isfinite(reference).all():
@@ -592,13 +596,12 @@ def sampled(problem: Problem, row: int, step: float = SAMPLED) -> Array:
         across = normalise(upright if has_azimuth else perpendicular(reference))
         side = np.cos(around) * across + np.sin(around) * np.cross(reference, across)
         inside = min(INSIDE, (bound.high - bound.low) / 2.0)
-        for angle in np.linspace(bound.low + inside, bound.high - inside, RINGS):
-            axis = np.cos(angle) * reference + np.sin(angle) * side
-            postures += [
-                _sound(problem, row, into_limits(problem.machine, rotary[np.isfinite(rotary).all(axis=1)]))
-                for rotary in rotary_angles(problem.machine, axis)
-            ]
-    return np.concatenate(postures)
+        lean = np.linspace(bound.low + inside, bound.high - inside, RINGS)[:, None, None]
+        axis = (np.cos(lean) * reference + np.sin(lean) * side).reshape(-1, 3)
+        rings = np.stack([r.reshape(RINGS, -1, 2) for r in rotary_angles(problem.machine, axis)], axis=1)
+        rings = rings.reshape(-1, 2)
+        tried.append(into_limits(problem.machine, rings[np.isfinite(rings).all(axis=1)]))
+    return _sound(problem, row, np.concatenate(tried))
 
 
 def _sound(problem: Problem, row: int, rotary: Array) -> Array:
