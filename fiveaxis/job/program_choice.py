@@ -196,13 +196,19 @@ def choose(
     able = [one for one in found if one[1].is_worth(job.allow)]
     if not able and operation.faults(found[0][3], job):
         able = found
-    made = None
+    made, refusal = None, None
     for _, comparison, cleared, solution in able[:MOST_VERIFIED]:
-        program, revision = operation.make(solution, job)
+        try:
+            program, revision = operation.make(solution, job)
+        except ToolpathError as fault:  # another end may be where a later line goes on from
+            refusal = refusal or fault
+            continue
         chosen = Chosen(replace(cleared, solution=solution), program, revision, comparison, tried)
         if program.gate.is_open:
             return chosen
         made = made or chosen
+    if made is None and refusal is not None:
+        raise refusal
     if made is None:
         raise _stays(before, tried)
     return made
