@@ -111,9 +111,9 @@ class RevisedOperation:
         coordinates: Coordinates = "vector" if text.by_direction else "tip" if operation.tcp else "axes"
         wording = require_program(machine, control, coordinates)
         require_stated(machine, coordinates)
-        if _states_angles(toolpath):
+        if (rotary := _stated_angles(toolpath)) is not None:
             tcp = wording.interpolation is Interpolation.TCP
-            toolpath = replace(toolpath, slack=own_slack(toolpath, machine, tcp=tcp))
+            toolpath = replace(toolpath, slack=own_slack(toolpath, machine, rotary, tcp=tcp))
         reading = timed_reading(job, machine)
         if reading["rapid"] != job.reading["rapid"]:
             unknown = ", ".join(axis.letter for axis in machine.axes if axis.max_speed is None)
@@ -250,8 +250,8 @@ class RevisedOperation:
 
         Where the program states directions of the tool, and no angles, baselines stand in for it.
         """
-        path, rotary = self.path, self.path.rotary
-        if rotary is not None and _states_angles(path):
+        path, rotary = self.path, _stated_angles(self.path)
+        if rotary is not None:
             energy = _from_path(self.as_it_was, int(path.source[0]))
             original = Baseline(follow(path, self.machine, rotary), energy, path)
             compared, spent = {AS_PROGRAMMED: original}, {AS_PROGRAMMED: _spent(self.as_it_was, path.source)}
@@ -291,9 +291,10 @@ def timed_reading(job: Job, machine: Machine) -> Mapping[str, Any]:
     return {**job.reading, **({"rapid": RAPID} if unknown else {})}
 
 
-def _states_angles(path: Toolpath) -> bool:
-    """Check whether a program states the rotary angles of all of its cuts."""
-    return path.rotary is not None and bool(np.isfinite(path.rotary).all())
+def _stated_angles(path: Toolpath) -> Array | None:
+    """Return a program's rotary angles, (n, 2) rad; None where it doesn't state those of all its cuts."""
+    stated = path.rotary is not None and bool(np.isfinite(path.rotary).all())
+    return path.rotary if stated else None
 
 
 def _rows(solution: Solution, row: Array) -> Array:

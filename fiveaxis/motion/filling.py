@@ -267,17 +267,16 @@ def fill_in(
     return path, motion, row
 
 
-def own_slack(toolpath: Toolpath, machine: Machine, *, tcp: bool) -> Array:
+def own_slack(toolpath: Toolpath, machine: Machine, rotary: Array, *, tcp: bool) -> Array:
     """Bound by how much a program's own blocks leave the path in the moves to its locations, (n,) mm.
 
     Parameters
     ----------
-    toolpath : with the program's rotary angles
+    rotary : (n, 2), rad, chain order, of the program
     tcp : whether its control moves the tip straight
     """
-    assert toolpath.rotary is not None  # callers have them
     every = np.arange(len(toolpath) - 1)
-    off = np.nan_to_num(path_deviation(toolpath, machine, toolpath.rotary, every, tcp=tcp))
+    off = np.nan_to_num(path_deviation(toolpath, machine, rotary, every, tcp=tcp))
     return np.append(0.0, _heights(off))
 
 
