@@ -6,9 +6,8 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from fiveaxis.cli.batch_verb import batch
+from fiveaxis.cli.batch_verb import batch, compare
 from fiveaxis.cli.calibration_verb import calibrate
-from fiveaxis.cli.compare_verb import compare
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf

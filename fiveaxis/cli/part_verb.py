@@ -14,13 +14,13 @@ from fiveaxis.cli.work import shown_work
 from fiveaxis.options import Unit
 
 if TYPE_CHECKING:
-    from fiveaxis.mesh.cad.survey import FaceSheet
+    from fiveaxis.mesh.cad.choice import FaceSheet
 
 
 def print_faces(path: Path, tool: str | None, unit: Unit | None, body: str | None, *, as_json: bool) -> None:
     """Print the faces of a CAD file, and whether a ball is small enough for their hollows."""
     from fiveaxis.mesh import load_mesh, mesh_size, model_of, size_text
-    from fiveaxis.mesh.cad.survey import survey
+    from fiveaxis.mesh.cad.choice import survey
     from fiveaxis.toolpath import parse_tool
 
     radius = None if tool is None else parse_tool(tool).radius

@@ -25,10 +25,10 @@ from fiveaxis.energy.drives import lifting_costs as lifting_costs
 from fiveaxis.energy.drives import moved_weights as moved_weights
 from fiveaxis.energy.drives import power_findings as power_findings
 from fiveaxis.energy.drives import travel_costs as travel_costs
-from fiveaxis.energy.engaged import CutCourse as CutCourse
-from fiveaxis.energy.engaged import Engaged as Engaged
 from fiveaxis.energy.engagement import Cut as Cut
+from fiveaxis.energy.engagement import CutCourse as CutCourse
 from fiveaxis.energy.engagement import EndMill as EndMill
+from fiveaxis.energy.engagement import Engaged as Engaged
 from fiveaxis.energy.engagement import removal_rate as removal_rate
 from fiveaxis.energy.engagement import swept_surface as swept_surface
 from fiveaxis.energy.path_feed import path_feed as path_feed

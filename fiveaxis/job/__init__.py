@@ -2,7 +2,7 @@
 
 - the job: `description` (its fields), `reading` (from a file or options), `guide` (explained), `loading`
   (what it names), `placement` (where the part stands if nobody says);
-- its run: `setup_choice` (`run_job`), `setup_search`, `box_search`, `stages`, `clearing` (optimisation clear
+- its run: `setup_choice` (`run_job`), `setup_search`, `stages`, `clearing` (optimisation clear
   of collisions), `solution`, `results` (its files), `unfinished` (what an interrupted
   one goes on from);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
@@ -48,10 +48,10 @@ from fiveaxis.job.revised_program import revise_operations as revise_operations
 from fiveaxis.job.revised_program import revise_program as revise_program
 from fiveaxis.job.revised_program import takes_operations as takes_operations
 from fiveaxis.job.setup_choice import run_job as run_job
-from fiveaxis.job.shown_program import show_program as show_program
 from fiveaxis.job.solution import Solution as Solution
 from fiveaxis.job.stages import LEFT_OUT as LEFT_OUT
 from fiveaxis.job.stages import Outcome as Outcome
 from fiveaxis.job.unfinished import digest_job as digest_job
 from fiveaxis.job.unfinished import resumable as resumable
+from fiveaxis.job.verifying import show_program as show_program
 from fiveaxis.job.verifying import verify_program as verify_program

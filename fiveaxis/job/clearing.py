@@ -16,9 +16,8 @@ from fiveaxis.contour import on_part
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.job.colliding import colliding_rows, has_pairs
 from fiveaxis.job.loading import take_machine, take_path
-from fiveaxis.job.obstruction import OF_BODIES, explain, require_clear
+from fiveaxis.job.obstruction import OF_BODIES, colliding_rows, explain, has_pairs, require_clear
 from fiveaxis.job.placement import placed
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine

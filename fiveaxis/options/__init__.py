@@ -12,7 +12,7 @@ from fiveaxis.options.bounds import ProgramBounds as ProgramBounds
 from fiveaxis.options.calibration import Calibrate as Calibrate
 from fiveaxis.options.calibration import FitDrive as FitDrive
 from fiveaxis.options.calibration import ReadLog as ReadLog
-from fiveaxis.options.costs import Costs as Costs
+from fiveaxis.options.machines import Costs as Costs
 from fiveaxis.options.machines import OnMachine as OnMachine
 from fiveaxis.options.machines import Placing as Placing
 from fiveaxis.options.meshes import CREASE as CREASE

@@ -13,5 +13,5 @@ from fiveaxis.posture.solution import Solution as Solution
 from fiveaxis.posture.solution import Stage as Stage
 from fiveaxis.posture.strategy.effort import Effort as Effort
 from fiveaxis.posture.strategy.front import Front as Front
+from fiveaxis.posture.strategy.front import FrontPoint as FrontPoint
 from fiveaxis.posture.strategy.front import find_front as find_front
-from fiveaxis.posture.strategy.front_points import FrontPoint as FrontPoint

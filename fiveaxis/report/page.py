@@ -12,7 +12,7 @@ from pathlib import Path
 from string import Template
 
 from fiveaxis.energy import Budget, CutCourse
-from fiveaxis.energy.engaged import STEP
+from fiveaxis.energy.engagement import STEP
 from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution

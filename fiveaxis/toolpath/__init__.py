@@ -14,6 +14,7 @@ from fiveaxis.toolpath.dividing import divided_rows as divided_rows
 from fiveaxis.toolpath.dividing import filled as filled
 from fiveaxis.toolpath.dividing import interpolate as interpolate
 from fiveaxis.toolpath.dividing import knots as knots
+from fiveaxis.toolpath.dividing import longest_spans as longest_spans
 from fiveaxis.toolpath.dividing import part_places as part_places
 from fiveaxis.toolpath.dividing import refined as refined
 from fiveaxis.toolpath.dividing import turned as turned
@@ -22,7 +23,6 @@ from fiveaxis.toolpath.operation import Operation as Operation
 from fiveaxis.toolpath.operation import kind_names as kind_names
 from fiveaxis.toolpath.path import PathShape as PathShape
 from fiveaxis.toolpath.path import Toolpath as Toolpath
-from fiveaxis.toolpath.spans import longest_spans as longest_spans
 from fiveaxis.toolpath.tool import Holder as Holder
 from fiveaxis.toolpath.tool import Section as Section
 from fiveaxis.toolpath.tool import Tool as Tool
