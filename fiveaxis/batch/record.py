@@ -112,11 +112,6 @@ class Row:
     files: Sequence[str] = ()
     before: Mapping[str, Any] | None = None
 
-    @property
-    def error_lines(self) -> list[str]:
-        """Its errors, one line per cause."""
-        return [cause["text"] for cause in self.summary if cause["severity"] == Severity.ERROR]
-
     def as_dict(self) -> dict[str, Any]:
         """Return the row as plain data for JSON."""
         lists = {name: list(getattr(self, name)) for name in ("summary", "findings", "files")}

@@ -18,6 +18,7 @@ from fiveaxis.cli.options import AsJson, JobTimeout, Scheduler, Workers, flags_o
 from fiveaxis.cli.process import INTERRUPTED
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import clock_text
+from fiveaxis.findings import Severity
 from fiveaxis.options import Costs
 
 if TYPE_CHECKING:
@@ -183,8 +184,9 @@ def _print_batch(done: Batch) -> None:
     for row in done.rows:
         if row.message:
             out.print(f"{row.name}: {row.message}", markup=False, soft_wrap=True)
-        for line in row.error_lines:
-            out.print(f"{row.name}: {line}", markup=False, soft_wrap=True)
+        for cause in row.summary:
+            if cause["severity"] == Severity.ERROR:
+                out.print(f"{row.name}: {cause['text']}", markup=False, soft_wrap=True)
     for comparison in done.comparisons:
         _print_comparison(comparison)
     states = {row.status: sum(other.status is row.status for other in done.rows) for row in done.rows}

@@ -96,9 +96,11 @@ def info(
     **_: Any,
 ) -> None:
     """Show a machine (chain, limits, powers, figures' sources), a program's operations, or a part's faces."""
+    from fiveaxis.mesh import CAD_SUFFIXES
+
     with errors_explained(as_json):
         reading = reading_of(context.params)
-        if machine is not None and code is None and _is_cad(Path(machine)):
+        if machine is not None and code is None and Path(machine).suffix.lower() in CAD_SUFFIXES:
             return print_faces(Path(machine), tool, reading.get("unit"), body, as_json=as_json)
         if machine is not None and code is None and _is_program(Path(machine)):
             return _print_operations(Path(machine), written_for, reading, as_json=as_json)
@@ -116,12 +118,6 @@ def info(
             found = Machine.from_code(code) if code is not None else load_machine(str(machine))
             sheet = describe_machine(found)
         print_json(sheet) if as_json else _print_sheet(sheet, found.code)
-
-
-def _is_cad(path: Path) -> bool:
-    from fiveaxis.mesh import CAD_SUFFIXES
-
-    return path.suffix.lower() in CAD_SUFFIXES
 
 
 def _is_program(path: Path) -> bool:

@@ -282,11 +282,6 @@ class Reviser:
         # An axis that no cut names has no words yet; those that it gets count from the same zero.
         return np.nan_to_num(shifts)
 
-    def _state_before_row(self) -> Array:
-        """Return the positions before the first cut, (k,), NaN where unknown."""
-        at = self.text.cuts.start
-        return self.text.columns.values[at - 1] if at else np.full(len(self.letters), np.nan)
-
     def _error(self, why: str, row: int) -> ToolpathError:
         return self.source.error(
             f"operation {self.text.operation.number} can't be revised in place: {why}; write it anew for its "
@@ -440,7 +435,8 @@ class Reviser:
 
     def _state_before(self) -> dict[str, str]:
         """Return the words in force before the first cut."""
-        before = self._state_before_row()
+        at = self.text.cuts.start
+        before = self.text.columns.values[at - 1] if at else np.full(len(self.letters), np.nan)
         numbers = (before - self.shifts) / self.scale
         known = np.isfinite(numbers)
         words = {c: self.styles[c].text(float(numbers[i])) for i, c in enumerate(self.letters) if known[i]}

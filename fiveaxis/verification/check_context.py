@@ -110,10 +110,6 @@ class Tolerances:
             )
         return replace(self, gouge=depth)
 
-    def of_inserted(self) -> Tolerances:
-        """Return the tolerances for a motion with locations inserted on the chords of its path."""
-        return replace(self, row_allowance=self.chord_allowance)
-
     def of_blocks(self) -> Tolerances:
         """Return the tolerances for the moves of a program, which may leave a chord of the path a little."""
         deepest = self.chord_allowance + PATH_TOLERANCE

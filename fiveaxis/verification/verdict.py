@@ -139,7 +139,7 @@ def verify_within(
     toolpath = constraints.zoned(toolpath)
     applied = PathConstraints.of(toolpath, machine, constraints)
     if applied.inserted is not None:
-        allowed = allowed.of_inserted()
+        allowed = replace(allowed, row_allowance=allowed.chord_allowance)
     context = make_context(motion, machine, toolpath, applied, allowed)
     return examine(Examination(context, around, between), NOT_CHECKED)
 

@@ -58,11 +58,6 @@ class Cycle:
     pecks: bool = False
     signed: bool = False
 
-    @property
-    def feeds_out(self) -> bool:
-        """Whether the tool retracts at the feed."""
-        return KINDS[self.kind]
-
     def heights(self) -> tuple[float, float, float]:
         """Return heights above the ``GOTO`` point: where the feed begins and ends, and of the retract."""
         clear = max((self.rapto if self.clear is None else self.clear) or 0.0, 0.0)
@@ -162,7 +157,7 @@ def hole_points(cycle: Cycle, point: list[float], vector: list[float]) -> list[t
     # A zero vector is kept: the reader checks all vectors together.
     axis = [component / length for component in vector] if length > 0.0 else vector
     clear, bottom, back = cycle.heights()
-    out = MoveKind.CUT if cycle.feeds_out else MoveKind.RAPID
+    out = MoveKind.CUT if KINDS[cycle.kind] else MoveKind.RAPID
     heights = ((clear, MoveKind.RAPID), (bottom, MoveKind.CUT), (back, out))
     return [
         ([p + height * component for p, component in zip(point, axis, strict=True)], kind)

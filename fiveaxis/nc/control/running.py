@@ -196,8 +196,10 @@ def _run(
     end = interpreter.run(language.split(source, block_delete=options.block_delete))
     if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
         ignored["lines before the program"] += before
-    if end is not None:
-        _count_rest(source, end, ignored)
+    # No control runs what is behind the end.
+    rest = 0 if end is None else sum(text.strip() not in ("", "%") for text in source.lines[end:])
+    if rest:
+        ignored["lines after the end"] += rest
     interpreter.findings += interpreter.functions.settle(source, interpreter.track)
     return interpreter
 
@@ -211,13 +213,6 @@ def _begin(start: Mapping[str, float], machine: Machine, offsets: list[float]) -
         column = machine.column(letter)
         now[column] = float(value) + offsets[column]
     return now
-
-
-def _count_rest(source: Source, end: int, ignored: Counter[str]) -> None:
-    """Count the lines after the program's end, which no control runs."""
-    rest = sum(1 for text in source.lines[end:] if text.strip() not in ("", "%"))
-    if rest:
-        ignored["lines after the end"] += rest
 
 
 def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Operation, Columns]:
