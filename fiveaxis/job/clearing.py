@@ -191,7 +191,7 @@ def solve_clear(
     """
 
     def solve(path: Toolpath, own: Mask | None, free: bool) -> Postures:
-        chosen = options if free else options.without_free_start()
+        chosen = options if free else replace(options, free_start=False, free_direction=False)
         return find(path, machine, constraints, replace(chosen, mask=own, bound=False))
 
     own, free_start, progress = Mask.of(options.mask), options.free_start, options.progress

@@ -301,7 +301,8 @@ def compose_verified(
     texts = [line for line, row in zip(draft.lines, draft.rows, strict=True) if row >= 0]
     blocks, rounding = back.blocks, word_rounding(back.motion, texts)
     energy = _text_energy(back, draft)
-    priced = () if energy is None else (("energy", _energy_note(energy)),)
+    note = "" if energy is None else f"{energy.total:.0f} J of the feed drives in {energy.time:.1f} s"
+    priced = (("energy", f"{note}, by the words as written"),) if note else ()
     if verdict is None:
         text = compose((*priced, *NOT_VERIFIED))
         return MadeProgram(machine, text, motion, Gate.unverified(), run_time, blocks, rounding, energy)
@@ -328,8 +329,3 @@ def _text_energy(back: ReadBack, text: Program) -> Energy | None:
         return price_program(Source(f"program{text.suffix}", list(text.lines)), machine, {}).energy
     except ToolpathError:  # a rapid move whose speed nobody states
         return None
-
-
-def _energy_note(energy: Energy) -> str:
-    """Write what a program costs, for its header."""
-    return f"{energy.total:.0f} J of the feed drives in {energy.time:.1f} s, by the words as written"

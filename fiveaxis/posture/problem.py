@@ -308,12 +308,8 @@ class Problem:
         positions, excess = self.placed(slice(None), rotary)
         turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0).sum(axis=1)
         faults = VIOLATION_PRICE * (excess.sum() + self.limit_excess(positions).sum())
-        return self.cost(positions) + float(faults + product(self.turn_prices, turns))
-
-    @property
-    def turn_prices(self) -> Array:
-        """(n − 1,), J/rad, price of turning beyond the bound in each step."""
-        return np.where(self.strict, CUT_TURN_PRICE, VIOLATION_PRICE)
+        prices = np.where(self.strict, CUT_TURN_PRICE, VIOLATION_PRICE)
+        return self.cost(positions) + float(faults + product(prices, turns))
 
     def violation(self, rotary: Array) -> float:
         """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 if there is none."""

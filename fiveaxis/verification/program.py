@@ -168,7 +168,8 @@ def _context(
     read: TracedProgram, machine: Machine, constraints: Constraints, tolerances: Tolerances
 ) -> CheckContext:
     # The path of a program's pivot over its blocks isn't the path's.
-    turning = replace(constraints.of_turns, turn_rate=None)
+    turning = replace(constraints, tilt=None, cone=None, lead=None, lean=None, plane=None)
+    turning = replace(turning, least_cutting_speed=None, turn_rate=None)
     if len(machine.rotaries) != 2:
         turning = replace(turning, singular_cone=None, singular_rate=0.0)
     applied = PathConstraints.of(read.path, machine, turning)

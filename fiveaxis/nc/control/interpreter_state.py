@@ -188,7 +188,8 @@ class InterpreterState:
         column, word = self.columns[letter], block.words[letter]
         axis = self.track.machine.axes[column]
         value = word if axis.is_rotary else word * MILLIMETRES[self.modes.units.now]
-        if self._is_increment(letter, block):
+        incremental = self.modes.incremental and letter not in block.absolutes
+        if incremental or letter in block.increments:
             if begin is None:
                 raise BlockError(
                     f"{letter} by an increment (G91) from a position that isn't in the program yet; set "
@@ -218,9 +219,6 @@ class InterpreterState:
                 "the axis starts; the first turn is assumed, set start if it isn't",
             )
         return self.wrapping.unwrap(word, None if now is None else now - offset)
-
-    def _is_increment(self, letter: str, block: Block) -> bool:
-        return letter in block.increments or (self.modes.incremental and letter not in block.absolutes)
 
     def _on_workpiece(self, direction: Triple | None) -> Triple | None:
         """Convert a direction in the frame in force to the workpiece frame."""

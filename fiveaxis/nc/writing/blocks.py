@@ -82,7 +82,10 @@ def block_lines(motion: Motion, writer: WordWriter, winding: str) -> Blocks:
     wanted, raised = raised_feeds(wanted, plain, writer)
     feeds[1:] = rounded_feeds(wanted, feed_form(writer))[1:]
     require_range(feeds, moves, motion, writer)
-    kept = words.kept & (_needed(plain, writer)[:, None] | ~writer.is_linear)
+    # Beside linear words, controls that count F along X, Y and Z would see a path of length 0.
+    steps = np.diff(plain, axis=0, prepend=plain[:1])
+    moved = (steps[:, writer.is_linear] != 0.0).any(axis=1)
+    kept = words.kept & (moved[:, None] | ~writer.is_linear)
     templates = modulo_templates(writer, winding)
     feeds = np.where(moves.rapid, np.nan, feeds)
     texts = _texts(words, kept, feeds, stated_rows(feeds, moves.kind, writer), writer, templates)
@@ -165,15 +168,6 @@ def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArr
         ),
         owner,
     )
-
-
-def _needed(values: Array, writer: WordWriter) -> BoolArray:
-    """Mark the rows that need their linear words, (m,): a pure rotation is written without.
-
-    With them, controls that count F along X, Y and Z would see a path of length 0.
-    """
-    steps = np.diff(values, axis=0, prepend=values[:1])
-    return np.asarray((steps[:, writer.is_linear] != 0.0).any(axis=1))
 
 
 def _require_numbers(values: Array, moves: Moves, motion: Motion, writer: WordWriter) -> None:

@@ -88,7 +88,9 @@ def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntAr
             continue
         advised += 1
         nearest, overrun = _nearest_miss(machine, tried)
-        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried), *_omitted(tilt, tried)]
+        omitted = [b.text for k, b in enumerate(tilt.beside, start=1) if tried.violates_only(k).any()]
+        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried)]
+        remedies += [f"leaving out {text}" for text in omitted]
         advice = f"{' or '.join(remedies)} would do; or " if remedies and advising else ""
         yield Finding(
             Severity.ERROR,
@@ -244,13 +246,6 @@ def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
             continue
         side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
         yield f"{axis.letter} to {outwards(value, side)} {axis.unit}"
-
-
-def _omitted(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
-    """Name the further bounds without which there would be a posture."""
-    for number, bound in enumerate(tilt.beside, start=1):
-        if tried.violates_only(number).any():
-            yield f"leaving out {bound.text}"
 
 
 # Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,).
