@@ -45,13 +45,7 @@ class Status(StrEnum):
         return self in (Status.FINE, Status.ERRORS, Status.NO_POSTURE)
 
 
-_CODES = {
-    Status.FINE: 0,
-    Status.ERRORS: 1,
-    Status.NO_POSTURE: 3,
-    Status.WRONG_INPUT: 2,
-    Status.BROKEN: 4,
-}
+_CODES = {Status.FINE: 0, Status.ERRORS: 1, Status.NO_POSTURE: 3, Status.WRONG_INPUT: 2, Status.BROKEN: 4}
 # From bad to worse.
 ORDER = tuple(_CODES)
 

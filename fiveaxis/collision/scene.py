@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.collision.pieces import (
-    PairQuery,
-    Piece,
-    box_piece,
-    cylinder_piece,
-    mesh_piece,
-    revolved_pieces,
-)
+from fiveaxis.collision.pieces import PairQuery, Piece, box_piece, cylinder_piece, mesh_piece, revolved_pieces
 from fiveaxis.collision.surroundings import Clearances, Surroundings
 from fiveaxis.findings import JOB, MACHINE_FILE, TOOL_FILE, Gap, risk
 from fiveaxis.geometry import Array, inverse_transform, product

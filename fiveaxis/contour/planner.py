@@ -288,12 +288,7 @@ def _refuse(
 
 
 def _toolpath(
-    linked: list[LinkedPass],
-    tool: Tool,
-    leaning: Leaning,
-    options: PlanOptions,
-    name: str,
-    left_out: LeftOut,
+    linked: list[LinkedPass], tool: Tool, leaning: Leaning, options: PlanOptions, name: str, left_out: LeftOut
 ) -> tuple[Toolpath, IntArray, IntArray]:
     """Build one path of passes and links; return the first and last row of each pass with it."""
     lifted = _lifted(linked, leaning)

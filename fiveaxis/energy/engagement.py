@@ -142,11 +142,7 @@ class Cut:
         z is the tool axis from tip to holder, x the component of the feed across z.
         """
         axis = np.array(
-            [
-                np.cos(self.lean) * np.sin(self.lead),
-                -np.sin(self.lean),
-                np.cos(self.lean) * np.cos(self.lead),
-            ]
+            [np.cos(self.lean) * np.sin(self.lead), -np.sin(self.lean), np.cos(self.lean) * np.cos(self.lead)]
         )
         x = normalise(np.array([1.0, 0.0, 0.0]) - axis[0] * axis)
         return np.stack([x, np.cross(axis, x), axis])

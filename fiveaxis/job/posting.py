@@ -25,15 +25,7 @@ from fiveaxis.nc.traced_program import load_program, load_text, trace_tool, with
 from fiveaxis.options import Reading, Writing, parted, spelled_out
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Constraints
-from fiveaxis.verification import (
-    NOTHING,
-    Against,
-    ReadBack,
-    Report,
-    check_read,
-    check_table,
-    check_text,
-)
+from fiveaxis.verification import NOTHING, Against, ReadBack, Report, check_read, check_table, check_text
 from fiveaxis.verification.report import make_report
 
 

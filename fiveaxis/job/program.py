@@ -263,10 +263,7 @@ def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
 
 
 def compose_verified(
-    motion: ProgramMotion,
-    wording: WordWriter,
-    options: ProgramOptions,
-    verdict: Verdict | None,
+    motion: ProgramMotion, wording: WordWriter, options: ProgramOptions, verdict: Verdict | None
 ) -> MadeProgram:
     """Write a program's motion, read the text back, verify it, and put the verdict into its header.
 

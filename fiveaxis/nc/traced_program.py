@@ -239,11 +239,7 @@ def _load_table(
 
 
 def _load_path(
-    source: Source,
-    machine: Machine,
-    options: ReadOptions,
-    fault: ToolpathError,
-    begin: Array | None = None,
+    source: Source, machine: Machine, options: ReadOptions, fault: ToolpathError, begin: Array | None = None
 ) -> TracedProgram:
     """Read a program as a path of the tool, or raise `fault`: why it can't be read as axis values."""
     lists = lists_locations(source)

@@ -43,8 +43,7 @@ class OnMachine:
         Option("from the spindle's gauge point to the tool tip", unit="mm", least=0.0, example=120),
     ] = None
     load: Annotated[
-        float | None,
-        Option("mass of workpiece, vice and fixture", unit="kg", least=0.0, example=12),
+        float | None, Option("mass of workpiece, vice and fixture", unit="kg", least=0.0, example=12)
     ] = None
 
 
@@ -54,12 +53,7 @@ class Placing:
 
     offset: Annotated[
         tuple[float, float, float],
-        Option(
-            "workpiece zero in the machine frame",
-            unit="mm",
-            written="X,Y,Z",
-            flags="--work-offset",
-        ),
+        Option("workpiece zero in the machine frame", unit="mm", written="X,Y,Z", flags="--work-offset"),
     ] = (0.0, 0.0, 0.0)
     rotation: Annotated[
         tuple[float, float, float],

@@ -350,7 +350,5 @@ def _make_report(found: list[Finding], leads: tuple[Array, Array], *, tcp: bool,
     end = END_OF_LEAD_OUT if lead_out > STANDSTILL else NO_LEAD_OUT
     left = TURNS, FROM_ANYWHERE if tcp else ACROSS, RETRACT_AND_HOME if retracts else end
     return replace(
-        Report.of_findings(found, APPROACH),
-        claims=tuple(claims),
-        gaps=tuple((gap, None) for gap in left),
+        Report.of_findings(found, APPROACH), claims=tuple(claims), gaps=tuple((gap, None) for gap in left)
     )

@@ -84,10 +84,7 @@ def check_gouge(
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
         checked=(_what_was_checked(name, body, mesh, tolerances, float(allowed.min()), tcp_height),),
-        not_checked=(
-            *(() if mesh.is_watertight else (inside,)),
-            *(() if body.is_stated else (edges,)),
-        ),
+        not_checked=(*(() if mesh.is_watertight else (inside,)), *(() if body.is_stated else (edges,))),
     )
 
 
@@ -334,11 +331,7 @@ def _search(moves: MovePoses, parts: MoveParts, here: Array, within: Array, part
 
 
 def _sink_enclosed(
-    here: Array,
-    within: Array,
-    context: CheckContext,
-    body: CuttingBody,
-    mesh: trimesh.Trimesh,
+    here: Array, within: Array, context: CheckContext, body: CuttingBody, mesh: trimesh.Trimesh
 ) -> None:
     """Compute the depth of locations deep inside the part, beyond the reach of any triangle.
 

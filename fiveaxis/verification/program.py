@@ -22,11 +22,7 @@ from fiveaxis.verification.between import JOINT_ONLY, CheckedInterpolation
 from fiveaxis.verification.check_context import CheckContext, PathConstraints, Tolerances, make_context
 from fiveaxis.verification.checks import check_finite
 from fiveaxis.verification.following import follow
-from fiveaxis.verification.program_rows import (
-    Against,
-    ProgramRows,
-    check_program_feeds,
-)
+from fiveaxis.verification.program_rows import Against, ProgramRows, check_program_feeds
 from fiveaxis.verification.read_back import WrittenText, unsaid
 from fiveaxis.verification.report import Report, make_report
 from fiveaxis.verification.verdict import JERK, Examination, examine

@@ -51,10 +51,7 @@ logger = logging.getLogger(__name__)
 
 JERK = Gap("jerk, and acceleration in links")
 # Not covered by any check of a motion.
-NOT_CHECKED = (
-    Gap("tilt and axis limits between locations: checked at the locations"),
-    JERK,
-)
+NOT_CHECKED = (Gap("tilt and axis limits between locations: checked at the locations"), JERK)
 
 
 class Verifying(Bounds, CadFile, total=False):

@@ -140,7 +140,7 @@ def _take_bare(cycle: Cycle, bare: list[float]) -> None:
     if len(bare) > min(len(known), clear_of_kind):
         shown = ", ".join(f"{number:g}" for number in bare)
         raise cycle.statement.error(
-            f"has numbers of unknown meaning: {shown[:LONGEST_SHOWN]}; name them (DEPTH, CLEAR)",
+            f"has numbers of unknown meaning: {shown[:LONGEST_SHOWN]}; name them (DEPTH, CLEAR)"
         )
     for name, number in zip(known, bare, strict=False):
         setattr(cycle, name, abs(number))

@@ -308,9 +308,7 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
     machine, of_tip = columns.machine, columns.of_tip
     rows = _solve(columns, columns.positions(), np.arange(len(of_tip)), source)
     by_axes = replace(
-        columns,
-        values=control_values(machine, rows.positions),
-        counting=np.full(len(of_tip), Counting.AXES),
+        columns, values=control_values(machine, rows.positions), counting=np.full(len(of_tip), Counting.AXES)
     )
     moves = of_tip & np.concatenate([[False], of_tip[:-1]]) & ~columns.from_unknown
     of_tip_moves, of_axes = travel_of(columns, scale), travel_of(by_axes, scale)

@@ -46,11 +46,7 @@ MOST_SAMPLED = 20_000
 
 
 def run_program(
-    source: Source,
-    machine: Machine,
-    options: ReadOptions,
-    *,
-    stand_in: bool = False,
+    source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool = False
 ) -> Interpreter:
     """Run a program to its end.
 
@@ -162,21 +158,12 @@ def size_of(interpreter: Interpreter) -> Size:
     return Size(extent, per_minute)
 
 
-def _run(
-    source: Source,
-    machine: Machine,
-    options: ReadOptions,
-    *,
-    stand_in: bool,
-) -> Interpreter:
+def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool) -> Interpreter:
     """Run a program as `run_program`, in the unit that it states."""
     language = find_language(source)
     wrapping = find_wrapping(source, language, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.zero, machine)
-    modes = Modes(
-        Units(source, options.unit),
-        technology=TechnologyReader.of(source, options.harmless),
-    )
+    modes = Modes(Units(source, options.unit), technology=TechnologyReader.of(source, options.harmless))
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)
@@ -299,10 +286,7 @@ def _tools(track: TechnologyTrack) -> list[object]:
 
 
 def _in_force(
-    now: Technology,
-    tool: object,
-    frame: tuple[bool, tuple[float, ...] | None],
-    known: Callable[[str], bool],
+    now: Technology, tool: object, frame: tuple[bool, tuple[float, ...] | None], known: Callable[[str], bool]
 ) -> tuple[InForce, object]:
     """Return what is in force, and what of it tells operations apart."""
     tcp, plane = frame

@@ -10,15 +10,7 @@ from __future__ import annotations
 
 import re
 
-from fiveaxis.nc.languages.block import (
-    IS_CYCLE,
-    NO_WORDS,
-    Block,
-    BlockError,
-    number_of,
-    put_word,
-    reasons,
-)
+from fiveaxis.nc.languages.block import IS_CYCLE, NO_WORDS, Block, BlockError, number_of, put_word, reasons
 from fiveaxis.nc.languages.iso_frames import FRAME_WORDS, Frames, is_unfinished
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
 from fiveaxis.nc.languages.runs import PlainLines, Reader

@@ -38,11 +38,7 @@ TOO_FAR = 1e3
 
 
 def moved_clear(
-    compared: Mapping[str, Baseline],
-    problem: Problem,
-    toolpath: Toolpath,
-    bounds: TiltBounds,
-    mask: Mask,
+    compared: Mapping[str, Baseline], problem: Problem, toolpath: Toolpath, bounds: TiltBounds, mask: Mask
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
     """Move baselines where a mask refuses them to the nearest postures that mask and bounds admit.
 

@@ -143,8 +143,7 @@ def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
     across = {a: cross(v, w), b: cross(w, u), c: cross(u, v)}
     volume = dot(u, across[a])
     away = add(
-        tool_tip(machine.chain, cosines, {}),
-        scale(float(zone.height), tool_axis(machine.chain, cosines)),
+        tool_tip(machine.chain, cosines, {}), scale(float(zone.height), tool_axis(machine.chain, cosines))
     )
     rows = []
     for column in machine.linear_columns:

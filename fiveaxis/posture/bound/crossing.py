@@ -15,14 +15,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.posture.bound.cells import Cells, enclose
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
-from fiveaxis.posture.bound.sweep import (
-    Neighbours,
-    Prices,
-    find_sources,
-    grouped,
-    quantum_of,
-    reach,
-)
+from fiveaxis.posture.bound.sweep import Neighbours, Prices, find_sources, grouped, quantum_of, reach
 from fiveaxis.progress import Progress
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
