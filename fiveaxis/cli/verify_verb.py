@@ -151,13 +151,7 @@ def verify(
 
 
 def _save_stock(reports: Iterable[Report], result: Path | None, picture: Path | None) -> None:
-    """Write the stock that the last operation leaves, and the map of the finished part.
-
-    Raises
-    ------
-    SettingError
-        No stock was cut, or a file can't be written.
-    """
+    """Write the stock that the last operation leaves, and the map of the finished part."""
     from fiveaxis.report import write_finished
     from fiveaxis.stock import save_stock
 

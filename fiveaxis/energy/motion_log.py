@@ -250,18 +250,9 @@ def _require_growing(time: Array, lines: IntArray, name: str, file: Path) -> Non
 
 
 def _split_at_jumps(pieces: Pieces, position: Array, speed: Array, columns: LogColumns, file: Path) -> Pieces:
-    """Split where a position changes faster than the log's highest speed; check the speed by the position.
+    """Split where a position, mm or rad, changes faster than the log's highest speed.
 
-    Parameters
-    ----------
-    pieces : of the log
-    position : (n,), mm or rad
-    speed : (n,), mm/s or rad/s, from a column of its own
-
-    Raises
-    ------
-    InputError
-        Position and speed disagree in size or direction.
+    A column of the speed, mm/s or rad/s, is checked by it: `InputError` if they disagree.
     """
     least = np.radians(1.0) if columns.rotary else 1.0
     if np.ptp(position) < least and np.abs(speed).max() < least:

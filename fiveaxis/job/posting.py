@@ -138,10 +138,7 @@ def post_program(
 def _of_known_ways(motion: ReadMotion) -> ReadMotion:
     """Leave out the rows from which the approach, and to which the retract, goes where nobody knows.
 
-    Raises
-    ------
-    ToolpathError
-        Between the cuts is a move whose way isn't known.
+    `ToolpathError` if that is a move between the cuts.
     """
     lost, cuts = np.flatnonzero(motion.from_unknown), np.flatnonzero(motion.cutting)
     if not len(lost) or not len(cuts):

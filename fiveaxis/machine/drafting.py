@@ -235,9 +235,7 @@ def _require_asked(answers: Answers, letters: str) -> None:
 def _require_consistent(machine: Machine, *, sure: bool) -> None:
     """Raise if an axis moves more than the whole machine has, or less than an axis that it carries.
 
-    Parameters
-    ----------
-    sure : whether the order of the linear axes is that of the machine
+    `sure` is whether the order of the linear axes is that of the machine.
     """
     for axis in machine.axes:
         share = machine.size.explain_share(axis.moved_mass)

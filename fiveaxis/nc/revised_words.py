@@ -251,10 +251,7 @@ class Reviser:
     def _shifts(self) -> Array:
         """Find what lies between words and positions, (k,), from the words of all rows.
 
-        Raises
-        ------
-        ToolpathError
-            It isn't one shift for all rows: the words are increments, expressions or of several frames.
+        `ToolpathError` if it isn't one for all: words are increments, expressions or of several frames.
         """
         shifts = np.full(len(self.letters), np.nan)
         last: Array | None = None
@@ -503,9 +500,7 @@ class Reviser:
     def _turn_out(self, now: dict[str, str]) -> tuple[int, list[str]]:
         """Turn back after the operation's last retract, to where the program goes on from.
 
-        Returns
-        -------
-        The row after which it turns, of the operation, and the lines
+        Returned are the row of the operation after which it turns, and the lines.
         """
         columns, last = self.text.columns, self.text.cuts.stop - 1
         names = set(self._turning)

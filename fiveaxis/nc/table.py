@@ -150,10 +150,7 @@ def fields_of(text: str) -> list[str]:
 def _separated(rows: list[tuple[int, str]], separator: str | None, source: Source) -> list[str]:
     """Return rows with commas between their fields, and points in their numbers.
 
-    Raises
-    ------
-    ToolpathError
-        Commas and points in numbers: a comma may then be the decimal sign or separate thousands.
+    `ToolpathError` for both in numbers: a comma may be the decimal sign or separate thousands.
     """
     if separator == ",":
         return [text for _, text in rows]

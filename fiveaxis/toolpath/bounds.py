@@ -280,10 +280,7 @@ def _combined_tilt(angles: list[float]) -> float:
 def _directions_at_cuts(toolpath: Toolpath) -> Array:
     """Return feed directions at cuts; a location without travel takes the nearest one along the path.
 
-    Raises
-    ------
-    ToolpathError
-        Neither a location nor its neighbour has a direction.
+    `ToolpathError` where no neighbour has one either.
     """
     ahead, normal = _travel_directions(toolpath, toolpath.normal), toolpath.normal
     known = np.flatnonzero(np.isfinite(ahead).all(axis=1))

@@ -139,10 +139,6 @@ class _LeadCheck:
         """Return the first error of moves through positions, (m, k), to the path; None if they are clear.
 
         Errors that the path's location has in any case don't count.
-
-        Parameters
-        ----------
-        kind : (m,), of the moves that end there
         """
         moves = np.linalg.norm(np.diff(positions, axis=0), axis=1) > STANDSTILL
         kept = [*np.flatnonzero(moves).tolist(), len(positions) - 1]

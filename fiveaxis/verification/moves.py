@@ -198,12 +198,7 @@ def _distances(context: CheckContext, ends: IntArray, share: float, centre: Arra
 
     Between two rows it may be on the chord or, where the given locations tell a curve, from there to the
     curve (`Course`). The surface normal turns evenly; beside a row without one it is the tool's centre that
-    has a chord.
-
-    Parameters
-    ----------
-    ends : (m,), rows
-    centre, axis : (m, 3), mm and unit vectors, of the tool there
+    has a chord. Centre and axis, (m, 3), are those of the tool there.
     """
     path, offset = context.toolpath, context.toolpath.zone.offset
     normal = turned(path.normal, np.asarray(ends - 1.0 + share)) if offset else np.zeros_like(centre)

@@ -182,13 +182,7 @@ def build_scene(
 def _extents(
     machine: Machine, sides: Sequence[Side], points: Array, tool_height: float, bodies: Sequence[Body]
 ) -> dict[str, Extent]:
-    """Return what is in view in either frame.
-
-    Parameters
-    ----------
-    points : (p, 3), mm, workpiece frame, of part and fixtures
-    tool_height : mm, of the tool above its tip
-    """
+    """Return what is in view in either frame; points, (p, 3) mm, are those of part and fixtures."""
     positions = sides[0].motion.positions[sides[0].on_path]
     rows = np.unique(np.linspace(0, len(positions) - 1, LOOKED_AT).astype(np.int64))
     tip, axis = tool_poses(machine, positions[rows])

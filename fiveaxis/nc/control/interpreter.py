@@ -307,10 +307,7 @@ class Interpreter(RunMoves):
     def _enter_data(self, axes: list[str], block: Block) -> None:
         """Check data for the control's tables (G10): lengths of tools don't matter here, work offsets do.
 
-        Raises
-        ------
-        BlockError
-            A work offset other than the caller's, or any other table.
+        `BlockError` for a work offset other than the caller's, and for any other table.
         """
         table, number = block.words.get("L"), block.words.get("P")
         if table in TOOL_TABLES:

@@ -178,12 +178,9 @@ class InterpreterState:
         return target, local
 
     def _position(self, letter: str, block: Block, begin: float | None, offset: float | None) -> float:
-        """Return the position, mm or deg, to which a word of an axis leads.
+        """Return the position, mm or deg, to which a word of an axis leads from `begin`, None if unknown.
 
-        Parameters
-        ----------
-        begin : position before, None if unknown
-        offset : added to absolute words; None in a turned frame, whose words are positions
+        The offset is added to absolute words; None in a turned frame, whose words are positions.
         """
         column, word = self.columns[letter], block.words[letter]
         axis = self.track.machine.axes[column]
@@ -286,9 +283,7 @@ class InterpreterState:
     def _begin(self, *, turns: bool = False) -> None:
         """Add the start of the first move as the first row, if it is known.
 
-        Parameters
-        ----------
-        turns : whether the move has turned the tool to a direction, so that the one before is unknown
+        If the move `turns` the tool to a direction, the one before is unknown.
         """
         track = self.track
         if not track.rows and not turns and not track.unknown(track.now):

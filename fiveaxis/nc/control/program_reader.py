@@ -246,14 +246,9 @@ def _on_workpiece(columns: Columns, interpreter: Interpreter, options: ReadOptio
 
 
 def _note_turns(interpreter: Interpreter, columns: Columns, steps: IntArray) -> None:
-    """Warn of the longest rotation in a feed move, if it is beyond half a turn.
+    """Warn of the longest rotation in a feed move, if it is beyond half a turn; `steps` of the motion's rows.
 
     A control that wraps the axis at 360 deg would turn in the shorter direction.
-
-    Parameters
-    ----------
-    columns : the rows as written
-    steps : (n,), of the motion's rows
     """
     track = interpreter.track
     turns = np.abs(np.diff(columns.values[:, track.rotary], axis=0))

@@ -194,10 +194,7 @@ def _texts(
 ) -> list[str]:
     """Write the block of each row but the first, after the lines of `words.before`.
 
-    Parameters
-    ----------
-    feeds : (m,), NaN in rapid moves
-    stated : (m,), whether the block states its feed
+    Feeds, (m,), are NaN in rapid moves; `stated`, (m,), is whether the block states its feed.
     """
     if len(feeds) < 2:
         return []
@@ -217,10 +214,7 @@ def _formats(
 ) -> list[str]:
     """Return the ``%`` format of every row, (m,); few are different.
 
-    Parameters
-    ----------
-    feeds : (m,), format of F, empty where it isn't stated
-    rapid : (m,), rapid moves
+    Feeds, (m,), are formats of F, empty where it isn't stated.
     """
     words = writer.formats(templates)
     linear = writer.linear.replace("%", "%%")

@@ -140,9 +140,7 @@ class _Clear:
     def _distances(self, rows: IntArray, rotary: Array) -> Array:
         """Query rings around refused postures, (r, 2) rad, from the innermost outwards.
 
-        Returns
-        -------
-        (r, d), rad, distance of the nearest clear posture in a direction; infinite if there is none
+        Found is how far the nearest clear posture in a direction is, (r, d) rad; infinite if there is none.
         """
         inner, outer = np.zeros((len(rows), len(ANGLES))), np.full((len(rows), len(ANGLES)), np.inf)
         left = np.full(len(rows), len(RINGS))
