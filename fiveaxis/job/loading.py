@@ -172,13 +172,7 @@ def load_job_passes(job: Job, progress: Progress = unheard) -> tuple[Toolpath, P
 
 
 def read_path(job: Job, tool: Tool | None) -> Toolpath:
-    """Read a job's list of cutter locations.
-
-    Raises
-    ------
-    JobError
-        A setting that only planning on a mesh uses.
-    """
+    """Read a job's list of cutter locations; `JobError` for settings that only planning on a mesh uses."""
     planning = sorted(job.plan.model_fields_set)
     if planning:
         raise JobError(
@@ -264,13 +258,7 @@ def program_machine(job: Job) -> Machine | None:
 
 
 def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan:
-    """Plan passes on a job's mesh.
-
-    Raises
-    ------
-    JobError
-        No tool, or a setting that planning on a mesh doesn't use.
-    """
+    """Plan passes on a job's mesh; `JobError` without a tool, or for settings of a path."""
     if tool is None:
         raise JobError("tool is missing: planning on a mesh needs one; give e.g. ball:10", file=job.input)
     foreign = sorted(job.model_fields_set & {"columns"}) + ["program"] * bool(job.program.model_fields_set)

@@ -204,11 +204,7 @@ class SetupTrials:
 
         Keeping clear only removes postures, so a setup then costs at least about what it costs without
         obstacles: this ends at the first setup that costs more without obstacles than the best clear one.
-        Where none of them can be kept clear, further scattered setups are tried.
-
-        Parameters
-        ----------
-        calls : most setups that are tried around the best one
+        At most `calls` are tried around that one; if none can be kept clear, further scattered setups are.
         """
 
         def cost(point: Array) -> float:

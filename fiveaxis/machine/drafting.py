@@ -74,13 +74,7 @@ def draft_machine(answers: Answers, base: Machine | None = None) -> Draft:
 
 
 def known_letters(answers: Answers, base: Machine | None) -> str:
-    """Return the letters of the axes, in the order of columns.
-
-    Raises
-    ------
-    SettingError
-        There is neither a structure nor a base.
-    """
+    """Return the letters of the axes, in the order of columns; of a structure, or else of a base."""
     if ("structure", "") in answers:
         code = str(BY_NAME["structure"].table("", answers["structure", ""])["code"])
     elif base is not None:

@@ -299,16 +299,9 @@ def run_cycles(queue: Records, states: Records, tolerance: float, cycle: float) 
 
 @compiled
 def touching_rest(spent: Array, join: IntArray) -> BoolArray:
-    """Find the moves that gain speed from a standstill, and those that lose it towards one.
+    """Find the moves that gain speed from a standstill, and those that lose it towards one; (m, 2).
 
-    Parameters
-    ----------
-    spent : (m, 3), of `run_cycles`
-    join : (m,), how each ends
-
-    Returns
-    -------
-    (m, 2), for RISING and FALLING
+    `spent`, (m, 3), is of `run_cycles`; `join`, (m,), is how each ends.
     """
     count = len(join)
     rest = np.ones((count, 2), np.bool_)

@@ -198,15 +198,10 @@ def corner(first: Record, second: Record, bounds: Array, cycle: float) -> tuple[
 
 @compiled
 def join_pair(queue: Records, count: int, bounds: Array, tolerance: float, cycle: float) -> int:
-    """Decide how the last of the queued moves joins the new one behind it.
+    """Decide how the last of the queued moves joins the new one, ``queue[count]``; one more has room.
 
-    Parameters
-    ----------
-    queue : queued moves, then the new one at ``queue[count]``, then room for one more
-
-    Returns
-    -------
-    Place of the new move: one further where a blend arc went in, the same where that took the last one's.
+    Returned is the new move's place: one further where a blend arc went in, the same where that took the
+    last one's.
     """
     first, second = queue[count - 1], queue[count]
     if first.rapid != second.rapid:

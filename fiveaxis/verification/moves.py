@@ -167,16 +167,10 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
 
 
 def path_deviations(context: CheckContext, within: Within | None = None) -> Array:
-    """Measure the largest distance between the tool's centre and its path in each cutting block.
+    """Measure the largest distance between the tool's centre and its path in each cutting block, (n,) mm.
 
-    Parameters
-    ----------
-    within : computes the axes, (m, k) mm and rad, at a share of the moves that end at rows, (m,); by default
-        all are linear in time
-
-    Returns
-    -------
-    (n,), mm; NaN if no cut ends there or an axis value is unknown
+    It is NaN if no cut ends there or an axis value is unknown. `within` computes the axes, (m, k) mm and
+    rad, at a share of the moves that end at rows; by default all are linear in time.
     """
     positions, path = context.positions, context.toolpath
     deviation = np.full(len(positions), np.nan)

@@ -39,21 +39,9 @@ def of_faces(model: Model | None, text: str, name: str) -> BoolArray:
 
 
 def find_faces(model: Model, text: str, name: str) -> tuple[int, ...]:
-    """Find faces by what users call them.
+    """Find faces, from 0, by what users call them: numbers ``12,13``, colours ``#rrggbb``, layers.
 
-    Parameters
-    ----------
-    text : ``12,13``: numbers, colours ``#rrggbb`` and names of layers
-    name : of the part's file
-
-    Returns
-    -------
-    From 0, in the order of the model
-
-    Raises
-    ------
-    SettingError
-        A number, colour or layer that no face has.
+    `SettingError` for one that no face has.
     """
     words = [word.strip() for word in text.split(",")]
     for word in words:

@@ -139,14 +139,10 @@ def _moves(motion: Motion, writer: WordWriter) -> tuple[Moves, int]:
 
 
 def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArray]:
-    """Divide rewinds, moves in which only a rotary axis turns, by whole turns.
+    """Divide rewinds, moves in which only a rotary axis turns, by whole turns; with each row's given one.
 
     The tip's position is the same after a whole turn, so TCP control would hold the tip there and make the
     linear axes follow the table. The parts' tip positions keep the linear axes at rest.
-
-    Returns
-    -------
-    The divided motion, and for each of its rows the row of the given one.
     """
     turns = np.abs(motion.moves[:, machine.rotary_columns])
     at_rest = (np.abs(motion.moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)

@@ -183,17 +183,7 @@ def _drawn(axis: Array, bounds: TiltBounds) -> Iterator[Array]:
 
 
 def ring_axes(reference: Array, angles: Array) -> Array:
-    """Sample tool axes around a reference direction.
-
-    Parameters
-    ----------
-    reference : (3,), unit vector
-    angles : (r,), rad, to it
-
-    Returns
-    -------
-    (r · axes, 3), unit vectors
-    """
+    """Sample tool axes, (r · axes, 3), at angles, (r,) rad, around a reference direction, (3,)."""
     across = perpendicular(reference)
     third = np.cross(reference, across)
     angle = angles[:, None, None]
@@ -253,15 +243,11 @@ _Layer = tuple[Array, Array, IntArray]
 
 
 def long_turns(problem: Problem, toolpath: Toolpath) -> list[Finding]:
-    """List the cutting moves on which a rotary axis has to turn farther than allowed.
+    """List the cutting moves on which a rotary axis has to turn farther than allowed, at their ends.
 
     They are those of the path through a grid of admissible postures with the smallest sum of squares of turns
-    beyond their bounds. The grid is coarse: angles are accurate to a few degrees.
-
-    Returns
-    -------
-    One finding per move, code ``no-posture``, at the location where it ends, with the turn in degrees; none
-    if the grid is too coarse, or has a path within the bounds
+    beyond their bounds. The grid is coarse: angles are accurate to a few degrees. There is no finding if it
+    is too coarse, or has a path within the bounds.
     """
     bounds = problem.max_turn[problem.strict]
     smallest = float(bounds.min(initial=np.inf))
