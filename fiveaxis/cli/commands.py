@@ -11,11 +11,11 @@ from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
+from fiveaxis.cli.options import with_options
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.surface_verb import surface
-from fiveaxis.cli.verbosity import with_options
 from fiveaxis.cli.verify_verb import verify
 
 

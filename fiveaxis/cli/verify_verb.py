@@ -19,6 +19,7 @@ from fiveaxis.cli.options import (
     READING,
     AsJson,
     flags_of,
+    is_verbose,
     read_flags,
     takes,
 )
@@ -31,7 +32,6 @@ from fiveaxis.cli.terminal import (
     print_json,
     require_machine,
 )
-from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings, group_gaps

@@ -18,9 +18,9 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
-from fiveaxis.errors import SettingError, ToolError
+from fiveaxis.errors import InputError, SettingError, ToolError
 from fiveaxis.geometry import Array, IntArray, arcsin, normalise, product
 
 # s over which rates are means: what single short moves remove is known to a few rays only.
@@ -320,3 +320,46 @@ class CutCourse:
             "largest_rate_mm3_s": float(self.rate.max(initial=0.0)),
             "largest_power_W": None if power is None else float(power.max(initial=0.0)),
         }
+
+
+def require_finite(
+    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
+) -> Array:
+    """Return figures as an array; raise if one isn't a finite number."""
+    figures = np.asarray(values, dtype=float)
+    _refuse(name, figures, ~np.isfinite(figures), unit, "it must be a finite number", error)
+    return figures
+
+
+def require_positive(
+    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
+) -> Array:
+    """Return figures as an array; raise if one isn't above zero."""
+    figures = require_finite(name, values, unit, error=error)
+    _refuse(name, figures, figures <= 0.0, unit, f"give a number above 0 {unit}", error)
+    return figures
+
+
+def require_not_negative(
+    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
+) -> Array:
+    """Return figures as an array; raise if one is below zero."""
+    figures = require_finite(name, values, unit, error=error)
+    _refuse(name, figures, figures < 0.0, unit, f"give 0 {unit} or more", error)
+    return figures
+
+
+def require_at_most(name: str, value: float, bound: float, unit: str, remedy: str) -> None:
+    """Raise if a figure is above a bound that other figures set; `remedy` says what to change."""
+    if value > bound:
+        raise SettingError(f"{name} is {value:g} {unit}, above {bound:g} {unit}; {remedy}")
+
+
+def _refuse(
+    name: str, figures: Array, wrong: ArrayLike, unit: str, remedy: str, error: type[InputError]
+) -> None:
+    at = np.flatnonzero(wrong)
+    if not len(at):
+        return
+    which = f" (value {at[0] + 1} of {figures.size})" if figures.ndim else ""
+    raise error(f"{name} is {figures.flat[at[0]]:g} {unit}{which}; {remedy}")

@@ -77,15 +77,7 @@ def require_writable(job: Job) -> None:
 
 
 def take_machine(machine: Machine | str | Path) -> Machine:
-    """Return a machine, loaded if it is given by its name or file.
-
-    Raises
-    ------
-    SettingError
-        Neither.
-    MachineError
-        As `load_machine`.
-    """
+    """Return a machine, loaded if it is given by its name or file; `SettingError` without either."""
     if isinstance(machine, str | Path):
         return load_machine(str(machine))
     if not isinstance(machine, Machine):
@@ -339,13 +331,7 @@ def cad_options(job: Job) -> dict[str, Any]:
 
 
 def describe_inputs(job: Job) -> list[InputFile]:
-    """Describe all files of a job by name, hash and size, each once, with its uses.
-
-    Raises
-    ------
-    InputError
-        A file can't be read.
-    """
+    """Describe all files of a job by name, hash and size, each once, with its uses."""
     uses: dict[Path, list[str]] = {}
     for use, path in input_files(job):
         uses.setdefault(path, []).append(use)
@@ -353,13 +339,7 @@ def describe_inputs(job: Job) -> list[InputFile]:
 
 
 def input_files(job: Job) -> Iterator[tuple[str, Path]]:
-    """Yield use and path of the files that a job names, and of those that these name.
-
-    Raises
-    ------
-    MachineError, SettingError
-        A machine, or a control table, that can't be read.
-    """
+    """Yield use and path of the files that a job names, and of those that these name."""
     if job.file is not None:
         yield "job", job.file
     files: dict[str, Any] = {"input": job.input} | {name: getattr(job, name) for name in ("part", "stock")}

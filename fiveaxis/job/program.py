@@ -235,13 +235,7 @@ def make_program(
 
 
 def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
-    """Raise unless a motion follows a path.
-
-    Raises
-    ------
-    ToolpathError
-        Another number of locations, or a tool that misses them.
-    """
+    """Raise `ToolpathError` unless a motion follows a path: as many locations, and tools at them."""
     if len(motion) != len(toolpath):
         raise ToolpathError(
             f"the path has {len(toolpath)} locations and the motion {len(motion)}, so it belongs to another "

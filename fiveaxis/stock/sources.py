@@ -60,13 +60,7 @@ def cylinder(foot: Array, axis: Array, radius: float, height: float, resolution:
 
 
 def of_mesh(mesh: trimesh.Trimesh, resolution: float, *, name: str = "stock") -> Stock:
-    """Make a stock of a closed mesh, mm.
-
-    Raises
-    ------
-    MeshError
-        The mesh isn't closed.
-    """
+    """Make a stock of a mesh, mm; `MeshError` if it isn't closed."""
     return fill(Stock.empty(np.array(mesh.bounds, dtype=float), resolution), mesh, name)
 
 

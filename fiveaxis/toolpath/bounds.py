@@ -166,13 +166,7 @@ def lead_lean(toolpath: Toolpath, axis: Array) -> tuple[Array, Array]:
 
 
 def require_lead_lean(name: str, low: float, high: float) -> None:
-    """Check a range of lead or lean in degrees.
-
-    Raises
-    ------
-    SettingError
-        Empty, reversed or outside −90…90°.
-    """
+    """Check a range of lead or lean: not empty, not reversed, within −90…90°; `SettingError` else."""
     if not -90.0 < low < high < 90.0:
         raise SettingError(
             f"{name} range {low:g}…{high:g} deg is empty, reversed or not inside -90…90 deg; write the "

@@ -65,13 +65,7 @@ class Cycle:
 
 
 def read_cycle(statement: Statement) -> Cycle:
-    """Read a ``CYCLE`` that starts drilling.
-
-    Raises
-    ------
-    ToolpathError
-        An unknown kind or word, a number without a word, no depth.
-    """
+    """Read a ``CYCLE`` that starts drilling; `ToolpathError` for words that aren't known, or no depth."""
     parts = deque(parse_minors([m for m in statement.minors if m]))
     kinds = []
     while parts and parts[0] in KINDS:

@@ -134,13 +134,7 @@ def read_program(path: str | Path, machine: Machine, **reading: Unpack[Reading])
 
 
 def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> ReadMotion:
-    """Read the motion of a loaded program; rapid moves of unknown speed last as long as at `RAPID`.
-
-    Raises
-    ------
-    FiveAxisError
-        As `read_program`.
-    """
+    """Read the motion of a loaded program; rapid moves of unknown speed last as long as at `RAPID`."""
     source = options.of_language(source)
     kind = kind_of(source)
     if kind in NO_PROGRAMS:

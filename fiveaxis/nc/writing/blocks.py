@@ -62,10 +62,7 @@ class Blocks:
 def block_lines(motion: Motion, writer: WordWriter, winding: str) -> Blocks:
     """Write the blocks of all moves but the first, which belongs to the approach.
 
-    Raises
-    ------
-    ToolpathError
-        A move without duration; a feed out of the control's range.
+    `ToolpathError` for a move without duration, or a feed out of the control's range.
     """
     moves, dropped = _moves(motion, writer)
     if winding == "modulo":

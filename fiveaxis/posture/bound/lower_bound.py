@@ -202,7 +202,7 @@ def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tupl
     cells = cut_cells(machine, toolpath.zone, FIRST_STEP / FIRST_CELLS)
     chunks = np.array_split(np.arange(len(toolpath)), -(-len(toolpath) // CHUNK))
     every = (one for rows in chunks for one in enclose(cells, toolpath.at(rows), tilt.at(rows), machine))
-    return [(one.low, one.high) for one in every]
+    return [(low, high) for _cell, low, high in every]
 
 
 def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tuple[Cells, Lattice]:
