@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -58,9 +58,10 @@ ONE_BY_ONE = ("Risk", "Correct", "Not asked for")
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
 if TYPE_CHECKING:
-    from fiveaxis.cli.work import Work
     from fiveaxis.contour import PlanReport
+    from fiveaxis.energy import Energy
     from fiveaxis.job import Job, Outcome, RevisedProgram
+    from fiveaxis.job.revised_program import Part
     from fiveaxis.posture import Solution
     from fiveaxis.report import Answer, ReportDocument
     from fiveaxis.report.facts import FrontPrograms, SetupSearched
@@ -335,13 +336,12 @@ def _print_operations(made: RevisedProgram) -> None:
     """Print what became of each operation: time, starts and reversals, energy of its lines before and now."""
     table = Table("", "lines", "kind", "tool", "s", "now", "events", "now", "J", "now", "", box=None)
     for part in made.parts:
-        at, pair = part.operation, (part.before, part.after)
-        times = ["?" if e is None else f"{e.time:.1f}" for e in pair]
-        events = ["?" if e is None else str(e.starts + e.reversals) for e in pair]
-        joules = ["?" if e is None else f"{e.total:.0f}" for e in pair]
+        at = part.operation
         what = part.verdict if part.verdict != "stays" else f"stays: {part.why}"
         lines = f"{at.first_line}-{at.last_line}"
-        table.add_row(str(at.number), lines, at.kind, at.tool, *times, *events, *joules, what)
+        table.add_row(str(at.number), lines, at.kind, at.tool, *_before_and_now([part]), what)
+    if len(made.parts) > 1:
+        table.add_row("", "", "all", "", *_before_and_now(made.parts), made.verdict)
     out.print(table)
     out.print("events: starts and reversals of axes; all of whole operations, approach and retract included")
     if any(part.before is None for part in made.parts):
@@ -349,6 +349,20 @@ def _print_operations(made: RevisedProgram) -> None:
     for part in made.parts:
         if part.better is not None:
             out.print(f"operation {part.operation.number}: {part.why}", markup=False, soft_wrap=True)
+
+
+def _before_and_now(parts: Sequence[Part]) -> Iterator[str]:
+    """Write time, events and energy of operations, before and now; ``?`` where one of them isn't known."""
+    pair = [[part.before for part in parts], [part.after for part in parts]]
+    columns: list[tuple[Callable[[Energy], float], str]] = [
+        (lambda e: e.time, ".1f"),
+        (lambda e: e.starts + e.reversals, ".0f"),
+        (lambda e: e.total, ".0f"),
+    ]
+    for value, form in columns:
+        for each in pair:
+            known = [value(energy) for energy in each if energy is not None]
+            yield f"{sum(known):{form}}" if len(known) == len(each) else "?"
 
 
 def _print_details(outcome: Outcome) -> None:

@@ -29,14 +29,14 @@ logger = logging.getLogger(__name__)
 WORTHWHILE, LONGER, MORE_OFTEN = 0.005, 0.01, 0.10
 # Most programs that are verified before one is released.
 MOST_VERIFIED = 6
-# J/rad2, prices of squared turns of smoothed programs. On 300 lines of an impeller the first saves 16 % three
-# quarters of the way from its own postures, as smooth as these; the second saves as much on its whole way.
-SMOOTH = (1e4, 1e6)
+# J/rad2, prices of squared turns of smoothed programs (`tests/benchmarks/reoptimised.py impeller-300 --ways`
+# prints what each of them finds).
+SMOOTH = (1e3, 1e4, 1e6)
 # rad: an end that is this near to where it was is held there.
 PINNED = np.radians(0.1)
 # Shares of the way from a program's own postures to those that were found: part of a saving for part of the
 # starts and reversals.
-SHARES = (0.75, 0.5)
+SHARES = (0.9, 0.75, 0.5)
 MEASURES = {"energy": "total", "travel": "travel", "time": "time"}
 
 

@@ -109,6 +109,12 @@ class RevisedProgram:
         """Whether nothing keeps the program back."""
         return all(outcome.gate.is_open for outcome in self.outcomes.values())
 
+    @property
+    def verdict(self) -> str:
+        """In a word: a ``trade`` if an operation is one, ``better``, ``already better`` if none changes."""
+        found = {part.verdict for part in self.parts}
+        return next(word for word in ("trade", "better", "already better", "stays") if word in found)
+
     @cached_property
     def replaced(self) -> Mapping[int, tuple[str, ...]]:
         """The new lines in place of those of the program."""
@@ -138,7 +144,11 @@ class RevisedProgram:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all operations as plain data for JSON."""
-        return {"program": self.source.name, "operations": [part.as_dict() for part in self.parts]}
+        return {
+            "program": self.source.name,
+            "verdict": self.verdict,
+            "operations": [part.as_dict() for part in self.parts],
+        }
 
 
 class Revising(Bounds, Surrounding, Meshes, Search, Reading, total=False):

@@ -34,7 +34,7 @@ from fiveaxis.job.loading import (
 )
 from fiveaxis.job.process import make_process
 from fiveaxis.job.program import MadeProgram
-from fiveaxis.job.program_choice import Chosen, choose
+from fiveaxis.job.program_choice import Chosen, Comparison, choose
 from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution, add_findings
@@ -233,7 +233,7 @@ def run_stages(
 
     def finish(postures: Postures) -> Outcome:
         solution, scallop = _with_ridges(job, Solution.of(postures, constraints, around, gouge))
-        revision = None
+        revision, taken = None, chosen
         if operation is None:
             writing = job.program_options.named(job.input.stem)
             program = solution.make(replace(writing, header=program_header(solution, inputs, moved=moved)))
@@ -245,6 +245,9 @@ def run_stages(
         blocks, rounding = program.blocks, program.rounding
         if operation is not None and program.energy is not None:
             solution = replace(operation.compared(solution), energy=program.energy)
+            if taken is None and revision is not None:  # one of a front
+                was = Comparison(operation.as_it_was.energy, program.energy, options.objective)
+                taken = Chosen(cleared, program, revision, was, ())
             if program.spent is not None:
                 solution = replace(solution, spent={**solution.spent, RESULT: program.spent})
         else:
@@ -264,7 +267,7 @@ def run_stages(
             inputs,
             cleared=cleared,
             revision=revision,
-            chosen=chosen,
+            chosen=taken,
             scallop=scallop,
         )
 

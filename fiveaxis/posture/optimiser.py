@@ -53,6 +53,8 @@ APART, TILTED, MOVES = WRITTEN_TOLERANCE, 2e-4, 64
 HELD = np.radians(0.02)
 # Rounds in which wear is evened out: each prices the shares that are nearest to the last one's.
 EVENINGS = 3
+# rad: rounding of a turn.
+SAME_TURN = 1e-6
 
 Found = TypeVar("Found", bound=Solution)
 
@@ -161,7 +163,7 @@ def _optimised(
             narrow.machine,
             bounds,
             up_penalty=options.up_penalty,
-            max_turn=turn_bounds(path, narrow.constraints, location, narrow.machine),
+            max_turn=turn_bounds(path, narrow.constraints, location, narrow.turning),
             time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
             bend_price=options.smoothing,
             wear=None
@@ -248,7 +250,12 @@ def _optimised(
 
     # The linear solvers work on small blocks, for which threads of the BLAS only wait for each other.
     with threadpool_limits(limits=1):
-        attempt = _best_attempt(solved, Narrow(machine, constraints))
+        try:
+            attempt = _best_attempt(solved, Narrow(machine, constraints))
+        except Infeasible:
+            if constraints.max_turn is not None or not toolpath.has_axes:
+                raise
+            attempt = _best_attempt(solved, Narrow(machine, constraints, turning=machine))
         found, mask = attempt.found, attempt.mask
         if found.machine is not machine:
             rotary = found.motion.positions[:, machine.rotary_columns]
@@ -280,11 +287,13 @@ class Narrow:
     machine : with limits of its linear axes narrower by `reserve`
     constraints : with the largest turn
     reserve : mm
+    turning : whose axes may turn as far as the programmed tool axes need; None for the usual turns
     """
 
     machine: Machine
     constraints: Constraints
     reserve: float = 0.0
+    turning: Machine | None = None
 
     def within(self, machine: Machine, breach: Breach) -> Narrow:
         """Return the bounds, narrower by what was broken, of a machine."""
@@ -294,7 +303,8 @@ class Narrow:
         if breach.overrun > 0.0:
             reserve = min(reserve + 2.0 * breach.overrun, MOST_RESERVE)
         axes = (a if a.is_rotary else replace(a, limits=a.limits.narrower(reserve)) for a in machine.axes)
-        return Narrow(replace(machine, axes=tuple(axes)) if reserve else machine, constraints, reserve)
+        narrower = replace(machine, axes=tuple(axes)) if reserve else machine
+        return Narrow(narrower, constraints, reserve, self.turning)
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,5 +378,9 @@ def _largest_turns(found: Solution, constraints: Constraints) -> Array | None:
     """Largest turn in each move of a solution, rad; on links, and where an axis rewinds, there is none."""
     if found.unwrapped is not None:
         return None
-    turns = turn_bounds(found.toolpath, constraints, found.motion.location, found.machine)
+    path, location = found.toolpath, found.motion.location
+    turns = turn_bounds(path, constraints, location)
+    own = np.abs(found.motion.moves[1:, found.machine.rotary_columns]).max(axis=1, initial=0.0)
+    if constraints.max_turn is None and (path.cutting[1:] & (own > turns + SAME_TURN)).any():
+        turns = turn_bounds(path, constraints, location, found.machine)
     return np.where(found.toolpath.cutting[1:], turns, np.inf)

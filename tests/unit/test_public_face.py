@@ -52,8 +52,8 @@ def test_optimise_says_each_of_its_options_with_its_type():
     clear = {"toolpath", "tool", "path_shape", "machine", "fixtures", "clearances", *options_of(Surrounding)}
     clear |= set(options_of(Meshes))
     # The program's control and coordinates decide what its blocks are and how long they take; a job with a
-    # folder keeps what its long steps find.
-    program, decided = {"control", "coordinates"}, {"interpolation", "clock", "checkpoint"}
+    # folder keeps what its long steps find, and a program that is revised in its lines holds its ends.
+    program, decided = {"control", "coordinates"}, {"interpolation", "clock", "checkpoint", "holds_ends"}
     assert set(own) == clear | (set(options) - decided) | bounds | program
     assert bounds == set(inspect.signature(Constraints.of_degrees).parameters)
     for name, default in defaults(Search).items():

@@ -138,6 +138,7 @@ class Grain:
     backwards : whether a search everywhere begins at the last location: which states look cheap on the way
         depends on where it comes from
     by_other : whether a search everywhere is priced otherwise than what is minimised, for another start
+    asks_all : whether a mask is asked of all postures, not only where the cheapest path without it is refused
     """
 
     level: float
@@ -148,6 +149,7 @@ class Grain:
     rows: int = 250
     backwards: bool = False
     by_other: bool = False
+    asks_all: bool = False
 
     @property
     def finer(self) -> tuple[Grain, ...]:
@@ -176,8 +178,9 @@ def cheapest_path(
     costs : of its n − 1 steps
     known : (n, 2), rad, chain order, a path to stay near (`Grain.radius`); None for a search everywhere
     free : (n,), where the search may leave the known path; everywhere by default
-    admits : what a mask admits; where it refuses the known path, that counts as a broken bound. It is asked
-        where the cheapest path without it is refused, and of all locations only if that doesn't do
+    admits : what a mask admits; where it refuses the known path, that counts as a broken bound. Without a
+        known path it is asked where the cheapest path without it is refused, and of all locations only if
+        that doesn't do
     holding : bounds near the singular direction
     steps : called with the locations done and their number
 
@@ -186,17 +189,15 @@ def cheapest_path(
     (n, 2), rad; None where the search found no sequence of postures
     """
     free = np.ones(len(problem), dtype=bool) if known is None or free is None else free
-    asked = np.zeros(len(problem), dtype=bool)
-    # Away from what is in the way, a mask would be asked of thousands of postures for nothing. A search that
-    # is free in places is one around it.
-    while admits is not None and free.all() and np.count_nonzero(asked) <= MOST_ASKED * len(problem):
+    # Away from what is in the way, a mask would be asked of thousands of postures for nothing. Near a known
+    # path it is asked of few, and what it refuses has to be seen.
+    asked = np.full(len(problem), grain.asks_all or known is not None)
+    while admits is not None and np.count_nonzero(asked) <= MOST_ASKED * len(problem):
         found = _cheapest_path(problem, costs, grain, known, free, admits, holding, steps, asked)
         if found is None:
             break
         turned = np.diff(found, axis=0, prepend=found[:1])
         refused = ~asked & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
-        if known is not None:
-            refused &= (np.abs(found - known) >= SAME).any(axis=1)
         if not refused.any():
             return found
         asked |= widened(refused, ASKED_BESIDE)

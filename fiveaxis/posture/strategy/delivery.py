@@ -230,7 +230,12 @@ class Delivery:
             return self.near.found_anywhere(few, prices, grain, self._steps)
 
         name = "path to begin with" if known is not None else "search of all postures"
-        return self._sought_by(search, name, posed, few, costs)
+        found = self._sought_by(search, name, posed, few, costs)
+        if found is None or not found.rank[0] or known is not None or grain.asks_all:
+            return found
+        # What was found past the mask in places leaves no way within it there.
+        again = self._sought(replace(grain, asks_all=True))
+        return min((one for one in (found, again) if one), key=rank)
 
     def _sought_by(
         self, search: Callable[[], Array | None], name: str, posed: Posed, few: Posed, costs: BlockCosts

@@ -7,11 +7,11 @@ within what the price resolves. Where the control's clock is known, that costs t
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from fiveaxis.geometry import Array, angle_between, normalise
 from fiveaxis.kinematics import rotary_angles, tool_axes
 from fiveaxis.kinematics.windings import TURN
+from fiveaxis.posture.local.kernel import solve_band
 from fiveaxis.posture.problem import Problem
 
 # Weight of a location that stays: an end, and one beside a move that doesn't cut.
@@ -56,12 +56,16 @@ def faired(problem: Problem, rotary: Array, farthest: float) -> Array:
 def _smoothed(values: Array, weight: Array, price: float) -> Array:
     """Solve ``(W + λ DᵀD) y = W x`` with third differences D; (n, 2)."""
     n, difference = len(values), np.array([-1.0, 3.0, -3.0, 1.0])
-    band = np.zeros((4, n))
-    band[0] = weight
+    band, found = np.zeros((n, 4)), np.empty_like(values)
+    band[:, 0] = weight
     for k in range(4):
-        for i in range(4 - k):
-            band[k, i : n - 3 + i] += price * difference[i] * difference[i + k]
-    return np.asarray(solveh_banded(band, weight[:, None] * values, lower=True))
+        for i in range(k, 4):
+            band[i : n - 3 + i, k] += price * difference[i] * difference[i - k]
+    for column, wanted in enumerate(values.T):
+        solved, free = np.empty(n), np.ones(n, dtype=bool)
+        solve_band(band, -weight * wanted, free, 0.0, solved)
+        found[:, column] = solved
+    return found
 
 
 def _put_back(problem: Problem, rotary: Array) -> Array:

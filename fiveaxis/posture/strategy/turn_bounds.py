@@ -35,7 +35,7 @@ def turn_bounds(
 
     Locations inserted in a given move share its bound. A move in which the program itself turns the tool
     farther may turn as far; without a given bound, so may one in which the surface or, up to `FARTHEST`, an
-    axis of the machine at the programmed tool axes turns farther.
+    axis of `machine` at the programmed tool axes turns farther.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def turn_bounds(
         `FARTHEST`, and `turn_rate` over the path of the contact in cuts. Links may turn `LINK_SHARE` times as
         far
     location : (n,), fractional index of each in the given path; by default all are given
-    machine : whose axes turn; None where only the tool's own turns count
+    machine : whose axes turn, where no path was found otherwise; None where only the tool's own turns count
 
     Returns
     -------
