@@ -8,7 +8,7 @@
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
   gate), `posting` (programs of motions and of other programs), `verifying` (any program), `program_costs`;
 - a user's own program: `revised_program` (its operations, one by one), `in_place` (postures in the lines of
-  one, verified and priced), `program_choice` (what is worth replacing it), `shown_program` (as it is).
+  one, verified and priced), `program_choice` (what is worth replacing it), `verifying` (shown as it is).
 """
 
 from fiveaxis.job.clearing import optimise as optimise
