@@ -37,15 +37,15 @@ def pages() -> dict[str, str]:
 
 
 def public_names(room: str) -> list[str]:
-    """List the public names of a room: what it says, else the classes and functions that it defines."""
+    """List the public names of a room: what its folder's face imports, or what its module defines."""
     module = import_module(f"fiveaxis.{room}")
-    said = getattr(module, "__all__", None)
-    if said is not None:
-        return sorted(said)
+    is_folder = hasattr(module, "__path__")
     return sorted(
         name
         for name, value in vars(module).items()
-        if not name.startswith("_") and getattr(value, "__module__", "") == module.__name__
+        if not name.startswith("_")
+        and not inspect.ismodule(value)
+        and (is_folder or getattr(value, "__module__", "") == module.__name__)
     )
 
 

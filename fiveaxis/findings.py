@@ -52,13 +52,7 @@ class Place:
     @property
     def order(self) -> tuple[bool, int, bool, int, str]:
         """Sort key: along the path, then along the file; the path as a whole comes last."""
-        return (
-            self.location is None,
-            self.location or 0,
-            self.line is None,
-            self.line or 0,
-            self.file or "",
-        )
+        return (self.location is None, self.location or 0, self.line is None, self.line or 0, self.file or "")
 
 
 def without_folder(name: str) -> str:

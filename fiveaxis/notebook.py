@@ -73,8 +73,6 @@ class HasColumns(ABC):
             if fault.name != "pandas":
                 raise
             raise MissingDependency(
-                "pandas",
-                "to_frame",
-                "install it with `pip install 'fiveaxis[notebook]'`, or take columns()",
+                "pandas", "to_frame", "install it with `pip install 'fiveaxis[notebook]'`, or take columns()"
             ) from None
         return pandas.DataFrame(dict(self.columns()))

@@ -34,8 +34,7 @@ import numpy as np
 from showing import Paper, Row, Table, show
 
 from fiveaxis.energy import Cut, CuttingCoefficients, EndMill, mean_cutting_power
-from fiveaxis.energy.bounds import require_finite, require_not_negative
-from fiveaxis.energy.engagement import WATT
+from fiveaxis.energy.engagement import WATT, require_finite, require_not_negative
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, product
 

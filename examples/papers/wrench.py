@@ -20,8 +20,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fiveaxis.energy.bounds import require_finite, require_not_negative, require_positive
-from fiveaxis.energy.engagement import WATT
+from fiveaxis.energy.engagement import WATT, require_finite, require_not_negative, require_positive
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
 

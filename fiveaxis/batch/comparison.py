@@ -121,13 +121,7 @@ def write_comparison(name: str, rows: Sequence[Row], folder: Path) -> Comparison
 
 
 def write_page(rows: Sequence[Row], folder: Path) -> Path:
-    """Write the page that compares all jobs into the folder of the batch.
-
-    Raises
-    ------
-    SettingError
-        It can't be written.
-    """
+    """Write the page that compares all jobs into the folder of the batch."""
     return write_atomically(folder / RESULTS, render_comparison("Jobs of the batch", rows, "", ()))
 
 

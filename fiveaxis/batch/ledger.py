@@ -98,13 +98,7 @@ class Ledger:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read JSON lines of results; without a file there are none.
-
-    Raises
-    ------
-    SettingError
-        A line that isn't a result, or a file that can't be read.
-    """
+    """Read JSON lines of results, without a file none; `SettingError` for a line that isn't one."""
     if not path.exists():
         return []
     try:

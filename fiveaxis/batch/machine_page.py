@@ -57,13 +57,7 @@ def cells(candidate: Candidate) -> list[str]:
 def write_machines(
     job: str, candidates: Sequence[Candidate], claims: Sequence[str], folder: Path
 ) -> tuple[Path, ...]:
-    """Write the page of a comparison and its picture: the ranges of energy and time of each machine.
-
-    Raises
-    ------
-    SettingError
-        They can't be written.
-    """
+    """Write the page of a comparison and its picture: the ranges of energy and time of each machine."""
     title = f"{job} on {len(candidates)} machines"
     chart = draw(candidates, title)
     words = "".join(f"<p>{escape(claim)}</p>" for claim in claims)

@@ -45,13 +45,7 @@ class Status(StrEnum):
         return self in (Status.FINE, Status.ERRORS, Status.NO_POSTURE)
 
 
-_CODES = {
-    Status.FINE: 0,
-    Status.ERRORS: 1,
-    Status.NO_POSTURE: 3,
-    Status.WRONG_INPUT: 2,
-    Status.BROKEN: 4,
-}
+_CODES = {Status.FINE: 0, Status.ERRORS: 1, Status.NO_POSTURE: 3, Status.WRONG_INPUT: 2, Status.BROKEN: 4}
 # From bad to worse.
 ORDER = tuple(_CODES)
 
@@ -111,11 +105,6 @@ class Row:
     findings: Sequence[Mapping[str, Any]] = ()
     files: Sequence[str] = ()
     before: Mapping[str, Any] | None = None
-
-    @property
-    def error_lines(self) -> list[str]:
-        """Its errors, one line per cause."""
-        return [cause["text"] for cause in self.summary if cause["severity"] == Severity.ERROR]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the row as plain data for JSON."""

@@ -34,12 +34,8 @@ RESERVED = re.compile(r"(con|prn|aux|nul|(com|lpt)[0-9¹²³])(\..*)?|.*[. ]", r
 def apply_values(values: Mapping[str, Any], data: Mapping[str, Any]) -> dict[str, Any]:
     """Apply a variant's values, by key of a job (``tilt``, ``setup.offset``), to the content of a job file.
 
-    As on the command line, a cone replaces a tilt, and a tilt a cone.
-
-    Raises
-    ------
-    JobError
-        A key inside something that isn't a table.
+    As on the command line, a cone replaces a tilt, and a tilt a cone. `JobError` for a key inside something
+    that isn't a table.
     """
     made = copy.deepcopy({key: value for key, value in data.items() if key != SWEEP})
     for one, other in (("cone", "tilt"), ("tilt", "cone")):

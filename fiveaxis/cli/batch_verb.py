@@ -1,4 +1,4 @@
-"""The command that runs many jobs."""
+"""The commands that run many jobs: a batch, and one job on several machines."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,15 +14,19 @@ from rich.live import Live
 from rich.markup import escape
 from rich.table import Column, Table
 
-from fiveaxis.cli.options import AsJson, JobTimeout, Scheduler, Workers
+from fiveaxis.cli.options import AsJson, JobTimeout, Scheduler, Workers, flags_of, read_flags, takes
 from fiveaxis.cli.process import INTERRUPTED
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import clock_text
+from fiveaxis.findings import Severity
+from fiveaxis.options import Costs
 
 if TYPE_CHECKING:
     from fiveaxis.batch import Batch, Event, Row
     from fiveaxis.batch.comparison import Comparison
+    from fiveaxis.batch.machines import MachineComparison
     from fiveaxis.batch.record import Listener
+
 
 # Rows of a live table: one longer than the screen can't be redrawn.
 SHOWN = 24
@@ -180,8 +184,9 @@ def _print_batch(done: Batch) -> None:
     for row in done.rows:
         if row.message:
             out.print(f"{row.name}: {row.message}", markup=False, soft_wrap=True)
-        for line in row.error_lines:
-            out.print(f"{row.name}: {line}", markup=False, soft_wrap=True)
+        for cause in row.summary:
+            if cause["severity"] == Severity.ERROR:
+                out.print(f"{row.name}: {cause['text']}", markup=False, soft_wrap=True)
     for comparison in done.comparisons:
         _print_comparison(comparison)
     states = {row.status: sum(other.status is row.status for other in done.rows) for row in done.rows}
@@ -212,3 +217,63 @@ def _figures(row: Row) -> tuple[str, ...]:
     saved = share if row.baseline else ""
     counts = ("" if count is None else str(count) for count in (row.starts, row.reversals))
     return energy, saved, "" if row.time is None else f"{row.time:.1f}", *counts
+
+
+@takes(flags_of(Costs))
+def compare(
+    context: typer.Context,
+    job: Annotated[Path, typer.Argument(help="job file (.toml)", metavar="JOB.toml")],
+    machines: Annotated[
+        str, typer.Option("--machines", help="names or files, joined by commas; all: those of the library")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="folder for the results")],
+    as_placed: Annotated[
+        bool, typer.Option("--as-placed", help="leave the part where the job or its machine has it")
+    ] = False,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
+    job_timeout: JobTimeout = None,
+    as_json: AsJson = False,
+    **_: Any,
+) -> None:
+    """Run a job on several machines, each with its best place of the part, and tell which is cheapest.
+
+    A machine that can't run it is a row with the reason; the exit code is 0 if at least one can. What isn't
+    known surely enough to name a winner is told with what to measure.
+    """
+    with errors_explained(as_json) as written:
+        with interruptible(), live_table(err) as listener:
+            from fiveaxis.batch.machines import compare as run
+
+            names = [name.strip() for name in machines.split(",") if name.strip()]
+            limits: Any = {"scheduler": scheduler, "workers": workers, "job_timeout": job_timeout}
+            how: Any = {**limits, **read_flags(Costs, context.params)}
+            done = run(job, names, output, as_placed=as_placed, tell=listener, **how)
+        written += (*done.files, *done.batch.files, *(p for c in done.batch.comparisons for p in c.files))
+        if as_json:
+            print_json(done.as_dict())
+        else:
+            _print_machines(done)
+            for path in written:
+                print_written(path)
+        if done.exit_code:
+            raise typer.Exit(done.exit_code)
+
+
+def _print_machines(done: MachineComparison) -> None:
+    from fiveaxis.batch.machine_page import HEADS, cells
+
+    rows = [cells(candidate) for candidate in done.candidates]
+    # What no machine has would only make the others narrow.
+    shown = [k for k in range(len(HEADS)) if any(row[k] for row in rows)]
+    heads = (Column(HEADS[k].lstrip("#"), justify="right" if HEADS[k][0] == "#" else "left") for k in shown)
+    table = Table(*heads, box=None)
+    for row in rows:
+        table.add_row(*(escape(row[k]) for k in shown))
+    out.print("energy of the feed drives (J) with its range; travel of the axes and margin in mm and deg")
+    out.print(table)
+    for candidate in done.candidates:
+        if candidate.row.message:
+            out.print(f"{candidate.machine}: {candidate.row.message}", markup=False, soft_wrap=True)
+    for claim in done.claims:
+        out.print(claim, markup=False, soft_wrap=True)

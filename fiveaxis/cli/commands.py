@@ -6,17 +6,16 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from fiveaxis.cli.batch_verb import batch
+from fiveaxis.cli.batch_verb import batch, compare
 from fiveaxis.cli.calibration_verb import calibrate
-from fiveaxis.cli.compare_verb import compare
 from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
+from fiveaxis.cli.options import with_options
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.surface_verb import surface
-from fiveaxis.cli.verbosity import with_options
 from fiveaxis.cli.verify_verb import verify
 
 

@@ -205,13 +205,7 @@ def _read_answers(options: Mapping[str, Any]) -> Answers:
 
 
 def _report(findings: tuple[Finding, ...]) -> None:
-    """Print what the check found.
-
-    Raises
-    ------
-    SettingError
-        It found an error.
-    """
+    """Print what the check found; raise `SettingError` for an error."""
     worst = next((f for f in findings if f.severity is Severity.ERROR), None)
     if worst is not None:
         raise SettingError(f"{worst.message}; no file was written")

@@ -27,6 +27,7 @@ from fiveaxis.cli.options import (
     WRITING,
     AsJson,
     Input,
+    is_verbose,
     read_flags,
     takes,
 )
@@ -44,7 +45,6 @@ from fiveaxis.cli.terminal import (
     print_release,
     print_written,
 )
-from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import Work, shown_work
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix

@@ -19,12 +19,7 @@ from fiveaxis.cli.terminal import (
     print_release,
     print_written,
 )
-from fiveaxis.cli.verify_verb import (
-    CHECKING,
-    PathToFollow,
-    load_checked,
-    reading_of,
-)
+from fiveaxis.cli.verify_verb import CHECKING, PathToFollow, load_checked, reading_of
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_new

@@ -19,6 +19,7 @@ from fiveaxis.cli.options import (
     READING,
     AsJson,
     flags_of,
+    is_verbose,
     read_flags,
     takes,
 )
@@ -31,7 +32,6 @@ from fiveaxis.cli.terminal import (
     print_json,
     require_machine,
 )
-from fiveaxis.cli.verbosity import is_verbose
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import group_findings, group_gaps
@@ -151,13 +151,7 @@ def verify(
 
 
 def _save_stock(reports: Iterable[Report], result: Path | None, picture: Path | None) -> None:
-    """Write the stock that the last operation leaves, and the map of the finished part.
-
-    Raises
-    ------
-    SettingError
-        No stock was cut, or a file can't be written.
-    """
+    """Write the stock that the last operation leaves, and the map of the finished part."""
     from fiveaxis.report import write_finished
     from fiveaxis.stock import save_stock
 

@@ -12,19 +12,16 @@ import os
 import sys
 import threading
 import time
-from bisect import bisect_left
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
-from itertools import pairwise
 from typing import TypeVar
 
 from rich.console import Console
 from rich.live import Live
-from rich.progress_bar import ProgressBar
-from rich.spinner import Spinner
-from rich.table import Table
+from rich.progress import BarColumn, ProgressColumn, SpinnerColumn, Task, TextColumn
+from rich.progress import Progress as ProgressLine
+from rich.table import Column
 from rich.text import Text
 
 from fiveaxis.progress import Progress
@@ -40,25 +37,26 @@ GRACE = 0.5
 
 # Pictures per second, and characters of the bar.
 PICTURES, WIDTH = 8, 24
-# A remaining time is shown once so many steps took so many s, and the slowest quarter of them took at most so
-# much longer than the quickest.
-LEAST_STEPS, LEAST_TIME, EVEN = 8, 2.0, 1.6
 
 
-@dataclass(frozen=True, eq=False)
-class Stage:
-    """What is being done.
+class Far(ProgressColumn):
+    """How far a stage is, how long the work has taken, and how long the stage still takes.
 
     Parameters
     ----------
-    name : of the stage, for people
-    total : steps in all
-    reports : s and steps done then, both increasing; grows
+    elapsed : s, since the work began
     """
 
-    name: str
-    total: int
-    reports: list[tuple[float, int]]
+    def __init__(self, elapsed: Callable[[], float]) -> None:
+        super().__init__(Column(no_wrap=True))
+        self._elapsed = elapsed
+
+    def render(self, task: Task) -> Text:
+        """Draw it, of a stage without steps to be counted the time alone."""
+        steps = "" if task.total is None else f"{task.completed:.0f}/{task.total:.0f}"
+        left = task.time_remaining
+        more = f", this stage about {clock_text(left)} more" if left else ""
+        return Text(f"{steps} {clock_text(self._elapsed())}{more}".strip())
 
 
 class Work:
@@ -73,10 +71,12 @@ class Work:
         self._clock = clock
         self._began = clock()
         self._stopped = threading.Event()
-        self._stage = Stage("starting", 1, [(self._began, 0)])
+        name, bar = TextColumn("{task.description}", markup=False), BarColumn(bar_width=WIDTH)
+        self.line = ProgressLine(SpinnerColumn(), name, bar, Far(lambda: self.elapsed), get_time=clock)
+        self._shown = "starting", 1
+        self._stage = self.line.add_task("starting", total=None)
         # Draws the line at once.
         self.draw: Callable[[], object] = lambda: None
-        self._spinner = Spinner("dots")
 
     @property
     def elapsed(self) -> float:
@@ -93,12 +93,13 @@ class Work:
         """
         if self._stopped.is_set():
             raise KeyboardInterrupt
-        report, now = (self._clock(), done), self._stage
-        if (stage, total) == (now.name, now.total) and done > now.reports[-1][1]:
-            now.reports.append(report)
+        if (stage, total) == self._shown and done > self.line.tasks[0].completed:
+            self.line.update(self._stage, completed=done)
             return
-        self._stage = Stage(stage, total, [report])
-        if stage != now.name:
+        before, self._shown = self._shown[0], (stage, total)
+        self.line.remove_task(self._stage)
+        self._stage = self.line.add_task(stage, total=total if total > 1 else None, completed=done)
+        if stage != before:
             logger.info("%s", stage)
             # At once: a library may hold Python's lock for seconds, and the line would show the stage before.
             self.draw()
@@ -140,57 +141,11 @@ class Work:
             raise
         return future.result()
 
-    def __rich__(self) -> Table:
-        # Copied: the work goes on in another thread.
-        stage, reports = self._stage, [*self._stage.reports]
-        done, total = reports[-1][1], stage.total
-        # What has no steps to be counted has a bar that only moves.
-        counted = total > 1
-        bar = ProgressBar(total, done, width=WIDTH, pulse=not counted)
-        steps = f"{done}/{total}" if counted else ""
-        left = remaining_time(reports, total, self._clock())
-        more = "" if left is None else f", this stage about {clock_text(left)} more"
-        line = Table.grid(padding=(0, 1))
-        for _ in range(4):
-            line.add_column(no_wrap=True)
-        far = Text(f"{steps} {clock_text(self.elapsed)}{more}".strip())
-        line.add_row(self._spinner, Text(stage.name), bar, far)
-        return line
-
 
 def clock_text(seconds: float) -> str:
     """Format a time as hours, minutes and seconds."""
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
-
-
-def remaining_time(reports: Sequence[tuple[float, int]], total: int, now: float) -> float | None:
-    """Estimate how long a stage still takes; None unless its steps have taken about equally long so far.
-
-    Parameters
-    ----------
-    reports : s and steps done then, both increasing; at least one
-    total : steps in all
-    now : s
-
-    Returns
-    -------
-    s
-    """
-    (began, first), (last, done) = reports[0], reports[-1]
-    if done - first < LEAST_STEPS or last - began < LEAST_TIME:
-        return None
-    counts = [count for _, count in reports]
-    # The reports nearest to each quarter of the steps: there may be fewer reports than steps.
-    ends = [reports[bisect_left(counts, first + k * (done - first) / 4)] for k in range(5)]
-    if len(set(ends)) < len(ends):
-        return None
-    quarters = [(there - here) / (after - before) for (here, before), (there, after) in pairwise(ends)]
-    if max(quarters) > EVEN * min(quarters):
-        return None
-    left = quarters[-1] * (total - done) - (now - last)
-    # A step that takes much longer than those before shows that they weren't equal.
-    return left if left > 0.0 and now - last <= LEAST_TIME + 2.0 * quarters[-1] else None
 
 
 @contextmanager
@@ -208,7 +163,7 @@ def shown_work(console: Console, *, hidden: bool = False) -> Iterator[Work]:
         return
     # Output isn't redirected: results may go to a file.
     with Live(
-        work,
+        work.line,
         console=console,
         refresh_per_second=PICTURES,
         transient=True,

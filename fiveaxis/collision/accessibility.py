@@ -277,13 +277,7 @@ def _table_bodies(machine: Machine) -> Iterator[tuple[str, Array]]:
 
 
 def shape_triangles(shape: Box | Cylinder | MeshShape) -> Array:
-    """Triangulate a shape, (f, 3, 3) mm, in the frame that it is placed in; a cylinder's prism contains it.
-
-    Raises
-    ------
-    MeshError
-        Its mesh can't be read.
-    """
+    """Triangulate a shape, (f, 3, 3) mm, in the frame that it is placed in; a prism contains a cylinder."""
     import trimesh
 
     if isinstance(shape, MeshShape):

@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fiveaxis.collision.pieces import (
-    PairQuery,
-    Piece,
-    box_piece,
-    cylinder_piece,
-    mesh_piece,
-    revolved_pieces,
-)
+from fiveaxis.collision.pieces import PairQuery, Piece, box_piece, cylinder_piece, mesh_piece, revolved_pieces
 from fiveaxis.collision.surroundings import Clearances, Surroundings
 from fiveaxis.findings import JOB, MACHINE_FILE, TOOL_FILE, Gap, risk
 from fiveaxis.geometry import Array, inverse_transform, product
@@ -96,14 +89,10 @@ def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Sce
 
 
 def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
-    """Build bodies of the parts of a tool that are known (`Tool.parts`).
+    """Build bodies of the parts of a tool that are known (`Tool.parts`), carried by a link.
 
-    The first piece of a shank is as high as its radius.
-
-    Parameters
-    ----------
-    home : (4, 4), mm, tool-tip frame in the workpiece frame, every axis at 0
-    link : the link that carries it
+    The first piece of a shank is as high as its radius. `home`, (4, 4) mm, is the tool-tip frame in the
+    workpiece frame, every axis at 0.
     """
     bodies = []
     for part in tool.parts():

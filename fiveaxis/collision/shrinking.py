@@ -105,11 +105,7 @@ def _gathered(move: NDArray[np.int32]) -> tuple[IntArray, IntArray, NDArray[np.i
 def _take_away(move: NDArray[np.int32], side: Array, pivot: Array, radius: float, rows: IntArray) -> None:
     """Set the first of the moves to `rows`, ascending, in which a ball comes over a voxel's centre.
 
-    Parameters
-    ----------
-    move : of the voxels; changed
-    side : (3,), mm
-    pivot : (n, 3), mm from the grid's low corner, of the ball's centre
+    `move`, of the voxels, is changed; pivots of the ball, (n, 3), are in mm from the grid's low corner.
     """
     first, behind = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
     place = np.empty(3)

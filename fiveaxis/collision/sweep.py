@@ -192,11 +192,7 @@ class _Search:
     def _follow(self, row: int, limit: float) -> tuple[float, float, bool]:
         """Follow the move to a row, which begins in the stock, over at most `limit` mm.
 
-        Returns
-        -------
-        share : of the move, where it leaves or where it was followed to
-        length : mm, to there
-        left : whether it leaves
+        Returned are the share of the move and the length, mm, at which it leaves, and whether it does.
         """
         travel, shares = self.travel, np.linspace(0.0, 1.0, SAMPLES)
         poses = travel.between(np.full(SAMPLES, row - 1), shares)
@@ -251,12 +247,7 @@ class _Search:
         return moves[self._near(poses, corners, margin + ends + travel.bends[moves] / 32.0)]
 
     def _groups_near(self, groups: IntArray, size: int, margin: float) -> BoolArray:
-        """Find which groups of moves aren't proven clear.
-
-        Parameters
-        ----------
-        groups : (g,), group g holds the `size` moves from g·size
-        """
+        """Find which groups, (g,), of moves aren't proven clear; group g has the `size` moves from g·size."""
         corners, last = self.travel.corners, len(self.travel.corners) - 1
         begin, end = groups * size, np.minimum(groups * size + size, last)
         middle = (begin + end) // 2
@@ -294,13 +285,9 @@ class _Search:
             at_high = np.concatenate([corners[going], at_high[going]])
 
     def _near(self, poses: Array, corners: Array, margins: Array, skip: BoolArray | None = None) -> BoolArray:
-        """Find the poses in which the pieces are nearer than margins; bounding boxes are compared first.
+        """Find the poses, (m, 4, 4), in which the pieces are nearer than margins, (m,) mm, by boxes first.
 
-        Parameters
-        ----------
-        poses, corners : (m, 4, 4) and (m, 8, 3), mm
-        margins : (m,), mm
-        skip : (m,), poses that count as near without a query, unless their boxes are clear
+        Poses of `skip`, (m,), count as near without a query, unless their boxes are clear.
         """
         other = self.travel.other
         low, high = corners.min(axis=1), corners.max(axis=1)

@@ -22,12 +22,8 @@ STACK = 128
 def box_bounds(a: Array, b: Array, pose: Array) -> tuple[float, float]:
     """Bound the gap between what two boxes hold from below, and its overlap from above, mm.
 
-    A movement that parts the boxes parts what they hold.
-
-    Parameters
-    ----------
-    a, b : (2, 3), mm, lowest and highest coordinates, each in its own frame
-    pose : (4, 4), mm, of b's frame in a's
+    A movement that parts the boxes parts what they hold. Each box has its lowest and highest coordinates,
+    (2, 3) mm, in its own frame; `pose` is b's frame in a's.
     """
     gap_a, gap_b, over = 0.0, 0.0, np.inf
     for i in range(3):

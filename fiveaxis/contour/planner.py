@@ -288,12 +288,7 @@ def _refuse(
 
 
 def _toolpath(
-    linked: list[LinkedPass],
-    tool: Tool,
-    leaning: Leaning,
-    options: PlanOptions,
-    name: str,
-    left_out: LeftOut,
+    linked: list[LinkedPass], tool: Tool, leaning: Leaning, options: PlanOptions, name: str, left_out: LeftOut
 ) -> tuple[Toolpath, IntArray, IntArray]:
     """Build one path of passes and links; return the first and last row of each pass with it."""
     lifted = _lifted(linked, leaning)
@@ -333,11 +328,7 @@ def _lifted(linked: Sequence[LinkedPass], leaning: Leaning) -> list[tuple[Linked
     """Add to links the points at which a cutter that isn't a ball leaves its contacts, and reaches them.
 
     From the contact there the cutter moves as a whole, still at the contact's normal: without one its axis
-    goes through the pivot.
-
-    Returns
-    -------
-    Passes with their links, whose points are pivots, and the normals of the links' points, (n, 3)
+    goes through the pivot. Of the links' points, which are pivots, the normals, (n, 3), are returned too.
     """
     found, left = [], EMPTY
     gap = leaning.outer - leaning.zone.radius

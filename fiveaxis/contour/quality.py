@@ -272,11 +272,7 @@ def _ridges(cuts: _Cuts, part: _Part) -> tuple[Array, IntArray]:
 
 
 def _between(
-    strips: Strips,
-    span: tuple[Array, Array],
-    places: tuple[Array, Array],
-    up: Array,
-    part: _Part,
+    strips: Strips, span: tuple[Array, Array], places: tuple[Array, Array], up: Array, part: _Part
 ) -> tuple[Array, Array, BoolArray, Array]:
     """Find the ridges between two passes of a leaned cutter.
 

@@ -267,13 +267,9 @@ def section_loops(surface: Surface, level: float) -> list[Loop]:
 def _crossing(
     surface: Surface, crossed: IntArray, level: float, *, rising: bool
 ) -> tuple[IntArray, Array, Array]:
-    """Find where the edge that rises (or falls) through the level meets it.
+    """Find where the edge that rises (or falls) through the level meets it, (m, 3) mm, and the normals there.
 
-    Returns
-    -------
-    key : (m,), number of the edge, the same for both of its triangles
-    points : (m, 3), mm
-    normals : (m, 3), smoothed normal of the triangle at the point
+    Before them stand the numbers of the edges, (m,), the same for both triangles of an edge.
     """
     faces = surface.faces[crossed]
     above = surface.vertices[faces, 2] >= level

@@ -1,87 +1,46 @@
 """What motion costs: drives, totals, the power surface."""
 
-from fiveaxis.energy.block_costs import BlockCosts, block_costs, least_travel_costs
-from fiveaxis.energy.budget import Budget, Factors, Process, Share, cutting_energies, job_budget
-from fiveaxis.energy.calibration import calibrate_drive
-from fiveaxis.energy.calibration_record import Calibration, RunEnergy
-from fiveaxis.energy.cutting_forces import (
-    CuttingCoefficients,
-    mean_cutting_power,
-)
-from fiveaxis.energy.drilling import (
-    Drill,
-    auxiliary_power,
-    idle_power,
-    mean_drilling_power,
-)
-from fiveaxis.energy.drives import (
-    axis_powers,
-    drive_power,
-    gravity_forces,
-    lifting_costs,
-    moved_weights,
-    power_findings,
-    travel_costs,
-)
-from fiveaxis.energy.engaged import CutCourse, Engaged
-from fiveaxis.energy.engagement import Cut, EndMill, removal_rate, swept_surface
-from fiveaxis.energy.path_feed import path_feed
-from fiveaxis.energy.surface import PowerSurface, posture_costs, power_surface
-from fiveaxis.energy.totals import (
-    DRAWN,
-    Energy,
-    KindEnergy,
-    Timing,
-    energy_draws,
-    law_energies,
-    motion_energy,
-    move_energies,
-    move_powers,
-)
-
-__all__ = [
-    "DRAWN",
-    "BlockCosts",
-    "Budget",
-    "Calibration",
-    "Cut",
-    "CutCourse",
-    "CuttingCoefficients",
-    "Drill",
-    "EndMill",
-    "Energy",
-    "Engaged",
-    "Factors",
-    "KindEnergy",
-    "PowerSurface",
-    "Process",
-    "RunEnergy",
-    "Share",
-    "Timing",
-    "auxiliary_power",
-    "axis_powers",
-    "block_costs",
-    "calibrate_drive",
-    "cutting_energies",
-    "drive_power",
-    "energy_draws",
-    "gravity_forces",
-    "idle_power",
-    "job_budget",
-    "law_energies",
-    "least_travel_costs",
-    "lifting_costs",
-    "mean_cutting_power",
-    "mean_drilling_power",
-    "motion_energy",
-    "move_energies",
-    "move_powers",
-    "moved_weights",
-    "path_feed",
-    "posture_costs",
-    "power_findings",
-    "power_surface",
-    "removal_rate",
-    "swept_surface",
-    "travel_costs",
-]
+from fiveaxis.energy.block_costs import BlockCosts as BlockCosts
+from fiveaxis.energy.block_costs import block_costs as block_costs
+from fiveaxis.energy.block_costs import least_travel_costs as least_travel_costs
+from fiveaxis.energy.budget import Budget as Budget
+from fiveaxis.energy.budget import Factors as Factors
+from fiveaxis.energy.budget import Process as Process
+from fiveaxis.energy.budget import Share as Share
+from fiveaxis.energy.budget import cutting_energies as cutting_energies
+from fiveaxis.energy.budget import job_budget as job_budget
+from fiveaxis.energy.calibration import calibrate_drive as calibrate_drive
+from fiveaxis.energy.calibration_record import Calibration as Calibration
+from fiveaxis.energy.calibration_record import RunEnergy as RunEnergy
+from fiveaxis.energy.cutting_forces import CuttingCoefficients as CuttingCoefficients
+from fiveaxis.energy.cutting_forces import mean_cutting_power as mean_cutting_power
+from fiveaxis.energy.drilling import Drill as Drill
+from fiveaxis.energy.drilling import auxiliary_power as auxiliary_power
+from fiveaxis.energy.drilling import idle_power as idle_power
+from fiveaxis.energy.drilling import mean_drilling_power as mean_drilling_power
+from fiveaxis.energy.drives import axis_powers as axis_powers
+from fiveaxis.energy.drives import drive_power as drive_power
+from fiveaxis.energy.drives import gravity_forces as gravity_forces
+from fiveaxis.energy.drives import lifting_costs as lifting_costs
+from fiveaxis.energy.drives import moved_weights as moved_weights
+from fiveaxis.energy.drives import power_findings as power_findings
+from fiveaxis.energy.drives import travel_costs as travel_costs
+from fiveaxis.energy.engagement import Cut as Cut
+from fiveaxis.energy.engagement import CutCourse as CutCourse
+from fiveaxis.energy.engagement import EndMill as EndMill
+from fiveaxis.energy.engagement import Engaged as Engaged
+from fiveaxis.energy.engagement import removal_rate as removal_rate
+from fiveaxis.energy.engagement import swept_surface as swept_surface
+from fiveaxis.energy.path_feed import path_feed as path_feed
+from fiveaxis.energy.surface import PowerSurface as PowerSurface
+from fiveaxis.energy.surface import posture_costs as posture_costs
+from fiveaxis.energy.surface import power_surface as power_surface
+from fiveaxis.energy.totals import DRAWN as DRAWN
+from fiveaxis.energy.totals import Energy as Energy
+from fiveaxis.energy.totals import KindEnergy as KindEnergy
+from fiveaxis.energy.totals import Timing as Timing
+from fiveaxis.energy.totals import energy_draws as energy_draws
+from fiveaxis.energy.totals import law_energies as law_energies
+from fiveaxis.energy.totals import motion_energy as motion_energy
+from fiveaxis.energy.totals import move_energies as move_energies
+from fiveaxis.energy.totals import move_powers as move_powers

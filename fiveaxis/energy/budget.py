@@ -10,8 +10,7 @@ import numpy as np
 
 from fiveaxis.energy.cutting_forces import CuttingCoefficients, mean_cutting_power
 from fiveaxis.energy.drilling import Drill, auxiliary_power, idle_power, mean_drilling_power
-from fiveaxis.energy.engaged import CutCourse, Engaged
-from fiveaxis.energy.engagement import WATT, Cut, EndMill
+from fiveaxis.energy.engagement import WATT, Cut, CutCourse, EndMill, Engaged
 from fiveaxis.energy.path_feed import path_lengths
 from fiveaxis.energy.totals import motion_energy
 from fiveaxis.errors import MachineError, SettingError

@@ -153,13 +153,7 @@ def _require_watts(rows: AxisLog, columns: LogColumns) -> None:
 
 
 def _energies(runs: Sequence[AxisLog], others: Sequence[AxisLog], fit: LogFit) -> tuple[RunEnergy, ...]:
-    """Price every run with a drive; without others, each run that moves with a fit of the rest.
-
-    Raises
-    ------
-    InputError
-        A fit of the rest isn't possible.
-    """
+    """Price every run with a drive; without others, each run that moves with a fit of the rest."""
     if others:
         return (
             *(_energy(run, fit, held_out=False) for run in runs),

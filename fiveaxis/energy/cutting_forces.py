@@ -20,8 +20,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.energy.bounds import require_not_negative, require_positive
-from fiveaxis.energy.engagement import WATT, Cut, removal_rate, swept_surface
+from fiveaxis.energy.engagement import (
+    WATT,
+    Cut,
+    removal_rate,
+    require_not_negative,
+    require_positive,
+    swept_surface,
+)
 
 
 @dataclass(frozen=True)

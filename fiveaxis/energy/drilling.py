@@ -19,9 +19,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
 from fiveaxis.energy.cutting_forces import CuttingCoefficients
-from fiveaxis.energy.engagement import WATT
+from fiveaxis.energy.engagement import (
+    WATT,
+    require_at_most,
+    require_finite,
+    require_not_negative,
+    require_positive,
+)
 from fiveaxis.errors import SettingError, ToolError
 from fiveaxis.geometry import Array
 

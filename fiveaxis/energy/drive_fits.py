@@ -216,8 +216,6 @@ def r_squared(power: Array, fitted: Array) -> float:
 def _fit_model(model: DriveModel, rows: AxisLog, facts: AxisFacts) -> RobustFit:
     """Fit a model's terms to rows, more than terms, within their bounds.
 
-    Returns
-    -------
     If terms are unidentified the intervals mean nothing: leave those terms out and fit again.
     """
     from scipy.optimize import least_squares
@@ -307,12 +305,7 @@ def _made_of_others(jacobian: Array) -> list[int]:
 
 
 def _half_widths(jacobian: Array, residuals: Array) -> Array:
-    """Compute the half-widths of the confidence intervals, (p,), as described in the module's docstring.
-
-    Parameters
-    ----------
-    jacobian, residuals : (n, p), (n,), over their scales
-    """
+    """Compute the half-widths, (p,), of the confidence intervals of figures over their scales."""
     from scipy.special import stdtrit
 
     n, p = jacobian.shape

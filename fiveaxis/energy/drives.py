@@ -72,7 +72,7 @@ def drive_power(
     force = cutting if isinstance(drive, FrictionDrive) else 0.0
     power = _power(drive, _State(speed, acceleration, gravity + force, weight, inertia))
     power = power + (cutting - force) * speed
-    if is_proportional(drive):
+    if isinstance(drive, DirectionalDrive) and drive.proportional:
         return power
     beyond = constant_share(np.abs(speed), drive.measured_from, drive.measured_to) - np.sign(np.abs(speed))
     constant = _constant_part(drive, np.sign(speed), gravity + force, weight)
@@ -177,11 +177,6 @@ def _(drive: FrictionDrive, state: _State) -> Array:
     return electrical + drive.copper * force**2 + moving + drive.hold
 
 
-def is_proportional(drive: Drive) -> bool:
-    """Check whether a drive's power is in proportion to its speed throughout."""
-    return isinstance(drive, DirectionalDrive) and drive.proportional
-
-
 def axis_powers(
     machine: Machine,
     positions: Array,
@@ -219,7 +214,8 @@ def axis_powers(
             acceleration=0.0 if accelerations is None else accelerations[:, i],
             gravity=forces[:, i],
             weight=float(weights[i]),
-            inertia=_inertia(axis, float(weights[i])),
+            # The moved weight in J per (mm/s)².
+            inertia=0.0 if axis.is_rotary else float(weights[i]) / GRAVITY * 1e-6,
             cutting=cutting[:, i],
         )
     return powers
@@ -401,11 +397,6 @@ def _loads(machine: Machine, positions: Array) -> tuple[list[Drive], Array, Arra
     loaded = any(isinstance(drive, FrictionDrive) for drive in drives)
     forces = gravity_forces(machine, positions) if loaded else np.zeros_like(positions)
     return drives, forces, moved_weights(machine)
-
-
-def _inertia(axis: Axis, weight: float) -> float:
-    """Convert the moved weight of a linear axis, N, to J per (mm/s)²."""
-    return 0.0 if axis.is_rotary else weight / GRAVITY * 1e-6
 
 
 def gravity_forces(machine: Machine, positions: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Engagement of an end mill in the material: cutter, cut, removal rate and engaged surface.
+"""Engagement of an end mill in the material: cutter, cut, removal rate, surface, and what moves remove.
 
 Feed axes: x along the feed F, y to its left L = N × F, z along the surface normal N. The spindle turns
 clockwise seen from above (M3), so material on the left is up-milled (conventional), on the right down-milled
@@ -18,11 +18,13 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from fiveaxis.energy.bounds import require_at_most, require_finite, require_not_negative, require_positive
-from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.geometry import Array, arcsin, normalise, product
+from fiveaxis.errors import InputError, SettingError, ToolError
+from fiveaxis.geometry import Array, IntArray, arcsin, normalise, product
 
+# s over which rates are means: what single short moves remove is known to a few rays only.
+STEP = 0.1
 WATT = 1e3  # N·mm/s, the unit of force times velocity, and of torque times angular velocity
 # Grid lines in each direction on the engaged surface, to find its highest point and to integrate its area.
 SURFACE_LINES = 97
@@ -140,11 +142,7 @@ class Cut:
         z is the tool axis from tip to holder, x the component of the feed across z.
         """
         axis = np.array(
-            [
-                np.cos(self.lean) * np.sin(self.lead),
-                -np.sin(self.lean),
-                np.cos(self.lean) * np.cos(self.lead),
-            ]
+            [np.cos(self.lean) * np.sin(self.lead), -np.sin(self.lean), np.cos(self.lean) * np.cos(self.lead)]
         )
         x = normalise(np.array([1.0, 0.0, 0.0]) - axis[0] * axis)
         return np.stack([x, np.cross(axis, x), axis])
@@ -249,3 +247,119 @@ def _last_azimuth(cut: Cut, chord: Array) -> Array:
     """Compute the angle from the feed towards the free side where engagement ends, rad; it starts at -π/2."""
     beyond = np.divide(cut.width, chord, out=np.full_like(chord, np.inf), where=chord > 0.0)
     return arcsin(np.minimum(beyond - 1.0, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Engaged:
+    """What the moves of a motion take away of a stock: the engagement as it is, instead of one for all.
+
+    Parameters
+    ----------
+    volume : (n,), mm³ that each move removes
+    contact : (n,), mm² of the cutter's surface in the material, mean over the move
+    """
+
+    volume: Array
+    contact: Array
+
+    @classmethod
+    def of_rows(cls, volume: Array, contact: Array, ends: IntArray) -> Engaged:
+        """Join the rows of a motion that was cut to moves.
+
+        Parameters
+        ----------
+        volume : (m,), mm³ that the move to each row removes
+        contact : (m,), mm², of the cutter at each row
+        ends : (n,), ascending, the row at which each move ends
+        """
+        cuts = volume > 0.0
+        mean = np.where(cuts, (contact + np.roll(contact, 1) * np.roll(cuts, 1)) / 2.0, 0.0)
+        volumes, means = (np.diff(np.cumsum(c)[ends], prepend=0.0) for c in (volume, mean))
+        return cls(volumes, means / np.maximum(np.diff(ends, prepend=-1), 1))
+
+
+@dataclass(frozen=True, eq=False)
+class CutCourse:
+    """What is removed over a program's time, and the power that it takes.
+
+    Parameters
+    ----------
+    time : (n,), s, of each move
+    volume : (n,), mm³ that each move removes
+    energy : (n,), J that the cut takes in each move; None without figures of the process
+    """
+
+    time: Array
+    volume: Array
+    energy: Array | None
+
+    @property
+    def ends(self) -> Array:
+        """Ends of steps of `STEP`, (m,) s, up to the program's."""
+        return STEP * np.arange(1.0, np.ceil(float(self.time.sum()) / STEP) + 1.0)
+
+    @property
+    def rate(self) -> Array:
+        """Material removal rate, mean over each step, (m,) mm³/s."""
+        return self._mean(self.volume)
+
+    @property
+    def power(self) -> Array | None:
+        """Power of the cut, mean over each step, (m,) W."""
+        return None if self.energy is None else self._mean(self.energy)
+
+    def _mean(self, amounts: Array) -> Array:
+        sums = np.interp(self.ends, np.cumsum(self.time), np.cumsum(amounts))
+        return np.diff(sums, prepend=0.0) / STEP
+
+    def as_dict(self) -> dict[str, float | None]:
+        """Return its figures as plain data for JSON."""
+        power = self.power
+        return {
+            "volume_mm3": float(self.volume.sum()),
+            "largest_rate_mm3_s": float(self.rate.max(initial=0.0)),
+            "largest_power_W": None if power is None else float(power.max(initial=0.0)),
+        }
+
+
+def require_finite(
+    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
+) -> Array:
+    """Return figures as an array; raise if one isn't a finite number."""
+    figures = np.asarray(values, dtype=float)
+    _refuse(name, figures, ~np.isfinite(figures), unit, "it must be a finite number", error)
+    return figures
+
+
+def require_positive(
+    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
+) -> Array:
+    """Return figures as an array; raise if one isn't above zero."""
+    figures = require_finite(name, values, unit, error=error)
+    _refuse(name, figures, figures <= 0.0, unit, f"give a number above 0 {unit}", error)
+    return figures
+
+
+def require_not_negative(
+    name: str, values: ArrayLike, unit: str, *, error: type[InputError] = SettingError
+) -> Array:
+    """Return figures as an array; raise if one is below zero."""
+    figures = require_finite(name, values, unit, error=error)
+    _refuse(name, figures, figures < 0.0, unit, f"give 0 {unit} or more", error)
+    return figures
+
+
+def require_at_most(name: str, value: float, bound: float, unit: str, remedy: str) -> None:
+    """Raise if a figure is above a bound that other figures set; `remedy` says what to change."""
+    if value > bound:
+        raise SettingError(f"{name} is {value:g} {unit}, above {bound:g} {unit}; {remedy}")
+
+
+def _refuse(
+    name: str, figures: Array, wrong: ArrayLike, unit: str, remedy: str, error: type[InputError]
+) -> None:
+    at = np.flatnonzero(wrong)
+    if not len(at):
+        return
+    which = f" (value {at[0] + 1} of {figures.size})" if figures.ndim else ""
+    raise error(f"{name} is {figures.flat[at[0]]:g} {unit}{which}; {remedy}")

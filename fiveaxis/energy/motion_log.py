@@ -1,4 +1,4 @@
-"""Logs of the motion and power of one axis, from CSV files with any column names (`log_table`).
+"""Logs of the motion and power of one axis, from CSV files with any column names.
 
 A row with an empty cell is dropped and counted. Time may step unevenly; steps far longer than the others are
 gaps, and so are jumps of position: nothing is differentiated across them.
@@ -6,21 +6,27 @@ gaps, and so are jumps of position: nothing is differentiated across them.
 
 from __future__ import annotations
 
+import csv
+import difflib
 import hashlib
+import io
+import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from fiveaxis.energy.log_columns import DATES, LogColumns
-from fiveaxis.energy.log_table import LARGEST, read_columns
 from fiveaxis.errors import InputError
 from fiveaxis.files import MOST_PATH_BYTES, read_input
 from fiveaxis.geometry import Array, BoolArray, IntArray, product
 
+LARGEST = 1e16  # in any unit: no log has more, and the squares of fits would leave what a number can hold
+EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "unavailable"})
 MOST_LOST = 0.5  # share of dropped rows above which the columns are hardly the right ones
 ALONE = "alone between gaps"
 GAP = 10.0  # multiple of the median step above which rows are missing
@@ -244,18 +250,9 @@ def _require_growing(time: Array, lines: IntArray, name: str, file: Path) -> Non
 
 
 def _split_at_jumps(pieces: Pieces, position: Array, speed: Array, columns: LogColumns, file: Path) -> Pieces:
-    """Split where a position changes faster than the log's highest speed; check the speed by the position.
+    """Split where a position, mm or rad, changes faster than the log's highest speed.
 
-    Parameters
-    ----------
-    pieces : of the log
-    position : (n,), mm or rad
-    speed : (n,), mm/s or rad/s, from a column of its own
-
-    Raises
-    ------
-    InputError
-        Position and speed disagree in size or direction.
+    A column of the speed, mm/s or rad/s, is checked by it: `InputError` if they disagree.
     """
     least = np.radians(1.0) if columns.rotary else 1.0
     if np.ptp(position) < least and np.abs(speed).max() < least:
@@ -296,3 +293,114 @@ def _motion(
         known = np.isfinite(speed)
         columns.require_plausible("velocity", speed[known], lines[known], file)
     return speed, acceleration
+
+
+def read_columns(
+    text: str, named: Mapping[str, str], file: Path, *, dates: Collection[str] = ()
+) -> tuple[dict[str, Array], IntArray]:
+    """Read the named columns of a CSV text.
+
+    Parameters
+    ----------
+    text : of the file
+    named : quantity → name of its column
+    file : for messages
+    dates : quantities whose cells are dates and times of ISO 8601, in place of numbers
+
+    Returns
+    -------
+    columns : quantity → (n,), NaN for an empty cell; dates in s, from 1970
+    lines : (n,), of the file, from 1
+
+    Raises
+    ------
+    InputError
+        The text isn't a table with these columns. The message has line and column.
+    """
+    first = next((line for line in text.splitlines() if line.strip() and line.lstrip()[0] != "#"), "")
+    delimiter = max(",;\t", key=first.count)
+    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    try:
+        rows = [
+            (reader.line_num, row)
+            for row in reader
+            if any(map(str.strip, row)) and row[0].lstrip()[:1] != "#"
+        ]
+    except csv.Error as fault:
+        raise InputError(f"can't be read as CSV: {fault}", file=file, line=reader.line_num) from None
+    if not rows:
+        raise InputError("is empty; a line with the names of the columns is needed", file=file)
+    line, header = rows[0][0], [name.strip() for name in rows[0][1]]
+    if len(rows) == 1:
+        raise InputError("has a header but no rows", file=file, line=line)
+    for number, row in rows[1:]:
+        if len(row) != len(header):
+            raise InputError(
+                f"has {len(row)} fields, the header {len(header)}; correct the row", file=file, line=number
+            )
+    at = {quantity: _find_column(quantity, name, header, file, line) for quantity, name in named.items()}
+    values = {
+        quantity: np.array(
+            [
+                (_instant if quantity in dates else _number)(row[i], header[i], number, file)
+                for number, row in rows[1:]
+            ]
+        )
+        for quantity, i in at.items()
+    }
+    return values, np.array([number for number, _ in rows[1:]], dtype=np.int64)
+
+
+def _find_column(quantity: str, name: str, header: list[str], file: Path, line: int) -> int:
+    count = header.count(name)
+    if count == 1:
+        return header.index(name)
+    if count:
+        raise InputError(f"has {count} columns named {name!r}; rename them", file=file, line=line)
+    lower = {known.lower(): known for known in header}
+    near = [lower[key] for key in difflib.get_close_matches(name.lower(), lower, n=3, cutoff=0.5)]
+    hint = f"did you mean {', '.join(near)}?" if near else f"it has {', '.join(header[:12])}"
+    raise InputError(f"has no column {name!r} for {quantity}; {hint}", file=file, line=line)
+
+
+def _number(cell: str, column: str, line: int, file: Path) -> float:
+    text = cell.strip()
+    if text.lower() in EMPTY:
+        return math.nan
+    try:
+        value = float(text)
+    except ValueError:
+        hint = "write a decimal point" if text.count(",") == 1 else "correct it or leave it empty"
+        if _date(text) is not None:
+            hint = "for dates and times the time unit is iso"
+        raise InputError(f"{column} is {text!r}, not a number; {hint}", file=file, line=line) from None
+    if math.isinf(value):
+        raise InputError(f"{column} is infinite; correct it or leave it empty", file=file, line=line)
+    if abs(value) > LARGEST:
+        raise InputError(
+            f"{column} is {value:g}, beyond {LARGEST:g}; correct it or leave it empty", file=file, line=line
+        )
+    return value
+
+
+def _instant(cell: str, column: str, line: int, file: Path) -> float:
+    text = cell.strip()
+    if text.lower() in EMPTY:
+        return math.nan
+    date = _date(text)
+    if date is None:
+        raise InputError(
+            f"{column} is {text!r}, not a date and time such as 2026-01-31T12:00:00.250Z; state another "
+            "time unit, or correct it",
+            file=file,
+            line=line,
+        )
+    # Without a zone it is taken as UTC: only differences count, and local time jumps in spring.
+    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
+
+
+def _date(text: str) -> datetime | None:
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        return None

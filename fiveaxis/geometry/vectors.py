@@ -15,12 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 # Sums over one index, by the factors' dimensions: a vector has 1, a matrix or a stack of them 2.
-SUMS = {
-    (1, 1): "j,j->",
-    (1, 2): "j,...jk->...k",
-    (2, 1): "...ij,j->...i",
-    (2, 2): "...ij,...jk->...ik",
-}
+SUMS = {(1, 1): "j,j->", (1, 2): "j,...jk->...k", (2, 1): "...ij,j->...i", (2, 2): "...ij,...jk->...ik"}
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]

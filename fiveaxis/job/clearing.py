@@ -16,9 +16,8 @@ from fiveaxis.contour import on_part
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.job.colliding import colliding_rows, has_pairs
 from fiveaxis.job.loading import take_machine, take_path
-from fiveaxis.job.obstruction import OF_BODIES, explain, require_clear
+from fiveaxis.job.obstruction import OF_BODIES, colliding_rows, explain, has_pairs, require_clear
 from fiveaxis.job.placement import placed
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.machine import Machine
@@ -192,7 +191,7 @@ def solve_clear(
     """
 
     def solve(path: Toolpath, own: Mask | None, free: bool) -> Postures:
-        chosen = options if free else options.without_free_start()
+        chosen = options if free else replace(options, free_start=False, free_direction=False)
         return find(path, machine, constraints, replace(chosen, mask=own, bound=False))
 
     own, free_start, progress = Mask.of(options.mask), options.free_start, options.progress

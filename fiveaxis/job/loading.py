@@ -77,15 +77,7 @@ def require_writable(job: Job) -> None:
 
 
 def take_machine(machine: Machine | str | Path) -> Machine:
-    """Return a machine, loaded if it is given by its name or file.
-
-    Raises
-    ------
-    SettingError
-        Neither.
-    MachineError
-        As `load_machine`.
-    """
+    """Return a machine, loaded if it is given by its name or file; `SettingError` without either."""
     if isinstance(machine, str | Path):
         return load_machine(str(machine))
     if not isinstance(machine, Machine):
@@ -172,13 +164,7 @@ def load_job_passes(job: Job, progress: Progress = unheard) -> tuple[Toolpath, P
 
 
 def read_path(job: Job, tool: Tool | None) -> Toolpath:
-    """Read a job's list of cutter locations.
-
-    Raises
-    ------
-    JobError
-        A setting that only planning on a mesh uses.
-    """
+    """Read a job's list of cutter locations; `JobError` for settings that only planning on a mesh uses."""
     planning = sorted(job.plan.model_fields_set)
     if planning:
         raise JobError(
@@ -264,13 +250,7 @@ def program_machine(job: Job) -> Machine | None:
 
 
 def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan:
-    """Plan passes on a job's mesh.
-
-    Raises
-    ------
-    JobError
-        No tool, or a setting that planning on a mesh doesn't use.
-    """
+    """Plan passes on a job's mesh; `JobError` without a tool, or for settings of a path."""
     if tool is None:
         raise JobError("tool is missing: planning on a mesh needs one; give e.g. ball:10", file=job.input)
     foreign = sorted(job.model_fields_set & {"columns"}) + ["program"] * bool(job.program.model_fields_set)
@@ -351,13 +331,7 @@ def cad_options(job: Job) -> dict[str, Any]:
 
 
 def describe_inputs(job: Job) -> list[InputFile]:
-    """Describe all files of a job by name, hash and size, each once, with its uses.
-
-    Raises
-    ------
-    InputError
-        A file can't be read.
-    """
+    """Describe all files of a job by name, hash and size, each once, with its uses."""
     uses: dict[Path, list[str]] = {}
     for use, path in input_files(job):
         uses.setdefault(path, []).append(use)
@@ -365,13 +339,7 @@ def describe_inputs(job: Job) -> list[InputFile]:
 
 
 def input_files(job: Job) -> Iterator[tuple[str, Path]]:
-    """Yield use and path of the files that a job names, and of those that these name.
-
-    Raises
-    ------
-    MachineError, SettingError
-        A machine, or a control table, that can't be read.
-    """
+    """Yield use and path of the files that a job names, and of those that these name."""
     if job.file is not None:
         yield "job", job.file
     files: dict[str, Any] = {"input": job.input} | {name: getattr(job, name) for name in ("part", "stock")}

@@ -71,13 +71,16 @@ def plan_program(
     machine, is_program = wording.machine, wording.dialect.language == "blocks"
     fill = Filling.of(constraints, wording.interpolation).fill(toolpath, machine, motion)
     none = np.zeros(len(machine.letters))
+    if is_program and around.part is None:
+        # Without a mesh of the part, leads keep clear of the surface at the path's contacts.
+        around = replace(around, part=surface_at_contacts(toolpath))
     # Whoever posts a list of cutter locations adds the approach.
     leads = (
         choose_leads(
             fill.motion,
             machine,
             toolpath,
-            surroundings=_with_surface(around, toolpath),
+            surroundings=around,
             tolerances=tolerances,
             tcp=wording.coordinates != "axes",
             retract=_retract(settings),
@@ -89,11 +92,6 @@ def plan_program(
     )
     retract = _known_retract(settings, machine) if is_program else None
     return PlannedProgram(_around(fill, leads, wording, retract), fill, leads, retract)
-
-
-def _with_surface(around: Surroundings, toolpath: Toolpath) -> Surroundings:
-    """Return what leads keep clear of: without a mesh of the part, the surface at the path's contacts."""
-    return around if around.part is not None else replace(around, part=surface_at_contacts(toolpath))
 
 
 def may_thin(wording: WordWriter) -> bool:

@@ -25,15 +25,7 @@ from fiveaxis.nc.traced_program import load_program, load_text, trace_tool, with
 from fiveaxis.options import Reading, Writing, parted, spelled_out
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Constraints
-from fiveaxis.verification import (
-    NOTHING,
-    Against,
-    ReadBack,
-    Report,
-    check_read,
-    check_table,
-    check_text,
-)
+from fiveaxis.verification import NOTHING, Against, ReadBack, Report, check_read, check_table, check_text
 from fiveaxis.verification.report import make_report
 
 
@@ -146,10 +138,7 @@ def post_program(
 def _of_known_ways(motion: ReadMotion) -> ReadMotion:
     """Leave out the rows from which the approach, and to which the retract, goes where nobody knows.
 
-    Raises
-    ------
-    ToolpathError
-        Between the cuts is a move whose way isn't known.
+    `ToolpathError` if that is a move between the cuts.
     """
     lost, cuts = np.flatnonzero(motion.from_unknown), np.flatnonzero(motion.cutting)
     if not len(lost) or not len(cuts):

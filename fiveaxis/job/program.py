@@ -235,13 +235,7 @@ def make_program(
 
 
 def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
-    """Raise unless a motion follows a path.
-
-    Raises
-    ------
-    ToolpathError
-        Another number of locations, or a tool that misses them.
-    """
+    """Raise `ToolpathError` unless a motion follows a path: as many locations, and tools at them."""
     if len(motion) != len(toolpath):
         raise ToolpathError(
             f"the path has {len(toolpath)} locations and the motion {len(motion)}, so it belongs to another "
@@ -263,10 +257,7 @@ def require_path(motion: Motion, machine: Machine, toolpath: Toolpath) -> None:
 
 
 def compose_verified(
-    motion: ProgramMotion,
-    wording: WordWriter,
-    options: ProgramOptions,
-    verdict: Verdict | None,
+    motion: ProgramMotion, wording: WordWriter, options: ProgramOptions, verdict: Verdict | None
 ) -> MadeProgram:
     """Write a program's motion, read the text back, verify it, and put the verdict into its header.
 
@@ -301,7 +292,8 @@ def compose_verified(
     texts = [line for line, row in zip(draft.lines, draft.rows, strict=True) if row >= 0]
     blocks, rounding = back.blocks, word_rounding(back.motion, texts)
     energy = _text_energy(back, draft)
-    priced = () if energy is None else (("energy", _energy_note(energy)),)
+    note = "" if energy is None else f"{energy.total:.0f} J of the feed drives in {energy.time:.1f} s"
+    priced = (("energy", f"{note}, by the words as written"),) if note else ()
     if verdict is None:
         text = compose((*priced, *NOT_VERIFIED))
         return MadeProgram(machine, text, motion, Gate.unverified(), run_time, blocks, rounding, energy)
@@ -328,8 +320,3 @@ def _text_energy(back: ReadBack, text: Program) -> Energy | None:
         return price_program(Source(f"program{text.suffix}", list(text.lines)), machine, {}).energy
     except ToolpathError:  # a rapid move whose speed nobody states
         return None
-
-
-def _energy_note(energy: Energy) -> str:
-    """Write what a program costs, for its header."""
-    return f"{energy.total:.0f} J of the feed drives in {energy.time:.1f} s, by the words as written"

@@ -109,13 +109,7 @@ class Gate:
 
 
 def require_report(report: Report, motion: Motion, machine: Machine) -> None:
-    """Raise unless a report is about a motion on a machine.
-
-    Raises
-    ------
-    SettingError
-        No report; a report about another motion, machine or tool length.
-    """
+    """Raise `SettingError` unless a report is about a motion on a machine, with the same tool length."""
     if not isinstance(report, Report):
         raise SettingError(f"a {type(report).__name__} is no report; give the one that verification returns")
     if report.about is not None and report.about != motion_digest(motion, machine):

@@ -47,11 +47,7 @@ class Solution(Postures):
 
     @classmethod
     def of(
-        cls,
-        postures: Postures,
-        constraints: Constraints,
-        surroundings: Surroundings,
-        gouge_tolerance: float,
+        cls, postures: Postures, constraints: Constraints, surroundings: Surroundings, gouge_tolerance: float
     ) -> Solution:
         """Add to postures what they were chosen within.
 

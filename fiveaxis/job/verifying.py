@@ -1,15 +1,20 @@
-"""Verify an NC program, or the table of a motion, from any source against machine, part and path."""
+"""Verify an NC program or the table of a motion, from any source, and show a program."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
+from fiveaxis.job.description import Job
+from fiveaxis.job.loading import load_job_machine
+from fiveaxis.job.program_costs import price_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine import Machine
 from fiveaxis.nc import ProgramSettings, control_for
+from fiveaxis.nc.control.axis_track import RAPID
+from fiveaxis.nc.source import load_source
 from fiveaxis.options import (
     CadFile,
     Meshes,
@@ -20,8 +25,11 @@ from fiveaxis.options import (
     parted,
     spelled_out,
 )
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.progress import Progress, unheard
+from fiveaxis.toolpath import Constraints, Tool, Toolpath, parse_tool
+from fiveaxis.toolpath.tool import tools_by_number
 from fiveaxis.verification import DEFAULT_TOLERANCES, Against, Report, Tolerances, check_program
+from fiveaxis.viewer.whole import ShownOperation, WholeProgram
 
 # deg and deg/mm: turns of a program that are told, within this angle of the first rotary axis.
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
@@ -120,3 +128,35 @@ def singular_told(bounds: Mapping[str, Any]) -> dict[str, Any]:
     if bounds.get("singular_cone", SINGULAR_CONE) is None:
         return dict(bounds)
     return {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE, **bounds}
+
+
+def show_program(
+    job: Job, readings: Sequence[Mapping[str, Any]], progress: Progress = unheard
+) -> WholeProgram:
+    """Read the operations of a job's program as they are.
+
+    Rapid moves of axes without a known speed are shown at `RAPID`, unless the job states one.
+
+    Parameters
+    ----------
+    job : its machine, setup and tools; what it bounds and minimises isn't used
+    readings : how each operation is read, as keywords of `read_program`
+
+    Raises
+    ------
+    FiveAxisError
+        As `read_program`.
+    """
+    source, machine = load_source(job.input), load_job_machine(job)
+    named = "" if job.tool is None else job.tool
+    tools = tools_by_number(named) if "=" in named else {"": named}
+    parts = []
+    for number, reading in enumerate(readings):
+        progress("reading the program", number, len(readings))
+        priced = price_program(source, machine, {**reading, "rapid": reading.get("rapid") or RAPID})
+        motion = priced.motion
+        operation = "" if motion.operation is None else motion.operation.tool
+        given = tools.get(operation, tools.get(""))
+        tool = parse_tool(given) if given else motion.tool
+        parts.append(ShownOperation(motion, priced.energy, tool, priced.findings))
+    return WholeProgram.of(source.name, machine, source.lines, parts)

@@ -1,53 +1,37 @@
 """The machine: form-shaping code, chain, axes, bodies, setup, files."""
 
-from fiveaxis.machine.axes import Axis, Limits, LocationError
-from fiveaxis.machine.bodies import Body, Box, Cylinder, MeshShape
-from fiveaxis.machine.chain import Chain, Joint, Line
-from fiveaxis.machine.check import check_machine, check_text
-from fiveaxis.machine.code import BED, FormShapingCode, parse_code
-from fiveaxis.machine.drafting import Draft, draft_machine
-from fiveaxis.machine.drives import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
-from fiveaxis.machine.files import load_machine, machine_names, machine_text, read_foreign, save_machine
-from fiveaxis.machine.linuxcnc import read_linuxcnc
-from fiveaxis.machine.model import Machine
-from fiveaxis.machine.powers import describe_powers, lender_of, with_powers
-from fiveaxis.machine.provenance import Provenance
-from fiveaxis.machine.setup import Load, Setup
-
-__all__ = [
-    "BED",
-    "AffineDrive",
-    "Axis",
-    "Body",
-    "Box",
-    "Chain",
-    "Cylinder",
-    "DirectionalDrive",
-    "Draft",
-    "Drive",
-    "FormShapingCode",
-    "FrictionDrive",
-    "Joint",
-    "Limits",
-    "Line",
-    "Load",
-    "LocationError",
-    "Machine",
-    "MeshShape",
-    "Provenance",
-    "Setup",
-    "WeightDrive",
-    "check_machine",
-    "check_text",
-    "describe_powers",
-    "draft_machine",
-    "lender_of",
-    "load_machine",
-    "machine_names",
-    "machine_text",
-    "parse_code",
-    "read_foreign",
-    "read_linuxcnc",
-    "save_machine",
-    "with_powers",
-]
+from fiveaxis.machine.axes import Axis as Axis
+from fiveaxis.machine.axes import Limits as Limits
+from fiveaxis.machine.axes import LocationError as LocationError
+from fiveaxis.machine.bodies import Body as Body
+from fiveaxis.machine.bodies import Box as Box
+from fiveaxis.machine.bodies import Cylinder as Cylinder
+from fiveaxis.machine.bodies import MeshShape as MeshShape
+from fiveaxis.machine.chain import Chain as Chain
+from fiveaxis.machine.chain import Joint as Joint
+from fiveaxis.machine.chain import Line as Line
+from fiveaxis.machine.check import check_machine as check_machine
+from fiveaxis.machine.check import check_text as check_text
+from fiveaxis.machine.code import BED as BED
+from fiveaxis.machine.code import FormShapingCode as FormShapingCode
+from fiveaxis.machine.code import parse_code as parse_code
+from fiveaxis.machine.drafting import Draft as Draft
+from fiveaxis.machine.drafting import draft_machine as draft_machine
+from fiveaxis.machine.drives import AffineDrive as AffineDrive
+from fiveaxis.machine.drives import DirectionalDrive as DirectionalDrive
+from fiveaxis.machine.drives import Drive as Drive
+from fiveaxis.machine.drives import FrictionDrive as FrictionDrive
+from fiveaxis.machine.drives import WeightDrive as WeightDrive
+from fiveaxis.machine.files import load_machine as load_machine
+from fiveaxis.machine.files import machine_names as machine_names
+from fiveaxis.machine.files import machine_text as machine_text
+from fiveaxis.machine.files import read_foreign as read_foreign
+from fiveaxis.machine.files import save_machine as save_machine
+from fiveaxis.machine.linuxcnc import read_linuxcnc as read_linuxcnc
+from fiveaxis.machine.model import Machine as Machine
+from fiveaxis.machine.powers import describe_powers as describe_powers
+from fiveaxis.machine.powers import lender_of as lender_of
+from fiveaxis.machine.powers import with_powers as with_powers
+from fiveaxis.machine.provenance import Provenance as Provenance
+from fiveaxis.machine.setup import Load as Load
+from fiveaxis.machine.setup import Setup as Setup

@@ -54,13 +54,7 @@ KINDS = {
 
 
 def parse_axis_answers(name: str, text: str) -> dict[tuple[str, str], str]:
-    """Split an option's answers about several axes: ``X=-300:300,C=endless``.
-
-    Raises
-    ------
-    SettingError
-        A part has no axis letter, or one that another part has.
-    """
+    """Split an option's answers about several axes, ``X=-300:300,C=endless``, one for each letter."""
     found: dict[tuple[str, str], str] = {}
     for part in re.split(r",\s*(?=[A-Za-z]\s*=)", text):
         letter, equals, answer = part.partition("=")
@@ -74,13 +68,7 @@ def parse_axis_answers(name: str, text: str) -> dict[tuple[str, str], str]:
 
 
 def read_structure(answer: str) -> tuple[str, Kind | None]:
-    """Return the code of a kind or of a code, and the kind.
-
-    Raises
-    ------
-    SettingError
-        It is neither.
-    """
+    """Return the code of a kind or of a code, and the kind; `SettingError` if it is neither."""
     if answer in KINDS:
         return KINDS[answer].code, KINDS[answer]
     try:

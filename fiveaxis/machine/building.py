@@ -313,13 +313,7 @@ def _provenance(file: MachineFile, tables: dict[str, AxisTable]) -> Iterator[Pro
     for name, figure in figures:
         value = f"code {file.code}" if figure is file.structure else _format_figure(figure)
         yield Provenance(
-            name,
-            value,
-            figure.source or "",
-            figure.assumed,
-            figure.note or "",
-            figure.fitted,
-            figure.band,
+            name, value, figure.source or "", figure.assumed, figure.note or "", figure.fitted, figure.band
         )
 
 

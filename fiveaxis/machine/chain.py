@@ -121,10 +121,6 @@ class Joint:
         return translation(np.array(self.line.direction) * value)
 
 
-def _identity() -> Array:
-    return np.eye(4)
-
-
 @dataclass(frozen=True, eq=False)
 class Chain:
     """``T(q) = E_1(q_1) … E_k(q_k) · M``: the tool-tip frame in the workpiece.
@@ -139,7 +135,7 @@ class Chain:
     """
 
     joints: tuple[Joint, ...]
-    tool_home: Array = field(default_factory=_identity)
+    tool_home: Array = field(default_factory=lambda: np.eye(4))
 
     def __repr__(self) -> str:
         return f"<Chain {' '.join(joint.letter for joint in self.joints)}>"

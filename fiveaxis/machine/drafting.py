@@ -74,13 +74,7 @@ def draft_machine(answers: Answers, base: Machine | None = None) -> Draft:
 
 
 def known_letters(answers: Answers, base: Machine | None) -> str:
-    """Return the letters of the axes, in the order of columns.
-
-    Raises
-    ------
-    SettingError
-        There is neither a structure nor a base.
-    """
+    """Return the letters of the axes, in the order of columns; of a structure, or else of a base."""
     if ("structure", "") in answers:
         code = str(BY_NAME["structure"].table("", answers["structure", ""])["code"])
     elif base is not None:
@@ -235,9 +229,7 @@ def _require_asked(answers: Answers, letters: str) -> None:
 def _require_consistent(machine: Machine, *, sure: bool) -> None:
     """Raise if an axis moves more than the whole machine has, or less than an axis that it carries.
 
-    Parameters
-    ----------
-    sure : whether the order of the linear axes is that of the machine
+    `sure` is whether the order of the linear axes is that of the machine.
     """
     for axis in machine.axes:
         share = machine.size.explain_share(axis.moved_mass)

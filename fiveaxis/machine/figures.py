@@ -333,13 +333,7 @@ def unit_factor(letter: str, unit: str) -> float:
 
 
 def parse_quantity(answer: str, units: Sequence[str]) -> tuple[float, str]:
-    """Split an answer into a number and its unit, by default the first one.
-
-    Raises
-    ------
-    SettingError
-        It isn't a number with one of the units.
-    """
+    """Split an answer into a number and one of the units, by default the first; `SettingError` else."""
     found = re.fullmatch(rf"({NUMBER})\s*(\S*)", answer)
     unit = units[0] if found is None or not found[2] else found[2]
     if found is None or unit not in units:

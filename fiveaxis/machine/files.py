@@ -68,17 +68,7 @@ def find_machine(name: str | Path) -> Path:
 
 
 def read_machine_file(path: Path) -> Machine:
-    """Read a machine file.
-
-    Parameters
-    ----------
-    path : TOML; names of mesh files in it are relative to its folder
-
-    Raises
-    ------
-    MachineError
-        The file can't be read or has an impossible figure; the message has file and line.
-    """
+    """Read a machine file (TOML); names of mesh files in it are relative to its folder."""
     text, data = read_document(path, MachineError)
     file = validate_settings(data, text, path, MachineFile, MachineError)
     try:

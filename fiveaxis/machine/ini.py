@@ -138,13 +138,7 @@ class Hal:
 
 
 def read_configuration(path: Path) -> Configuration:
-    """Read an ini with the files it includes.
-
-    Raises
-    ------
-    MachineError
-        A file can't be read, or a line is neither section, key nor comment.
-    """
+    """Read an ini with the files it includes; `MachineError` for a line that isn't understood."""
     return Configuration(path, tuple(_entries(path)))
 
 

@@ -264,10 +264,7 @@ def _parse(file: Path) -> trimesh.Trimesh:
 def _binary_triangles(content: bytes, file: Path) -> Array | None:
     """Read the corners of a binary STL's triangles, (f, 3, 3) mm; None if it is text.
 
-    Raises
-    ------
-    MeshError
-        It ends before its last triangle, or has more than `MOST_TRIANGLES`.
+    `MeshError` if it ends before its last triangle, or has more than `MOST_TRIANGLES`.
     """
     # Only text has no zero byte: a binary file may begin with "solid" too.
     if len(content) < STL_HEAD or b"\0" not in content[:STL_HEAD]:

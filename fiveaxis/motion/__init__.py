@@ -1,93 +1,52 @@
 """Axis motion along a path, and its timing."""
 
-from fiveaxis.motion.deviation import PATH_TOLERANCE, axis_deviation, path_deviation
-from fiveaxis.motion.filling import Fill, Filling, fill_in, inside_rapids, own_slack, respaced
-from fiveaxis.motion.limiting import Limiting
-from fiveaxis.motion.motion import Motion, follow, located, motion_digest
-from fiveaxis.motion.planes import AXIS_TOLERANCE, FASTEST, AxisPlanes
-from fiveaxis.motion.program_motion import Interpolation, Phase, ProgramMotion
-from fiveaxis.motion.run_time import (
-    USUAL_CLOCK,
-    Clock,
-    ControlTiming,
-    PredictedTime,
-    block_ends,
-    predicted_time,
-    programmed_time,
-)
-from fiveaxis.motion.steadiness import (
-    PeakRate,
-    SpeedChange,
-    Steadiness,
-    axis_uses,
-    measure_steadiness,
-    peak_rates,
-    standing_speeds,
-)
-from fiveaxis.motion.thinning import SPEED_TOLERANCE, Thinned, thinned
-from fiveaxis.motion.time_law import Samples, TimeLaw, time_motion
-from fiveaxis.motion.timing import (
-    LEAST_OF_PIVOT,
-    STANDSTILL,
-    axis_times,
-    block_times,
-    feed_times,
-    least_times,
-    rapid_findings,
-    rapid_speeds,
-    times_rapids,
-)
-from fiveaxis.options import Coordinates
-
-__all__ = [
-    "AXIS_TOLERANCE",
-    "FASTEST",
-    "LEAST_OF_PIVOT",
-    "PATH_TOLERANCE",
-    "SPEED_TOLERANCE",
-    "STANDSTILL",
-    "USUAL_CLOCK",
-    "AxisPlanes",
-    "Clock",
-    "ControlTiming",
-    "Coordinates",
-    "Fill",
-    "Filling",
-    "Interpolation",
-    "Limiting",
-    "Motion",
-    "PeakRate",
-    "Phase",
-    "PredictedTime",
-    "ProgramMotion",
-    "Samples",
-    "SpeedChange",
-    "Steadiness",
-    "Thinned",
-    "TimeLaw",
-    "axis_deviation",
-    "axis_times",
-    "axis_uses",
-    "block_ends",
-    "block_times",
-    "feed_times",
-    "fill_in",
-    "follow",
-    "inside_rapids",
-    "least_times",
-    "located",
-    "measure_steadiness",
-    "motion_digest",
-    "own_slack",
-    "path_deviation",
-    "peak_rates",
-    "predicted_time",
-    "programmed_time",
-    "rapid_findings",
-    "rapid_speeds",
-    "respaced",
-    "standing_speeds",
-    "thinned",
-    "time_motion",
-    "times_rapids",
-]
+from fiveaxis.motion.deviation import PATH_TOLERANCE as PATH_TOLERANCE
+from fiveaxis.motion.deviation import axis_deviation as axis_deviation
+from fiveaxis.motion.deviation import path_deviation as path_deviation
+from fiveaxis.motion.filling import Fill as Fill
+from fiveaxis.motion.filling import Filling as Filling
+from fiveaxis.motion.filling import fill_in as fill_in
+from fiveaxis.motion.filling import inside_rapids as inside_rapids
+from fiveaxis.motion.filling import own_slack as own_slack
+from fiveaxis.motion.filling import respaced as respaced
+from fiveaxis.motion.limiting import Limiting as Limiting
+from fiveaxis.motion.motion import Motion as Motion
+from fiveaxis.motion.motion import follow as follow
+from fiveaxis.motion.motion import located as located
+from fiveaxis.motion.motion import motion_digest as motion_digest
+from fiveaxis.motion.planes import AXIS_TOLERANCE as AXIS_TOLERANCE
+from fiveaxis.motion.planes import FASTEST as FASTEST
+from fiveaxis.motion.planes import AxisPlanes as AxisPlanes
+from fiveaxis.motion.program_motion import Interpolation as Interpolation
+from fiveaxis.motion.program_motion import Phase as Phase
+from fiveaxis.motion.program_motion import ProgramMotion as ProgramMotion
+from fiveaxis.motion.run_time import USUAL_CLOCK as USUAL_CLOCK
+from fiveaxis.motion.run_time import Clock as Clock
+from fiveaxis.motion.run_time import ControlTiming as ControlTiming
+from fiveaxis.motion.run_time import PredictedTime as PredictedTime
+from fiveaxis.motion.run_time import block_ends as block_ends
+from fiveaxis.motion.run_time import predicted_time as predicted_time
+from fiveaxis.motion.run_time import programmed_time as programmed_time
+from fiveaxis.motion.steadiness import PeakRate as PeakRate
+from fiveaxis.motion.steadiness import SpeedChange as SpeedChange
+from fiveaxis.motion.steadiness import Steadiness as Steadiness
+from fiveaxis.motion.steadiness import axis_uses as axis_uses
+from fiveaxis.motion.steadiness import measure_steadiness as measure_steadiness
+from fiveaxis.motion.steadiness import peak_rates as peak_rates
+from fiveaxis.motion.steadiness import standing_speeds as standing_speeds
+from fiveaxis.motion.thinning import SPEED_TOLERANCE as SPEED_TOLERANCE
+from fiveaxis.motion.thinning import Thinned as Thinned
+from fiveaxis.motion.thinning import thinned as thinned
+from fiveaxis.motion.time_law import Samples as Samples
+from fiveaxis.motion.time_law import TimeLaw as TimeLaw
+from fiveaxis.motion.time_law import time_motion as time_motion
+from fiveaxis.motion.timing import LEAST_OF_PIVOT as LEAST_OF_PIVOT
+from fiveaxis.motion.timing import STANDSTILL as STANDSTILL
+from fiveaxis.motion.timing import axis_times as axis_times
+from fiveaxis.motion.timing import block_times as block_times
+from fiveaxis.motion.timing import feed_times as feed_times
+from fiveaxis.motion.timing import least_times as least_times
+from fiveaxis.motion.timing import rapid_findings as rapid_findings
+from fiveaxis.motion.timing import rapid_speeds as rapid_speeds
+from fiveaxis.motion.timing import times_rapids as times_rapids
+from fiveaxis.options import Coordinates as Coordinates

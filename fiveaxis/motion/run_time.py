@@ -188,9 +188,14 @@ def predicted_time(
     if clock.is_programmed(machine):
         return replace(programmed_time(motion, machine), missing=lacking)
     last = np.ones(len(motion), dtype=bool) if coordinates == "axes" else block_ends(motion)
-    blocks = _whole_blocks(motion, last)
+    # One row for each block.
+    time = np.diff(np.cumsum(motion.time)[last], prepend=0.0)
+    blocks = replace(motion.at(np.flatnonzero(last)), time=time, location=None)
     if clock.limits_words:
-        blocks = _in_words(blocks, machine)
+        # The tool tip in place of the linear axes, as in words under M428.
+        positions = blocks.positions.copy()
+        positions[:, machine.linear_columns], _axis = tool_poses(machine, blocks.positions)
+        blocks = replace(blocks, positions=positions)
     assumptions = [f"{lacking}: their speed changes at once"] if unknown else []
     corners = None if dialect is None else dialect.corners
     limits: Callable[[], Limiting]
@@ -231,19 +236,6 @@ def block_ends(motion: Motion) -> BoolArray:
     ends = np.append((np.diff(motion.source) != 0) | (np.diff(motion.kind) != 0), True)
     ends[0] = True
     return ends
-
-
-def _whole_blocks(motion: Motion, last: BoolArray) -> Motion:
-    """Return a motion with one row for each block."""
-    time = np.diff(np.cumsum(motion.time)[last], prepend=0.0)
-    return replace(motion.at(np.flatnonzero(last)), time=time, location=None)
-
-
-def _in_words(blocks: Motion, machine: Machine) -> Motion:
-    """Replace the linear axes' positions by the tool tip, as in words under M428."""
-    positions = blocks.positions.copy()
-    positions[:, machine.linear_columns], _axis = tool_poses(machine, blocks.positions)
-    return replace(blocks, positions=positions)
 
 
 def _distribute(times: Array, programmed: Array, last: BoolArray) -> Array:

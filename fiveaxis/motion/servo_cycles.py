@@ -6,7 +6,6 @@ The rules are those of LinuxCNC 2.9, src/emc/tp/tp.c (tpRunCycle and what it cal
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 
@@ -21,11 +20,10 @@ from fiveaxis.motion.servo_queue import (
     QUEUED_MOVE,
     STOP,
     TANGENT,
-    QueuedMove,
+    Record,
     Records,
     blend_speeds,
     queue_moves,
-    record_type,
     top_speed,
     usable_acceleration,
 )
@@ -127,23 +125,22 @@ def servo_times(
     )
 
 
-class State(Protocol):
-    """Where a move is."""
-
-    gone: float  # distance done
-    speed: float
-    step: float  # s, of the coming step: a cycle, or the part of one that is left
-    begun: bool
-    ramps: bool  # whether it has one acceleration
-    braking: bool  # whether it slows down as late as possible
-    blending: bool  # whether the next move has begun
-    split: bool  # whether it ends within the coming cycle
-    end_speed: float  # at a tangent end
-    done: bool
-    doing: int  # RISING, CRUISING or FALLING, in the last step
-
-
-STATE = record_type(State)
+# Where a move is.
+STATE = np.dtype(
+    [
+        ("gone", np.float64),  # distance done
+        ("speed", np.float64),
+        ("step", np.float64),  # s, of the coming step: a cycle, or the part of one that is left
+        ("begun", np.bool_),
+        ("ramps", np.bool_),  # whether it has one acceleration
+        ("braking", np.bool_),  # whether it slows down as late as possible
+        ("blending", np.bool_),  # whether the next move has begun
+        ("split", np.bool_),  # whether it ends within the coming cycle
+        ("end_speed", np.float64),  # at a tangent end
+        ("done", np.bool_),
+        ("doing", np.int64),  # RISING, CRUISING or FALLING, in the last step
+    ]
+)
 
 
 @compiled
@@ -153,7 +150,7 @@ def limited(value: float, most: float) -> float:
 
 
 @compiled
-def trapezoid(move: QueuedMove, state: State) -> tuple[float, float]:
+def trapezoid(move: Record, state: Record) -> tuple[float, float]:
     """Acceleration of the coming step, and the highest speed from which the end can still be met.
 
     After a step of length T that is the speed v from which braking with a ends at the final speed v_f
@@ -170,7 +167,7 @@ def trapezoid(move: QueuedMove, state: State) -> tuple[float, float]:
 
 
 @compiled
-def ramp(move: QueuedMove, state: State) -> float:
+def ramp(move: Record, state: Record) -> float:
     """Acceleration that meets the final speed at the end of the move (tpCalculateRampAccel)."""
     mean = 0.5 * (state.speed + move.final)
     time = max((move.length - state.gone) / mean, 1e-16) if mean > NO_SPEED else 1e-16
@@ -178,7 +175,7 @@ def ramp(move: QueuedMove, state: State) -> float:
 
 
 @compiled
-def step_on(move: QueuedMove, state: State, cycle: float) -> None:
+def step_on(move: Record, state: Record, cycle: float) -> None:
     """Let a move go on by one step (tpUpdateCycle)."""
     if state.ramps and move.join == TANGENT and move.final >= NO_SPEED:
         acceleration, wanted = ramp(move, state), move.final
@@ -200,7 +197,7 @@ def step_on(move: QueuedMove, state: State, cycle: float) -> None:
 
 
 @compiled
-def look_for_end(move: QueuedMove, state: State, cycle: float) -> None:
+def look_for_end(move: Record, state: Record, cycle: float) -> None:
     """Mark a move that ends now, or within the coming cycle (tpCheckEndCondition)."""
     state.step = cycle
     left = move.length - state.gone
@@ -229,7 +226,7 @@ def look_for_end(move: QueuedMove, state: State, cycle: float) -> None:
 
 
 @compiled
-def begin(move: QueuedMove, state: State) -> None:
+def begin(move: Record, state: Record) -> None:
     """Prepare a move that comes to the front of the queue (tpActivateSegment)."""
     if state.begun:
         return
@@ -302,16 +299,9 @@ def run_cycles(queue: Records, states: Records, tolerance: float, cycle: float) 
 
 @compiled
 def touching_rest(spent: Array, join: IntArray) -> BoolArray:
-    """Find the moves that gain speed from a standstill, and those that lose it towards one.
+    """Find the moves that gain speed from a standstill, and those that lose it towards one; (m, 2).
 
-    Parameters
-    ----------
-    spent : (m, 3), of `run_cycles`
-    join : (m,), how each ends
-
-    Returns
-    -------
-    (m, 2), for RISING and FALLING
+    `spent`, (m, 3), is of `run_cycles`; `join`, (m,), is how each ends.
     """
     count = len(join)
     rest = np.ones((count, 2), np.bool_)

@@ -7,7 +7,7 @@ and blendmath.c (blendComputeParameters), with the settings that its INI file ha
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol, get_type_hints
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,51 +33,40 @@ DOUBLES_BACK, NO_ANGLE, LEAST_ARC = math.radians(2.0), 1e-6, 1e-6
 NEARLY_STRAIGHT = 1e-3
 
 
-class QueuedMove(Protocol):
-    """A move in the control's queue."""
-
-    block: int  # row of the motion that it belongs to
-    length: float  # that the control counts: mm, or rad where only rotary axes move
-    whole: float  # length before blends took from it
-    feed: float  # programmed, per s
-    most: float  # highest speed, per s
-    acceleration: float  # highest acceleration of the axes along it, per s²
-    direction: Array  # (3,), direction of X, Y, Z
-    turns: bool  # whether a rotary axis moves
-    rapid: bool
-    arc: bool  # whether it is a blend between two lines
-    join: int  # how it ends
-    overlapped: bool  # whether the move before ends while it begins
-    kink: float  # highest speed at a tangent end, per s
-    eased_end: float  # share of the acceleration that is kept for the change of direction at its end
-    eased_start: float
-    final: float  # speed at its end, per s
-
-
-def record_type(fields: type) -> np.dtype[Any]:
-    """Make the type of array records that have the fields of a class."""
-    kinds: dict[Any, Any] = {
-        int: (np.int64,),
-        float: (np.float64,),
-        bool: (np.bool_,),
-        Array: (np.float64, 3),
-    }
-    return np.dtype([(name, *kinds[kind]) for name, kind in get_type_hints(fields).items()])
-
-
-QUEUED_MOVE = record_type(QueuedMove)
-# Records of `QUEUED_MOVE` and the like, (m,).
+# A move in the control's queue: how it ends (`join`), and what blends with its neighbours take from it.
+QUEUED_MOVE = np.dtype(
+    [
+        ("block", np.int64),  # row of the motion that it belongs to
+        ("length", np.float64),  # that the control counts: mm, or rad where only rotary axes move
+        ("whole", np.float64),  # length before blends took from it
+        ("feed", np.float64),  # programmed, per s
+        ("most", np.float64),  # highest speed, per s
+        ("acceleration", np.float64),  # highest acceleration of the axes along it, per s²
+        ("direction", np.float64, 3),  # of X, Y, Z
+        ("turns", np.bool_),  # whether a rotary axis moves
+        ("rapid", np.bool_),
+        ("arc", np.bool_),  # whether it is a blend between two lines
+        ("join", np.int64),
+        ("overlapped", np.bool_),  # whether the move before ends while it begins
+        ("kink", np.float64),  # highest speed at a tangent end, per s
+        ("eased_end", np.float64),  # share of the acceleration kept for the change of direction at its end
+        ("eased_start", np.float64),
+        ("final", np.float64),  # speed at its end, per s
+    ]
+)
+# A record of `QUEUED_MOVE` or the like, and (m,) of them.
+Record = Any
 Records = NDArray[Any]
 
 
 @compiled
-def top_speed(move: QueuedMove) -> float:
+def top_speed(move: Record) -> float:
     """Speed that a move strives for, per s."""
     return min(move.feed, move.most)
 
 
 @compiled
-def usable_acceleration(move: QueuedMove) -> float:
+def usable_acceleration(move: Record) -> float:
     """Acceleration along a move, per s²: what corners, blends and arcs leave of it."""
     kept = move.acceleration * (1.0 - max(move.eased_end, move.eased_start))
     if move.overlapped or move.join == PARABOLIC:
@@ -86,9 +75,7 @@ def usable_acceleration(move: QueuedMove) -> float:
 
 
 @compiled
-def blend_speeds(
-    first: QueuedMove, second: QueuedMove, tolerance: float, share: float
-) -> tuple[float, float, float]:
+def blend_speeds(first: Record, second: Record, tolerance: float, share: float) -> tuple[float, float, float]:
     """Speeds of two moves at which the second may begin while the first ends (tpComputeBlendVelocity).
 
     Parameters
@@ -117,7 +104,7 @@ def blend_speeds(
 
 
 @compiled
-def half_angle(first: QueuedMove, second: QueuedMove) -> float:
+def half_angle(first: Record, second: Record) -> float:
     """Half the angle between two moves at their corner, rad: π/2 where the path goes straight on."""
     along = 0.0
     for axis in range(3):
@@ -191,7 +178,7 @@ def fit_arc(
 
 
 @compiled
-def corner(first: QueuedMove, second: QueuedMove, bounds: Array, cycle: float) -> tuple[float, float]:
+def corner(first: Record, second: Record, bounds: Array, cycle: float) -> tuple[float, float]:
     """Speed at a corner, and the share of an axis's acceleration that the change of direction takes there.
 
     Both are of the worst case: one move ends at its highest speed within the cycle in which the other begins
@@ -211,15 +198,10 @@ def corner(first: QueuedMove, second: QueuedMove, bounds: Array, cycle: float) -
 
 @compiled
 def join_pair(queue: Records, count: int, bounds: Array, tolerance: float, cycle: float) -> int:
-    """Decide how the last of the queued moves joins the new one behind it.
+    """Decide how the last of the queued moves joins the new one, ``queue[count]``; one more has room.
 
-    Parameters
-    ----------
-    queue : queued moves, then the new one at ``queue[count]``, then room for one more
-
-    Returns
-    -------
-    Place of the new move: one further where a blend arc went in, the same where that took the last one's.
+    Returned is the new move's place: one further where a blend arc went in, the same where that took the
+    last one's.
     """
     first, second = queue[count - 1], queue[count]
     if first.rapid != second.rapid:

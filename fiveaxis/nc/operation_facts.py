@@ -111,9 +111,7 @@ def measure_operations(
 def _stand_in(source: Source, start: Collection[str]) -> Machine:
     """Make a machine that turns the workpiece about the rotary axes of a program, in place of its own.
 
-    Parameters
-    ----------
-    start : letters of the axes whose position before the program is given
+    Those of `start`, whose position before the program is given, are among them.
     """
     letters = set(start) & set(_DIGITS)
     letters |= {found[1] for text in source.lines for found in _ROTARY.finditer(bare_code(text.upper()))}

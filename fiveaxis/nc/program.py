@@ -30,10 +30,7 @@ Header = Mapping[str, str] | Sequence[tuple[str, str]]
 
 # Header of a program that hasn't been verified.
 NOT_VERIFIED = (
-    (
-        "verification",
-        "NOT VERIFIED, nobody has checked limits, contact, gouges or collisions of this motion",
-    ),
+    ("verification", "NOT VERIFIED, nobody has checked limits, contact, gouges or collisions of this motion"),
 )
 
 # mm, rad: rounding of an axis value beyond its travel.

@@ -251,10 +251,7 @@ class Reviser:
     def _shifts(self) -> Array:
         """Find what lies between words and positions, (k,), from the words of all rows.
 
-        Raises
-        ------
-        ToolpathError
-            It isn't one shift for all rows: the words are increments, expressions or of several frames.
+        `ToolpathError` if it isn't one for all: words are increments, expressions or of several frames.
         """
         shifts = np.full(len(self.letters), np.nan)
         last: Array | None = None
@@ -281,11 +278,6 @@ class Reviser:
             last = values
         # An axis that no cut names has no words yet; those that it gets count from the same zero.
         return np.nan_to_num(shifts)
-
-    def _state_before_row(self) -> Array:
-        """Return the positions before the first cut, (k,), NaN where unknown."""
-        at = self.text.cuts.start
-        return self.text.columns.values[at - 1] if at else np.full(len(self.letters), np.nan)
 
     def _error(self, why: str, row: int) -> ToolpathError:
         return self.source.error(
@@ -440,7 +432,8 @@ class Reviser:
 
     def _state_before(self) -> dict[str, str]:
         """Return the words in force before the first cut."""
-        before = self._state_before_row()
+        at = self.text.cuts.start
+        before = self.text.columns.values[at - 1] if at else np.full(len(self.letters), np.nan)
         numbers = (before - self.shifts) / self.scale
         known = np.isfinite(numbers)
         words = {c: self.styles[c].text(float(numbers[i])) for i, c in enumerate(self.letters) if known[i]}
@@ -507,9 +500,7 @@ class Reviser:
     def _turn_out(self, now: dict[str, str]) -> tuple[int, list[str]]:
         """Turn back after the operation's last retract, to where the program goes on from.
 
-        Returns
-        -------
-        The row after which it turns, of the operation, and the lines
+        Returned are the row of the operation after which it turns, and the lines.
         """
         columns, last = self.text.columns, self.text.cuts.stop - 1
         names = set(self._turning)

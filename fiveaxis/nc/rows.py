@@ -28,14 +28,10 @@ def parse_number(field: str) -> float:
     return float(field)
 
 
-def first_row(bad: BoolArray) -> int | None:
-    """Return the first marked row, None if there is none."""
-    return int(np.argmax(bad)) if bad.any() else None
-
-
 def require(good: BoolArray, lines: IntArray, source: Source, fault: Callable[[int], str]) -> None:
     """Raise at the first row that isn't good, on its line, with what is wrong in it."""
-    if (row := first_row(~good)) is not None:
+    if not good.all():
+        row = int(np.argmin(good))
         raise source.error(fault(row), int(lines[row]))
 
 

@@ -150,10 +150,7 @@ def fields_of(text: str) -> list[str]:
 def _separated(rows: list[tuple[int, str]], separator: str | None, source: Source) -> list[str]:
     """Return rows with commas between their fields, and points in their numbers.
 
-    Raises
-    ------
-    ToolpathError
-        Commas and points in numbers: a comma may then be the decimal sign or separate thousands.
+    `ToolpathError` for both in numbers: a comma may be the decimal sign or separate thousands.
     """
     if separator == ",":
         return [text for _, text in rows]
@@ -213,7 +210,8 @@ def filled_lines(source: Source) -> Iterator[tuple[int, str]]:
 def _check_header(header: list[str], source: Source, line: int | None) -> None:
     for name in header:
         if name not in KNOWN:
-            raise _unknown_column(name, source, line)
+            near = difflib.get_close_matches(name, KNOWN, n=1, cutoff=0.0)[0]
+            raise source.error(f"unknown column {name!r}; the nearest known one is {near!r}", line)
     twice = next((name for name in header if header.count(name) > 1), None)
     if twice is not None:
         raise source.error(f"column {twice!r} appears twice", line)
@@ -224,11 +222,6 @@ def _check_header(header: list[str], source: Source, line: int | None) -> None:
     missing = [name for name in (*POSITION, *directions[0]) if name not in header]
     if missing:
         raise source.error(f"the header lacks {', '.join(missing)}; write {HEADERS}", line)
-
-
-def _unknown_column(name: str, source: Source, line: int | None) -> ToolpathError:
-    near = difflib.get_close_matches(name, KNOWN, n=1, cutoff=0.0)[0]
-    return source.error(f"unknown column {name!r}; the nearest known one is {near!r}", line)
 
 
 def _require_header(source: Source) -> None:

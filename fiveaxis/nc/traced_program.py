@@ -164,15 +164,11 @@ def trace_tool(motion: Motion, machine: Machine, tool: Tool | None, name: str) -
 def with_feeds_of(motion: Motion, path: Toolpath, machine: Machine, *, by_tip: bool = False) -> Toolpath:
     """Set the feeds of a motion's path, or of its tip, so that each move takes as long as in the motion."""
     fed = replace(path, pivot=path.tips(path.axis)) if by_tip else path
-    at_unit_feed = feed_times(replace(fed, feed=np.ones(len(path))), turns_of(motion, machine))
+    turns = np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0)
+    at_unit_feed = feed_times(replace(fed, feed=np.ones(len(path))), turns)
     lasting = (motion.time > 0.0) & (at_unit_feed > 0.0)
     feed = np.where(lasting, at_unit_feed / np.where(lasting, motion.time, 1.0), path.feed)
     return replace(path, feed=feed)
-
-
-def turns_of(motion: Motion, machine: Machine) -> Array:
-    """Return the largest turn of a rotary axis in each move, (n,) rad."""
-    return np.asarray(np.abs(motion.moves[:, machine.rotary_columns]).max(axis=1, initial=0.0))
 
 
 def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArray:
@@ -243,11 +239,7 @@ def _load_table(
 
 
 def _load_path(
-    source: Source,
-    machine: Machine,
-    options: ReadOptions,
-    fault: ToolpathError,
-    begin: Array | None = None,
+    source: Source, machine: Machine, options: ReadOptions, fault: ToolpathError, begin: Array | None = None
 ) -> TracedProgram:
     """Read a program as a path of the tool, or raise `fault`: why it can't be read as axis values."""
     lists = lists_locations(source)

@@ -5,95 +5,53 @@ keywords of functions (`spelled_out`), which editors complete and mypy checks, t
 (`table_of`), the flags of commands and the tables of the documentation.
 """
 
-from fiveaxis.options.bounds import USUAL_CONE, Bounds, LeanBounds, ProgramBounds
-from fiveaxis.options.calibration import Calibrate, FitDrive, ReadLog
-from fiveaxis.options.costs import Costs
-from fiveaxis.options.machines import OnMachine, Placing
-from fiveaxis.options.meshes import CREASE, MESH_TOLERANCE, CadFile, Meshes
-from fiveaxis.options.option import (
-    Option,
-    as_list,
-    completed,
-    defaults,
-    is_one_or_more,
-    options_of,
-    parted,
-    section_of,
-    spelled_out,
-    table_of,
-    words_of,
-)
-from fiveaxis.options.planning import (
-    HIGHEST_FEED,
-    Direction,
-    FlowAlong,
-    Order,
-    PlanContour,
-    Planning,
-    Strategy,
-)
-from fiveaxis.options.reading import Positions, ProgramLanguage, Reading, ReadProgram, Wrap
-from fiveaxis.options.search import Objective, Search
-from fiveaxis.options.surroundings import (
-    GOUGE_TOLERANCE,
-    STOCK_TOLERANCE,
-    SURFACE_TOLERANCE,
-    MeshSource,
-    Surrounding,
-    Unit,
-    Workpiece,
-)
-from fiveaxis.options.writing import Coordinates, Framing, Winding, Writing
-
-__all__ = [
-    "CREASE",
-    "GOUGE_TOLERANCE",
-    "HIGHEST_FEED",
-    "MESH_TOLERANCE",
-    "STOCK_TOLERANCE",
-    "SURFACE_TOLERANCE",
-    "USUAL_CONE",
-    "Bounds",
-    "CadFile",
-    "Calibrate",
-    "Coordinates",
-    "Costs",
-    "Direction",
-    "FitDrive",
-    "FlowAlong",
-    "Framing",
-    "LeanBounds",
-    "MeshSource",
-    "Meshes",
-    "Objective",
-    "OnMachine",
-    "Option",
-    "Order",
-    "Placing",
-    "PlanContour",
-    "Planning",
-    "Positions",
-    "ProgramBounds",
-    "ProgramLanguage",
-    "ReadLog",
-    "ReadProgram",
-    "Reading",
-    "Search",
-    "Strategy",
-    "Surrounding",
-    "Unit",
-    "Winding",
-    "Workpiece",
-    "Wrap",
-    "Writing",
-    "as_list",
-    "completed",
-    "defaults",
-    "is_one_or_more",
-    "options_of",
-    "parted",
-    "section_of",
-    "spelled_out",
-    "table_of",
-    "words_of",
-]
+from fiveaxis.options.bounds import USUAL_CONE as USUAL_CONE
+from fiveaxis.options.bounds import Bounds as Bounds
+from fiveaxis.options.bounds import LeanBounds as LeanBounds
+from fiveaxis.options.bounds import ProgramBounds as ProgramBounds
+from fiveaxis.options.calibration import Calibrate as Calibrate
+from fiveaxis.options.calibration import FitDrive as FitDrive
+from fiveaxis.options.calibration import ReadLog as ReadLog
+from fiveaxis.options.machines import Costs as Costs
+from fiveaxis.options.machines import OnMachine as OnMachine
+from fiveaxis.options.machines import Placing as Placing
+from fiveaxis.options.meshes import CREASE as CREASE
+from fiveaxis.options.meshes import MESH_TOLERANCE as MESH_TOLERANCE
+from fiveaxis.options.meshes import CadFile as CadFile
+from fiveaxis.options.meshes import Meshes as Meshes
+from fiveaxis.options.option import Option as Option
+from fiveaxis.options.option import as_list as as_list
+from fiveaxis.options.option import completed as completed
+from fiveaxis.options.option import defaults as defaults
+from fiveaxis.options.option import is_one_or_more as is_one_or_more
+from fiveaxis.options.option import options_of as options_of
+from fiveaxis.options.option import parted as parted
+from fiveaxis.options.option import section_of as section_of
+from fiveaxis.options.option import spelled_out as spelled_out
+from fiveaxis.options.option import table_of as table_of
+from fiveaxis.options.option import words_of as words_of
+from fiveaxis.options.planning import HIGHEST_FEED as HIGHEST_FEED
+from fiveaxis.options.planning import Direction as Direction
+from fiveaxis.options.planning import FlowAlong as FlowAlong
+from fiveaxis.options.planning import Order as Order
+from fiveaxis.options.planning import PlanContour as PlanContour
+from fiveaxis.options.planning import Planning as Planning
+from fiveaxis.options.planning import Strategy as Strategy
+from fiveaxis.options.reading import Positions as Positions
+from fiveaxis.options.reading import ProgramLanguage as ProgramLanguage
+from fiveaxis.options.reading import Reading as Reading
+from fiveaxis.options.reading import ReadProgram as ReadProgram
+from fiveaxis.options.reading import Wrap as Wrap
+from fiveaxis.options.search import Objective as Objective
+from fiveaxis.options.search import Search as Search
+from fiveaxis.options.surroundings import GOUGE_TOLERANCE as GOUGE_TOLERANCE
+from fiveaxis.options.surroundings import STOCK_TOLERANCE as STOCK_TOLERANCE
+from fiveaxis.options.surroundings import SURFACE_TOLERANCE as SURFACE_TOLERANCE
+from fiveaxis.options.surroundings import MeshSource as MeshSource
+from fiveaxis.options.surroundings import Surrounding as Surrounding
+from fiveaxis.options.surroundings import Unit as Unit
+from fiveaxis.options.surroundings import Workpiece as Workpiece
+from fiveaxis.options.writing import Coordinates as Coordinates
+from fiveaxis.options.writing import Framing as Framing
+from fiveaxis.options.writing import Winding as Winding
+from fiveaxis.options.writing import Writing as Writing

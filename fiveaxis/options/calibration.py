@@ -59,8 +59,7 @@ class FitDrive(TypedDict, total=False):
         ),
     ]
     max_acceleration: Annotated[
-        float | None,
-        Option("rows that accelerate more aren't fitted", unit="mm/s² or deg/s²", above=0.0),
+        float | None, Option("rows that accelerate more aren't fitted", unit="mm/s² or deg/s²", above=0.0)
     ]
     standstill: Annotated[
         float | None,

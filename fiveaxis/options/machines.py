@@ -1,10 +1,10 @@
-"""The machine, and where the workpiece stands on it."""
+"""The machine, where the workpiece stands on it, and what electricity and its time cost."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, TypedDict
 
 from fiveaxis.options.option import Option
 
@@ -43,8 +43,7 @@ class OnMachine:
         Option("from the spindle's gauge point to the tool tip", unit="mm", least=0.0, example=120),
     ] = None
     load: Annotated[
-        float | None,
-        Option("mass of workpiece, vice and fixture", unit="kg", least=0.0, example=12),
+        float | None, Option("mass of workpiece, vice and fixture", unit="kg", least=0.0, example=12)
     ] = None
 
 
@@ -54,12 +53,7 @@ class Placing:
 
     offset: Annotated[
         tuple[float, float, float],
-        Option(
-            "workpiece zero in the machine frame",
-            unit="mm",
-            written="X,Y,Z",
-            flags="--work-offset",
-        ),
+        Option("workpiece zero in the machine frame", unit="mm", written="X,Y,Z", flags="--work-offset"),
     ] = (0.0, 0.0, 0.0)
     rotation: Annotated[
         tuple[float, float, float],
@@ -70,3 +64,14 @@ class Placing:
             flags="--part-rotation",
         ),
     ] = (0.0, 0.0, 0.0)
+
+
+class Costs(TypedDict, total=False):
+    """Prices and emission, for the cost of a job."""
+
+    price: Annotated[float | None, Option("price of 1 kWh, in the currency", least=0.0, flags="--kwh-price")]
+    hour: Annotated[
+        float | None, Option("rate of the machine per hour, in the currency", least=0.0, flags="--hour-rate")
+    ]
+    currency: Annotated[str, Option("currency of the prices", default="EUR")]
+    co2: Annotated[float | None, Option("emission of the electricity", unit="kg of CO2 per kWh", least=0.0)]

@@ -28,12 +28,7 @@ class Planning(TypedDict, total=False):
     ]
     stepdown: Annotated[
         float | None,
-        Option(
-            "distance of waterlines in z; 1 unless a scallop is given",
-            unit="mm",
-            above=0.0,
-            example=1,
-        ),
+        Option("distance of waterlines in z; 1 unless a scallop is given", unit="mm", above=0.0, example=1),
     ]
     stepover: Annotated[
         float | None,
@@ -56,8 +51,7 @@ class Planning(TypedDict, total=False):
         ),
     ]
     raster_angle: Annotated[
-        float | None,
-        Option("direction of a raster, from X towards Y; by default 0", unit="deg", example=0),
+        float | None, Option("direction of a raster, from X towards Y; by default 0", unit="deg", example=0)
     ]
     flow_along: Annotated[
         FlowAlong | None,
@@ -77,12 +71,10 @@ class Planning(TypedDict, total=False):
         ),
     ]
     spacing: Annotated[
-        float,
-        Option("largest distance of contact points along a pass", unit="mm", default=0.5, above=0.0),
+        float, Option("largest distance of contact points along a pass", unit="mm", default=0.5, above=0.0)
     ]
     overhang: Annotated[
-        bool,
-        Option("plan overhanging walls only", default=False, flags="--overhang/--all-walls"),
+        bool, Option("plan overhanging walls only", default=False, flags="--overhang/--all-walls")
     ]
     spiral: Annotated[
         bool,

@@ -113,12 +113,10 @@ class Framing:
         None
     )
     retract: Annotated[
-        float | None,
-        Option("Z in machine coordinates to retract to at start and end", unit="mm", example=0),
+        float | None, Option("Z in machine coordinates to retract to at start and end", unit="mm", example=0)
     ] = None
     way_out: Annotated[
-        bool,
-        Option("lead the tool out of the last cut, or end in it", flags="--way-out/--end-in-cut"),
+        bool, Option("lead the tool out of the last cut, or end in it", flags="--way-out/--end-in-cut")
     ] = True
     home: Annotated[
         str,

@@ -1,28 +1,17 @@
 """Choice of the rotary angles of every cutter location."""
 
-from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
-from fiveaxis.posture.optimiser import optimise, with_bound
-from fiveaxis.posture.options import Options
-from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import RESULT, Baseline, Solution, Stage
-from fiveaxis.posture.strategy.effort import Effort
-from fiveaxis.posture.strategy.front import Front, find_front
-from fiveaxis.posture.strategy.front_points import FrontPoint
-
-__all__ = [
-    "RESULT",
-    "Baseline",
-    "Effort",
-    "Front",
-    "FrontPoint",
-    "LowerBound",
-    "Options",
-    "Problem",
-    "Solution",
-    "Stage",
-    "bound_energy",
-    "bound_travel",
-    "find_front",
-    "optimise",
-    "with_bound",
-]
+from fiveaxis.posture.bound.lower_bound import LowerBound as LowerBound
+from fiveaxis.posture.bound.lower_bound import bound_energy as bound_energy
+from fiveaxis.posture.bound.lower_bound import bound_travel as bound_travel
+from fiveaxis.posture.optimiser import optimise as optimise
+from fiveaxis.posture.optimiser import with_bound as with_bound
+from fiveaxis.posture.options import Options as Options
+from fiveaxis.posture.problem import Problem as Problem
+from fiveaxis.posture.solution import RESULT as RESULT
+from fiveaxis.posture.solution import Baseline as Baseline
+from fiveaxis.posture.solution import Solution as Solution
+from fiveaxis.posture.solution import Stage as Stage
+from fiveaxis.posture.strategy.effort import Effort as Effort
+from fiveaxis.posture.strategy.front import Front as Front
+from fiveaxis.posture.strategy.front import FrontPoint as FrontPoint
+from fiveaxis.posture.strategy.front import find_front as find_front

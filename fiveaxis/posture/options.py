@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import cast
 
 from fiveaxis.errors import SettingError
@@ -73,10 +73,6 @@ class Options:
             An unknown effort or solver.
         """
         return effort_of(self.effort).having(solver=self.solver)
-
-    def without_free_start(self) -> Options:
-        """Return the options with which passes stay as they are."""
-        return replace(self, free_start=False, free_direction=False)
 
     def require_consistent(self, constraints: Constraints) -> None:
         """Raise an error if options contradict each other or the constraints.

@@ -64,7 +64,6 @@ class Problem:
     excess_price : (k,), J per mm/s and per rad/s, of a change of speed beyond that acceleration
     time_price : J/s, P, of a step's time beyond the least
     bend_price : (n − 1,), J/rad², μ
-    jerk_price : J per rad/s², of a change of a rotary axis's acceleration from one pair of cuts to the next
     ramps : (2, n − 1, k), pace in s/mm and s/rad, and grace in s: a step waits for ``pace |Δq| − grace`` of
         each axis; None for ``|Δq| / v − L/F``
     wear : (2, n), J per unit of cosine between tool axis and normal, and the cosine that costs nothing, where
@@ -86,7 +85,6 @@ class Problem:
     excess_price: Array
     time_price: float
     bend_price: Array
-    jerk_price: float = 0.0
     ramps: Array | None = None
     wear: Array | None = None
 
@@ -101,7 +99,6 @@ class Problem:
         max_turn: Array | float = np.inf,
         time_price: float = 0.0,
         bend_price: float = 0.0,
-        jerk_price: float = 0.0,
         wear: Array | None = None,
     ) -> Problem:
         """Build the problem of a path on a machine within bounds.
@@ -114,7 +111,6 @@ class Problem:
         time_price : J/s, of time beyond that at the programmed feed
         bend_price : J/rad², of ‖Δρ‖² between given locations; on the m parts of a move m times that, so that
             a turn that is spread evenly over them costs the same
-        jerk_price : J per rad/s², of changes of a rotary axis's acceleration between cuts
         wear : as in the record
 
         Raises
@@ -126,9 +122,8 @@ class Problem:
         """
         require_positioning(machine)
         require_orienting(machine)
-        prices = {"up penalty": (up_penalty, "J/mm"), "time price": (time_price, "W")}
-        prices |= {"smoothing": (bend_price, "J/rad²"), "jerk price": (jerk_price, "J s²/rad")}
-        for name, (value, unit) in prices.items():
+        prices = {"J/mm": ("up penalty", up_penalty), "W": ("time price", time_price)}
+        for unit, (name, value) in (prices | {"J/rad²": ("smoothing", bend_price)}).items():
             if not (np.isfinite(value) and value >= 0.0):
                 raise SettingError(f"{name} is {value:g} {unit}; it can't be negative")
         plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid)
@@ -152,7 +147,6 @@ class Problem:
             ),
             time_price=time_price,
             bend_price=np.asarray(bend_price * parts_of_moves(toolpath), dtype=np.float64),
-            jerk_price=jerk_price,
             wear=wear,
         )
 
@@ -204,37 +198,28 @@ class Problem:
 
     def between(self, first: int, last: int) -> Problem:
         """Return the part from one location to another, both included."""
-        return replace(
-            self,
-            pivot=self.pivot[first : last + 1],
-            normal=self.normal[first : last + 1],
-            bounds=tuple(b.at(slice(first, last + 1)) for b in self.bounds),
-            plus=self.plus[first:last],
-            minus=self.minus[first:last],
-            max_turn=self.max_turn[first:last],
-            strict=self.strict[first:last],
-            least_time=self.least_time[first:last],
-            bend_price=self.bend_price[first:last],
-            ramps=None if self.ramps is None else self.ramps[:, first:last],
-            wear=None if self.wear is None else self.wear[:, first : last + 1],
-        )
+        rows, steps = slice(first, last + 1), slice(first, last)
+        ramps = None if self.ramps is None else self.ramps[:, steps]
+        return replace(self._taken(rows, steps), plus=self.plus[steps], minus=self.minus[steps], ramps=ramps)
 
     def backwards(self) -> Problem:
         """Return the problem of the path from its last location to its first, at the same cost."""
         rows, steps = np.arange(len(self))[::-1], np.arange(len(self) - 1)[::-1]
+        taken = self._taken(rows, steps)
+        return replace(taken, plus=self.minus[steps], minus=self.plus[steps], ramps=None)
+
+    def _taken(self, rows: Rows, steps: Rows) -> Problem:
+        """Return the problem at some locations, joined by some of its steps, but for directions of travel."""
         return replace(
             self,
             pivot=self.pivot[rows],
             normal=self.normal[rows],
             bounds=tuple(b.at(rows) for b in self.bounds),
-            plus=self.minus[steps],
-            minus=self.plus[steps],
             max_turn=self.max_turn[steps],
             strict=self.strict[steps],
             least_time=self.least_time[steps],
             bend_price=self.bend_price[steps],
-            ramps=None,
-            wear=None if self.wear is None else np.ascontiguousarray(self.wear[:, ::-1]),
+            wear=None if self.wear is None else np.ascontiguousarray(self.wear[:, rows]),
         )
 
     def eased(self, rotary: Array) -> Problem:
@@ -323,12 +308,8 @@ class Problem:
         positions, excess = self.placed(slice(None), rotary)
         turns = np.maximum(np.abs(np.diff(rotary, axis=0)) - self.max_turn, 0.0).sum(axis=1)
         faults = VIOLATION_PRICE * (excess.sum() + self.limit_excess(positions).sum())
-        return self.cost(positions) + float(faults + product(self.turn_prices, turns))
-
-    @property
-    def turn_prices(self) -> Array:
-        """(n − 1,), J/rad, price of turning beyond the bound in each step."""
-        return np.where(self.strict, CUT_TURN_PRICE, VIOLATION_PRICE)
+        prices = np.where(self.strict, CUT_TURN_PRICE, VIOLATION_PRICE)
+        return self.cost(positions) + float(faults + product(prices, turns))
 
     def violation(self, rotary: Array) -> float:
         """Find the worst violation of a path, (n, 2) rad: cosine, mm or rad; 0 if there is none."""

@@ -275,16 +275,6 @@ def _speed_changes(window: Sequence[Quantities], paces: Sequence[Scalar]) -> Seq
     return [then * b - first * a for a, b in zip(_steps(window[:2]), _steps(window[1:]), strict=True)]
 
 
-def _acceleration_changes(window: Sequence[Quantities], times: Sequence[Scalar]) -> Sequence[Scalar]:
-    """Third differences over the feed's times: accelerations are changes of speed over the mean of two."""
-    speeds = [[step / t for step in _steps(window[i : i + 2])] for i, t in enumerate(times)]
-    first, then = (
-        [(b - a) * 2.0 / (times[i] + times[i + 1]) for a, b in zip(speeds[i], speeds[i + 1], strict=True)]
-        for i in range(2)
-    )
-    return [b - a for a, b in zip(first, then, strict=True)]
-
-
 def limits(problem: Problem) -> Term:
     """Keep axis values within their limits, mm and rad."""
     machine = problem.machine
@@ -355,20 +345,6 @@ def acceleration_excess(problem: Problem) -> Term | None:
     )
 
 
-def jerks(problem: Problem) -> Term | None:
-    """Price changes of the rotary axes' acceleration from cut to cut, rad/s²."""
-    times = problem.least_time
-    timed = problem.strict & (times > 0.0)
-    first = np.flatnonzero(timed[:-2] & timed[1:-1] & timed[2:])
-    if not len(first) or problem.jerk_price == 0.0:
-        return None
-    data, price = np.stack([times[first], times[first + 1], times[first + 2]], axis=1), problem.jerk_price
-    free = np.array([0.0 if axis.is_rotary else np.inf for axis in problem.machine.axes])
-    return _term(
-        "jerks", problem, _acceleration_changes, 4, rows=first, data=data, free=free, plus=price, minus=price
-    )
-
-
 def wear(problem: Problem) -> Term | None:
     """Price cosines of the contact angle away from where even use of the edge has each cut."""
     if problem.wear is None:
@@ -388,7 +364,6 @@ TERMS: tuple[Callable[[Problem], Term | None], ...] = (
     waits,
     durations,
     acceleration_excess,
-    jerks,
     wear,
 )
 

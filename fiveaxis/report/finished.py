@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import struct
-import zlib
-from base64 import b64encode
-
 import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis.geometry import Array, product
+from fiveaxis.report.maps import png_address
 from fiveaxis.report.words import number
 from fiveaxis.stock import CutStock, Deviations
 from fiveaxis.stock.colouring import DEEP, HIGH, colours_of
@@ -55,8 +52,8 @@ def finished_section(cut: CutStock | None) -> str:
 
 
 def _figure(found: Deviations, tolerance: float, name: str, view: Array) -> str:
-    data = b64encode(png(part_map(found, tolerance, view))).decode()
-    image = f'<img alt="The finished part {name}" src="data:image/png;base64,{data}">'
+    address = png_address(part_map(found, tolerance, view))
+    image = f'<img alt="The finished part {name}" src="{address}">'
     return f"<figure>{image}<figcaption>{name}</figcaption></figure>"
 
 
@@ -86,17 +83,3 @@ def part_map(found: Deviations, tolerance: float, view: Array) -> NDArray[np.uin
             picture[row[order] + down, column[order] + aside] = colours[order]
     picture[row[order], column[order]] = colours[order]
     return picture
-
-
-def png(picture: NDArray[np.uint8]) -> bytes:
-    """Write a picture, (h, w, 3), as PNG: the same bytes for the same picture."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        body = kind + data
-        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
-
-    height, width = picture.shape[:2]
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), picture.reshape(height, -1)], axis=1)
-    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    data = chunk(b"IDAT", zlib.compress(rows.tobytes(), 9))
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + data + chunk(b"IEND", b"")

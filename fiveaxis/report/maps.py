@@ -190,10 +190,7 @@ def _curve(panel: Panel, x: Array, y: Array, number: int) -> list[str]:
     """Draw a program's curve with a rim, so that it is seen on any colour."""
     width, dashes = (2.2 if number == 0 else 1.5), DASHES[number % len(DASHES)]
     colour = PROGRAMS[number % len(PROGRAMS)]
-    return [
-        panel.line(x, y, RIM, width + 1.4, dashes=dashes),
-        panel.line(x, y, colour, width, dashes=dashes),
-    ]
+    return [panel.line(x, y, RIM, width + 1.4, dashes=dashes), panel.line(x, y, colour, width, dashes=dashes)]
 
 
 def _angle_ticks(shown: Range, most: float = 8.0) -> dict[float, str]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from string import Template
 
 from fiveaxis.energy import Budget, CutCourse
-from fiveaxis.energy.engaged import STEP
+from fiveaxis.energy.engagement import STEP
 from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Solution
@@ -33,10 +33,10 @@ from fiveaxis.report.sections import (
     answers_section,
     edge_section,
     front_section,
+    limit_strips,
     program_section,
     setup_section,
 )
-from fiveaxis.report.shares import limit_strips
 from fiveaxis.report.surfaces import location_surface, path_valley
 from fiveaxis.report.tables import scroll
 from fiveaxis.report.words import THIN_SPACE, number, plain, plain_list, what_stays

@@ -106,15 +106,7 @@ def deepest_time(
 
 @compiled
 def first_point(
-    d: int,
-    x: Array,
-    begin: float,
-    end: float,
-    t: float,
-    wider: float,
-    pose: Array,
-    zones: Array,
-    body: Array,
+    d: int, x: Array, begin: float, end: float, t: float, wider: float, pose: Array, zones: Array, body: Array
 ) -> tuple[float, float, float]:
     """Find the first point of a sweep on a ray from one place towards another.
 

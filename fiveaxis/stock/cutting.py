@@ -133,11 +133,7 @@ class _Run:
     """A stock that is cut block after block, with what must not touch it."""
 
     def __init__(
-        self,
-        stock: Stock,
-        sweeps: tuple[Sweep, ...],
-        others: Mapping[str, tuple[Sweep, ...]],
-        count: int,
+        self, stock: Stock, sweeps: tuple[Sweep, ...], others: Mapping[str, tuple[Sweep, ...]], count: int
     ) -> None:
         self.stock, self.sweeps, self.others = stock, sweeps, others
         self.volume, self.contact = np.zeros((3, count)), np.zeros(count)

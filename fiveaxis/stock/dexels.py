@@ -297,13 +297,7 @@ def default_resolution(part: Array, size: Array) -> float:
 
 
 def require_room(bounds: Array, resolution: float) -> IntArray:
-    """Return the cells, (3,), of a grid over bounds, (2, 3) mm, before any memory is taken.
-
-    Raises
-    ------
-    SettingError
-        As `Stock.empty`.
-    """
+    """Return the cells, (3,), of a grid over bounds, (2, 3) mm, before any memory is taken."""
     if not (math.isfinite(resolution) and resolution > 0.0):
         raise SettingError(f"stock_resolution is {resolution:g} mm; it must be a number above 0 mm")
     size = bounds[1] - bounds[0]

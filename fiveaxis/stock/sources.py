@@ -60,13 +60,7 @@ def cylinder(foot: Array, axis: Array, radius: float, height: float, resolution:
 
 
 def of_mesh(mesh: trimesh.Trimesh, resolution: float, *, name: str = "stock") -> Stock:
-    """Make a stock of a closed mesh, mm.
-
-    Raises
-    ------
-    MeshError
-        The mesh isn't closed.
-    """
+    """Make a stock of a mesh, mm; `MeshError` if it isn't closed."""
     return fill(Stock.empty(np.array(mesh.bounds, dtype=float), resolution), mesh, name)
 
 
@@ -110,17 +104,10 @@ def _fill_bundle(stock: Stock, d: int, triangles: Array, name: str) -> None:
 
 
 def with_allowance(mesh: trimesh.Trimesh, allowance: float, resolution: float) -> Stock:
-    """Make a stock of all points within an allowance, mm, of a closed mesh, mm.
+    """Make a stock of all points within an allowance, mm, above 0, of a closed mesh, mm.
 
     The points within a distance of a triangle are a swept ball: all triangles' are cut from a full grid, and
     what is left is turned into air.
-
-    Raises
-    ------
-    MeshError
-        The mesh isn't closed.
-    SettingError
-        An allowance that isn't above 0.
     """
     from fiveaxis.stock.ball_sweep import TRIANGLE
     from fiveaxis.stock.rays import remove_held, turn_inside_out

@@ -1,50 +1,29 @@
 """The tool, the cutter locations, and the constraints on the tool's posture there."""
 
-from fiveaxis.toolpath.bounds import TiltBounds, feed_directions
-from fiveaxis.toolpath.constraints import Constraints, require_range, singular_turn
-from fiveaxis.toolpath.cutter import Cutter, Zone, across
-from fiveaxis.toolpath.dividing import (
-    Band,
-    divide,
-    divided_rows,
-    filled,
-    interpolate,
-    knots,
-    part_places,
-    refined,
-    turned,
-)
-from fiveaxis.toolpath.operation import MoveKind, Operation, kind_names
-from fiveaxis.toolpath.path import PathShape, Toolpath
-from fiveaxis.toolpath.spans import longest_spans
-from fiveaxis.toolpath.tool import Holder, Section, Tool, parse_tool
-
-__all__ = [
-    "Band",
-    "Constraints",
-    "Cutter",
-    "Holder",
-    "MoveKind",
-    "Operation",
-    "PathShape",
-    "Section",
-    "TiltBounds",
-    "Tool",
-    "Toolpath",
-    "Zone",
-    "across",
-    "divide",
-    "divided_rows",
-    "feed_directions",
-    "filled",
-    "interpolate",
-    "kind_names",
-    "knots",
-    "longest_spans",
-    "parse_tool",
-    "part_places",
-    "refined",
-    "require_range",
-    "singular_turn",
-    "turned",
-]
+from fiveaxis.toolpath.bounds import TiltBounds as TiltBounds
+from fiveaxis.toolpath.bounds import feed_directions as feed_directions
+from fiveaxis.toolpath.constraints import Constraints as Constraints
+from fiveaxis.toolpath.constraints import require_range as require_range
+from fiveaxis.toolpath.constraints import singular_turn as singular_turn
+from fiveaxis.toolpath.cutter import Cutter as Cutter
+from fiveaxis.toolpath.cutter import Zone as Zone
+from fiveaxis.toolpath.cutter import across as across
+from fiveaxis.toolpath.dividing import Band as Band
+from fiveaxis.toolpath.dividing import divide as divide
+from fiveaxis.toolpath.dividing import divided_rows as divided_rows
+from fiveaxis.toolpath.dividing import filled as filled
+from fiveaxis.toolpath.dividing import interpolate as interpolate
+from fiveaxis.toolpath.dividing import knots as knots
+from fiveaxis.toolpath.dividing import longest_spans as longest_spans
+from fiveaxis.toolpath.dividing import part_places as part_places
+from fiveaxis.toolpath.dividing import refined as refined
+from fiveaxis.toolpath.dividing import turned as turned
+from fiveaxis.toolpath.operation import MoveKind as MoveKind
+from fiveaxis.toolpath.operation import Operation as Operation
+from fiveaxis.toolpath.operation import kind_names as kind_names
+from fiveaxis.toolpath.path import PathShape as PathShape
+from fiveaxis.toolpath.path import Toolpath as Toolpath
+from fiveaxis.toolpath.tool import Holder as Holder
+from fiveaxis.toolpath.tool import Section as Section
+from fiveaxis.toolpath.tool import Tool as Tool
+from fiveaxis.toolpath.tool import parse_tool as parse_tool

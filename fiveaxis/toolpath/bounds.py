@@ -166,13 +166,7 @@ def lead_lean(toolpath: Toolpath, axis: Array) -> tuple[Array, Array]:
 
 
 def require_lead_lean(name: str, low: float, high: float) -> None:
-    """Check a range of lead or lean in degrees.
-
-    Raises
-    ------
-    SettingError
-        Empty, reversed or outside −90…90°.
-    """
+    """Check a range of lead or lean: not empty, not reversed, within −90…90°; `SettingError` else."""
     if not -90.0 < low < high < 90.0:
         raise SettingError(
             f"{name} range {low:g}…{high:g} deg is empty, reversed or not inside -90…90 deg; write the "
@@ -280,10 +274,7 @@ def _combined_tilt(angles: list[float]) -> float:
 def _directions_at_cuts(toolpath: Toolpath) -> Array:
     """Return feed directions at cuts; a location without travel takes the nearest one along the path.
 
-    Raises
-    ------
-    ToolpathError
-        Neither a location nor its neighbour has a direction.
+    `ToolpathError` where no neighbour has one either.
     """
     ahead, normal = _travel_directions(toolpath, toolpath.normal), toolpath.normal
     known = np.flatnonzero(np.isfinite(ahead).all(axis=1))

@@ -150,11 +150,6 @@ class Constraints:
             spindle_speed=self.spindle_speed,
         )
 
-    @property
-    def of_turns(self) -> Constraints:
-        """The bounds on rotary axes only."""
-        return replace(self, tilt=None, cone=None, lead=None, lean=None, plane=None, least_cutting_speed=None)
-
     def lean_bounds(self, toolpath: Toolpath) -> TiltBounds:
         """Return the bounds on the tool's lean along a path; they all hold at once.
 

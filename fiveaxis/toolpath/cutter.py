@@ -230,10 +230,7 @@ class Cutter:
     def zones_at(self, angle: Array) -> tuple[Array, Array, Array]:
         """Return radius, offset and height, (n,) mm each, of the zone that touches at angles, (n,) rad.
 
-        Raises
-        ------
-        ToolError
-            No zone touches at one of the angles, or the cutter stands on its flat bottom.
+        `ToolError` if none does at one of them, or the cutter stands on its flat bottom.
         """
         figures = np.full((3, len(angle)), np.nan)
         for zone in (*self.zones, self.zones[self.main]):

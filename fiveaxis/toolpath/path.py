@@ -442,8 +442,6 @@ def _directions(rows: Array, what: str, lines: IntArray, name: str) -> Array:
         row = int(np.argmax(bad))
         fact = "a length that isn't a number" if np.isnan(lengths[row]) else f"length {lengths[row]:g}"
         raise ToolpathError(
-            f"the {what} of location {row} has {fact}; a direction is needed",
-            file=name,
-            line=int(lines[row]),
+            f"the {what} of location {row} has {fact}; a direction is needed", file=name, line=int(lines[row])
         )
     return normalise(rows)

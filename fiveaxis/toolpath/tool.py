@@ -262,13 +262,7 @@ FIGURES = sorted({name for _, names in shapes.SHAPES.values() for name in names}
 
 
 def load_tool(path: Path) -> Tool:
-    """Read a tool file.
-
-    Raises
-    ------
-    ToolError
-        Missing file, unknown key, a dimension that is missing, invalid or not one of the shape.
-    """
+    """Read a tool file; `ToolError` for a dimension that is missing, invalid or not one of the shape."""
     table = read_settings(path, ToolTable, ToolError)
     make, names = shapes.SHAPES[table.shape]
     missing = [name for name in names if getattr(table, name) is None]

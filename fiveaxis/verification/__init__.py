@@ -1,37 +1,25 @@
 """An independent check of motions and programs, with other kinematics than the optimiser's."""
 
-from fiveaxis.verification.approach import Leads, choose_leads
-from fiveaxis.verification.between import CheckedInterpolation
-from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, PathConstraints, Tolerances
-from fiveaxis.verification.model import build_model, tool_poses
-from fiveaxis.verification.program import check_program, check_read, check_table, verify_text
-from fiveaxis.verification.program_rows import NOTHING, Against
-from fiveaxis.verification.read_back import ReadBack, WrittenText, check_text, unsaid
-from fiveaxis.verification.report import Report
-from fiveaxis.verification.verdict import CHECKS, Examination, examine, verify
-
-__all__ = [
-    "CHECKS",
-    "DEFAULT_TOLERANCES",
-    "NOTHING",
-    "Against",
-    "CheckedInterpolation",
-    "Examination",
-    "Leads",
-    "PathConstraints",
-    "ReadBack",
-    "Report",
-    "Tolerances",
-    "WrittenText",
-    "build_model",
-    "check_program",
-    "check_read",
-    "check_table",
-    "check_text",
-    "choose_leads",
-    "examine",
-    "tool_poses",
-    "unsaid",
-    "verify",
-    "verify_text",
-]
+from fiveaxis.verification.approach import Leads as Leads
+from fiveaxis.verification.approach import choose_leads as choose_leads
+from fiveaxis.verification.between import CheckedInterpolation as CheckedInterpolation
+from fiveaxis.verification.check_context import DEFAULT_TOLERANCES as DEFAULT_TOLERANCES
+from fiveaxis.verification.check_context import PathConstraints as PathConstraints
+from fiveaxis.verification.check_context import Tolerances as Tolerances
+from fiveaxis.verification.model import build_model as build_model
+from fiveaxis.verification.model import tool_poses as tool_poses
+from fiveaxis.verification.program import check_program as check_program
+from fiveaxis.verification.program import check_read as check_read
+from fiveaxis.verification.program import check_table as check_table
+from fiveaxis.verification.program import verify_text as verify_text
+from fiveaxis.verification.program_rows import NOTHING as NOTHING
+from fiveaxis.verification.program_rows import Against as Against
+from fiveaxis.verification.read_back import ReadBack as ReadBack
+from fiveaxis.verification.read_back import WrittenText as WrittenText
+from fiveaxis.verification.read_back import check_text as check_text
+from fiveaxis.verification.read_back import unsaid as unsaid
+from fiveaxis.verification.report import Report as Report
+from fiveaxis.verification.verdict import CHECKS as CHECKS
+from fiveaxis.verification.verdict import Examination as Examination
+from fiveaxis.verification.verdict import examine as examine
+from fiveaxis.verification.verdict import verify as verify

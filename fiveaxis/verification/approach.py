@@ -139,10 +139,6 @@ class _LeadCheck:
         """Return the first error of moves through positions, (m, k), to the path; None if they are clear.
 
         Errors that the path's location has in any case don't count.
-
-        Parameters
-        ----------
-        kind : (m,), of the moves that end there
         """
         moves = np.linalg.norm(np.diff(positions, axis=0), axis=1) > STANDSTILL
         kept = [*np.flatnonzero(moves).tolist(), len(positions) - 1]
@@ -350,7 +346,5 @@ def _make_report(found: list[Finding], leads: tuple[Array, Array], *, tcp: bool,
     end = END_OF_LEAD_OUT if lead_out > STANDSTILL else NO_LEAD_OUT
     left = TURNS, FROM_ANYWHERE if tcp else ACROSS, RETRACT_AND_HOME if retracts else end
     return replace(
-        Report.of_findings(found, APPROACH),
-        claims=tuple(claims),
-        gaps=tuple((gap, None) for gap in left),
+        Report.of_findings(found, APPROACH), claims=tuple(claims), gaps=tuple((gap, None) for gap in left)
     )

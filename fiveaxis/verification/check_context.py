@@ -110,10 +110,6 @@ class Tolerances:
             )
         return replace(self, gouge=depth)
 
-    def of_inserted(self) -> Tolerances:
-        """Return the tolerances for a motion with locations inserted on the chords of its path."""
-        return replace(self, row_allowance=self.chord_allowance)
-
     def of_blocks(self) -> Tolerances:
         """Return the tolerances for the moves of a program, which may leave a chord of the path a little."""
         deepest = self.chord_allowance + PATH_TOLERANCE
@@ -122,9 +118,7 @@ class Tolerances:
     def of_program(self) -> Tolerances:
         """Return the tolerances for any program: rows may lie on chords, and words are rounded."""
         return replace(
-            self.of_blocks(),
-            lean=max(self.lean, ROUNDED + AXIS_TOLERANCE),
-            time=max(self.time, SAME_TIME),
+            self.of_blocks(), lean=max(self.lean, ROUNDED + AXIS_TOLERANCE), time=max(self.time, SAME_TIME)
         )
 
     def of_text(self, step: float, turn: float) -> Tolerances:
@@ -270,11 +264,7 @@ class CheckContext:
 
 
 def make_context(
-    motion: Motion,
-    machine: Machine,
-    toolpath: Toolpath,
-    constraints: PathConstraints,
-    tolerances: Tolerances,
+    motion: Motion, machine: Machine, toolpath: Toolpath, constraints: PathConstraints, tolerances: Tolerances
 ) -> CheckContext:
     """Combine a motion with its path and compute its tool poses.
 

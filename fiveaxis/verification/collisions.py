@@ -228,12 +228,9 @@ def _too_near(kind: str, found: list[_PairHits]) -> Result:
 def _worst_of(
     found: list[_PairHits], values: list[Array]
 ) -> tuple[IntArray, IntArray, Array, Array, IntArray]:
-    """Keep the worst pair of every row.
+    """Keep the worst pair of every row: its index, the location, the share of the move to it, and the figure.
 
-    Returns
-    -------
-    which, row, share, value : (m,), index of the pair, location, share of the move to it, and figure
-    others : (m,), number of other pairs with a hit in the row
+    Last is the number of other pairs with a hit in the row.
     """
     which = np.repeat(np.arange(len(found), dtype=np.int64), [len(v) for v in values])
     hits = join([f.hits for f in found])

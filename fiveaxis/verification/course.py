@@ -143,9 +143,7 @@ def _angles(one: Array, other: Array) -> Array:
 def _curvatures(back: Array, ahead: Array) -> Array:
     """Compute the curvature of the circles through points and both neighbours, (m, 3) 1/mm to the centre.
 
-    Parameters
-    ----------
-    back, ahead : (m, 3), mm, from the point to the one before and the one after
+    `back` and `ahead`, (m, 3) mm, lead from the point to the one before and the one after.
     """
     one, two = np.sum(back**2, axis=1, keepdims=True), np.sum(ahead**2, axis=1, keepdims=True)
     across = np.cross(back, ahead)

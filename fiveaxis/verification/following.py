@@ -111,9 +111,9 @@ class Track:
         chords = path.lengths[path.lengths > SHORTEST_CHORD]
         passed = length / (chords.min() if len(chords) else np.inf)
         # A pivot off the axis swings about the centre, and the centre about a tip that moves straight.
-        swings = _swings(
-            axis, abs(path.zone.offset) + (abs(height - tcp_height) if tcp_height is not None else 0.0)
-        )
+        arm = abs(path.zone.offset) + (abs(height - tcp_height) if tcp_height is not None else 0.0)
+        turn = np.nan_to_num(angle_between(axis[:-1], axis[1:]))
+        swings = np.ceil(turn * np.sqrt(arm / (8.0 * PATH_TOLERANCE)))
         least, points = (LEAST_POINTS, np.ceil(2.0 * passed)) if tcp_height is None else (1, np.round(passed))
         parts = np.clip(np.maximum(points, swings), least, MOST_POINTS)
         place = divided_rows(parts.astype(np.int64))
@@ -128,18 +128,6 @@ class Track:
         kind = context.toolpath.kind[row]
         linking, rapid = np.asarray(kind == MoveKind.LINK), np.asarray(kind == MoveKind.RAPID)
         return cls(point + height * axes, axes, row, place, linking, rapid)
-
-
-def _swings(axis: Array, arm: float) -> Array:
-    """Count the parts of each block, (n - 1,), in which a point of the tool stays near its chords.
-
-    Parameters
-    ----------
-    axis : (n, 3), of the tool at the ends of blocks
-    arm : mm, from the point that moves straight
-    """
-    turn = np.nan_to_num(angle_between(axis[:-1], axis[1:]))
-    return np.asarray(np.ceil(turn * np.sqrt(arm / (8.0 * PATH_TOLERANCE))))
 
 
 def follow(
@@ -295,19 +283,10 @@ def _follow(
         stop = min(last + 1, count - 1)
         off[at + 1 :] = _off(track, path, course, axes, last, stop, at + 1, len(track.row))
     if last == count - 1:
-        off[_leaves(track, places[last])] = np.nan
+        # The lead-out from the path: one block, and rapid moves.
+        out = np.floor(places[last] + NEXT) + 1.0
+        off[(track.place > places[last]) & ((track.row <= out) | track.rapid)] = np.nan
     return rows, places, off
-
-
-def _leaves(track: Track, last: float) -> BoolArray:
-    """Find the points, (m,), of the lead-out from the path: one block, and rapid moves.
-
-    Parameters
-    ----------
-    last : fractional row of the program at the last location
-    """
-    out = np.floor(last + NEXT) + 1.0
-    return np.asarray((track.place > last) & ((track.row <= out) | track.rapid))
 
 
 def _pass(track: Track, path: Toolpath, i: int, begin: int, end: int, tolerance: float) -> int | None:

@@ -84,10 +84,7 @@ def clipped(corners: Array, count: int, height: float, sign: float, out: Array) 
 def deepest_across(corners: Array, count: int, normal: Array, zones: Array, best: float) -> float:
     """Largest `inside` where a polygon meets the meridian plane of its normal, or `best`.
 
-    Parameters
-    ----------
-    corners : (≥ count, 3), mm, counterclockwise about the normal
-    normal : (3,), unit vector
+    Its corners, (≥ count, 3) mm, are counterclockwise about the normal.
     """
     off = normal[0] * corners[0, 0] + normal[1] * corners[0, 1] + normal[2] * corners[0, 2]
     level = np.sqrt(normal[0] ** 2 + normal[1] ** 2)

@@ -84,10 +84,7 @@ def check_gouge(
         message=message,
         figures={"gouge_depth_mm": largest(np.maximum(depth, 0.0))},
         checked=(_what_was_checked(name, body, mesh, tolerances, float(allowed.min()), tcp_height),),
-        not_checked=(
-            *(() if mesh.is_watertight else (inside,)),
-            *(() if body.is_stated else (edges,)),
-        ),
+        not_checked=(*(() if mesh.is_watertight else (inside,)), *(() if body.is_stated else (edges,))),
     )
 
 
@@ -111,14 +108,6 @@ def _what_was_checked(
         f"{allowed:.4g} mm deep at a location, {tolerances.chord_gouge:g} mm between "
         f"(gouge tolerance {tolerances.gouge:g} mm)"
     )
-
-
-@dataclass(frozen=True, eq=False)
-class ToolPoses:
-    """Poses of the tool: tip and axis, (n, 3) mm and unit vectors."""
-
-    tip: Array
-    axis: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,19 +140,19 @@ class MovePoses:
         """The reference point at every row, (n, 3) mm."""
         return self.context.tip + self.height * self.context.axis
 
-    def poses(self, row: IntArray, share: Array) -> ToolPoses:
+    def poses(self, row: IntArray, share: Array) -> tuple[Array, Array]:
         """Compute the tool poses at shares, (m,) 0…1, of the moves that end at rows, (m,)."""
         context, part = self.context, share[:, None]
         before, after = context.positions[row - 1], context.positions[row]
         tip, axis = tool_poses(context.machine, before + part * (after - before))
         if self.tcp_height is not None:
             tip = (1.0 - part) * self.followed[row - 1] + part * self.followed[row] - self.tcp_height * axis
-        return ToolPoses(tip, axis)
+        return tip, axis
 
-    def movement(self, one: ToolPoses, two: ToolPoses) -> Array:
+    def movement(self, one: tuple[Array, Array], two: tuple[Array, Array]) -> Array:
         """Bound the movement of any point of the cutter between near poses, (m,) mm."""
-        step = np.linalg.norm(two.tip - one.tip + self.height * (two.axis - one.axis), axis=1)
-        return np.asarray(step + self.lever * angle_between(one.axis, two.axis))
+        step = np.linalg.norm(two[0] - one[0] + self.height * (two[1] - one[1]), axis=1)
+        return np.asarray(step + self.lever * angle_between(one[1], two[1]))
 
     def bends(self, row: IntArray) -> Array:
         """Bound the second derivative of any point's position by the share of the moves to rows, (m,) mm.
@@ -302,8 +291,7 @@ def _search(moves: MovePoses, parts: MoveParts, here: Array, within: Array, part
     """Halve parts of moves while they may contain a gouge; writes the largest depths into `within`."""
 
     def measure(row: IntArray, share: Array, floors: Array) -> Array:
-        poses = moves.poses(row, share)
-        depths = part.measure(poses.tip, poses.axis, floors)
+        depths = part.measure(*moves.poses(row, share), floors)
         np.maximum.at(within, row, depths)
         return depths
 
@@ -334,11 +322,7 @@ def _search(moves: MovePoses, parts: MoveParts, here: Array, within: Array, part
 
 
 def _sink_enclosed(
-    here: Array,
-    within: Array,
-    context: CheckContext,
-    body: CuttingBody,
-    mesh: trimesh.Trimesh,
+    here: Array, within: Array, context: CheckContext, body: CuttingBody, mesh: trimesh.Trimesh
 ) -> None:
     """Compute the depth of locations deep inside the part, beyond the reach of any triangle.
 

@@ -167,16 +167,10 @@ def check_deviation(context: CheckContext, severity: Severity | None, within: Wi
 
 
 def path_deviations(context: CheckContext, within: Within | None = None) -> Array:
-    """Measure the largest distance between the tool's centre and its path in each cutting block.
+    """Measure the largest distance between the tool's centre and its path in each cutting block, (n,) mm.
 
-    Parameters
-    ----------
-    within : computes the axes, (m, k) mm and rad, at a share of the moves that end at rows, (m,); by default
-        all are linear in time
-
-    Returns
-    -------
-    (n,), mm; NaN if no cut ends there or an axis value is unknown
+    It is NaN if no cut ends there or an axis value is unknown. `within` computes the axes, (m, k) mm and
+    rad, at a share of the moves that end at rows; by default all are linear in time.
     """
     positions, path = context.positions, context.toolpath
     deviation = np.full(len(positions), np.nan)
@@ -198,12 +192,7 @@ def _distances(context: CheckContext, ends: IntArray, share: float, centre: Arra
 
     Between two rows it may be on the chord or, where the given locations tell a curve, from there to the
     curve (`Course`). The surface normal turns evenly; beside a row without one it is the tool's centre that
-    has a chord.
-
-    Parameters
-    ----------
-    ends : (m,), rows
-    centre, axis : (m, 3), mm and unit vectors, of the tool there
+    has a chord. Centre and axis, (m, 3), are those of the tool there.
     """
     path, offset = context.toolpath, context.toolpath.zone.offset
     normal = turned(path.normal, np.asarray(ends - 1.0 + share)) if offset else np.zeros_like(centre)

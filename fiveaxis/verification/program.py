@@ -22,11 +22,7 @@ from fiveaxis.verification.between import JOINT_ONLY, CheckedInterpolation
 from fiveaxis.verification.check_context import CheckContext, PathConstraints, Tolerances, make_context
 from fiveaxis.verification.checks import check_finite
 from fiveaxis.verification.following import follow
-from fiveaxis.verification.program_rows import (
-    Against,
-    ProgramRows,
-    check_program_feeds,
-)
+from fiveaxis.verification.program_rows import Against, ProgramRows, check_program_feeds
 from fiveaxis.verification.read_back import WrittenText, unsaid
 from fiveaxis.verification.report import Report, make_report
 from fiveaxis.verification.verdict import JERK, Examination, examine
@@ -168,7 +164,8 @@ def _context(
     read: TracedProgram, machine: Machine, constraints: Constraints, tolerances: Tolerances
 ) -> CheckContext:
     # The path of a program's pivot over its blocks isn't the path's.
-    turning = replace(constraints.of_turns, turn_rate=None)
+    turning = replace(constraints, tilt=None, cone=None, lead=None, lean=None, plane=None)
+    turning = replace(turning, least_cutting_speed=None, turn_rate=None)
     if len(machine.rotaries) != 2:
         turning = replace(turning, singular_cone=None, singular_rate=0.0)
     applied = PathConstraints.of(read.path, machine, turning)

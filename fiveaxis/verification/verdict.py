@@ -51,10 +51,7 @@ logger = logging.getLogger(__name__)
 
 JERK = Gap("jerk, and acceleration in links")
 # Not covered by any check of a motion.
-NOT_CHECKED = (
-    Gap("tilt and axis limits between locations: checked at the locations"),
-    JERK,
-)
+NOT_CHECKED = (Gap("tilt and axis limits between locations: checked at the locations"), JERK)
 
 
 class Verifying(Bounds, CadFile, total=False):
@@ -139,7 +136,7 @@ def verify_within(
     toolpath = constraints.zoned(toolpath)
     applied = PathConstraints.of(toolpath, machine, constraints)
     if applied.inserted is not None:
-        allowed = allowed.of_inserted()
+        allowed = replace(allowed, row_allowance=allowed.chord_allowance)
     context = make_context(motion, machine, toolpath, applied, allowed)
     return examine(Examination(context, around, between), NOT_CHECKED)
 

@@ -32,7 +32,7 @@ def found_in(
 ) -> Result:
     """Build the result of a check of the states in force."""
     wrong = [is_wrong(state) for state in track.states]
-    bad = np.flatnonzero(track.rows_where(wrong))
+    bad = np.flatnonzero(np.array(wrong, dtype=bool)[track.state])
     return violated(
         code=code,
         severity=severity,

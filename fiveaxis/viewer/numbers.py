@@ -104,11 +104,9 @@ def _label(text: str, parts: int) -> _Label:
 
 
 def _roomiest(corners: Array) -> tuple[Array, float]:
-    """Find the place of a face, given by its triangles, (t, 3, 3) mm, that is farthest from its border.
+    """Find the place of a face, (t, 3, 3) mm, that is farthest from its border, and how far.
 
-    Returns
-    -------
-    (3,) mm, and its distance, mm; of a face without a border a place near its middle, and half its breadth
+    Of a face without a border it is a place near its middle, with half its breadth.
     """
     from scipy.spatial import cKDTree
 

@@ -182,13 +182,7 @@ def build_scene(
 def _extents(
     machine: Machine, sides: Sequence[Side], points: Array, tool_height: float, bodies: Sequence[Body]
 ) -> dict[str, Extent]:
-    """Return what is in view in either frame.
-
-    Parameters
-    ----------
-    points : (p, 3), mm, workpiece frame, of part and fixtures
-    tool_height : mm, of the tool above its tip
-    """
+    """Return what is in view in either frame; points, (p, 3) mm, are those of part and fixtures."""
     positions = sides[0].motion.positions[sides[0].on_path]
     rows = np.unique(np.linspace(0, len(positions) - 1, LOOKED_AT).astype(np.int64))
     tip, axis = tool_poses(machine, positions[rows])
@@ -257,13 +251,7 @@ def add_numbers(vis: Any, root: str, model: Model) -> None:
 
 
 def add_surroundings(vis: Any, root: str, around: Surroundings) -> None:
-    """Add fixtures, and a stock that isn't cut, hidden at first.
-
-    Raises
-    ------
-    MeshError
-        A fixture's mesh can't be read.
-    """
+    """Add fixtures, and a stock that isn't cut, hidden at first."""
     if around.stock is not None and around.blank is None:
         geometry = mesh_geometry(around.stock.vertices, around.stock.faces, MOST_PART_TRIANGLES)
         look = {"color": STOCK_COLOUR, "opacity": 0.25, "flatShading": True, "depthWrite": False}
@@ -277,13 +265,7 @@ def add_surroundings(vis: Any, root: str, around: Surroundings) -> None:
 
 
 def add_bodies(vis: Any, node: str, machine: Machine, bodies: Sequence[Body]) -> None:
-    """Add the bodies of a machine, one object each, below a node per link; every axis at 0.
-
-    Raises
-    ------
-    MeshError
-        A body's mesh can't be read.
-    """
+    """Add the bodies of a machine, one object each, below a node per link; every axis at 0."""
     for i, body in enumerate(bodies):
         name = f"{node}/{body.link}/{i}"
         geometry = make_geometry(body.shape, MOST_TRIANGLES)
@@ -295,9 +277,7 @@ def add_bodies(vis: Any, node: str, machine: Machine, bodies: Sequence[Body]) ->
 def add_tool(vis: Any, node: str, tool: Tool, length: float = 0.0) -> None:
     """Add a tool, each part a body of revolution about z, with its tip at zero.
 
-    Parameters
-    ----------
-    length : mm, from the spindle's gauge point to the tip; 0 where it isn't known
+    `length`, mm, is from the spindle's gauge point to the tip; 0 where it isn't known.
     """
     shapes = load_meshcat().geometry
     for part, outline in tool_outlines(tool, length).items():
@@ -325,19 +305,9 @@ def tool_outlines(tool: Tool, length: float = 0.0) -> dict[str, Array]:
 
 
 def add_marks(vis: Any, root: str, findings: Sequence[Finding], points: Array, radius: float) -> bool:
-    """Add the findings' marks, one object per severity, visible through everything.
+    """Add the findings' marks, one object per severity, visible through everything, if there are any.
 
-    Parameters
-    ----------
-    vis : a meshcat visualizer
-    root : node above the marks
-    findings : of the result; those without a location get no mark
-    points : (n, 3), mm, where the result's locations are drawn
-    radius : mm, of a mark
-
-    Returns
-    -------
-    Whether there is any mark
+    They stand at points, (n, 3) mm, where the result's locations are drawn; findings without one get none.
     """
     shapes = load_meshcat().geometry
     marked = False

@@ -50,13 +50,7 @@ def identify(thing: Any, name: str) -> Any:
 
 
 def make_geometry(shape: Shape, most_triangles: int) -> Any:
-    """Make a shape's geometry in its own frame; a mesh is thinned.
-
-    Raises
-    ------
-    MeshError
-        The mesh can't be read.
-    """
+    """Make a shape's geometry in its own frame; a mesh is thinned."""
     shapes = load_meshcat().geometry
     if isinstance(shape, Box):
         return shapes.Box(list(shape.size))

@@ -305,11 +305,7 @@ def _in_parts(work: Callable[[slice], tuple[Any, ...]], count: int) -> tuple[Any
 def _welded(own: IntArray, border: Array, box: Array) -> Array:
     """Give ends of a face's edges that meet the same bits, or the even-odd rule fails at their height.
 
-    Parameters
-    ----------
-    own : (s,), face of each segment
-    border : (s, 4), u0, v0, u1, v1
-    box : (f, 4)
+    The border, (s, 4), has u0, v0, u1, v1 of the segments of faces `own`, (s,), with boxes, (f, 4).
     """
     from scipy.spatial import cKDTree
 

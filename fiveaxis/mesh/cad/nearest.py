@@ -42,9 +42,7 @@ def inside(u: float, v: float, border: Array) -> bool:
 def onto_border(face: int, q: Array, border: Array, surfaces: Surfaces, work: Scratch) -> tuple[float, float]:
     """Find the parameters of the point of a face's border that is nearest to q, (3,) mm.
 
-    Parameters
-    ----------
-    border : (s, 10), of the face: u0, v0, u1, v1, and both ends of the segment in mm
+    The border, (s, 10), has u0, v0, u1, v1, and both ends of each segment in mm.
     """
     best, row, share = np.inf, 0, 0.0
     for i in range(len(border)):

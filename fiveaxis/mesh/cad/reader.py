@@ -153,11 +153,6 @@ def explore(shape: Any, kind: str, avoid: str = "SHAPE") -> Iterator[Any]:
         found.Next()
 
 
-def bodies_of(shape: Any) -> list[Any]:
-    """Return its solids, shells outside of solids, and faces outside of shells."""
-    return [*explore(shape, "SOLID"), *explore(shape, "SHELL", "SOLID"), *explore(shape, "FACE", "SHELL")]
-
-
 def sewn(shape: Any) -> tuple[Any, list[Any]]:
     """Sew faces into shells; return them, and for each of their faces, in order, the one that it was."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
@@ -398,7 +393,10 @@ def convert(path: Path, tolerance: float, factor: float, wanted: str) -> tuple[d
         if len(origin) > 1 and not any(explore(shape, "SOLID")) and any(explore(shape, "FACE", "SHELL")):
             shape, origin = sewn(shape)
         bare = iter(origin)
-        for body in bodies_of(placed(shape, place, factor)):
+        whole = placed(shape, place, factor)
+        # Solids, shells outside of solids, and faces outside of shells.
+        kinds = ("SOLID",), ("SHELL", "SOLID"), ("FACE", "SHELL")
+        for body in (body for kind in kinds for body in explore(whole, *kind)):
             bodies.append((name, body, labels, shape, [next(bare) for _ in explore(body, "FACE")]))
     bodies = [body for body in bodies if body[4]]
     numbers = {str(i): i for i in range(1, len(bodies) + 1)}

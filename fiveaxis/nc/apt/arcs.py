@@ -197,7 +197,7 @@ def _require_fit(stated: StatedArc, first: float, last: float) -> None:
         and_radius = "" if stated.radius is None else f", and its radius is {radius:.6g} mm"
         raise stated.statement.error(
             f"begins {first:.6g} mm from its centre and ends {last:.6g} mm from it{and_radius}; these may "
-            f"differ by {allowed:.3g} mm: correct the centre, the radius or the ends",
+            f"differ by {allowed:.3g} mm: correct the centre, the radius or the ends"
         )
 
 
@@ -209,7 +209,7 @@ def _with_turns(stated: StatedArc, arc: Arc) -> Arc:
     if not (turns >= 0 and abs(arc.sweep + turns * math.tau - stated.angle) <= ANGLE_TOLERANCE):
         raise stated.statement.error(
             f"turns by {math.degrees(stated.angle):.6g} deg, and there are {math.degrees(arc.sweep):.6g} deg "
-            "between its ends; correct one of them",
+            "between its ends; correct one of them"
         )
     return Arc(arc.centre, arc.start, arc.sweep + turns * math.tau, arc.radii)
 

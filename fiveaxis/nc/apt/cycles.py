@@ -58,11 +58,6 @@ class Cycle:
     pecks: bool = False
     signed: bool = False
 
-    @property
-    def feeds_out(self) -> bool:
-        """Whether the tool retracts at the feed."""
-        return KINDS[self.kind]
-
     def heights(self) -> tuple[float, float, float]:
         """Return heights above the ``GOTO`` point: where the feed begins and ends, and of the retract."""
         clear = max((self.rapto if self.clear is None else self.clear) or 0.0, 0.0)
@@ -70,13 +65,7 @@ class Cycle:
 
 
 def read_cycle(statement: Statement) -> Cycle:
-    """Read a ``CYCLE`` that starts drilling.
-
-    Raises
-    ------
-    ToolpathError
-        An unknown kind or word, a number without a word, no depth.
-    """
+    """Read a ``CYCLE`` that starts drilling; `ToolpathError` for words that aren't known, or no depth."""
     parts = deque(parse_minors([m for m in statement.minors if m]))
     kinds = []
     while parts and parts[0] in KINDS:
@@ -145,7 +134,7 @@ def _take_bare(cycle: Cycle, bare: list[float]) -> None:
     if len(bare) > min(len(known), clear_of_kind):
         shown = ", ".join(f"{number:g}" for number in bare)
         raise cycle.statement.error(
-            f"has numbers of unknown meaning: {shown[:LONGEST_SHOWN]}; name them (DEPTH, CLEAR)",
+            f"has numbers of unknown meaning: {shown[:LONGEST_SHOWN]}; name them (DEPTH, CLEAR)"
         )
     for name, number in zip(known, bare, strict=False):
         setattr(cycle, name, abs(number))
@@ -162,7 +151,7 @@ def hole_points(cycle: Cycle, point: list[float], vector: list[float]) -> list[t
     # A zero vector is kept: the reader checks all vectors together.
     axis = [component / length for component in vector] if length > 0.0 else vector
     clear, bottom, back = cycle.heights()
-    out = MoveKind.CUT if cycle.feeds_out else MoveKind.RAPID
+    out = MoveKind.CUT if KINDS[cycle.kind] else MoveKind.RAPID
     heights = ((clear, MoveKind.RAPID), (bottom, MoveKind.CUT), (back, out))
     return [
         ([p + height * component for p, component in zip(point, axis, strict=True)], kind)

@@ -183,12 +183,7 @@ class _Reader:
         return replace(path, operation=operation)
 
     def _assumed(self, kinds: IntArray, feeds: Array, lines: IntArray) -> list[Finding]:
-        """Return findings on what the file leaves open.
-
-        Parameters
-        ----------
-        kinds, feeds, lines : (n,), of the locations; feeds in mm/min, NaN where none is in force
-        """
+        """Return findings on what a file leaves open; feeds, (n,) mm/min, are NaN where none is known."""
         moves, source, found = self.moves, self.source, []
         if self.units.stated is None and self.units.given is None:
             found.append(self.units.assumed(self.size(), Severity.NOTE, " (UNITS)"))

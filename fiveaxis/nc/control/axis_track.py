@@ -103,12 +103,8 @@ class AxisTrack:
         """Point the tool along a direction: the control turns the rotary axes to unknown angles."""
         if self.vector is None:
             self.control_turned = line
-            self.now = self.without_rotary(self.now)
+            self.now = [None if i in self.rotary else v for i, v in enumerate(self.now)]
         self.vector = vector
-
-    def without_rotary(self, values: Values) -> Values:
-        """Return the values, (k,), with unknown rotary axes."""
-        return [None if i in self.rotary else v for i, v in enumerate(values)]
 
     def add(
         self,

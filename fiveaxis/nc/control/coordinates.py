@@ -117,11 +117,6 @@ class Coordinates:
         self.shifts[column] += now - self.offsets[column] - word
         self.update()
 
-    def reset_shifts(self) -> None:
-        """Cancel the shifts of G92 (G92.1)."""
-        self.shifts = [0.0] * len(self.machine.axes)
-        self.update()
-
     def _base(self, zero: list[float] | None) -> Plane:
         """Return the frame of the work offset on the workpiece; the workpiece frame if it is unknown."""
         if zero is None:

@@ -287,7 +287,8 @@ class Interpreter(RunMoves):
         if "G92" not in block.g:
             if any(at.plane.origin):
                 raise BlockError("G92.1 cancels G52 on LinuxCNC alone; write G52 X0 Y0 Z0 before")
-            at.reset_shifts()
+            at.shifts = [0.0] * len(at.machine.axes)
+            at.update()
             self.turned_local = at.to_local(track.now)
             return
         if not axes or (at.of_tip and any(self.columns[letter] not in track.rotary for letter in axes)):
@@ -306,10 +307,7 @@ class Interpreter(RunMoves):
     def _enter_data(self, axes: list[str], block: Block) -> None:
         """Check data for the control's tables (G10): lengths of tools don't matter here, work offsets do.
 
-        Raises
-        ------
-        BlockError
-            A work offset other than the caller's, or any other table.
+        `BlockError` for a work offset other than the caller's, and for any other table.
         """
         table, number = block.words.get("L"), block.words.get("P")
         if table in TOOL_TABLES:

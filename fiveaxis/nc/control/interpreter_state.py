@@ -178,17 +178,15 @@ class InterpreterState:
         return target, local
 
     def _position(self, letter: str, block: Block, begin: float | None, offset: float | None) -> float:
-        """Return the position, mm or deg, to which a word of an axis leads.
+        """Return the position, mm or deg, to which a word of an axis leads from `begin`, None if unknown.
 
-        Parameters
-        ----------
-        begin : position before, None if unknown
-        offset : added to absolute words; None in a turned frame, whose words are positions
+        The offset is added to absolute words; None in a turned frame, whose words are positions.
         """
         column, word = self.columns[letter], block.words[letter]
         axis = self.track.machine.axes[column]
         value = word if axis.is_rotary else word * MILLIMETRES[self.modes.units.now]
-        if self._is_increment(letter, block):
+        incremental = self.modes.incremental and letter not in block.absolutes
+        if incremental or letter in block.increments:
             if begin is None:
                 raise BlockError(
                     f"{letter} by an increment (G91) from a position that isn't in the program yet; set "
@@ -218,9 +216,6 @@ class InterpreterState:
                 "the axis starts; the first turn is assumed, set start if it isn't",
             )
         return self.wrapping.unwrap(word, None if now is None else now - offset)
-
-    def _is_increment(self, letter: str, block: Block) -> bool:
-        return letter in block.increments or (self.modes.incremental and letter not in block.absolutes)
 
     def _on_workpiece(self, direction: Triple | None) -> Triple | None:
         """Convert a direction in the frame in force to the workpiece frame."""
@@ -288,9 +283,7 @@ class InterpreterState:
     def _begin(self, *, turns: bool = False) -> None:
         """Add the start of the first move as the first row, if it is known.
 
-        Parameters
-        ----------
-        turns : whether the move has turned the tool to a direction, so that the one before is unknown
+        If the move `turns` the tool to a direction, the one before is unknown.
         """
         track = self.track
         if not track.rows and not turns and not track.unknown(track.now):

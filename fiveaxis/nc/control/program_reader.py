@@ -134,13 +134,7 @@ def read_program(path: str | Path, machine: Machine, **reading: Unpack[Reading])
 
 
 def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> ReadMotion:
-    """Read the motion of a loaded program; rapid moves of unknown speed last as long as at `RAPID`.
-
-    Raises
-    ------
-    FiveAxisError
-        As `read_program`.
-    """
+    """Read the motion of a loaded program; rapid moves of unknown speed last as long as at `RAPID`."""
     source = options.of_language(source)
     kind = kind_of(source)
     if kind in NO_PROGRAMS:
@@ -246,14 +240,9 @@ def _on_workpiece(columns: Columns, interpreter: Interpreter, options: ReadOptio
 
 
 def _note_turns(interpreter: Interpreter, columns: Columns, steps: IntArray) -> None:
-    """Warn of the longest rotation in a feed move, if it is beyond half a turn.
+    """Warn of the longest rotation in a feed move, if it is beyond half a turn; `steps` of the motion's rows.
 
     A control that wraps the axis at 360 deg would turn in the shorter direction.
-
-    Parameters
-    ----------
-    columns : the rows as written
-    steps : (n,), of the motion's rows
     """
     track = interpreter.track
     turns = np.abs(np.diff(columns.values[:, track.rotary], axis=0))
@@ -308,9 +297,7 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
     machine, of_tip = columns.machine, columns.of_tip
     rows = _solve(columns, columns.positions(), np.arange(len(of_tip)), source)
     by_axes = replace(
-        columns,
-        values=control_values(machine, rows.positions),
-        counting=np.full(len(of_tip), Counting.AXES),
+        columns, values=control_values(machine, rows.positions), counting=np.full(len(of_tip), Counting.AXES)
     )
     moves = of_tip & np.concatenate([[False], of_tip[:-1]]) & ~columns.from_unknown
     of_tip_moves, of_axes = travel_of(columns, scale), travel_of(by_axes, scale)

@@ -82,7 +82,8 @@ def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, T
     machine = options.machine or Machine.from_code("0123")
     interpreter = run_program(source, machine, options, stand_in=stand_in)
     operation, columns = take_operation(interpreter, options)
-    columns = _without_dwells(columns, interpreter)
+    interpreter.ignored["G4"] += int((~columns.moved).sum())
+    columns = columns.at(columns.moved)
     tip, axis = _poses(columns, interpreter, options, source)
     note_assumptions(interpreter, columns)
     stated, told = options.stated_tool(source, interpreter.modes.units.now, operation)
@@ -108,13 +109,6 @@ def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, T
     if smoothed.any():
         path = replace(path, shape="smooth", straight=~smoothed[path.source - 1])
     return path, interpreter.modes.technology.track(columns.steps)
-
-
-def _without_dwells(columns: Columns, interpreter: Interpreter) -> Columns:
-    """Leave out dwells, and count them."""
-    moved = columns.moved
-    interpreter.ignored["G4"] += int((~moved).sum())
-    return columns.at(moved)
 
 
 def _poses(

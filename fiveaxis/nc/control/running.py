@@ -46,11 +46,7 @@ MOST_SAMPLED = 20_000
 
 
 def run_program(
-    source: Source,
-    machine: Machine,
-    options: ReadOptions,
-    *,
-    stand_in: bool = False,
+    source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool = False
 ) -> Interpreter:
     """Run a program to its end.
 
@@ -162,21 +158,12 @@ def size_of(interpreter: Interpreter) -> Size:
     return Size(extent, per_minute)
 
 
-def _run(
-    source: Source,
-    machine: Machine,
-    options: ReadOptions,
-    *,
-    stand_in: bool,
-) -> Interpreter:
+def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool) -> Interpreter:
     """Run a program as `run_program`, in the unit that it states."""
     language = find_language(source)
     wrapping = find_wrapping(source, language, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.zero, machine)
-    modes = Modes(
-        Units(source, options.unit),
-        technology=TechnologyReader.of(source, options.harmless),
-    )
+    modes = Modes(Units(source, options.unit), technology=TechnologyReader.of(source, options.harmless))
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)
@@ -196,8 +183,10 @@ def _run(
     end = interpreter.run(language.split(source, block_delete=options.block_delete))
     if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
         ignored["lines before the program"] += before
-    if end is not None:
-        _count_rest(source, end, ignored)
+    # No control runs what is behind the end.
+    rest = 0 if end is None else sum(text.strip() not in ("", "%") for text in source.lines[end:])
+    if rest:
+        ignored["lines after the end"] += rest
     interpreter.findings += interpreter.functions.settle(source, interpreter.track)
     return interpreter
 
@@ -211,13 +200,6 @@ def _begin(start: Mapping[str, float], machine: Machine, offsets: list[float]) -
         column = machine.column(letter)
         now[column] = float(value) + offsets[column]
     return now
-
-
-def _count_rest(source: Source, end: int, ignored: Counter[str]) -> None:
-    """Count the lines after the program's end, which no control runs."""
-    rest = sum(1 for text in source.lines[end:] if text.strip() not in ("", "%"))
-    if rest:
-        ignored["lines after the end"] += rest
 
 
 def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Operation, Columns]:
@@ -304,10 +286,7 @@ def _tools(track: TechnologyTrack) -> list[object]:
 
 
 def _in_force(
-    now: Technology,
-    tool: object,
-    frame: tuple[bool, tuple[float, ...] | None],
-    known: Callable[[str], bool],
+    now: Technology, tool: object, frame: tuple[bool, tuple[float, ...] | None], known: Callable[[str], bool]
 ) -> tuple[InForce, object]:
     """Return what is in force, and what of it tells operations apart."""
     tcp, plane = frame

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.nc.control.words_in_force import group_of, in_force_after, words_beside
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language
@@ -147,10 +147,6 @@ class TechnologyTrack:
         """Signed speed, (n,) rev/min, as `Technology.spindle`."""
         return np.array([state.spindle for state in self.states])[self.state]
 
-    def rows_where(self, wrong: Sequence[bool]) -> BoolArray:
-        """Mark the rows, (n,), in whose moves a marked state is in force."""
-        return np.asarray(np.array(wrong, dtype=bool)[self.state])
-
     def at(self, rows: IntArray) -> TechnologyTrack:
         """Return the track of some rows."""
         return replace(self, state=self.state[rows], steps=self.steps[rows])
@@ -279,7 +275,7 @@ class TechnologyReader:
         return change | ({"speed": block.words["S"]} if "S" in block.words else {})
 
     def _of_tool(self, block: Block, words: Collection[str]) -> dict[str, Any]:
-        name = _written_tool(block)
+        name = block.tool or (f"T{block.words['T']:g}" if "T" in block.words else None)
         if name is not None:
             self.selections.append(name)
         latest = self.selections[-1] if self.selections else None
@@ -367,11 +363,6 @@ def selected_offset(word: str, block: Block) -> str | None:
     if word in ("G54.1", "G154"):
         return f"{word} P1"
     return word if word in WORK_OFFSETS else None
-
-
-def _written_tool(block: Block) -> str | None:
-    """Return the tool that a block selects, as written: ``T1``, ``TOOL CALL 1``; None if it selects none."""
-    return block.tool or (f"T{block.words['T']:g}" if "T" in block.words else None)
 
 
 def _tool_number(written: str | None) -> str:

@@ -10,15 +10,7 @@ from __future__ import annotations
 
 import re
 
-from fiveaxis.nc.languages.block import (
-    IS_CYCLE,
-    NO_WORDS,
-    Block,
-    BlockError,
-    number_of,
-    put_word,
-    reasons,
-)
+from fiveaxis.nc.languages.block import IS_CYCLE, NO_WORDS, Block, BlockError, number_of, put_word, reasons
 from fiveaxis.nc.languages.iso_frames import FRAME_WORDS, Frames, is_unfinished
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
 from fiveaxis.nc.languages.runs import PlainLines, Reader
@@ -117,7 +109,9 @@ class Iso(Reader):
         text, *rest = text.split("\n")
         code = compact_code(text)
         if not code or code[0] == "%" or _is_title(text, code):
-            _require_no_din(code)
+            # The head of a program in Heidenhain's DIN/ISO, as ``%PART G71 *``.
+            if code[-1:] == "*" or _DIN_HEAD.fullmatch(code):
+                raise BlockError(_DIN)
             return []
         if _NAMED.fullmatch(code):
             return [Block(line, words={"O": 0.0})]
@@ -174,12 +168,6 @@ def _timed_by_x(block: Block, text: str) -> Block:
 def _is_title(text: str, code: str) -> bool:
     """Check for a line like ``O ENTER OP AND LAST 3 DIGITS``, unlike O numbers and LinuxCNC's O words."""
     return code[0] == "O" and re.match(r"\s*O\s+[A-Z][A-Z ]+", text, re.IGNORECASE) is not None
-
-
-def _require_no_din(code: str) -> None:
-    """Raise at the head of a program in Heidenhain's DIN/ISO, as ``%PART G71 *``."""
-    if code[-1:] == "*" or _DIN_HEAD.fullmatch(code):
-        raise BlockError(_DIN)
 
 
 def _parse_block(line: int, code: str) -> Block:

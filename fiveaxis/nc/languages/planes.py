@@ -48,14 +48,6 @@ class Plane:
         return FrameChange((x, y, z), self.rotation, word)
 
 
-def forget_position(line: int, word: str) -> Block:
-    """Return the block to insert before the control turns the tool without holding its tip.
-
-    The program doesn't say where the tip ends up: a switch to axis coordinates discards its position.
-    """
-    return Block(line, tip_control=False, frame=Plane().change(word))
-
-
 def turn_about(axis: str, angle: float) -> Array:
     """Return the right-handed rotation, (3, 3), about X, Y or Z by degrees; quarter turns are exact."""
     quarters, rest = divmod(angle, 90.0)
@@ -147,7 +139,8 @@ class Statement(Generic[S]):
         follows : whether the control holds the tip meanwhile
         """
         if not follows:
-            self.before = forget_position(self.draft.line, word)
+            # Where the tip ends up isn't said: a switch to axis coordinates discards its position.
+            self.before = Block(self.draft.line, tip_control=False, frame=Plane().change(word))
         self.draft.tip_control, self.draft.vector = True, {"Z": 1.0}
         self.state.positioned = True
 

@@ -53,10 +53,7 @@ _SKIPPED = re.compile(r"\s*(?:N[0-9]+\s*)?/[0-9]?(?![0-9])")
 class Sinumerik(Reader):
     """Sinumerik 840D; a drilled hole is several blocks of one line."""
 
-    forms = (
-        PlainLines.of_words("XYZABC", "=?"),
-        PlainLines.of_words("XYZABC", "=?", "[ABC]3=", _DIRECTIONS),
-    )
+    forms = (PlainLines.of_words("XYZABC", "=?"), PlainLines.of_words("XYZABC", "=?", "[ABC]3=", _DIRECTIONS))
     comments = re.compile(r";[^\n]*+")
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:

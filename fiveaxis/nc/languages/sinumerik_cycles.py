@@ -88,10 +88,7 @@ def split_arguments(code: str, start: int) -> tuple[list[str], int]:
 def read_hole(name: str, values: Sequence[Value]) -> Hole:
     """Read a call of a drilling cycle: ``CYCLE8n(RTP, RFP, SDIS, DP, DPR, …)``.
 
-    Raises
-    ------
-    BlockError
-        Planes or depth are missing, or the depth is above the start.
+    `BlockError` if planes or depth are missing, or the depth is above the start.
     """
     kind = HOLES[name]
     if name == "CYCLE76" and _number(values, _SPIGOT_WIDTH) is not None:

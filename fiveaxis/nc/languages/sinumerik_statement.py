@@ -146,7 +146,9 @@ class SinumerikStatement(Statement[State]):
         elif name == "CR":
             put_word(draft.words, "R", value)
         elif name == "TURN":
-            self._set_turns(value)
+            if value != int(value) or not 0 <= value <= 999:
+                raise BlockError(f"TURN={value:g}; a helix has 0 to 999 full turns")
+            self.draft.turns = int(value)
         elif name == "RPL" and self.transform in ("ROT", "AROT"):
             self.plane_angle = value
         elif name in ("A4", "B4", "C4") or (name in ("OFFN", "RNDM") and value == 0.0):
@@ -157,11 +159,6 @@ class SinumerikStatement(Statement[State]):
             draft.stated.append(f"variable {name}={value:g}")
         else:
             raise BlockError(refusal(name))
-
-    def _set_turns(self, value: float) -> None:
-        if value != int(value) or not 0 <= value <= 999:
-            raise BlockError(f"TURN={value:g}; a helix has 0 to 999 full turns")
-        self.draft.turns = int(value)
 
     # Words of a letter and a number
 

@@ -62,10 +62,7 @@ class Blocks:
 def block_lines(motion: Motion, writer: WordWriter, winding: str) -> Blocks:
     """Write the blocks of all moves but the first, which belongs to the approach.
 
-    Raises
-    ------
-    ToolpathError
-        A move without duration; a feed out of the control's range.
+    `ToolpathError` for a move without duration, or a feed out of the control's range.
     """
     moves, dropped = _moves(motion, writer)
     if winding == "modulo":
@@ -82,7 +79,10 @@ def block_lines(motion: Motion, writer: WordWriter, winding: str) -> Blocks:
     wanted, raised = raised_feeds(wanted, plain, writer)
     feeds[1:] = rounded_feeds(wanted, feed_form(writer))[1:]
     require_range(feeds, moves, motion, writer)
-    kept = words.kept & (_needed(plain, writer)[:, None] | ~writer.is_linear)
+    # Beside linear words, controls that count F along X, Y and Z would see a path of length 0.
+    steps = np.diff(plain, axis=0, prepend=plain[:1])
+    moved = (steps[:, writer.is_linear] != 0.0).any(axis=1)
+    kept = words.kept & (moved[:, None] | ~writer.is_linear)
     templates = modulo_templates(writer, winding)
     feeds = np.where(moves.rapid, np.nan, feeds)
     texts = _texts(words, kept, feeds, stated_rows(feeds, moves.kind, writer), writer, templates)
@@ -136,14 +136,10 @@ def _moves(motion: Motion, writer: WordWriter) -> tuple[Moves, int]:
 
 
 def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArray]:
-    """Divide rewinds, moves in which only a rotary axis turns, by whole turns.
+    """Divide rewinds, moves in which only a rotary axis turns, by whole turns; with each row's given one.
 
     The tip's position is the same after a whole turn, so TCP control would hold the tip there and make the
     linear axes follow the table. The parts' tip positions keep the linear axes at rest.
-
-    Returns
-    -------
-    The divided motion, and for each of its rows the row of the given one.
     """
     turns = np.abs(motion.moves[:, machine.rotary_columns])
     at_rest = (np.abs(motion.moves[:, machine.linear_columns]) < STANDSTILL).all(axis=1)
@@ -165,15 +161,6 @@ def turned_on_the_spot(motion: Motion, machine: Machine) -> tuple[Motion, IntArr
         ),
         owner,
     )
-
-
-def _needed(values: Array, writer: WordWriter) -> BoolArray:
-    """Mark the rows that need their linear words, (m,): a pure rotation is written without.
-
-    With them, controls that count F along X, Y and Z would see a path of length 0.
-    """
-    steps = np.diff(values, axis=0, prepend=values[:1])
-    return np.asarray((steps[:, writer.is_linear] != 0.0).any(axis=1))
 
 
 def _require_numbers(values: Array, moves: Moves, motion: Motion, writer: WordWriter) -> None:
@@ -200,10 +187,7 @@ def _texts(
 ) -> list[str]:
     """Write the block of each row but the first, after the lines of `words.before`.
 
-    Parameters
-    ----------
-    feeds : (m,), NaN in rapid moves
-    stated : (m,), whether the block states its feed
+    Feeds, (m,), are NaN in rapid moves; `stated`, (m,), is whether the block states its feed.
     """
     if len(feeds) < 2:
         return []
@@ -223,10 +207,7 @@ def _formats(
 ) -> list[str]:
     """Return the ``%`` format of every row, (m,); few are different.
 
-    Parameters
-    ----------
-    feeds : (m,), format of F, empty where it isn't stated
-    rapid : (m,), rapid moves
+    Feeds, (m,), are formats of F, empty where it isn't stated.
     """
     words = writer.formats(templates)
     linear = writer.linear.replace("%", "%%")

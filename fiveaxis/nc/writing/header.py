@@ -116,7 +116,9 @@ def _notes(
         text = f"not written: {blocks} at the end, as it may move Z by the tool's length without a retract"
         head = f"not written: {blocks} at the end"
         yield "start", (f"{text}; see to it where the tool is clear", head)
-    yield from (("control", (text, text)) for text in _winding_note(writer, winding))
+    note = writer.dialect.winding_notes.get(winding)
+    if note is not None and counted_columns(writer.machine):
+        yield "control", (note, note)
     yield "work offset", _zero_note(writer)
     yield from (("work offset", (text, text.partition(";")[0])) for text in _setup_note(writer))
     yield from (("start", (text, text.partition(";")[0])) for text in _clamped_notes(machine))
@@ -158,12 +160,6 @@ def _read_back(writer: WordWriter, winding: str) -> Iterator[str]:
         yield modulo_comment(dialect.modulo.way, letters)
     if writer.coordinates == "tip" and any(letter in "ABC" for letter in machine.code.table):
         yield positions_comment(writer.mode.positions)
-
-
-def _winding_note(writer: WordWriter, winding: str) -> list[str]:
-    """Return the control's note for the operator, if an axis has turns to count."""
-    notes = writer.dialect.winding_notes
-    return [notes[winding]] if winding in notes and counted_columns(writer.machine) else []
 
 
 def _setup_note(writer: WordWriter) -> list[str]:

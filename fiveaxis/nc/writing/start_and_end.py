@@ -265,8 +265,7 @@ class StartAndEnd:
         templates = dict(zip(by_axes.names, modulo_templates(by_axes, self.winding), strict=True))
         words = (
             (templates.get(letter) or "{letter}{value}").format(
-                letter=letter,
-                value=f"{value / (scale if letter in 'XYZ' else 1.0):{sign}.{number.linear}f}",
+                letter=letter, value=f"{value / (scale if letter in 'XYZ' else 1.0):{sign}.{number.linear}f}"
             )
             for letter, value in targets.items()
         )

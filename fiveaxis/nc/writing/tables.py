@@ -239,14 +239,7 @@ def find_dialect(control: str | Path) -> Dialect:
 
 
 def read_dialect(path: Path) -> Dialect:
-    """Read a control's table; keys that it lacks come from the table named by ``based_on``.
-
-    Raises
-    ------
-    SettingError
-        With file and line: not TOML, an unknown key (with the nearest known one), an invalid value, a
-        template with an unknown placeholder, tables that are based on each other.
-    """
+    """Read a control's table; keys that it lacks come from the table named by ``based_on``."""
     text, data = _merged(path, ())
     return validate_settings({"name": path.stem, **data}, text, path, Dialect, SettingError)
 

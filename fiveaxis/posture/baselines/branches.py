@@ -108,16 +108,9 @@ def cheapest_sequence(machine: Machine, found: Postures, costs: tuple[Array, Arr
 
 
 def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Array:
-    """Interpolate the angles of locations between known ones over the length of the path.
+    """Interpolate angles, (n, 2) rad, between known ones, of rows (m,), over the length of the path.
 
-    Parameters
-    ----------
-    rows : (m,), indices of the known locations
-    rotary : (m, 2), rad, their angles
-
-    Returns
-    -------
-    (n, 2), rad; before the first and after the last known location the angles are held
+    Before the first and after the last known location the angles are held.
     """
     length = np.cumsum(toolpath.lengths)
     spread = np.stack([np.interp(length, length[rows], rotary[:, k]) for k in range(2)], axis=1)

@@ -38,11 +38,7 @@ TOO_FAR = 1e3
 
 
 def moved_clear(
-    compared: Mapping[str, Baseline],
-    problem: Problem,
-    toolpath: Toolpath,
-    bounds: TiltBounds,
-    mask: Mask,
+    compared: Mapping[str, Baseline], problem: Problem, toolpath: Toolpath, bounds: TiltBounds, mask: Mask
 ) -> tuple[dict[str, Baseline], dict[str, str]]:
     """Move baselines where a mask refuses them to the nearest postures that mask and bounds admit.
 
@@ -144,9 +140,7 @@ class _Clear:
     def _distances(self, rows: IntArray, rotary: Array) -> Array:
         """Query rings around refused postures, (r, 2) rad, from the innermost outwards.
 
-        Returns
-        -------
-        (r, d), rad, distance of the nearest clear posture in a direction; infinite if there is none
+        Found is how far the nearest clear posture in a direction is, (r, d) rad; infinite if there is none.
         """
         inner, outer = np.zeros((len(rows), len(ANGLES))), np.full((len(rows), len(ANGLES)), np.inf)
         left = np.full(len(rows), len(RINGS))

@@ -143,8 +143,7 @@ def _affine(machine: Machine, zone: Zone, cosines: Cosines) -> list[list[Any]]:
     across = {a: cross(v, w), b: cross(w, u), c: cross(u, v)}
     volume = dot(u, across[a])
     away = add(
-        tool_tip(machine.chain, cosines, {}),
-        scale(float(zone.height), tool_axis(machine.chain, cosines)),
+        tool_tip(machine.chain, cosines, {}), scale(float(zone.height), tool_axis(machine.chain, cosines))
     )
     rows = []
     for column in machine.linear_columns:
@@ -180,19 +179,9 @@ def _swing(machine: Machine, axis: Array, sides: tuple[Side, Side]) -> Array:
     return np.minimum(own + first * np.minimum(outer + own, 1.0), np.pi)
 
 
-@dataclass(frozen=True, eq=False)
-class Enclosed:
-    """Where the postures of one location may be.
-
-    Parameters
-    ----------
-    cell : (m,), indices of the cells that may hold an admissible posture, ascending
-    low, high : (m, 3), mm, ranges of the linear axes there, within their limits
-    """
-
-    cell: IntArray
-    low: Array
-    high: Array
+# The cells, (m,), ascending, that may hold an admissible posture of a location, and the ranges of the linear
+# axes there, within their limits: low and high, (m, 3) mm.
+Enclosed = tuple[IntArray, Array, Array]
 
 
 class _Window(NamedTuple):
@@ -240,7 +229,7 @@ def enclose(cells: Cells, toolpath: Toolpath, tilt: TiltBounds, machine: Machine
     references = np.stack([b.reference for b in tilt.all], axis=1)
     normals = np.nan_to_num(toolpath.normal)
     return [
-        Enclosed(*_enclose(*shape, window, pivot, normal, reference))
+        _enclose(*shape, window, pivot, normal, reference)
         for pivot, normal, reference in zip(toolpath.pivot, normals, references, strict=True)
     ]
 

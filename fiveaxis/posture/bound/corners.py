@@ -62,8 +62,9 @@ class Lattice:
     def touch(self, enclosed: Enclosed) -> Corners:
         """Find the corners that a location touches."""
         top = np.ceil((self.high - self.low) / self.step)
-        at = _behind(enclosed.cell, self.sides[1].parts, self.factors)
-        first, last = _between(enclosed.low, enclosed.high, self.low, self.step, top)
+        cell, low, high = enclosed
+        at = _behind(cell, self.sides[1].parts, self.factors)
+        first, last = _between(low, high, self.low, self.step, top)
         return Corners(*_touch(at, first, last, self.counts), len(at))
 
 

@@ -15,15 +15,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
 from fiveaxis.posture.bound.cells import Cells, enclose
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
-from fiveaxis.posture.bound.sweep import (
-    Neighbours,
-    Prices,
-    Sources,
-    find_sources,
-    grouped,
-    quantum_of,
-    reach,
-)
+from fiveaxis.posture.bound.sweep import Neighbours, Prices, find_sources, grouped, quantum_of, reach
 from fiveaxis.progress import Progress
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -163,7 +155,10 @@ def reach_visits(
         else:
             step = visits.plus[i - 1], visits.minus[i - 1], float(visits.turn[i - 1])
             prices = Prices.of(lattice, *step, quantum)
-            sources = _sources(before, prices, Neighbours.of(lattice, prices, corners.group), pool)
+            near = Neighbours.of(lattice, prices, corners.group)
+            found = [pool.submit(find_sources, before, prices, near, *part) for part in _parts(before)]
+            columns = zip(*(job.result() for job in found), strict=True)
+            sources = grouped(before, *(np.concatenate(column) for column in columns))
             jobs = [pool.submit(reach, corners, sources, prices, *part) for part in _parts(corners)]
             looked = sum(job.result() for job in jobs)
         least = int(corners.cost.min(initial=FAR))
@@ -177,13 +172,6 @@ def _parts(corners: Corners) -> list[tuple[int, int]]:
     """Divide the groups of a visit for threads."""
     ends = np.linspace(0, len(corners.at), SLICES + 1).astype(int).tolist()
     return [(a, b) for a, b in itertools.pairwise(ends) if b > a]
-
-
-def _sources(corners: Corners, prices: Prices, neighbours: Neighbours, pool: ThreadPoolExecutor) -> Sources:
-    """Find the corners from which the next visit is reached."""
-    found = [pool.submit(find_sources, corners, prices, neighbours, *part) for part in _parts(corners)]
-    columns = zip(*(job.result() for job in found), strict=True)
-    return grouped(corners, *(np.concatenate(column) for column in columns))
 
 
 def _touched(visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor) -> Iterator[Corners]:

@@ -148,14 +148,11 @@ def _least_cost(
     work: float,
     progress: Progress,
 ) -> tuple[float, int]:
-    """Bound the cost of travel at prices, (n − 1, k) J/mm and J/rad up and down, of each move.
+    """Bound the cost of travel, J, at prices, (n − 1, k) J/mm and J/rad up and down, of each move.
 
     Where a drive returns power in one direction, the least prices of all moves are taken, and what it returns
-    is charged to the other direction; what is left is in proportion to the way from begin to end.
-
-    Returns
-    -------
-    The bound, J, and how many locations it visited
+    is charged to the other direction; what is left is in proportion to the way from begin to end. How many
+    locations were visited is returned too.
     """
     plus, minus = prices
     least_plus, least_minus = plus.min(axis=0, initial=np.inf), minus.min(axis=0, initial=np.inf)
@@ -205,7 +202,7 @@ def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tupl
     cells = cut_cells(machine, toolpath.zone, FIRST_STEP / FIRST_CELLS)
     chunks = np.array_split(np.arange(len(toolpath)), -(-len(toolpath) // CHUNK))
     every = (one for rows in chunks for one in enclose(cells, toolpath.at(rows), tilt.at(rows), machine))
-    return [(one.low, one.high) for one in every]
+    return [(low, high) for _cell, low, high in every]
 
 
 def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tuple[Cells, Lattice]:

@@ -59,14 +59,10 @@ def minimise_by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: flo
     )
     stats = solver.stats()
     status = str(stats["return_status"])
-    _require_uninterrupted(status)
+    # CasADi catches a Ctrl-C in the solver and returns a result.
+    if status in INTERRUPTED:
+        raise KeyboardInterrupt(f"IPOPT was interrupted ({status})")
     multiplier = np.zeros(len(rows.first))
     multiplier[bound] = np.array(answer["lam_g"])[:, 0]
     found = np.array(answer["x"])[: start.size, 0].reshape(start.shape)
     return LocalOptimum(found, multiplier, status == SOLVED, int(stats["iter_count"]))
-
-
-def _require_uninterrupted(status: str) -> None:
-    """Raise KeyboardInterrupt after a Ctrl-C: CasADi catches it in the solver and returns a result."""
-    if status in INTERRUPTED:
-        raise KeyboardInterrupt(f"IPOPT was interrupted ({status})")

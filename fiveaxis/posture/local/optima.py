@@ -92,7 +92,8 @@ def refine(
     SettingError
         The solver is unknown.
     """
-    require_solver(solver)
+    if solver not in SOLVERS:
+        raise SettingError(f"unknown solver {solver!r}; use {' or '.join(SOLVERS)}")
     rows = build_rows(problem, held)
     x = rows.start(problem, start)
     if solver == IPOPT:
@@ -128,12 +129,6 @@ def _minimise_from_outside(
     rows = build_rows(problem, held)
     found = minimise(rows, led.x, iterations=most, barrier=BARRIERS[-1] * barrier)
     return replace(found, iterations=led.iterations + found.iterations)
-
-
-def require_solver(name: str) -> None:
-    """Raise `SettingError` if a solver is unknown."""
-    if name not in SOLVERS:
-        raise SettingError(f"unknown solver {name!r}; use {' or '.join(SOLVERS)}")
 
 
 def _choose(problem: Problem, found: Array, start: Array) -> Array:

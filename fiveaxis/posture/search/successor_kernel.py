@@ -236,9 +236,7 @@ def travelled_along(
 ) -> None:
     """Set how far axes travel up and down, (k,) each, along step i from state j, which turns far, rad.
 
-    Parameters
-    ----------
-    given, values : work space for `MOST_PARTS` parts
+    `given` and `values` are work space for `MOST_PARTS` parts.
     """
     locations, axes = task.locations, len(up)
     parts = int(min(max(abs(turn1), abs(turn2)) // PART + 1, MOST_PARTS))
@@ -261,10 +259,7 @@ def step_price(
 ) -> tuple[float, int]:
     """Price step i by how far axes travel up and down, (k,) each; and say which axes move which way.
 
-    Parameters
-    ----------
-    before : axes that moved in the step before
-    turned : rad², of both rotary axes
+    `before` are the axes that moved in the step before; `turned`, rad², is of both rotary axes.
     """
     price, moves, late = prices.bend[i] * turned, 0, 0.0
     for a in range(len(up)):

@@ -383,16 +383,13 @@ def path_anywhere(
     if grain.backwards:
         problem, costs = problem.backwards(), costs.backwards()
         holding = None if holding is None else holding.backwards()
-        admits = None if admits is None else _admitting_backwards(admits, len(problem) - 1)
+        given, last = admits, len(problem) - 1
+        admits = None if given is None else lambda rows, rotary: given(last - rows, rotary)
     for finer in (grain, *grain.finer):
         found = cheapest_path(problem, costs, finer, admits=admits, holding=holding, steps=steps)
         if found is not None:
             return _begun_near_zero(problem, found[::-1]) if grain.backwards else found
     return None
-
-
-def _admitting_backwards(admits: Admits, last: int) -> Admits:
-    return lambda rows, rotary: admits(last - rows, rotary)
 
 
 def _begun_near_zero(problem: Problem, path: Array) -> Array:

@@ -187,7 +187,8 @@ def _improve(given: Candidate, build: Build, refine: Refine) -> Candidate:
         here = best
         for openings in orders(here):
             other = _refine_opened(here, openings, build, refine)
-            if other.problem.violation(other.rotary) <= ALLOWED and _is_cheaper(other, best):
+            sound = other.problem.violation(other.rotary) <= ALLOWED
+            if sound and other.cost < best.cost and _travel(other) <= _travel(best):
                 best = other
         if best is here:
             break
@@ -201,11 +202,6 @@ def _refine_opened(here: Candidate, openings: list[Opening], build: Build, refin
     return Candidate(
         Layout(found.toolpath, found.rings, here.layout.relink), problem, bounds, rotary, here.both
     )
-
-
-def _is_cheaper(one: Candidate, other: Candidate) -> bool:
-    """Check whether one path costs less than another without costing more in travel."""
-    return one.cost < other.cost and _travel(one) <= _travel(other)
 
 
 def _travel(path: Candidate) -> float:

@@ -48,7 +48,7 @@ WIDE, DETOUR = grain(0.5, 2.0, 400, 60.0), 12
 # From one round to the next, axes may turn farther in a block by this factor, and by as many rad.
 FARTHER, LITTLE = 1.5, np.radians(0.5)
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
-BESIDE = ("bends", "waits", "jerks", "wear")
+BESIDE = ("bends", "waits", "wear")
 SEARCHING, FAIRING = "searching postures", "fairing"
 # rad: how far postures are moved to run smoothly.
 FARTHEST = tuple(np.radians([0.02, 0.05, 0.1, 0.2]))

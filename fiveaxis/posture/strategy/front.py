@@ -1,4 +1,7 @@
-"""Solutions between the cheapest program and the fastest or steadiest one, none of them dominated."""
+"""Solutions between the cheapest program and the fastest or steadiest one, none of them dominated.
+
+Of those that are faster some cuts are slower, where that saves energy: each move has a feed.
+"""
 
 from __future__ import annotations
 
@@ -8,26 +11,30 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.energy import travel_costs
+from fiveaxis.energy import Energy, move_powers, travel_costs
 from fiveaxis.errors import SettingError
+from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
+from fiveaxis.motion import Motion, follow, peak_rates
+from fiveaxis.options import Objective
 from fiveaxis.posture.optimiser import optimise
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Solution
-from fiveaxis.posture.strategy.feeds import slowed
-from fiveaxis.posture.strategy.front_points import (
-    STRONGEST,
-    FrontPoint,
-    Member,
-    interrupted_cuts,
-    measured,
-    prices_of_bends,
-    solved,
-)
+from fiveaxis.posture.solution import Solution, program_energy
+from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.progress import Progress
 from fiveaxis.toolpath import Constraints, Toolpath
 
+# How many shares of the feed are tried in each move.
+TRIED = 7
+# Relative difference of costs that is rounding.
+SAME = 1e-9
+# Ends of the sweep, in multiples of the price at which all bends cost as much as all travel.
+FAINTEST, STRONGEST = 0.01, 100.0
+# Shortest move, mm, with a meaningful turn per mm.
+SHORTEST_MOVE = 1e-3
+# Codes of findings about a path's postures (`with_findings`).
+OF_POSTURES = ("rapid-speed-unknown", "singular-turn", "singular-crossing", "rotary-slows")
 # Least and highest price of time along a front by the clock, in mean powers of the drives.
 DELAYS = (0.1, 10.0)
 # Prices of time with which feeds are chosen, in mean powers of the drives.
@@ -265,3 +272,168 @@ def _slower(
         return None
     least = float((found.toolpath.feed / solution.toolpath.feed).min())
     return replace(point, motion=found.motion, energy=found.energy, slowest=least), found
+
+
+@dataclass(frozen=True, eq=False)
+class FrontPoint:
+    """One solution of a front.
+
+    Parameters
+    ----------
+    smoothing : J/rad², price of bends with which it was found
+    time_price : W, price of delay with which it was found
+    motion, energy : the solution
+    cost : J, without a price on bends: travel, and delay at the first point's price
+    bend : rad², Σ‖Δρ‖² between given locations, without rewinds
+    steepest : rad/mm, largest turn of a rotary axis over the path of the pivot in a cutting move
+    fastest : rad/s, highest mean speed of a rotary axis in a move
+    slowest : least share of the path's feed in a cut
+    """
+
+    smoothing: float
+    time_price: float
+    motion: Motion
+    energy: Energy
+    cost: float
+    bend: float
+    steepest: float
+    fastest: float
+    slowest: float = 1.0
+
+    def as_dict(self) -> dict[str, float | None]:
+        """Return the figures as plain data for JSON, angles in degrees but for ``bend``."""
+        return {
+            "smoothing_J_rad2": self.smoothing,
+            "time_price_W": self.time_price,
+            "energy_J": self.energy.total,
+            "with_base_J": self.energy.with_base,
+            "cost_J": self.cost,
+            "bend_rad2": self.bend,
+            "steepest_deg_mm": float(np.degrees(self.steepest)),
+            "time_s": self.energy.time,
+            "fastest_deg_s": float(np.degrees(self.fastest)),
+            "least_feed_share": self.slowest,
+        }
+
+    def figures(self, energy: Energy, objective: Objective = "energy") -> tuple[float, ...]:
+        """Return what the points of a front are compared by, less is better; the first is their order.
+
+        It is what is minimised, the energy with base power where that is known, and the time on the control's
+        clock. Where that isn't known, since the machine states no accelerations, bends stand for what it
+        would lose.
+
+        Parameters
+        ----------
+        energy : of the program
+        """
+        spent = energy.total if energy.with_base is None else energy.with_base
+        if objective != "time" and energy.timing == "accelerations":
+            return (spent if objective == "energy" else energy.travel), energy.time
+        cost = () if objective == "energy" else (self.cost,)
+        return (*cost, spent, energy.time, self.bend)
+
+
+# A point of a front, and its solution.
+Member = tuple[FrontPoint, Solution]
+
+
+def solved(solution: Solution) -> tuple[Problem, Array]:
+    """Return the problem that a solution solved, and its path, (n, 2) rad; before rewinds if it has any."""
+    unwrapped, problem = solution.unwrapped, solution.problem
+    if unwrapped is not None:
+        return unwrapped.problem, unwrapped.rotary
+    if problem is None or len(problem) != len(solution.toolpath):
+        raise SettingError("a front needs a solution with its problem; this one was put together by hand")
+    return problem, solution.motion.positions[:, solution.machine.rotary_columns]
+
+
+def interrupted_cuts(solution: Solution, rotary: Array) -> int:
+    """Count the cuts that a path, (n, 2) rad, interrupts to rewind an axis."""
+    rewinds = with_path(solution, rotary)[1]
+    return 0 if rewinds is None else sum(r.in_cut for r in rewinds.rewinds)
+
+
+def prices_of_bends(solution: Solution, n: int, smoothest: float | None) -> Array:
+    """Compute the price of bends at each point, (n,) J/rad²: 0, then a geometric series."""
+    bend = _bend(_path(solution), solved(solution)[1])
+    # For a path without bends any price will do.
+    middle = solution.energy.total / bend if bend > 0.0 else 1.0
+    strongest = STRONGEST * middle if smoothest is None else smoothest
+    shares = np.linspace(0.0, 1.0, n - 1)[::-1].tolist()
+    return np.array([0.0, *(strongest * (FAINTEST / STRONGEST) ** share for share in shares)])
+
+
+def measured(
+    solution: Solution, rotary: Array, smoothing: float, problem: Problem, unpriced: Problem
+) -> FrontPoint:
+    """Evaluate a path, (n, 2) rad; its turns are those without rewinds, which don't cut."""
+    other, rewinds = with_path(solution, rotary)
+    path = _path(solution)
+    driven = other.motion if rewinds is None else follow(path, unpriced.machine, rotary)
+    turn = np.abs(np.diff(rotary, axis=0, prepend=rotary[:1])).max(axis=1)
+    cuts = path.cutting & (path.lengths > SHORTEST_MOVE)
+    cost = unpriced.cost(driven.positions)
+    if rewinds is not None:
+        cost += rewinds.energy + unpriced.time_price * rewinds.time
+    return FrontPoint(
+        smoothing=smoothing,
+        time_price=problem.time_price,
+        motion=other.motion,
+        energy=other.energy,
+        cost=cost,
+        bend=_bend(path, rotary),
+        steepest=float(np.max(turn[cuts] / path.lengths[cuts], initial=0.0)),
+        fastest=max(rate.speed for rate in peak_rates(solution.machine, driven).values()),
+    )
+
+
+def _path(solution: Solution) -> Toolpath:
+    """Return the path that a solution's problem is of: before rewinds if it has any."""
+    return solution.toolpath if solution.unwrapped is None else solution.unwrapped.toolpath
+
+
+def _bend(path: Toolpath, rotary: Array) -> float:
+    """Sum ‖Δρ‖² between given locations, rad²: how finely moves are divided in between doesn't count."""
+    return float((np.diff(rotary[~path.inserted], axis=0) ** 2).sum())
+
+
+def slowed(solution: Solution, share: float, price: float) -> Solution | None:
+    """Slow the cuts of a solution down where that saves energy.
+
+    Of each move between given locations the cheapest of some feeds is taken, by the drives' power at the mean
+    speeds of its parts, and by the base power where that is known. What changes of speed between moves cost,
+    the energy of the program tells.
+
+    Parameters
+    ----------
+    share : least one of the feed
+    price : W, of time, beside the base power
+
+    Returns
+    -------
+    The same postures at other feeds, with its baselines as they were; None where no cut is slower
+    """
+    machine, path, motion = solution.machine, solution.toolpath, solution.motion
+    shares, begins = np.linspace(share, 1.0, TRIED), np.flatnonzero(~path.inserted[:-1]) + 1
+    costs = []
+    for tried in shares.tolist():
+        lasting = motion.time / np.where(path.cutting, tried, 1.0)
+        power = move_powers(machine, replace(motion, time=lasting)).sum(axis=1)
+        costs.append(np.add.reduceat((power + price + (machine.base_power or 0.0)) * lasting, begins))
+    # Of costs that differ by rounding the highest feed.
+    cheap = np.array(costs) <= np.min(costs, axis=0) * (1.0 + SAME)
+    best = shares[len(shares) - 1 - np.argmax(cheap[::-1], axis=0)]
+    along = np.append(1.0, np.repeat(best, np.diff(begins, append=len(path))))
+    slower = np.where(path.cutting, along, 1.0)
+    if not (slower < 1.0).any():
+        return None
+    slow = replace(path, feed=path.feed * slower)
+    rotary = motion.positions[:, machine.rotary_columns]
+    driven = replace(follow(slow, machine, rotary), location=motion.location)
+    return replace(
+        solution,
+        toolpath=slow,
+        motion=driven,
+        energy=program_energy(machine, slow, driven, solution.filling, solution.clock),
+        compared={name: replace(b, toolpath=b.toolpath or path) for name, b in solution.compared.items()},
+    )

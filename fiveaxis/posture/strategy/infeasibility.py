@@ -88,7 +88,9 @@ def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntAr
             continue
         advised += 1
         nearest, overrun = _nearest_miss(machine, tried)
-        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried), *_omitted(tilt, tried)]
+        omitted = [b.text for k, b in enumerate(tilt.beside, start=1) if tried.violates_only(k).any()]
+        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried)]
+        remedies += [f"leaving out {text}" for text in omitted]
         advice = f"{' or '.join(remedies)} would do; or " if remedies and advising else ""
         yield Finding(
             Severity.ERROR,
@@ -181,17 +183,7 @@ def _drawn(axis: Array, bounds: TiltBounds) -> Iterator[Array]:
 
 
 def ring_axes(reference: Array, angles: Array) -> Array:
-    """Sample tool axes around a reference direction.
-
-    Parameters
-    ----------
-    reference : (3,), unit vector
-    angles : (r,), rad, to it
-
-    Returns
-    -------
-    (r · axes, 3), unit vectors
-    """
+    """Sample tool axes, (r · axes, 3), at angles, (r,) rad, around a reference direction, (3,)."""
     across = perpendicular(reference)
     third = np.cross(reference, across)
     angle = angles[:, None, None]
@@ -246,27 +238,16 @@ def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
         yield f"{axis.letter} to {outwards(value, side)} {axis.unit}"
 
 
-def _omitted(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
-    """Name the further bounds without which there would be a posture."""
-    for number, bound in enumerate(tilt.beside, start=1):
-        if tried.violates_only(number).any():
-            yield f"leaving out {bound.text}"
-
-
 # Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,).
 _Layer = tuple[Array, Array, IntArray]
 
 
 def long_turns(problem: Problem, toolpath: Toolpath) -> list[Finding]:
-    """List the cutting moves on which a rotary axis has to turn farther than allowed.
+    """List the cutting moves on which a rotary axis has to turn farther than allowed, at their ends.
 
     They are those of the path through a grid of admissible postures with the smallest sum of squares of turns
-    beyond their bounds. The grid is coarse: angles are accurate to a few degrees.
-
-    Returns
-    -------
-    One finding per move, code ``no-posture``, at the location where it ends, with the turn in degrees; none
-    if the grid is too coarse, or has a path within the bounds
+    beyond their bounds. The grid is coarse: angles are accurate to a few degrees. There is no finding if it
+    is too coarse, or has a path within the bounds.
     """
     bounds = problem.max_turn[problem.strict]
     smallest = float(bounds.min(initial=np.inf))

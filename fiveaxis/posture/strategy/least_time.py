@@ -113,10 +113,7 @@ def from_rest_to_rest(problem: Problem, rotary: Array, sharpness: float, *, word
 def time_findings(machine: Machine) -> tuple[Finding, ...]:
     """Report unknown accelerations, which least time then ignores; one finding, or none.
 
-    Raises
-    ------
-    MachineError
-        The highest speed of an axis is unknown.
+    `MachineError` if the highest speed of an axis is unknown.
     """
     unknown = _letters(machine, "max_speed")
     if unknown:

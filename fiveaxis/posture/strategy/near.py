@@ -20,7 +20,7 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.successors import Admits, Grain, Holding, cheapest_path, path_anywhere, widened
+from fiveaxis.posture.search.successors import Grain, Holding, cheapest_path, path_anywhere, widened
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
 from fiveaxis.posture.strategy.given_path import BARRIER
 from fiveaxis.posture.strategy.program_path import Posed
@@ -121,7 +121,9 @@ class Near:
 
     def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain, steps: Steps) -> Array | None:
         """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found."""
-        return path_anywhere(posed.problem, costs, grain, self._rough(posed), self._holding(posed), steps)
+        mask = self._along(posed)
+        rough = None if mask is None else mask.roughly_admits
+        return path_anywhere(posed.problem, costs, grain, rough, self._holding(posed), steps)
 
     def refused(self, posed: Posed, rotary: Array) -> BoolArray:
         """Find the postures, (n, 2) rad, that the mask refuses; (n,)."""
@@ -138,10 +140,6 @@ class Near:
 
     def _along(self, posed: Posed) -> Mask | None:
         return None if self.mask is None else self.mask.along(posed.location)
-
-    def _rough(self, posed: Posed) -> Admits | None:
-        mask = self._along(posed)
-        return None if mask is None else mask.roughly_admits
 
     def _holding(self, posed: Posed) -> Holding | None:
         if self.cone is None:

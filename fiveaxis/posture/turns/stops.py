@@ -59,11 +59,7 @@ class UnwrappedPath:
 
 
 def with_turn_changes(
-    toolpath: Toolpath,
-    machine: Machine,
-    rotary: Array,
-    columns: list[int],
-    tilt: TiltBounds | None = None,
+    toolpath: Toolpath, machine: Machine, rotary: Array, columns: list[int], tilt: TiltBounds | None = None
 ) -> UnwrappedPath:
     """Insert a location into every move in which an axis may change its turn, but at no location.
 

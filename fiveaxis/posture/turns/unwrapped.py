@@ -304,11 +304,7 @@ def paths_without_reversals(
 
 
 def _hold(
-    machine: Machine,
-    rotary: Array,
-    found: Rewound,
-    pair: tuple[Rewind, Rewind],
-    tilt: TiltBounds | None,
+    machine: Machine, rotary: Array, found: Rewound, pair: tuple[Rewind, Rewind], tilt: TiltBounds | None
 ) -> tuple[IntArray, Array]:
     """Hold an axis at the end of its range between two rewinds: rows, (m,), and their angles, (m, 2) rad."""
     one, two = pair

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import fiveaxis
 from fiveaxis.cli import app
-from fiveaxis.cli.verbosity import ROOT, ConsoleHandler, set_verbosity
+from fiveaxis.cli.options import ROOT, ConsoleHandler, set_verbosity
 
 ROOMS = ("nc", "posture", "cli")
 

@@ -1,59 +1,13 @@
-"""The line that shows what a command does, and how long a stage still takes, where that is known."""
+"""The line that shows what a command does, and about how long a stage still takes."""
 
 from __future__ import annotations
 
 import io
-import math
-import random
 
 import pytest
 from rich.console import Console
 
-from fiveaxis.cli.work import Work, remaining_time, shown_work
-
-
-def reports(*steps: float) -> list[tuple[float, int]]:
-    """Reports after steps that took so many s each."""
-    return [(sum(steps[:done]), done) for done in range(len(steps) + 1)]
-
-
-def test_steps_of_equal_cost_tell_how_long_the_rest_takes():
-    steps = reports(*[0.5] * 10)
-    assert remaining_time(steps, 30, now=5.0) == pytest.approx(10.0)
-    assert remaining_time(steps, 30, now=6.0) == pytest.approx(9.0)
-
-
-def test_reports_may_leave_steps_out():
-    steps = [(0.0, 0), (2.5, 25), (5.0, 50), (7.5, 75), (10.0, 100)]
-    assert remaining_time(steps, 200, now=10.0) == pytest.approx(10.0)
-
-
-@pytest.mark.parametrize(
-    ("steps", "now"),
-    [
-        (reports(*[0.5] * 7), 3.5),  # few steps
-        (reports(*[0.1] * 12), 1.2),  # a short time
-        (reports(*[0.5] * 6, *[1.0] * 6), 9.0),  # they get slower
-        (reports(*[1.0] * 6, *[0.2] * 6), 7.2),  # they get quicker
-        (reports(*[0.5] * 10), 9.0),  # one takes much longer than those before
-        ([(0.0, 0), (10.0, 50)], 10.0),  # told once
-        ([(0.0, 0)], 60.0),
-    ],
-)
-def test_no_time_is_told_unless_steps_took_equally_long(steps, now):
-    assert remaining_time(steps, 100, now) is None
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_half_way_through_a_long_stage_the_time_told_is_right_within_a_factor_of_two(seed):
-    # A search's locations take as long as their states need, which change along the path.
-    draw = random.Random(seed)
-    bend, phase = draw.uniform(1.0, 3.0), draw.uniform(0.0, 6.0)
-    steps = [2.0 + 0.2 * math.sin(bend * n / 20.0 + phase) + draw.uniform(-0.5, 0.5) for n in range(100)]
-    half = reports(*steps[:50])
-    told = remaining_time(half, 100, now=half[-1][0])
-    assert told is not None
-    assert 0.5 < told / sum(steps[50:]) < 2.0
+from fiveaxis.cli.work import Work, shown_work
 
 
 class Clock:
@@ -68,7 +22,7 @@ class Clock:
 
 def line(work: Work, width: int = 100) -> str:
     console = Console(file=io.StringIO(), width=width, color_system=None)
-    console.print(work)
+    console.print(work.line)
     return console.file.getvalue()
 
 
@@ -84,7 +38,7 @@ def test_the_line_has_the_stage_its_steps_and_the_time_since_the_beginning():
     assert "reading" not in line(work)
 
 
-def test_the_line_tells_how_long_a_stage_of_equal_steps_still_takes_and_forgets_it_with_the_stage():
+def test_the_line_tells_how_long_a_stage_still_takes_and_forgets_it_with_the_stage():
     clock = Clock()
     work = Work(clock)
     for done in range(11):

@@ -15,7 +15,7 @@ import fiveaxis as fx
 from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.errors import Infeasible, JobError, MeshError
 from fiveaxis.job import clearing, make_job, read_job, run_job, write_outcome
-from fiveaxis.job.colliding import colliding_rows
+from fiveaxis.job.obstruction import colliding_rows
 from fiveaxis.machine import Box
 from fiveaxis.toolpath import Constraints
 from fiveaxis.toolpath.tool import Holder, Section

@@ -21,9 +21,8 @@ from fiveaxis.job import (
     setup_choice,
     setup_search,
 )
-from fiveaxis.job.box_search import halton, search_box
 from fiveaxis.job.placement import with_ranges
-from fiveaxis.job.setup_search import SetupCosts, search_setups
+from fiveaxis.job.setup_search import SetupCosts, halton, search_box, search_setups
 from fiveaxis.machine import DirectionalDrive, load_machine
 from fiveaxis.nc import read_toolpath
 from fiveaxis.report.sections import setup_section

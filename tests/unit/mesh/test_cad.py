@@ -20,7 +20,7 @@ from fiveaxis.errors import MeshError, MissingDependency, SettingError
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.mesh import Model, check_mesh, load_mesh, model_of, tree_of
 from fiveaxis.mesh.cad import loading
-from fiveaxis.mesh.cad.survey import survey
+from fiveaxis.mesh.cad.choice import survey
 from fiveaxis.toolpath import parse_tool
 from fiveaxis.verification.check_context import Tolerances
 from fiveaxis.verification.cutting_body import CuttingBody

@@ -163,16 +163,6 @@ def test_links_and_rapids_have_no_price_on_changes_of_speed(rotary):
     assert len(linked.acceleration_excess(problem.positions(slice(None), rotary))) == N - 4
 
 
-def test_changes_of_rotary_acceleration_have_their_price(rotary):
-    free = problem_of(MACHINES["hayashi"], Tool.ball(6.0))
-    problem = replace(free, jerk_price=0.2)
-    positions, times = problem.positions(slice(None), rotary), problem.least_time[:, None]
-    speed = np.diff(rotary, axis=0) / times
-    acceleration = np.diff(speed, axis=0) / ((times[1:] + times[:-1]) / 2.0)
-    expected = 0.2 * np.abs(np.diff(acceleration, axis=0)).sum()
-    assert problem.cost(positions) - free.cost(positions) == pytest.approx(expected)
-
-
 def test_terms_that_a_problem_doesnt_need_are_left_out():
     problem = problem_of(MACHINES["hayashi"], Tool.ball(6.0))
     endless = np.full(5, np.inf)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.report import ReportDocument
-from fiveaxis.report.sections import edge_section
-from fiveaxis.report.shares import edge_bars, limit_strips
+from fiveaxis.report.sections import edge_bars, edge_section, limit_strips
 from fiveaxis.toolpath.cutter import Zone
 from fiveaxis.toolpath.edge import EdgeUse
 

@@ -22,7 +22,6 @@ CASES = (
     "link",
     "timed",
     "accelerations",
-    "jerks",
     "bull nose",
     "rotary between",
     "held axis",
@@ -59,8 +58,6 @@ def problem_of(case: str) -> Problem:
         options["max_turn"] = np.radians(6.5)
     if case == "bends":
         options["bend_price"] = 3000.0
-    if case == "jerks":
-        options["jerk_price"] = 30.0
     if case == "rotary between":
         machine = replace(Machine.from_code("624013"), axes=machine.axes)
     if case == "held axis":

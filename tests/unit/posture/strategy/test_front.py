@@ -11,8 +11,7 @@ from fiveaxis import posture
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Limits
-from fiveaxis.posture.strategy.front import undominated
-from fiveaxis.posture.strategy.front_points import FrontPoint
+from fiveaxis.posture.strategy.front import FrontPoint, undominated
 from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, refined
 

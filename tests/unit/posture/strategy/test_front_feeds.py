@@ -11,7 +11,7 @@ from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Filling, follow
 from fiveaxis.posture import Solution
 from fiveaxis.posture.solution import USUAL_CLOCK, Baseline, program_energy
-from fiveaxis.posture.strategy.feeds import slowed
+from fiveaxis.posture.strategy.front import slowed
 
 # Rotary axes take friction and viscous losses of their own size.
 VISCOUS = FrictionDrive(friction=2.0, viscous=5.0)
