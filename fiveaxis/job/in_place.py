@@ -195,12 +195,13 @@ class RevisedOperation:
         )
         return made, revision
 
-    def faults(self, solution: Solution, job: Job) -> set[str]:
+    def faults(self, solution: Solution, job: Job) -> tuple[str, ...]:
         """Return the codes of errors that the operation has as it was, within the bounds of a solution.
 
         Its feeds are right: the path has them from its text.
         """
-        return set(self.verify(self.text.source, solution, job)[1].kept) - {"feed-differs"}
+        kept = self.verify(self.text.source, solution, job)[1].kept
+        return tuple(code for code in kept if code != "feed-differs")
 
     def verify(self, source: Source, solution: Solution, job: Job) -> tuple[TracedProgram, Gate]:
         """Read the operation's text, as it was or revised, and verify it as a solution's."""

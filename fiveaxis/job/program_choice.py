@@ -48,11 +48,13 @@ class Comparison:
     ----------
     before, after : of whole operations, by `price_program`
     objective : what has to be less
+    faults : codes of errors of the operation as it was, for which it is no candidate
     """
 
     before: Energy
     after: Energy
     objective: Objective
+    faults: tuple[str, ...] = ()
 
     @property
     def saved(self) -> float:
@@ -79,6 +81,7 @@ class Comparison:
             "saved": self.saved,
             "of": self.objective,
             "trades": self.trades,
+            "faults": self.faults,
         }
 
     def __str__(self) -> str:
@@ -194,8 +197,9 @@ def choose(
     found.sort(key=lambda one: -one[1].saved)
     tried = [(name, comparison) for name, comparison, *_ in found]
     able = [one for one in found if one[1].is_worth(job.allow)]
-    if not able and operation.faults(found[0][3], job):
-        able = found
+    if not able:
+        errors = operation.faults(found[0][3], job)
+        able = [(n, replace(c, faults=errors), kept, s) for n, c, kept, s in found] if errors else []
     made, refusal = None, None
     for _, comparison, cleared, solution in able[:MOST_VERIFIED]:
         try:

@@ -66,11 +66,12 @@ class Part:
 
     @property
     def verdict(self) -> str:
-        """In a word: ``better``, a ``trade``, ``already better``, or that it ``stays``."""
+        """In a word: ``better``, a ``trade``, ``needed``, ``already better``, or that it ``stays``."""
         if self.outcome is None:
             return "stays" if self.better is None else "already better"
-        chosen = self.outcome.chosen
-        return "trade" if chosen is not None and chosen.comparison.trades else "better"
+        if (chosen := self.outcome.chosen) is None:
+            return "better"
+        return "needed" if chosen.comparison.faults else "trade" if chosen.comparison.trades else "better"
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""
@@ -113,7 +114,9 @@ class RevisedProgram:
     def verdict(self) -> str:
         """In a word: a ``trade`` if an operation is one, ``better``, ``already better`` if none changes."""
         found = {part.verdict for part in self.parts}
-        return next(word for word in ("trade", "better", "already better", "stays") if word in found)
+        return next(
+            word for word in ("trade", "needed", "better", "already better", "stays") if word in found
+        )
 
     @cached_property
     def replaced(self) -> Mapping[int, tuple[str, ...]]:

@@ -129,6 +129,7 @@ class Outcome:
             if self.job.edge_use
             else None,
             trades=() if self.chosen is None else self.chosen.comparison.trades,
+            replaced_for=() if self.chosen is None else self.chosen.comparison.faults,
             # Where an approach by axes comes from is no position of the program.
             reached=program.motion.motion.positions[
                 int(program.motion.interpolation is Interpolation.JOINT) :

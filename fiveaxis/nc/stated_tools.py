@@ -47,7 +47,9 @@ def stated_tools(source: Source, unit: str) -> dict[str, Stated]:
     for at, line in enumerate(source.lines, start=1):
         for match in _COMMENT.finditer(line):
             text = match[1] or match[2] or ""
-            number, cutter = _TOOL.search(text), _cutter(text, unit)
+            # ``T3 M6 (6MM BALL MILL)`` has the number beside the comment.
+            number = _TOOL.search(text) or _TOOL.search(_COMMENT.sub("", line))
+            cutter = _cutter(text, unit)
             if number is not None and cutter is not None:
                 found.setdefault(number[1], {}).setdefault(cutter, at)
     return {

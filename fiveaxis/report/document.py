@@ -73,6 +73,7 @@ class ReportDocument:
         was asked for, or the lean has no influence on it
     setup_search, front, edge_use : where the job asks for them
     trades : what a program that replaces another one is worse in, ``slower`` and ``rougher``
+    replaced_for : codes of errors of the program as it was, for which it is no candidate
     reached : (m, k), mm and rad, axis values of the whole program with leads and retract, if there is one
     """
 
@@ -90,6 +91,7 @@ class ReportDocument:
     front: FrontPrograms | None = None
     edge_use: EdgeUse | None = None
     trades: Sequence[str] = ()
+    replaced_for: Sequence[str] = ()
     reached: Array | None = None
 
     @property

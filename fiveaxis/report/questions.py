@@ -167,7 +167,10 @@ def _saved(document: ReportDocument, verdict: Verdict) -> Answer:
     events = [number(each.starts + each.reversals) for each in (energy, baseline)]
     time = _time_beside(energy, baseline, _bounded(document))
     text = f"{time}, {events[0]} starts and reversals against {events[1]}; {text}"
-    text = f"A trade, as it is {' and '.join(document.trades)}: {text}" if document.trades else text
+    if document.replaced_for:
+        text = f"As it was, the program isn’t admitted ({', '.join(document.replaced_for)}): {text}"
+    elif document.trades:
+        text = f"A trade, as it is {' and '.join(document.trades)}: {text}"
     text = text[0].upper() + text[1:]
     details = []
     if verdict in ("unsafe", "overridden"):
@@ -251,7 +254,7 @@ def _next(document: ReportDocument, verdict: Verdict) -> Answer:
     language = program.language
     if program.revises:
         text = f"Run it in place of the program as it was: {program.revises}, were revised, nothing else."
-        if document.trades:
+        if document.trades and not document.replaced_for:
             text = f"Choose: it is {' and '.join(document.trades)} than the program as it was. {text}"
     elif language != "blocks":
         text = f"Post-process the {LISTS.get(language, language)}; what reaches the machine isn’t verified."

@@ -93,6 +93,12 @@ def test_tools_by_comment_are_measured_in_the_programs_unit(tmp_path):
     assert "ball:12.7" in run("info", path).stdout
 
 
+def test_a_comment_beside_the_tool_change_names_that_tools_cutter(tmp_path):
+    path = tmp_path / "beside.nc"
+    path.write_text("G21 G90 G94\nT7 M6 (6MM BALL MILL)\nG0 X0 Y0 Z1 A0\nG1 X1 A-5 F10\nX2 A-10\nM30\n")
+    assert "7 ball:6" in run("info", path).stdout
+
+
 @pytest.mark.parametrize("start", ["X0,Y0,Z100,A0,C0", "X0 Y0 Z100 A0 C0", "X=0, Y=0, Z=100, A=0, C=0"])
 def test_the_start_takes_rotary_axes_as_people_write_them(tmp_path, start):
     path = tmp_path / "moves.nc"

@@ -189,6 +189,15 @@ def test_python_revises_and_writes_a_program_in_one_call(tmp_path):
     assert new.read_bytes() != file.read_bytes()
 
 
+def test_a_program_that_breaks_what_is_asked_for_is_replaced_and_the_answer_says_why(tmp_path):
+    job = make_job(input=shop_file(tmp_path, "fanuc"), tool="3=ball:6", max_turn=5.0, **QUICK | {"allow": ()})
+    part = revise_operations(job).parts[2]
+    assert part.verdict == "needed"
+    assert part.outcome.chosen.comparison.faults
+    saved = part.outcome.report.answers.saved.text
+    assert saved.startswith("As it was, the program isn’t admitted (")
+
+
 def test_a_list_chooses_several_operations(tmp_path):
     file, tools = shop_file(tmp_path, "fanuc"), "3=ball:6,5=ball:8"
     made = fx.revise_program(file, tool=tools, operation=[3, 5], **QUICK)
