@@ -126,6 +126,11 @@ class RevisedOperation:
             toolpath = replace(toolpath, findings=(*toolpath.findings, found))
         return cls(text, toolpath, machine, wording, reading)
 
+    @property
+    def own(self) -> Array | None:
+        """The program's rotary angles, (n, 2) rad; None where it states directions of the tool instead."""
+        return _stated_angles(self.path)
+
     @cached_property
     def as_it_was(self) -> ProgramEnergy:
         """What the operation's text costs: approach, cuts, links and retract."""
@@ -251,7 +256,7 @@ class RevisedOperation:
 
         Where the program states directions of the tool, and no angles, baselines stand in for it.
         """
-        path, rotary = self.path, _stated_angles(self.path)
+        path, rotary = self.path, self.own
         if rotary is not None:
             energy = _from_path(self.as_it_was, int(path.source[0]))
             original = Baseline(follow(path, self.machine, rotary), energy, path)

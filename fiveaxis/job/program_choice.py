@@ -220,7 +220,7 @@ def choose(
 
 def _ways(options: Options, operation: RevisedOperation) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield how to search, by name: changes of the options."""
-    own = operation.path.rotary if options.start is None else options.start
+    own = operation.own if options.start is None else options.start
     held = {"holds_ends": True, "start": own}
     yield "between its ends", held
     for price in SMOOTH:
@@ -234,10 +234,13 @@ def _ways(options: Options, operation: RevisedOperation) -> Iterator[tuple[str, 
 
 def _pinned(solution: Solution, operation: RevisedOperation) -> Solution:
     """Put ends that were held to a solver's room exactly where they were: no word of them changes."""
-    path, motion, columns = operation.path, solution.motion, solution.machine.rotary_columns
-    if path.rotary is None or not np.isfinite(path.rotary[[0, -1]]).all():
+    motion, columns = solution.motion, solution.machine.rotary_columns
+    if operation.own is None:
         return solution
-    positions, own = motion.positions.copy(), follow(path, solution.machine, path.rotary).positions
+    positions, own = (
+        motion.positions.copy(),
+        follow(operation.path, solution.machine, operation.own).positions,
+    )
     for end in (0, -1):
         if np.abs(positions[end, columns] - own[end, columns]).max() < PINNED:
             positions[end] = own[end]
@@ -246,8 +249,8 @@ def _pinned(solution: Solution, operation: RevisedOperation) -> Solution:
 
 def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[tuple[str, Solution]]:
     """Yield what lies between an operation's own postures and those of a solution."""
-    own, machine, motion = operation.path.rotary, solution.machine, solution.motion
-    if own is None or not np.isfinite(own).all():
+    own, machine, motion = operation.own, solution.machine, solution.motion
+    if own is None:
         return
     at = np.arange(len(motion), dtype=float) if motion.location is None else motion.location
     given = np.flatnonzero(at == np.floor(at))

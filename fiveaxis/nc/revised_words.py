@@ -370,10 +370,11 @@ class Reviser:
         found = {m["name"].upper(): m for m in words_of(template)}
         after = now | dict(words)
         if not given:
-            changed = [name for name in words if now.get(name) != words[name]]
+            changed = self._whole([name for name in words if now.get(name) != words[name]])
             return self._block(changed, after, feed, template), after
         wanted = dict(words) | ({} if feed is None else {"F": feed})
-        missing = [n for n in words if n not in found and now.get(n) != words[n]]
+        changed = self._whole([n for n in words if now.get(n) != words[n]])
+        missing = [n for n in changed if n not in found]
         missing += ["F"] if feed is not None and "F" not in found else []
         pieces, at = [], 0
         end = 0
@@ -493,6 +494,11 @@ class Reviser:
             now = now | row_words
         return lines, now
 
+    def _whole(self, names: list[str]) -> list[str]:
+        """Return names of words with all components of the tool direction, if one is among them."""
+        turns = any(name in self.directions for name in names)
+        return [n for n in names if n not in self.directions] + list(self.directions) * turns
+
     def _rapid(self, names: Sequence[str], words: Mapping[str, str]) -> str:
         blocks = " ".join(self._word(n, words[n]) for n in names)
         return f"L {blocks} FMAX" if self.klartext else f"G0 {blocks}"
@@ -533,4 +539,4 @@ class Reviser:
                 text = self.source.lines[int(columns.lines[at]) - 1]
                 named |= names_of(text)
             moved = [c for c in moved if c not in named]
-        return row, [self._rapid(moved, back)] if moved else []
+        return row, [self._rapid(self._whole(moved), back)] if moved else []

@@ -198,6 +198,25 @@ def test_a_program_that_breaks_what_is_asked_for_is_replaced_and_the_answer_says
     assert saved.startswith("As it was, the program isn’t admitted (")
 
 
+def test_every_new_line_states_the_whole_direction_of_the_tool(tmp_path):
+    """A component that a control doesn't find is 0 to it."""
+    turn = np.linspace(0.0, 0.7, 5)
+    axes = np.column_stack([0.5 * np.cos(turn), 0.5 * np.sin(turn), np.full(5, np.sqrt(0.75))])
+    rows = [
+        f"X{30 * np.cos(t):.3f} Y{30 * np.sin(t):.3f} Z2 A3={i:.4f} B3={j:.4f} C3={k:.4f}"
+        for t, (i, j, k) in zip(turn, axes, strict=True)
+    ]
+    above = rows[0].replace("Z2", "Z60")
+    lines = ["G71 G90 G94 G54", "T1 D1", "S5000 M3", "TRAORI", f"G0 {above}", f"G1 {rows[0]} F900", *rows[1:]]
+    file = tmp_path / "vectors.mpf"
+    file.write_text("\n".join([*lines, "G0 Z60", "TRAFOOF", "M30"]) + "\n", encoding="utf-8")
+    [outcome] = revise_operations(make_job(input=file, tool="ball:6", **QUICK)).outcomes.values()
+    assert outcome.ok
+    text = outcome.program.text.lines
+    assert len(text) > len(lines) + 3
+    assert {sum(f"{name}=" in line for name in ("A3", "B3", "C3")) for line in text} == {0, 3}
+
+
 def test_a_list_chooses_several_operations(tmp_path):
     file, tools = shop_file(tmp_path, "fanuc"), "3=ball:6,5=ball:8"
     made = fx.revise_program(file, tool=tools, operation=[3, 5], **QUICK)
