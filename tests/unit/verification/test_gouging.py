@@ -171,7 +171,7 @@ def test_a_turn_between_two_good_locations_sweeps_the_flank_into_the_part(hayash
     poses = moves.poses(np.ones(len(shares), dtype=int), shares)
     body = CuttingBody.of(tool)
     tree = TriangleTree.build(np.asarray(box.triangles))
-    dense = body.depths(poses.tip, poses.axis, tree, np.full(len(shares), -10.0))
+    dense = body.depths(*poses, tree, np.full(len(shares), -10.0))
     assert within[1] == pytest.approx(dense.max(), abs=0.01)
 
 
@@ -259,7 +259,7 @@ def test_no_point_of_the_cutter_exceeds_the_bound_on_its_movement(hayashi, tcp_h
     bound = moves.movement(*ends) + moves.bends(row) / 2.0
     dense = [moves.poses(row, np.full(39, share)) for share in np.linspace(0.0, 1.0, 51)]
     for height in (0.0, RADIUS, 2.0 * RADIUS):
-        points = np.array([place.tip + height * place.axis for place in dense])
+        points = np.array([tip + height * axis for tip, axis in dense])
         length = np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)
         assert (length <= bound + 1e-9).all()
 
