@@ -31,7 +31,8 @@ from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import figure_findings
 from fiveaxis.motion import Motion, TimeLaw, block_ends, predicted_time, programmed_time, time_motion
 from fiveaxis.motion.limiting import law_limiting
-from fiveaxis.nc import ReadMotion, clock_of
+from fiveaxis.nc import ReadMotion, find_dialect
+from fiveaxis.nc.control.feed_meaning import program_dialect
 from fiveaxis.nc.control.program_reader import require_timed
 from fiveaxis.nc.own_header import set_up_as_stated, stated_feed, stated_tool
 from fiveaxis.nc.rows import require
@@ -198,8 +199,8 @@ def price_program(
     )
     lines, law, integral = source.lines, None, None
     if corners == "control":
-        clock = clock_of(read, machine, control)
-        taken = predicted_time(read, machine, clock.dialect, clock.coordinates)
+        dialect = program_dialect(source, machine) if control is None else find_dialect(control)
+        taken = predicted_time(read, machine, dialect, "tip" if read.tcp.any() else "axes")
     elif isinstance(corners, str) and corners not in ("programmed", "exact-stop"):
         what = "control, programmed, exact-stop, or a tolerance in mm"
         raise SettingError(f"corners {corners!r}: write {what}")

@@ -9,7 +9,6 @@ from fiveaxis.nc.motion_table import write_motion as write_motion
 from fiveaxis.nc.operation_facts import measure_operations as measure_operations
 from fiveaxis.nc.program import NOT_VERIFIED as NOT_VERIFIED
 from fiveaxis.nc.program import Program as Program
-from fiveaxis.nc.program import clock_of as clock_of
 from fiveaxis.nc.program import compose_program as compose_program
 from fiveaxis.nc.program import control_for as control_for
 from fiveaxis.nc.program import require_motion as require_motion

@@ -13,7 +13,7 @@ from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Clock, Coordinates, Motion, ProgramMotion
+from fiveaxis.motion import STANDSTILL, Coordinates, Motion, ProgramMotion
 from fiveaxis.nc.control.program_reader import ReadMotion
 from fiveaxis.nc.words import feed_text, fill_formats
 from fiveaxis.nc.writing.blocks import block_lines
@@ -21,7 +21,7 @@ from fiveaxis.nc.writing.feeds import SECONDS
 from fiveaxis.nc.writing.header import Note, head_lines, machine_notes
 from fiveaxis.nc.writing.program_settings import ProgramSettings, require_writable
 from fiveaxis.nc.writing.start_and_end import NO_ROW, StartAndEnd, numbered
-from fiveaxis.nc.writing.tables import DIALECTS, find_dialect
+from fiveaxis.nc.writing.tables import find_dialect
 from fiveaxis.nc.writing.turns import require_winding
 from fiveaxis.nc.writing.word_writer import WordWriter, require_expressible
 from fiveaxis.options import Winding, Writing, completed
@@ -380,21 +380,3 @@ def _feeds(motion: Motion, writer: WordWriter) -> list[str]:
     values, owner = np.unique(motion.feed * SECONDS, return_inverse=True)
     texts = [feed_text(value, form) for value in values.tolist()]
     return [texts[i] for i in owner.reshape(-1).tolist()]
-
-
-def clock_of(motion: ReadMotion, machine: Machine, control: str | Path | None = None) -> Clock:
-    """Return the clock of the control that a program is for.
-
-    That is the given one, or else the one that the program's header or words tell, or else the machine's. A
-    table of its own that a header names isn't at hand: then the corners count as unknown.
-
-    Raises
-    ------
-    FiveAxisError
-        `control`, or that of the machine, is unknown.
-    """
-    named = "" if motion.operation is None else motion.operation.control
-    if control is None and not named and machine.control:
-        control = control_for(machine)
-    dialect = DIALECTS.get(named) if control is None else find_dialect(control)
-    return Clock(dialect, "tip" if motion.tcp.any() else "axes")

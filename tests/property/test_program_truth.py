@@ -27,7 +27,10 @@ from fiveaxis.job.solution import Solution
 from fiveaxis.machine import load_machine, with_powers
 from fiveaxis.motion import Interpolation, block_ends, block_times, follow
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, path_deviation
-from fiveaxis.nc import clock_of, read_program
+from fiveaxis.nc.control.feed_meaning import program_dialect
+from fiveaxis.nc.own_header import control_comment
+from fiveaxis.nc.source import load_source
+from fiveaxis.nc.writing.header import comment_lines
 from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report import write_json
 from fiveaxis.viewer.moves import choose_sides
@@ -249,15 +252,22 @@ def test_no_block_is_quicker_than_its_axes(name, folder, corners):
             assert (lasts >= np.abs(travels) / axis.max_speed * (1.0 - 2e-3) - 1e-9)[known].all()
 
 
-def test_a_program_costs_the_same_whether_or_not_a_comment_names_its_machines_control(name, folder):
-    case = CASES[name]
+def test_a_program_costs_the_same_whether_or_not_a_comment_names_its_control(name, folder, tmp_path):
+    case, file = CASES[name], file_of(name, folder)
     machine = with_powers(load_machine(case.machine))
     given = {"operation": case.operation, "rapid": case.rapid or 1e4}
-    unnamed = fx.program_energy(file_of(name, folder), machine, **given).energy
-    motion = read_program(file_of(name, folder), machine, **given)
-    dialect = clock_of(motion, machine).dialect
-    named = fx.program_energy(file_of(name, folder), machine, control=dialect and dialect.name, **given)
-    assert said(named.energy) == said(unnamed)
+    unnamed = fx.program_energy(file, machine, **given).energy
+    dialect = program_dialect(load_source(file), machine)
+    text = file.read_text(encoding="utf-8").split("\n")
+    # Before the first line that isn't the begin of a program; the words behind the name are about the tip.
+    begin = next(n for n, line in enumerate(text) if line.strip() not in ("", "%"))
+    begin += text[begin].startswith(("O", "0 BEGIN"))
+    [line] = comment_lines(control_comment(dialect.name, "tip"), dialect.comment)
+    text.insert(begin, f"{begin} {line}" if text[begin][:1].isdigit() else line)
+    named = tmp_path / file.name
+    named.write_text("\n".join(text), encoding="utf-8")
+    assert load_source(named).stated("control") == f"{dialect.name} tip"
+    assert said(fx.program_energy(named, machine, **given).energy) == said(unnamed)
 
 
 def test_blocks_are_inserted_only_where_a_chord_would_leave_the_path_farther_than_before(name, folder):

@@ -123,16 +123,20 @@ class FeedMeaning:
         return [source.finding(Severity.WARNING, "feed-meaning", message, line)]
 
 
-def _dialect_of(source: Source, machine: Machine) -> Dialect | None:
-    """Return the table of the control that the header names, or of G-code the machine file, or the words.
+def program_dialect(source: Source, machine: Machine) -> Dialect | None:
+    """Return the table of a program's control; None where nothing tells it, or its table isn't at hand.
 
-    Where none does, it's what all tables with the file's suffix have in common, or None.
+    That is the control that the header names; or of G-code the machine's, if its file states one; or else the
+    one that the words tell.
     """
     language, stated = find_language(source), stated_control(source)[0]
     if stated not in DIALECTS and language == ISO and machine.control:
         return find_dialect(machine.control)
-    if (name := control_of(source, language)) in DIALECTS:
-        return DIALECTS[name]
+    return DIALECTS.get(control_of(source, language))
+
+
+def _dialect_of(source: Source, machine: Machine) -> Dialect | None:
+    """Return `program_dialect`, or else what all tables with the file's suffix have in common, or None."""
     known = [d for d in DIALECTS.values() if source.name.lower().endswith(d.suffix)]
     same = {(d.mixed_feed.degree, d.dwell) for d in known}
-    return known[0] if len(same) == 1 else None
+    return program_dialect(source, machine) or (known[0] if len(same) == 1 else None)
