@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis import __version__
-from fiveaxis.errors import Infeasible, JobError, SettingError
+from fiveaxis.errors import AlreadyBetter, Infeasible, JobError, SettingError
 from fiveaxis.files import hash_input, require_file, write_atomically
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job
@@ -88,7 +88,9 @@ class Kept(Checkpoint):
 
 @contextmanager
 def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
-    """Keep what a job finds in a folder beside its results, and remove it once the job is done or infeasible.
+    """Keep what a job finds in a folder beside its results, and remove it once nothing is left to find.
+
+    A job without a result, since it is infeasible or its program stays, leaves no new folder.
 
     What another job, or another version, has left there isn't used, and is removed in the end, too,
     unless it goes on writing.
@@ -111,10 +113,13 @@ def resumable(digest: str, folder: Path | None) -> Iterator[Checkpoint]:
                 "%s belongs to other inputs, options or another version: not used, and removed in the end",
                 other,
             )
+    made = not folder.exists()
     try:
         yield Kept(own)
-    except Infeasible:
+    except (Infeasible, AlreadyBetter):
         shutil.rmtree(own, ignore_errors=True)
+        if made and folder.exists() and not any(folder.iterdir()):
+            folder.rmdir()
         raise
     # A job that runs beside this one, into the same folder, goes on writing.
     for done in (*(other for other, names in earlier.items() if _names(other) == names), own):

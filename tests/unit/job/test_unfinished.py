@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fiveaxis.errors import Infeasible
+from fiveaxis.errors import AlreadyBetter, Infeasible
 from fiveaxis.job import Job, digest_job, make_job, resumable, run_job, write_outcome
 from fiveaxis.job.unfinished import Kept
 
@@ -98,6 +98,16 @@ def test_what_other_options_found_is_ignored_and_removed(job, tmp_path, caplog):
         finish(job, tmp_path)
     assert "belongs to other inputs" in caplog.text
     assert not kept(tmp_path)
+
+
+@pytest.mark.parametrize("fault", [Infeasible("no posture", []), AlreadyBetter("it stays", {})])
+def test_a_job_without_a_result_leaves_no_folder(job, tmp_path, fault):
+    out = tmp_path / "new"
+    with suppress(type(fault)), resumable(digest_job(job), out) as checkpoint:
+        checkpoint.found(lambda: np.zeros((12, 2)))
+        assert kept(out)
+        raise fault
+    assert not out.exists()
 
 
 def test_that_nothing_was_found_is_kept_and_nothing_stays_of_an_infeasible_job(job, tmp_path):
