@@ -87,13 +87,15 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     """
     search = job.setup.search
     said = "offset" in job.setup.model_fields_set or (search is not None and not search.auto)
-    bounds = job.constraints
-    if revises(job):
+    bounds, around = job.constraints, None if said else kept_clear(job)
+    if revises(job) and not said:
         if toolpath.operation is not None and not toolpath.operation.tcp:
             return job, ()  # where the path lies on the part hangs on where the part stands
-        # A program that is revised in its lines runs as it is.
-        bounds = Constraints.of_degrees(cone=AS_IT_IS)
-    chosen = None if said else choose_offset(toolpath, machine, bounds, kept_clear(job))
+        # A program that is revised in its lines runs as it is, if this machine can take its postures at all.
+        as_it_is = Constraints.of_degrees(cone=AS_IT_IS)
+        own = Reach.of(toolpath, machine, as_it_is, job.setup.rotation, around)
+        bounds = as_it_is if own.reached_wherever().all() else bounds
+    chosen = None if said else choose_offset(toolpath, machine, bounds, around)
     if chosen is None:
         return job, ()
     offset, finding = chosen
