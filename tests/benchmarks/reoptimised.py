@@ -28,7 +28,7 @@ from fiveaxis.energy import Energy
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.job import make_job, revise_operations
 from fiveaxis.job.program_choice import events
-from fiveaxis.job.revised_program import Part
+from fiveaxis.job.revised_program import NOT_CHOSEN, Part
 
 CONTROLS = ("fanuc", "haas", "heidenhain", "linuxcnc", "sinumerik")
 POSTED = {
@@ -74,6 +74,11 @@ SHARED = {
         reading={"rapid": 20_000.0},
     ),
     "impeller-300": Program(TOOLPATHS / "linuxcnc_impeller_xyzac.ngc", TRUNNION, (FIRST, LAST)),
+    "dmu70": Program(
+        TOOLPATHS / "nx_dmu70_840d_traori_inch.mpf",
+        {"machine": "dmu50ev", "tool": "ball:6", "cone": 15.0},
+        reading={"operation": (4,)},
+    ),
     "boat": Program(TOOLPATHS / "linuxcnc_boat_xyzac.ngc", TRUNNION),
     "impeller": Program(TOOLPATHS / "linuxcnc_impeller_xyzac.ngc", TRUNNION),
 }
@@ -132,7 +137,7 @@ def main() -> int:
             except FiveAxisError as fault:
                 print(f"{name:34} {fault}")
                 continue
-            for part in made.parts:
+            for part in (part for part in made.parts if part.why != NOT_CHOSEN):
                 label = name if len(made.parts) == 1 else f"{name} {part.operation.number}"
                 said = part.verdict if part.verdict != "stays" else f"stays: {part.why}"
                 print(f"{label:34} {figures(part.before)}   {figures(part.after)}   {said}", flush=True)

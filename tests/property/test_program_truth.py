@@ -63,6 +63,7 @@ REAL = {
     "three tools": Case(str(PROGRAMS / "three_tools_machine.toml"), "ball:8", 3, "three_tools.nc"),
     "fan": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:8", 1, "fan_good_already.nc", cone=15.0),
     "axis words": Case(str(PROGRAMS / "fanuc_machine.toml"), "ball:6", 1, "fanuc_mixed_axes.nc"),
+    "inches": Case("dmu50ev", "ball:6", 4, "../toolpaths/nx_dmu70_840d_traori_inch.mpf", rapid=1e4),
     "ring": Case("hayashi-640123", "ball:8", 1, "traori_ring.mpf", cone=15.0, rapid=2e4),
 }
 CASES = {name: Case("dmu50ev", "ball:6", 3, rapid=1e4) for name in SHOPS} | REAL
@@ -73,7 +74,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("programs")
 
 
-@pytest.fixture(params=CASES)
+# Half a minute each, with all searches.
+SLOW = {"inches"}
+
+
+@pytest.fixture(params=[pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES])
 def name(request: pytest.FixtureRequest) -> str:
     case = CASES[request.param]
     if case.file and not (PROGRAMS / case.file).is_file():
