@@ -234,16 +234,13 @@ def _ways(options: Options, operation: RevisedOperation) -> Iterator[tuple[str, 
 
 def _pinned(solution: Solution, operation: RevisedOperation) -> Solution:
     """Put ends that were held to a solver's room exactly where they were: no word of them changes."""
-    motion, columns = solution.motion, solution.machine.rotary_columns
+    machine, motion, columns = solution.machine, solution.motion, solution.machine.rotary_columns
     if operation.own is None:
         return solution
-    positions, own = (
-        motion.positions.copy(),
-        follow(operation.path, solution.machine, operation.own).positions,
-    )
-    for end in (0, -1):
-        if np.abs(positions[end, columns] - own[end, columns]).max() < PINNED:
-            positions[end] = own[end]
+    ends, positions = [0, -1], motion.positions.copy()
+    own = follow(operation.path.at(np.arange(len(operation.path))[ends]), machine, operation.own[ends])
+    near = np.abs(positions[ends][:, columns] - own.positions[:, columns]).max(axis=1) < PINNED
+    positions[ends] = np.where(near[:, None], own.positions, positions[ends])
     return replace(solution, motion=replace(motion, positions=positions))
 
 
@@ -252,8 +249,7 @@ def _on_the_way(solution: Solution, operation: RevisedOperation) -> Iterator[tup
     own, machine, motion = operation.own, solution.machine, solution.motion
     if own is None:
         return
-    at = np.arange(len(motion), dtype=float) if motion.location is None else motion.location
-    given = np.flatnonzero(at == np.floor(at))
+    given = motion.given
     path, rotary = solution.toolpath.at(given), motion.positions[given][:, machine.rotary_columns]
     turns = 2.0 * np.pi * np.round((rotary[0] - own[0]) / (2.0 * np.pi))
     there = replace(solution, toolpath=path, tilt=solution.tilt.at(given), problem=None)

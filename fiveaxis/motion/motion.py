@@ -55,6 +55,13 @@ class Motion(HasColumns):
         return np.diff(self.positions, axis=0, prepend=self.positions[:1])
 
     @property
+    def given(self) -> IntArray:
+        """(g,), the rows at given locations; the others were inserted."""
+        if self.location is None:
+            return np.arange(len(self))
+        return np.flatnonzero(self.location == np.floor(self.location))
+
+    @property
     def cutting(self) -> BoolArray:
         """(n,), whether the move that ends at the row cuts."""
         return self.kind == MoveKind.CUT

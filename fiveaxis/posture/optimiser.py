@@ -134,8 +134,7 @@ def _of_least_energy(
         found, _ = _optimised(toolpath, machine, constraints, cheap, None)
     except Infeasible:
         return None
-    rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
-    rotary = rotary if location is None else rotary[location == np.floor(location)]
+    rotary = found.motion.positions[found.motion.given][:, machine.rotary_columns]
     return rotary if len(rotary) == len(toolpath) and found.unwrapped is None else None
 
 
@@ -236,9 +235,7 @@ def _optimised(
         found, delivery = posed_on(narrow, mask, toolpath, options.start, at_knots(narrow, mask))
         others = {} if options.start is None or options.free_start else {"the start given": options.start}
         found, rank, breach = delivered(found, delivery, others)
-        rotary, location = found.motion.positions[:, machine.rotary_columns], found.motion.location
-        rotary = rotary if location is None else rotary[location == np.floor(location)]
-        fault = None
+        rotary, fault = found.motion.positions[found.motion.given][:, machine.rotary_columns], None
         if not delivery.admits(rotary):
             fault = without_path(delivery.given_problem, rotary, delivery.given)
         elif mask is not None:
