@@ -172,6 +172,7 @@ READING = {
     "cycle-retracts-below": Code(WARNING, "a cycle retracts to below its start"),
     "cycle-simplified": Code(NOTE, "a cycle is read as one move down and one back"),
     "corners-assumed": Code(NOTE, "how the control takes corners is a setting of the machine"),
+    "dwell-in-cut": Code(WARNING, "a dwell of more than some seconds where a feed move has ended"),
     "feed-assumed": Code(NOTE, "no feed is given"),
     "feed-unit-assumed": Code(NOTE, "the unit of the feed isn't stated"),
     "fixed-point-left-out": Code(NOTE, "moves to points that only the machine knows are left out"),
@@ -182,6 +183,7 @@ READING = {
     "long-turn": Code(WARNING, "a rotary axis turns by more than half a turn in one move"),
     "long-turns": Code(WARNING, "more such moves than are listed one by one"),
     "machine-zero-moves": Code(NOTE, "moves in machine coordinates aren't in the path"),
+    "mode-assumed": Code(WARNING, "plane, G90 or G93 aren't stated, and settings of the control say them"),
     "motion-assumed": Code(NOTE, "the first position is given without G0 or G1"),
     "no-simultaneous-path": Code(NOTE, "the program has no simultaneous 5-axis motion"),
     "normals-unused": Code(WARNING, "surface normals that the cutter can't touch in one point"),
@@ -191,9 +193,28 @@ READING = {
     "positions-by-part": Code(NOTE, "the part shows in which frame tip positions are"),
     "unit-by-part": Code(NOTE, "the part shows the unit of lengths"),
     "positions-doubtful": Code(WARNING, "tip positions look as if they were in the other frame"),
+    "program-end": Code(
+        ERROR,
+        "no word ends the program, or one that ends subprograms does; an error where moves stand behind the "
+        "% that ends it in a cut",
+    ),
+    "read-differently": Code(
+        ERROR,
+        "the control refuses a line, or controls read it differently: a comment within a comment; a warning "
+        "outside of cuts",
+    ),
     "reference-without-axes": Code(WARNING, "a move to the reference point names no axis"),
+    "return-level": Code(
+        WARNING,
+        "a cycle with neither G98 nor G99, which go on at different levels, and nobody says which",
+    ),
     "rotary-assumed": Code(WARNING, "a rotary axis is assumed to be at 0"),
     "control-characters": Code(NOTE, "control characters of a tape or a serial line are left out"),
+    "skipped-blocks": Code(
+        ERROR,
+        "with block delete in the other position the program does otherwise; a warning where its cuts stay "
+        "the same or are left out",
+    ),
     "setup-read": Code(NOTE, "the workpiece stands where the head of a program by fiveaxis states"),
     "tap-feed-assumed": Code(WARNING, "the feed of a tapping cycle isn't stated"),
     "tool-by-comment": Code(NOTE, "the cutter is taken as the program's comment states it"),

@@ -5,6 +5,7 @@ It comes with Debian's linuxcnc-uspace: ``apt-get install -y --no-install-recomm
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -18,16 +19,25 @@ needs_rs274 = pytest.mark.skipif(
 )
 
 
-def canonical(program: Path, *options: str) -> str:
-    """Run a program with the files beside it; return the canonical commands that it gives."""
+def interpret(program: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run a program with the files beside it.
+
+    Runs at the same time would share the tool table's .tool.mmap of the home folder, and fail.
+    """
     program.with_name("tool.tbl").write_text("T3 P3 Z0 D10\n", encoding="ascii")
-    run = subprocess.run(
+    return subprocess.run(
         [str(RS274), *options, "-t", "tool.tbl", "-g", program.name],
         capture_output=True,
         text=True,
         timeout=PATIENCE,
         cwd=program.parent,
+        env={**os.environ, "HOME": str(program.parent)},
         check=False,
     )
+
+
+def canonical(program: Path, *options: str) -> str:
+    """Run a program with the files beside it; return the canonical commands that it gives."""
+    run = interpret(program, *options)
     assert run.returncode == 0, run.stdout[-600:] + run.stderr[-600:]
     return run.stdout

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.findings import JOB, Finding, Gap, risk
+from fiveaxis.errors import ToolpathError
+from fiveaxis.findings import JOB, Finding, Gap, Severity, risk
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import SPEED_TOLERANCE, Motion
@@ -92,7 +93,7 @@ def check_program(
     surface_tolerance: float = SURFACE_TOLERANCE,
     tolerances: Tolerances | None = None,
 ) -> Report:
-    """Check the file of a program, or the table of a motion.
+    """Check a program, with block delete off and on where that matters, or the table of a motion.
 
     Parameters
     ----------
@@ -109,9 +110,24 @@ def check_program(
     """
     source = load_source(program)
     machine, stands = set_up_as_stated(machine, source)
-    read = load_program(source, machine, against.cutter, reading)
-    read = replace(read, motion=replace(read.motion, findings=(*read.motion.findings, *stands)))
-    return check_read(read, machine, against.of_program(read.motion), surface_tolerance, tolerances)
+
+    def check(reading: Mapping[str, Any]) -> Report:
+        read = load_program(source, machine, against.cutter, reading)
+        read = replace(read, motion=replace(read.motion, findings=(*read.motion.findings, *stands)))
+        return check_read(read, machine, against.of_program(read.motion), surface_tolerance, tolerances)
+
+    report, skips = check(reading), bool(reading.get("block_delete"))
+    if "skipped-blocks" not in report.counts:
+        return report
+    try:
+        other = check({**reading, "block_delete": not skips})
+    except ToolpathError:
+        return report  # what can't be read in the other position is told
+    known = {(f.code, f.place.line) for f in report.findings}
+    own = [f for f in other.findings if (f.code, f.place.line) not in known and f.code != "skipped-blocks"]
+    begin = f"with block delete {'off' if skips else 'on'}: "
+    told = (replace(f, message=begin + f.message) for f in own if f.severity is not Severity.NOTE)
+    return report.merge(Report.of_findings(told))
 
 
 def check_read(

@@ -43,6 +43,8 @@ COUNTED = "STDHO"
 _WHOLE_DWELL = re.compile(r"P *[-+]?[0-9]+(?![0-9.])")
 # s: a longer dwell is probably in ms, as P without a decimal point on Fanuc.
 LONGEST_DWELL = 60.0
+# s: as long as any hole's bottom or corner is dwelled on.
+LONGEST_IN_CUT = 5.0
 
 # L of G10: tables of tool lengths and radii. P of G10 L2: the work offset.
 TOOL_TABLES = (1.0, 10.0, 11.0, 12.0, 13.0)
@@ -126,7 +128,8 @@ class Interpreter(RunMoves):
             self._move(axes, block)
         elif "G53" in block.g:
             self.ignored["G53"] += 1
-        return any(word in END for word in block.m)
+        self.end_word = next((word for word in block.m if word in END), "")
+        return bool(self.end_word)
 
     def _forget(self, line: int) -> None:
         """Forget where the axes are, behind a part of the program that isn't read."""
@@ -353,4 +356,12 @@ class Interpreter(RunMoves):
         else:
             self._begin()
             kind = self.track.rows.last_kind
+            if kind == CUT and LONGEST_IN_CUT < time <= LONGEST_DWELL:
+                self.note(
+                    Severity.WARNING,
+                    "dwell-in-cut",
+                    f"G4 of {time:g} s where a feed move has ended, above {LONGEST_IN_CUT:g} s: the tool may "
+                    "rub in the material; retract before, or write a shorter one (P without a decimal point "
+                    "is in ms on Fanuc and Haas, in s on LinuxCNC)",
+                )
             self.track.add(self.track.now, self.line, kind, time)

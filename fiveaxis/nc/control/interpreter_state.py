@@ -64,6 +64,7 @@ class InterpreterState:
     left_out : these parts, and `original`, the program with their lines
     zero_unknown : whether words of axes count from a zero that nobody says, and no cut shows
     feed_meaning : what F and the numbers of dwells count
+    end_word : that ended the program; empty without one
     """
 
     source: Source
@@ -93,6 +94,7 @@ class InterpreterState:
     left_out: tuple[Unread, ...] = ()
     original: Source | None = None
     zero_unknown: bool = False
+    end_word: str = ""
     feed_meaning: FeedMeaning = field(init=False)
 
     def __post_init__(self) -> None:
@@ -115,6 +117,11 @@ class InterpreterState:
             self._keep(self.source.finding(severity, code, self.within + message, self.line))
         else:
             self.findings.append(self.source.finding(severity, code, message, line))
+
+    def relies_on(self, key: str) -> None:
+        """Warn where only settings of the control say what is in force: a key of `ReadingRules`."""
+        if doubt := self.modes.rules.doubt(key):
+            self.note(Severity.WARNING, "mode-assumed", doubt)
 
     def report(
         self,
@@ -182,6 +189,7 @@ class InterpreterState:
 
         The offset is added to absolute words; None in a turned frame, whose words are positions.
         """
+        self.relies_on("positions")
         column, word = self.columns[letter], block.words[letter]
         axis = self.track.machine.axes[column]
         value = word if axis.is_rotary else word * MILLIMETRES[self.modes.units.now]
@@ -225,6 +233,7 @@ class InterpreterState:
         return x, y, z
 
     def _pace(self, block: Block) -> tuple[float | None, float | None]:
+        self.relies_on("feed_mode")
         return (None, 1.0) if self.fixed_feed else self.modes.pace(block)
 
     def _prepare_feed(self, target: Values, *, turns: bool = False) -> None:

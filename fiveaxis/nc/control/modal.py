@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from fiveaxis.machine import Machine
+from fiveaxis.nc.control.reading_rules import ControlRules
 from fiveaxis.nc.control.technology import (
     DEFAULT_OFFSET,
     FEED_MODES,
@@ -29,7 +30,7 @@ MOTION = ("G0", "G1", "G2", "G3")
 UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
 # Axes of an arc's plane, in the order in which G3 turns.
 PLANES = {"G17": "XY", "G18": "ZX", "G19": "YZ"}
-# M99 and M17 end a subprogram; M99 restarts a main program, with the same moves.
+# M99 and M17 end a subprogram; which of them end a program is in the control's table (`ReadingRules`).
 END = ("M2", "M30", "M99", "M17")
 # Drilling, boring and tapping: word -> whether the tool returns at feed. Pecking (G73, G83) is omitted, as is
 # everything that doesn't move the tip (dwells, spindle orientation in G76 and G87, spindle reversal).
@@ -43,6 +44,12 @@ G92_WORDS = frozenset(("G92", "G92.1", "G92.2"))
 # Haas: the zero goes with the table, and X, Y, Z stay along the machine's axes.
 TABLE_ZERO_WORDS = frozenset(("G254", "G255"))
 LEVELS = ("G98", "G99")
+# Word -> key of `ReadingRules` that it states.
+_STATES = {
+    **dict.fromkeys(PLANES, "plane"),
+    **dict.fromkeys(("G90", "G91"), "positions"),
+    **dict.fromkeys(FEED_MODES, "feed_mode"),
+}
 
 # Words of one group exclude each other in a block.
 GROUPS: tuple[tuple[str, ...], ...] = (
@@ -137,11 +144,12 @@ class Modes:
     feed_step : length units per minute of F1; 1 except for Heidenhain in inches
     technology : spindle, tool, offsets and coolant, line by line
     work_offset : in force
-    to_initial : G98, cycles return to the initial level instead of R
+    to_initial : G98, cycles return to the initial level instead of R; None where nobody says it
     compensated : G43, the control adds the tool length
     vectors : G43.5, I, J and K of a straight move are the tool direction
     absolute_centres : G90.1, I, J and K are the centre of an arc, not the way to it
     knows_motion : whether G0, G1 or another word of motion has been read
+    rules : of the program's control
     """
 
     units: Units
@@ -153,11 +161,12 @@ class Modes:
     feed_step: float = 1.0
     technology: TechnologyReader = field(default_factory=TechnologyReader)
     work_offset: str = DEFAULT_OFFSET
-    to_initial: bool = True
+    to_initial: bool | None = True
     compensated: bool = False
     vectors: bool = False
     absolute_centres: bool = False
     knows_motion: bool = False
+    rules: ControlRules = field(default_factory=ControlRules)
 
     @property
     def feed_scale(self) -> float:
@@ -238,6 +247,7 @@ class Modes:
 
     def _set(self, word: str, block: Block) -> None:
         line = block.line
+        self.rules.unstated.discard(_STATES.get(word, ""))
         if word in MOTION or word in CYCLES:
             self.motion, self.knows_motion = word, True
         elif word in PLANES:

@@ -153,6 +153,7 @@ class Moves(InterpreterState):
     def _add_arc(self, target: Values, local: Point, block: Block, before: Triple | None) -> None:
         """Add the chords of an arc; other axes move in proportion to its angle."""
         self._prepare_feed(target)
+        self.relies_on("plane")
         track, begin = self.track, self.track.now
         missing = track.unknown(begin)
         if missing:
@@ -199,7 +200,10 @@ class Moves(InterpreterState):
         )
         self.drilled.add(track.step)
         self._rise(self.cycle.level)
-        for height, at_feed in self.cycle.levels(point[2], to_initial=self.modes.to_initial):
+        initial, level = self.cycle.initial, self.cycle.level
+        if self.modes.to_initial is None and initial is not None and level is not None and initial > level:
+            self.note(Severity.WARNING, "return-level", self.modes.rules.levels(initial, level))
+        for height, at_feed in self.cycle.levels(point[2], to_initial=bool(self.modes.to_initial)):
             point = [point[0], point[1], height]
             target = self._at(over, point)
             if at_feed:

@@ -19,6 +19,8 @@ from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
+from fiveaxis.nc.control.reading_rules import TAKEN, ControlRules
+from fiveaxis.nc.control.skipped_blocks import note_skipped
 from fiveaxis.nc.control.technology import (
     DEFAULT_OFFSET,
     OF_TOOL,
@@ -28,7 +30,7 @@ from fiveaxis.nc.control.technology import (
 )
 from fiveaxis.nc.control.wrapping import find_wrapping
 from fiveaxis.nc.control.zero_evidence import depends_on_zero, judge_zero
-from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_language, leader_length
+from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_language, leader_length, tape_end
 from fiveaxis.nc.languages.increments import LEAST_INCREMENT, has_points, with_points
 from fiveaxis.nc.operations import Work, rows_of
 from fiveaxis.nc.options import ReadOptions
@@ -68,11 +70,17 @@ def run_program(
     ToolpathError
         With file and line: anything that can't be read completely.
     """
-    read = partial(_run_judged, machine=machine, options=options, stand_in=stand_in)
-    if options.operation is None and not options.around:
-        return read(source)
-    found, unread = read_around(source, read)
-    found.left_out, found.original = unread, source
+
+    def read(options: ReadOptions) -> Interpreter:
+        by = partial(_run_judged, machine=machine, options=options, stand_in=stand_in)
+        if options.operation is None and not options.around:
+            return by(source)
+        found, unread = read_around(source, by)
+        found.left_out, found.original = unread, source
+        return found
+
+    found = read(options)
+    note_skipped(found, options, read)
     return found
 
 
@@ -163,7 +171,18 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
     language = find_language(source)
     wrapping = find_wrapping(source, language, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.zero, machine)
-    modes = Modes(Units(source, options.unit), technology=TechnologyReader.of(source, options.harmless))
+    rules = ControlRules.of(source, machine)
+    plane, positions, feed_mode = (rules.says(key) or taken for key, (taken, _) in TAKEN.items())
+    level = rules.says("return_level") if language == ISO else "G98"
+    modes = Modes(
+        Units(source, options.unit),
+        plane=plane,
+        incremental=positions == "G91",
+        feed_mode=feed_mode,
+        technology=TechnologyReader.of(source, options.harmless),
+        to_initial=None if level is None else level == "G98",
+        rules=rules,
+    )
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)
@@ -184,9 +203,11 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
     if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
         ignored["lines before the program"] += before
     # No control runs what is behind the end.
-    rest = 0 if end is None else sum(text.strip() not in ("", "%") for text in source.lines[end:])
-    if rest:
+    last = end or (tape_end(source) if language == ISO else None) or len(source.lines)
+    if rest := sum(text.strip() not in ("", "%") for text in source.lines[last:]):
         ignored["lines after the end"] += rest
+    columns = interpreter.track.columns() if interpreter.track.rows else None
+    interpreter.findings += rules.findings(source, columns, end or 0, interpreter.end_word)
     interpreter.findings += interpreter.functions.settle(source, interpreter.track)
     return interpreter
 

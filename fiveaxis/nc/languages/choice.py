@@ -209,6 +209,23 @@ def leader_length(source: Source) -> int:
     return begin if any(text.strip() not in ("", "%") for text in source.lines[begin + 1 :]) else 0
 
 
+def moves(text: str) -> bool:
+    """Check whether a line is one that moves."""
+    return _MOVES.match(text) is not None
+
+
+def tape_end(source: Source) -> int | None:
+    """Return the line, from 1, of the ``%`` behind which no control goes on; None without one.
+
+    A ``%`` on the first filled line begins the text, and the next one ends it. Programs that it calls may
+    stand behind.
+    """
+    begin = leader_length(source)
+    filled = ((line, text.strip()) for line, text in enumerate(source.lines[begin:], start=begin + 1))
+    first, *rest = [(line, text) for line, text in filled if text] or [(0, "")]
+    return next((line for line, text in (rest if first[1] == "%" else (first, *rest)) if text == "%"), None)
+
+
 def _without_leader(source: Source) -> Source:
     """Return a program with empty lines in place of the text before its ``%``."""
     count = leader_length(source)

@@ -1,9 +1,9 @@
 """G-code: lines are split into words of a letter and a number, which `fiveaxis.nc.control` interprets.
 
 ISO 6983 and RS274/NGC syntax: upper or lower case, blanks anywhere, numbers without leading zero or sign,
-comments ``( )``, also nested, and ``;``, lines of ``%``, block numbers ``N``, program numbers ``O``, block
-delete ``/``. `fiveaxis.nc.languages.macro` runs variables, loops, jumps and calls. Anything else is refused
-with its reason: a program is read completely or not at all.
+comments ``( )``, also nested, and ``;``, lines of ``%``, the last of which ends the program, block numbers
+``N``, program numbers ``O``, block delete ``/``. `fiveaxis.nc.languages.macro` runs variables, loops, jumps
+and calls. Anything else is refused with its reason: a program is read completely or not at all.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 
 from fiveaxis.nc.languages.block import IS_CYCLE, NO_WORDS, Block, BlockError, number_of, put_word, reasons
+from fiveaxis.nc.languages.choice import tape_end
 from fiveaxis.nc.languages.iso_frames import FRAME_WORDS, Frames, is_unfinished
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
 from fiveaxis.nc.languages.runs import PlainLines, Reader
@@ -98,6 +99,7 @@ class Iso(Reader):
 
     def __init__(self, source: Source, *, block_delete: bool = False) -> None:
         super().__init__(source, block_delete=block_delete)
+        self.last = tape_end(source)
         self.macros, self.tip, self.frames = Macros(self.tape), TipSwitch(), Frames()
 
     def continues(self, text: str) -> bool:
@@ -112,6 +114,7 @@ class Iso(Reader):
             # The head of a program in Heidenhain's DIN/ISO, as ``%PART G71 *``.
             if code[-1:] == "*" or _DIN_HEAD.fullmatch(code):
                 raise BlockError(_DIN)
+            self.ended = line == self.last and self.tape.called is None
             return []
         if _NAMED.fullmatch(code):
             return [Block(line, words={"O": 0.0})]

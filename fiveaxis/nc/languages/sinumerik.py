@@ -92,7 +92,7 @@ class Sinumerik(Reader):
         statement = SinumerikStatement(self.source, line, code, self.state)
         statement.read()
         if statement.returns and self.tape.called is None:
-            statement.draft.m.append("M30")
+            statement.draft.m.append("M17")
         elif self.tape.called is not None and not _ENDS.isdisjoint(statement.draft.m):
             raise BlockError("ends the program within one that is called; end that with M17 or RET")
         yield from (block for block in (statement.before, statement.draft.block()) if block is not None)

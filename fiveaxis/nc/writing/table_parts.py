@@ -150,6 +150,43 @@ class MixedFeed(StrictModel):
         return self
 
 
+class ReadingRules(StrictModel):
+    """What the control does with what a program doesn't state, and with text that controls read differently.
+
+    Parameters
+    ----------
+    plane, positions, feed_mode, return_level : what a program begins in; ``unknown`` where settings decide
+    nested_comments : whether ``(`` within a comment is ``accepted``, the comment going on to the last ``)``,
+        or stops the program
+    numbered_skip : the same of block delete elsewhere than in the first character, or with a number: ``N5 /``
+        and ``/2``
+    late_percent : the same of a ``%`` that isn't on the first filled line; on that line it is accepted
+        everywhere, and the next one ends the text
+    ends : words that end a program
+    repeats : words that begin a main program again instead
+    unknown : why keys are unknown
+    source : what says so, with its version
+    """
+
+    plane: Literal["G17", "G18", "G19", "unknown"] = "unknown"
+    positions: Literal["G90", "G91", "unknown"] = "unknown"
+    feed_mode: Literal["G93", "G94", "G95", "unknown"] = "unknown"
+    return_level: Literal["G98", "G99", "unknown"] = "unknown"
+    nested_comments: Literal["accepted", "refused", "unknown"] = "unknown"
+    numbered_skip: Literal["accepted", "refused", "unknown"] = "unknown"
+    late_percent: Literal["accepted", "refused", "unknown"] = "unknown"
+    ends: Lines = ("M2", "M30")
+    repeats: Lines = ()
+    unknown: str = "the control's table doesn't say it (reading)"
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _has_source(self) -> ReadingRules:
+        if self.model_fields_set - {"unknown", "source"} and not self.source:
+            raise ValueError("reading needs a source, the manual that says so")
+        return self
+
+
 class Mode(StrictModel):
     """How one kind of coordinates is switched on, and the meaning of F in it.
 

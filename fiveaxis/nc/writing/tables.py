@@ -23,6 +23,7 @@ from fiveaxis.nc.writing.table_parts import (
     Mode,
     Modulo,
     Numbers,
+    ReadingRules,
     Reset,
     Unit,
     require_ascii,
@@ -55,6 +56,7 @@ class Dialect(StrictModel):
     number, feed : how words and F are written
     unit : the words of ``mm`` and ``inch``; a unit without a word isn't supported
     inch_feed : unit of F in programs in inch, inch/min
+    reading : what it does with what a program doesn't state, and with text that controls read differently
     mixed_feed : what F counts where linear and rotary axes move together
     dwell : s, of a P of 1 in G4 without a decimal point; with one it counts seconds
     head : lines before the comments
@@ -101,6 +103,7 @@ class Dialect(StrictModel):
     feed: dict[FeedMode, Feed] = Field(default_factory=dict)
     unit: dict[Unit, str] = Field(default_factory=_no_unit_words)
     inch_feed: float = Field(1.0, gt=0.0)
+    reading: ReadingRules = ReadingRules()
     mixed_feed: MixedFeed = MixedFeed()
     dwell: float = Field(1.0, gt=0.0)
     head: Lines = ()

@@ -106,7 +106,7 @@ def test_linuxcnc_counts_what_its_own_interpreter_does(read, tmp_path):
 
 
 def test_where_no_control_is_known_both_times_are_told(read):
-    motion = read("G21 G91 G94\nG1 X20. C40. F300\nX20.\nC40.\n")
+    motion = read("G21 G91 G94\nG1 X20. C40. F300\nX20.\nC40.\nM30\n")
     [finding] = [f for f in motion.findings if f.code == "feed-meaning"]
     assert (finding.place.line, codes(motion)) == (2, ["feed-meaning"])
     assert "4 s where F is along X, Y and Z alone" in finding.message

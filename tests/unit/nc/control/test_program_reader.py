@@ -97,7 +97,7 @@ def test_the_published_zigzag_has_the_published_travel_and_times(read):
 
 def test_a_reference_without_axes_moves_none_with_a_warning(read):
     # The printed table has no row for its G28, though X and Y are far from 0.
-    motion = read("G1 X1 F100\nG28\n")
+    motion = read("G1 X1 F100\nG28\nM30\n")
     assert len(motion) == 2
     assert codes(motion) == ["reference-without-axes"]
     assert motion.findings[0].place.line == 2
@@ -206,7 +206,7 @@ def test_increments_add_to_the_axis_positions(read):
 
 @pytest.mark.parametrize(("word", "scale"), [("G20", 25.4), ("G70", 25.4), ("G21", 1), ("G71", 1)])
 def test_the_unit_scales_lengths_and_feeds_but_not_angles(read, hayashi, word, scale):
-    motion = read(f"{word} G1 X1 A2 F60\nA3\n", hayashi, unit=None)
+    motion = read(f"{word} G1 X1 A2 F60\nA3\nM30\n", hayashi, unit=None)
     np.testing.assert_allclose(hayashi.shown(motion.positions)[1], [scale, 0, 0, 2, 0])
     np.testing.assert_allclose(motion.feed[1:], [scale, 1])
     np.testing.assert_allclose(motion.time[1:], 1)
@@ -214,7 +214,7 @@ def test_the_unit_scales_lengths_and_feeds_but_not_angles(read, hayashi, word, s
 
 
 def test_an_unstated_unit_is_assumed_with_a_warning(read):
-    motion = read("G1 X1 F60\n", unit=None)
+    motion = read("G1 X1 F60\nM30\n", unit=None)
     assert rows(motion)[1, 0] == 1
     assert codes(motion) == ["unit-assumed"]
     assert rows(read("G1 X1 F60\n", unit="inch"))[1, 0] == 25.4
@@ -227,14 +227,14 @@ def test_reversed_axes_change_their_sign(read, trunnion):
 
 def test_machine_coordinates_are_relative_to_the_zero(read):
     # The control shows Z-300 in machine coordinates at Z0 of the program.
-    text = "G0 Z10\nG53 Z0\nZ20\nG28 Z30\n"
+    text = "G0 Z10\nG53 Z0\nZ20\nG28 Z30\nM30\n"
     motion = read(text, zero={"Z": -300})
     assert rows(motion)[:, 2].tolist() == [-300, -290, 0, -280, -270, 0]
     assert codes(motion) == []
 
 
 def test_a_move_in_machine_coordinates_whose_zero_is_unknown_is_no_row(read):
-    motion = read("G0 Z10\nG53 Z0\nZ20\nG28 Z30\n")
+    motion = read("G0 Z10\nG53 Z0\nZ20\nG28 Z30\nM30\n")
     assert rows(motion)[:, 2].tolist() == [0, 10, 20, 30]
     assert {f.code: f.place.line for f in motion.findings} == {"machine-zero-moves": 2, "start-unknown": 3}
     # The way to Z20 isn't known: the motion has no move there.
@@ -264,7 +264,7 @@ def test_a_reference_move_passes_through_its_intermediate_position(read, hayashi
 
 
 def test_the_motion_starts_at_the_end_of_the_first_rapid_moves(read, hayashi):
-    motion = read("G0 A1 C2\nX3 Y4\nZ5\nG1 Z0 F60\n", hayashi, start=None)
+    motion = read("G0 A1 C2\nX3 Y4\nZ5\nG1 Z0 F60\nM30\n", hayashi, start=None)
     np.testing.assert_allclose(hayashi.shown(motion.positions), [[3, 4, 5, 1, 2], [3, 4, 0, 1, 2]])
     assert motion.source.tolist() == [3, 4]
     assert motion.time.tolist() == [0, 5]
@@ -415,7 +415,7 @@ def test_a_dwell_by_x_with_a_decimal_point_is_in_seconds(read):
 
 
 def test_a_dwell_that_may_be_in_milliseconds_is_reported(read):
-    motion = read("G1 X1 F60\nG4 P500\n")
+    motion = read("G1 X1 F60\nG4 P500\nM30\n")
     assert motion.time.sum() == 501
     assert codes(motion) == ["long-dwell"]
 

@@ -1,0 +1,145 @@
+"""Block delete: what a program does otherwise with its switch in the other position."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fiveaxis.errors import ToolpathError
+from fiveaxis.findings import Severity
+from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.nc.control.axis_track import Columns
+from fiveaxis.nc.control.interpreter import Interpreter
+from fiveaxis.nc.control.technology import Technology, TechnologyTrack
+from fiveaxis.nc.options import ReadOptions
+from fiveaxis.toolpath import MoveKind
+
+_SKIPPED = re.compile(r"\s*(?:N?\s*[0-9]+\s*)?/")
+# What a cut needs of the technology, as text: an unknown speed equals another.
+_NEEDED: dict[str, Callable[[Technology], str]] = {
+    "spindle": lambda now: f"{now.spindle:g}",
+    "tool": lambda now: now.tool or f"{now.loaded}",
+    "work offset": lambda now: now.work_offset,
+    "tool length offset": lambda now: now.length,
+}
+# mm and deg: ends nearer than this are the same.
+_SAME = 1e-9
+# Lines, or stretches of them, that a message lists.
+_LISTED = 6
+
+
+def note_skipped(
+    found: Interpreter, options: ReadOptions, read: Callable[[ReadOptions], Interpreter]
+) -> None:
+    """Report what a program with ``/`` does otherwise with block delete in the other position.
+
+    An error where a cut of both positions begins or ends elsewhere, or has another spindle, tool, zero,
+    length or TCP; where a rapid move goes elsewhere from a cut; and where the program can't be read.
+
+    Parameters
+    ----------
+    found : as it was read, by `options`
+    read : reads the program by other options
+    """
+    source = found.source
+    lines = [n for n, text in enumerate(source.lines, start=1) if "/" in text and _SKIPPED.match(text)]
+    if not lines or not found.track.rows:
+        return
+    here, severity = found.track.columns(), Severity.ERROR
+    position, how = ("off", "added") if options.block_delete else ("on", "left out")
+    places = dict(zip(lines, lines, strict=True))
+    try:
+        other = read(replace(options, block_delete=not options.block_delete))
+    except ToolpathError as fault:
+        said = [f"it stops in line {fault.line}: {fault.message}"]
+    else:
+        there = other.track.columns() if other.track.rows else here.at(slice(0, 0))
+        a, b = _common(here, there)
+        tracks = found.modes.technology.track(here.steps[a]), other.modes.technology.track(there.steps[b])
+        harmful, told = _differences(here, there, a, b, tracks)
+        only = np.append(np.delete(here.kinds, a), np.delete(there.kinds, b))
+        cuts = int((only == MoveKind.CUT).sum())
+        said = [f"{len(only)} moves, {cuts} of them at feed, are {how}"] if len(only) else []
+        said += [f"{int(rows.sum())} {what}" for what, rows in (harmful | told).items() if rows.any()]
+        if not any(rows.any() for rows in harmful.values()):
+            severity = Severity.WARNING
+        # The first of what differs under each tool, zero and so on is one of an operation of its own.
+        rows = np.flatnonzero(np.any([*harmful.values(), *told.values()], axis=0))
+        firsts = a[rows[np.unique(tracks[0].state[rows], return_index=True)[1]]]
+        places |= dict(zip(here.steps[firsts].tolist(), here.lines[firsts].tolist(), strict=True))
+    if not said:
+        return
+    message = (
+        f"lines that begin with / ({_listed(lines)}): with block delete {position}, {', '.join(said)}; write "
+        "them without / or leave them out, or set the switch as it is read (--block-delete) and keep it so"
+    )
+    for step, line in places.items():
+        found.found_at[len(found.findings)] = step
+        found.findings.append(source.finding(severity, "skipped-blocks", message, line))
+
+
+def _differences(
+    here: Columns, there: Columns, a: IntArray, b: IntArray, tracks: tuple[TechnologyTrack, TechnologyTrack]
+) -> tuple[dict[str, BoolArray], dict[str, BoolArray]]:
+    """Mark what differs in rows that both positions have, (c,): what does harm, and what else is told."""
+    before, then = np.maximum(a - 1, 0), np.maximum(b - 1, 0)
+    ends = ~_same(here.values[a], there.values[b])
+    begins = ~_same(here.values[before], there.values[then])
+    cuts = (here.kinds[a] == MoveKind.CUT) & here.moved[a]
+    from_cut = _traverses(there, b, then) != _traverses(here, a, before)
+    pairs, row = np.unique(np.stack([track.state for track in tracks]), axis=1, return_inverse=True)
+    states = [(tracks[0].states[i], tracks[1].states[j]) for i, j in pairs.T.tolist()]
+
+    def other(value: Callable[[Technology], str]) -> BoolArray:
+        differs = np.array([value(x) != value(y) for x, y in states], dtype=bool)
+        return np.asarray(cuts & differs[row.ravel()])
+
+    paces = (np.column_stack([c.feeds, c.times])[rows] for c, rows in ((here, a), (there, b)))
+    harmful = {
+        "cuts begin or end elsewhere": cuts & (ends | begins),
+        "rapid moves go elsewhere, from a cut": ~cuts & ends & from_cut,
+        "cuts have TCP or the tool's length in another state": cuts & (here.counting[a] != there.counting[b]),
+        **{f"cuts have another {name}": other(value) for name, value in _NEEDED.items()},
+    }
+    told = {
+        "other moves begin or end elsewhere": ~cuts & (ends | begins),
+        "cuts have another feed": cuts & ~_same(*paces),
+        "cuts have other coolant": other(lambda now: now.coolant),
+    }
+    return harmful, told
+
+
+def _traverses(columns: Columns, rows: IntArray, before: IntArray) -> BoolArray:
+    """Mark moves that begin where a cut ended, and aren't along Z alone."""
+    step = np.delete(columns.values[rows] - columns.values[before], columns.machine.column("Z"), axis=1)
+    return (columns.kinds[before] == MoveKind.CUT) & (np.abs(np.nan_to_num(step)) > _SAME).any(axis=1)
+
+
+def _same(one: Array, other: Array) -> BoolArray:
+    """Mark equal rows of (n, m); NaN equals NaN."""
+    return np.asarray(np.isclose(one, other, rtol=0.0, atol=_SAME, equal_nan=True).all(axis=1))
+
+
+def _common(one: Columns, other: Columns) -> tuple[IntArray, IntArray]:
+    """Return the rows of each that the other has too: of the same line, the same time that it runs."""
+
+    def keys(lines: IntArray) -> IntArray:
+        order = np.argsort(lines, kind="stable")
+        key = np.empty(len(lines), dtype=np.int64)
+        time = np.arange(len(lines)) - np.searchsorted(lines[order], lines[order])
+        key[order] = lines[order] * 2**32 + time
+        return key
+
+    found = np.intersect1d(keys(one.lines), keys(other.lines), assume_unique=True, return_indices=True)
+    return found[1], found[2]
+
+
+def _listed(lines: list[int]) -> str:
+    """Return lines as ``4, 7-9``."""
+    starts = [n for n in lines if n - 1 not in set(lines)]
+    ends = [n for n in lines if n + 1 not in set(lines)]
+    parts = [f"{n}" if n == end else f"{n}-{end}" for n, end in zip(starts, ends, strict=True)]
+    return ", ".join(parts[:_LISTED]) + (f" and {len(parts) - _LISTED} more" if len(parts) > _LISTED else "")
