@@ -169,6 +169,11 @@ READING = {
     "cycle-clearance": Code(WARNING, "a cycle doesn't state its retract"),
     "cycle-depth": Code(WARNING, "a cycle doesn't state its depth"),
     "cycle-from-below": Code(WARNING, "a cycle begins below its level"),
+    "beyond-control": Code(
+        ERROR,
+        "the control's table doesn't allow a number, an offset or a line, or the control acts on a comment; an "
+        "error where it stops there",
+    ),
     "cycle-retracts-below": Code(WARNING, "a cycle retracts to below its start"),
     "cycle-simplified": Code(NOTE, "a cycle is read as one move down and one back"),
     "corners-assumed": Code(NOTE, "how the control takes corners is a setting of the machine"),
@@ -227,6 +232,9 @@ READING = {
     "zero-by-path": Code(WARNING, "the program's zero isn't stated; the path of the tool shows it"),
     "zero-doubtful": Code(WARNING, "the program's zero isn't stated, and the path doesn't show it"),
     "increment-assumed": Code(WARNING, "axis words without decimal points, read as the control's increments"),
+    "whole-word": Code(
+        WARNING, "a setting of the control says what an axis word without a decimal point counts"
+    ),
     "angles-doubtful": Code(WARNING, "rotary words look like radians"),
     "not-kept": Code(WARNING, "what the input states can't be written for the control"),
     "unit-doubtful": Code(WARNING, "sizes don't fit the unit of lengths; they fit the other one, or neither"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -78,7 +79,8 @@ def verify_program(
     tolerances : from where on any other difference is a finding
     settings : of the program that was asked for: spindle, tool, offsets and coolant have to be in force in
         every cut
-    control : whose words the settings are, as for `compose_program`; by default the machine's
+    control : of the program, unless its header names one, and whose words the settings are, as for
+        `compose_program`; by default the machine's
 
     Returns
     -------
@@ -93,6 +95,7 @@ def verify_program(
     FiveAxisError
         As `read_program`, `verify` and `find_contacts`; bounds that refer to a path or part that isn't given.
     """
+    machine = machine if control is None else replace(machine, control=str(control))
     groups = Reading, ProgramBounds, Meshes, CadFile, Workpiece
     reading, bounds, meshes, cad, workpiece = parted(given, *groups)
     around = completed(Workpiece, workpiece)

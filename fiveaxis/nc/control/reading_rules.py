@@ -17,6 +17,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.feed_meaning import program_dialect
 from fiveaxis.nc.languages.choice import ISO, LANGUAGES, find_language, moves, tape_end
+from fiveaxis.nc.languages.increments import LEAST_ANGLE, first_whole_word, has_points
 from fiveaxis.nc.languages.macro import compact_code
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.table_parts import ReadingRules
@@ -71,7 +72,7 @@ class ControlRules:
         every = [d for d in DIALECTS.values() if d.reading.source and d.suffix not in others]
         own = [d for d in every if d.suffix != ".nc" and source.name.lower().endswith(d.suffix)]
         dialects = [dialect] if dialect else (own or every) if iso else []
-        found = cls([(n, r) for r, n in {d.reading: _name(d) for d in reversed(dialects)}.items()])
+        found = cls([(n, r) for r, n in {d.reading: d.short_title for d in reversed(dialects)}.items()])
         if iso and len(found.known) == 1:
             found.unstated = {key for key in TAKEN if found.says(key) is None}
         return found
@@ -98,6 +99,26 @@ class ControlRules:
             f"neither G98 nor G99 before this cycle: the tool goes on at Z {initial:g} mm by G98{high}, or "
             f"at R, {level:g} mm, by G99{low}{why}; read as G99, the lower; write one"
         )
+
+    def whole_words(self, source: Source, step: float) -> Iterator[Finding]:
+        """Report the first axis word without a decimal point, where a setting may make it increments.
+
+        Parameters
+        ----------
+        step : mm or inch, of the increment
+        """
+        open_ = [name for name, rules in self.known if rules.whole_words == "unknown"]
+        if not open_ or (found := first_whole_word(source)) is None:
+            return
+        line, word = found
+        sure = len(self.known) == 1 or has_points(source)
+        number = int(word[1:])
+        size = max(step, LEAST_ANGLE) if word[0].upper() in "ABC" else step
+        message = (
+            f"{word} has no decimal point: {number} or {number * size:g}, by a setting of the control "
+            f"({', '.join(open_)}); read as {number}; write the point, or state increment (--increment)"
+        )
+        yield source.finding(Severity.WARNING if sure else Severity.NOTE, "whole-word", message, line)
 
     def findings(self, source: Source, columns: Columns | None, end: int, word: str) -> Iterator[Finding]:
         """Report lines that controls refuse or read differently, and a program that isn't ended as one is.
@@ -148,8 +169,3 @@ class ControlRules:
                     told += [] if sure else [f"a control that ends it at the first ) reads {rest!r} as words"]
                     if sure or rest.strip("()"):
                         yield key, line, f"{what}: {' and '.join(told)}"
-
-
-def _name(dialect: Dialect) -> str:
-    """Return a control's name for messages, without what its title says of its options."""
-    return re.split(r" \(|,| with ", dialect.title or dialect.name)[0]

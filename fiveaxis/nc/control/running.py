@@ -16,11 +16,13 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import AxisTrack, Columns, Values
 from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
+from fiveaxis.nc.control.feed_meaning import program_dialect
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
 from fiveaxis.nc.control.reading_rules import TAKEN, ControlRules
 from fiveaxis.nc.control.skipped_blocks import note_skipped
+from fiveaxis.nc.control.table_bounds import beyond_table
 from fiveaxis.nc.control.technology import (
     DEFAULT_OFFSET,
     OF_TOOL,
@@ -123,6 +125,9 @@ def _run_judged(source: Source, machine: Machine, options: ReadOptions, *, stand
                 interpreter = _run(source, machine, given, stand_in=stand_in)
             interpreter.findings.append(told)
     interpreter.findings += doubts
+    if options.increment is None and find_language(source) == ISO:
+        step = LEAST_INCREMENT[interpreter.modes.units.now]
+        interpreter.findings += interpreter.modes.rules.whole_words(source, step)
     _note_radians(interpreter)
     return interpreter
 
@@ -208,6 +213,8 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
         ignored["lines after the end"] += rest
     columns = interpreter.track.columns() if interpreter.track.rows else None
     interpreter.findings += rules.findings(source, columns, end or 0, interpreter.end_word)
+    if (dialect := program_dialect(source, machine)) is not None:
+        interpreter.findings += beyond_table(source, dialect)
     interpreter.findings += interpreter.functions.settle(source, interpreter.track)
     return interpreter
 

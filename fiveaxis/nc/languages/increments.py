@@ -22,6 +22,15 @@ def has_points(source: Source) -> bool:
     return any(_WITH_POINT.search(_COMMENT.sub("", line)) for line in source.lines)
 
 
+def first_whole_word(source: Source) -> tuple[int, str] | None:
+    """Return the line and the text of the first axis word without a decimal point, other than 0."""
+    for number, line in enumerate(source.lines, start=1):
+        for word in _WITHOUT.finditer(_COMMENT.sub("", line)):
+            if int(word[2]):
+                return number, "".join(word[0].split())
+    return None
+
+
 def with_points(source: Source, increment: float) -> Source:
     """Return a program with the points that its axis words lack.
 

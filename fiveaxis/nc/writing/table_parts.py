@@ -72,14 +72,15 @@ class Comments(StrictModel):
     template : of one line
     width : characters of the longest text in a comment
     capitals : whether the control knows capital letters only
-    active : first words of comments that the control acts on, if a comma follows
+    active : first word of comments that the control acts on, if a comma follows -> whether it ``shows`` or
+        keeps something, ``stops`` the program, or ``runs`` what the comment names
     forbidden : characters that end the program or continue a line, even in a comment
     """
 
     template: str = "({})"
     width: int = Field(60, ge=10)
     capitals: bool = False
-    active: frozenset[str] = frozenset()
+    active: dict[str, Literal["shows", "stops", "runs"]] = Field(default_factory=dict)
     forbidden: str = ""
 
 
@@ -162,6 +163,8 @@ class ReadingRules(StrictModel):
         and ``/2``
     late_percent : the same of a ``%`` that isn't on the first filled line; on that line it is accepted
         everywhere, and the next one ends the text
+    whole_words : what axis words without a decimal point count: ``units``, mm and deg, or ``unknown`` where a
+        setting may make them multiples of the increment
     ends : words that end a program
     repeats : words that begin a main program again instead
     unknown : why keys are unknown
@@ -175,6 +178,7 @@ class ReadingRules(StrictModel):
     nested_comments: Literal["accepted", "refused", "unknown"] = "unknown"
     numbered_skip: Literal["accepted", "refused", "unknown"] = "unknown"
     late_percent: Literal["accepted", "refused", "unknown"] = "unknown"
+    whole_words: Literal["units", "unknown"] = "unknown"
     ends: Lines = ("M2", "M30")
     repeats: Lines = ()
     unknown: str = "the control's table doesn't say it (reading)"

@@ -140,6 +140,11 @@ class Dialect(StrictModel):
     winding_notes: dict[str, str] = Field(default_factory=dict)
 
     @property
+    def short_title(self) -> str:
+        """The title without the control's options."""
+        return re.split(r" \(|,| with ", self.title or self.name)[0]
+
+    @property
     def windings(self) -> tuple[str, ...]:
         """Windings that the control supports."""
         known = ("unwound", True), ("modulo", self.modulo is not None), ("rezero", self.reset is not None)
