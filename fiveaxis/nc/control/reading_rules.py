@@ -140,7 +140,7 @@ class ControlRules:
             for key, line, message in self._differing(source.lines[: end or mark]):
                 yield told("read-differently", f"{message}; {_REFUSED[key][2]}", line)
         ends = [e for e in ReadingRules().ends if self.known and all(e in r.ends for _, r in self.known)]
-        if not ends or word in ends:
+        if not ends or word in ends or source.unread[-1:] == (len(source.lines),):
             return
         write = f"write {' or '.join(ends)}"
         if word:
@@ -151,7 +151,8 @@ class ControlRules:
         behind = 0 if mark is None else sum(map(moves, source.lines[mark:]))
         left = f"{behind} lines of moves behind this % aren't run, and " if behind else ""
         last = mark or (len(source.lines) if columns is None else int(columns.lines[-1]))
-        message = f"{left}no {' or '.join(ends)} ends the program and stops spindle and coolant; {write}"
+        alarm = "a control stops with an alarm, or leaves spindle and coolant as they are"
+        message = f"{left}no {' or '.join(ends)} ends the program: {alarm}; {write}"
         yield told("program-end", message, last, harms=bool(behind))
 
     def _differing(self, lines: Sequence[str]) -> Iterator[tuple[str, int, str]]:

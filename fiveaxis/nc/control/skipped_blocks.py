@@ -18,13 +18,8 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.toolpath import MoveKind
 
 _SKIPPED = re.compile(r"\s*(?:N?\s*[0-9]+\s*)?/")
-# What a cut needs of the technology, as text: an unknown speed equals another.
-_NEEDED: dict[str, Callable[[Technology], str]] = {
-    "spindle": lambda now: f"{now.spindle:g}",
-    "tool": lambda now: now.tool or f"{now.loaded}",
-    "work offset": lambda now: now.work_offset,
-    "tool length offset": lambda now: now.length,
-}
+# What differs without harm to the cuts.
+_HARMLESS = ("other moves begin or end elsewhere", "cuts have another feed", "cuts have another coolant")
 # mm and deg: ends nearer than this are the same.
 _SAME = 1e-9
 # Lines, or stretches of them, that a message lists.
@@ -58,58 +53,62 @@ def note_skipped(
     else:
         there = other.track.columns() if other.track.rows else here.at(slice(0, 0))
         a, b = _common(here, there)
-        tracks = found.modes.technology.track(here.steps[a]), other.modes.technology.track(there.steps[b])
-        harmful, told = _differences(here, there, a, b, tracks)
+        track = found.modes.technology.track(here.steps[a])
+        differ = _differences(here, there, a, b, (track, other.modes.technology.track(there.steps[b])))
         only = np.append(np.delete(here.kinds, a), np.delete(there.kinds, b))
         cuts = int((only == MoveKind.CUT).sum())
         said = [f"{len(only)} moves, {cuts} of them at feed, are {how}"] if len(only) else []
-        said += [f"{int(rows.sum())} {what}" for what, rows in (harmful | told).items() if rows.any()]
-        if not any(rows.any() for rows in harmful.values()):
+        said += [f"{int(rows.sum())} {what}" for what, rows in differ.items() if rows.any()]
+        if not any(rows.any() for what, rows in differ.items() if what not in _HARMLESS):
             severity = Severity.WARNING
         # The first of what differs under each tool, zero and so on is one of an operation of its own.
-        rows = np.flatnonzero(np.any([*harmful.values(), *told.values()], axis=0))
-        firsts = a[rows[np.unique(tracks[0].state[rows], return_index=True)[1]]]
+        rows = np.flatnonzero(np.any(list(differ.values()), axis=0))
+        firsts = a[rows[np.unique(track.state[rows], return_index=True)[1]]]
         places |= dict(zip(here.steps[firsts].tolist(), here.lines[firsts].tolist(), strict=True))
-    if not said:
-        return
     message = (
         f"lines that begin with / ({_listed(lines)}): with block delete {position}, {', '.join(said)}; write "
         "them without / or leave them out, or set the switch as it is read (--block-delete) and keep it so"
     )
-    for step, line in places.items():
+    for step, line in places.items() if said else ():
         found.found_at[len(found.findings)] = step
         found.findings.append(source.finding(severity, "skipped-blocks", message, line))
 
 
 def _differences(
     here: Columns, there: Columns, a: IntArray, b: IntArray, tracks: tuple[TechnologyTrack, TechnologyTrack]
-) -> tuple[dict[str, BoolArray], dict[str, BoolArray]]:
-    """Mark what differs in rows that both positions have, (c,): what does harm, and what else is told."""
+) -> dict[str, BoolArray]:
+    """Mark rows that both positions have, (c,), by what differs in them."""
     before, then = np.maximum(a - 1, 0), np.maximum(b - 1, 0)
     ends = ~_same(here.values[a], there.values[b])
-    begins = ~_same(here.values[before], there.values[then])
+    elsewhere = ends | ~_same(here.values[before], there.values[then])
     cuts = (here.kinds[a] == MoveKind.CUT) & here.moved[a]
     from_cut = _traverses(there, b, then) != _traverses(here, a, before)
-    pairs, row = np.unique(np.stack([track.state for track in tracks]), axis=1, return_inverse=True)
-    states = [(tracks[0].states[i], tracks[1].states[j]) for i, j in pairs.T.tolist()]
-
-    def other(value: Callable[[Technology], str]) -> BoolArray:
-        differs = np.array([value(x) != value(y) for x, y in states], dtype=bool)
-        return np.asarray(cuts & differs[row.ravel()])
-
     paces = (np.column_stack([c.feeds, c.times])[rows] for c, rows in ((here, a), (there, b)))
-    harmful = {
-        "cuts begin or end elsewhere": cuts & (ends | begins),
+    pairs, row = np.unique(np.stack([track.state for track in tracks]), axis=1, return_inverse=True)
+    states = [(_of_cuts(tracks[0].states[i]), _of_cuts(tracks[1].states[j])) for i, j in pairs.T.tolist()]
+    return {
+        "cuts begin or end elsewhere": cuts & elsewhere,
         "rapid moves go elsewhere, from a cut": ~cuts & ends & from_cut,
         "cuts have TCP or the tool's length in another state": cuts & (here.counting[a] != there.counting[b]),
-        **{f"cuts have another {name}": other(value) for name, value in _NEEDED.items()},
-    }
-    told = {
-        "other moves begin or end elsewhere": ~cuts & (ends | begins),
+        "other moves begin or end elsewhere": ~cuts & elsewhere,
         "cuts have another feed": cuts & ~_same(*paces),
-        "cuts have other coolant": other(lambda now: now.coolant),
+        **{
+            f"cuts have another {name}": cuts
+            & np.array([x[name] != y[name] for x, y in states], dtype=bool)[row.ravel()]
+            for name in _of_cuts(Technology())
+        },
     }
-    return harmful, told
+
+
+def _of_cuts(now: Technology) -> dict[str, object]:
+    """Return what cuts rely on, by name."""
+    return {
+        "spindle": (now.sense, now.speed),
+        "tool": (now.tool, now.loaded > 0),
+        "work offset": now.work_offset,
+        "length offset": now.length,
+        "coolant": now.coolant,
+    }
 
 
 def _traverses(columns: Columns, rows: IntArray, before: IntArray) -> BoolArray:

@@ -81,7 +81,7 @@ def test_cuts_that_are_left_out_between_retracts_and_coolant_are_a_warning(read)
     assert severity == DOUBTFUL
     assert "(11-13): with block delete on, 3 moves, 2 of them at feed, are left out" in message
     [(severity, message)] = told(read(skipping("M8")))
-    assert (severity, "5 cuts have other coolant" in message) == (DOUBTFUL, True)
+    assert (severity, "5 cuts have another coolant" in message) == (DOUBTFUL, True)
 
 
 def test_what_changes_nothing_is_not_told(read):
