@@ -24,6 +24,7 @@ from fiveaxis.nc.languages.iso import TIP_WORDS
 from fiveaxis.nc.languages.iso_frames import FRAME_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
+from fiveaxis.nc.writing.tables import Dialect
 
 MOTION = ("G0", "G1", "G2", "G3")
 UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
@@ -80,7 +81,7 @@ PARAMETERS = {
     "G43.4": "PQ",
     "G43.5": "PQ",
     **NUMBERED_OFFSETS,
-    "G10": "LPR",
+    "G10": "LPQRIJ",
     "G30": "P",
     "M19": "PRQ",
     **dict.fromkeys(CYCLES, "RPQIJKL"),
@@ -142,6 +143,7 @@ class Modes:
     vectors : G43.5, I, J and K of a straight move are the tool direction
     absolute_centres : G90.1, I, J and K are the centre of an arc, not the way to it
     knows_motion : whether G0, G1 or another word of motion has been read
+    control : whose program it is; None where nothing tells it
     """
 
     units: Units
@@ -158,6 +160,7 @@ class Modes:
     vectors: bool = False
     absolute_centres: bool = False
     knows_motion: bool = False
+    control: Dialect | None = None
 
     @property
     def feed_scale(self) -> float:
@@ -247,8 +250,10 @@ class Modes:
         elif word in ("G90.1", "G91.1"):
             self.absolute_centres = word == "G90.1"
         elif word in FEED_MODES:
-            # F has another meaning in another mode, so controls reset it.
-            self.feed = self.feed if word == self.feed_mode else None
+            # F has another meaning in another mode, so controls reset it; some do in the same one, too.
+            form = None if self.control is None else self.control.feed.get("per_minute")
+            kept = word == self.feed_mode and not (form is not None and form.clears)
+            self.feed = self.feed if kept else None
             self.feed_mode = word
         elif word in UNIT:
             self.units.state([UNIT[word]], line)
@@ -280,6 +285,13 @@ def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool)
         )
     elif letter in "IJKR":
         fact = "belongs to an arc, and neither G2 nor G3 is in force; write the arc, or look up what it means"
+    elif letter == "P" and not block.words.keys().isdisjoint("IJKR"):
+        fact = (
+            "counts the turns of an arc on LinuxCNC; say that it is one (control of the machine file), or "
+            "write one arc for each turn"
+        )
+    elif letter == "E" and "G92" in block.g:
+        fact = "sets the extruder of a 3D printer, which no machine here has; leave the block out"
     elif letter == "E":
         fact = (
             "extrusion isn't read, and numbers of G-code have no exponent; leave the word out, or write the "

@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.nc.control.arcs import Arc, Pair, arc_about, arc_of_radius
+from fiveaxis.nc.control.arcs import USUAL, Arc, Pair, arc_about, arc_of_radius
 from fiveaxis.nc.control.axis_track import NO_MOVE, Values
 from fiveaxis.nc.control.coordinates import Point
 from fiveaxis.nc.control.interpreter_state import CUT, InterpreterState
 from fiveaxis.nc.control.modal import CYCLES, PLANES, DrillingCycle, Modes
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
+from fiveaxis.nc.writing.table_parts import Unit
 
 # Key of the counts: moves that a path on the workpiece can't contain.
 MACHINE_MOVES = "moves in machine coordinates"
@@ -25,6 +27,8 @@ MACHINE_MOVES = "moves in machine coordinates"
 STRAIGHT = ("G0", "G1")
 
 CENTRE = {"X": "I", "Y": "J", "Z": "K"}
+# By which a number of turns may differ from a whole one (LinuxCNC 2.9, interp_check.cc).
+WHOLE = 1e-3
 # More full circles are likelier a wrong word than a helix.
 MOST_TURNS = 1000
 
@@ -58,6 +62,7 @@ class Moves(InterpreterState):
         # When the control turns into a plane by itself, it doesn't cut, whatever motion is in force.
         positions = "G53.1" in block.g or (block.frame is not None and motion not in block.g)
         if motion in CYCLES and not positions:
+            self._require_cycle(axes)
             self._drill(block)
             return
         target, local = self._target(block, of_machine="G53" in block.g)
@@ -74,7 +79,9 @@ class Moves(InterpreterState):
         """Check whether a move in machine coordinates (G53) is in the result."""
         if self.modes.motion not in STRAIGHT:
             raise BlockError("G53 needs G0 or G1; write one in its block")
-        if self._omit_move("G53", {c: block.words[c] for c in axes}):
+        targets = {c: block.words[c] for c in axes}
+        wrapped = (c for c in axes if self.columns[c] in self.wrapped)
+        if self._omit_move("G53", targets | {c: self._position(c, block, None, 0.0) for c in wrapped}):
             return False
         self.modes.technology.placed.add(self.track.step)
         return True
@@ -153,6 +160,7 @@ class Moves(InterpreterState):
     def _add_arc(self, target: Values, local: Point, block: Block, before: Triple | None) -> None:
         """Add the chords of an arc; other axes move in proportion to its angle."""
         self._prepare_feed(target)
+        block = self._with_turns(block)
         track, begin = self.track, self.track.now
         missing = track.unknown(begin)
         if missing:
@@ -177,6 +185,31 @@ class Moves(InterpreterState):
             track.add(row, block.line, CUT, whole / parts, feed, normal)
         track.vector = vector
         track.add(target, block.line, CUT, whole / parts, feed, normal)
+
+    def _with_turns(self, block: Block) -> Block:
+        """Return an arc with the full circles that the control's letter for turns adds to it."""
+        control = self.modes.control
+        if control is None or not control.arc_turns or control.arc_turns not in block.words:
+            return block
+        turns = block.words[control.arc_turns]
+        if turns < 1.0 - WHOLE or abs(turns - round(turns)) > WHOLE:
+            raise BlockError(
+                f"{control.arc_turns}{turns:g}: an arc has a whole number of turns from 1; write it"
+            )
+        return block._replace(turns=round(turns) - 1)
+
+    def _require_cycle(self, axes: list[str]) -> None:
+        """Raise if the control runs no cycle in this block."""
+        control = self.modes.control
+        if control is None:
+            return
+        turned = [letter for letter in axes if self.columns[letter] in self.track.rotary]
+        if turned and not control.cycles.rotary:
+            raise BlockError(
+                f"{control.title} refuses a cycle with {', '.join(turned)}; turn in a block before"
+            )
+        if self.modes.feed_mode == "G93" and not control.cycles.inverse_time:
+            raise BlockError(f"{control.title} refuses cycles under G93; write G94 and F before")
 
     def _drill(self, block: Block) -> None:
         """Add the moves of a drilling cycle: above the hole, to the level R, down at feed, and back."""
@@ -335,7 +368,8 @@ def between(begin: Triple | None, end: Triple | None, share: float) -> Triple | 
 
 
 def _arc(modes: Modes, block: Block, begin: Pair, end: Pair, scale: float) -> Arc:
-    letters, clockwise = PLANES[modes.plane], modes.motion == "G2"
+    letters, arcs = PLANES[modes.plane], {} if modes.control is None else modes.control.arcs
+    clockwise, bounds = modes.motion == "G2", arcs.get(cast("Unit", modes.units.now), USUAL)
     given = {c: block.words[c] * scale for c in "IJKR" if c in block.words}
     centre = block.centre
     wanted = [CENTRE[c] for c in letters]
@@ -345,12 +379,12 @@ def _arc(modes: Modes, block: Block, begin: Pair, end: Pair, scale: float) -> Ar
         raise ValueError(f"an arc of more than {LARGEST_POSITION:g} mm; check the decimal points")
     if centre is not None:
         x, y = (centre[c] * scale if c in centre else p for c, p in zip(letters, begin, strict=True))
-        return arc_about(begin, end, (x, y), clockwise=clockwise)
+        return arc_about(begin, end, (x, y), clockwise=clockwise, bounds=bounds)
     if set(given) == {"R"}:
-        return arc_of_radius(begin, end, given["R"], clockwise=clockwise)
+        return arc_of_radius(begin, end, given["R"], clockwise=clockwise, bounds=bounds)
     if given and set(given) <= set(wanted):
         x, y = (p + given.get(c, 0.0) for c, p in zip(wanted, begin, strict=True))
-        return arc_about(begin, end, (x, y), clockwise=clockwise)
+        return arc_about(begin, end, (x, y), clockwise=clockwise, bounds=bounds)
     raise ValueError(
         f"an arc in {modes.plane} needs {' or '.join(wanted)}, or R alone, and has "
         f"{', '.join(given) or 'none'}; correct it"

@@ -3,7 +3,7 @@
 One grammar serves all languages, because their differences don't conflict: brackets are round or square,
 angles are in degrees, and a function may omit its brackets (Heidenhain's ``SIN 30``). Names and functions are
 in upper case; callers convert. Where controls of one language differ (the remainder of negative numbers, a
-comparison within rounding), there is no value.
+comparison within rounding), there is no value unless the control's table (`Arithmetic`) says which.
 """
 
 from __future__ import annotations
@@ -14,6 +14,10 @@ import re
 from collections.abc import Callable
 
 from fiveaxis.nc.languages.block import BlockError, number_of
+from fiveaxis.nc.writing.table_parts import Arithmetic
+
+# Of controls whose table says nothing.
+UNSAID = Arithmetic()
 
 Lookup = Callable[[str], float]
 
@@ -44,9 +48,17 @@ _SIGNS = 5  # -2*3 is (-2)*3, -2**2 is (-2)**2 (LinuxCNC), and -2^2 is -(2^2)
 SAME = 1e-6
 
 
-def _compared(compare: Callable[[float, float], bool]) -> Callable[[float, float], float]:
-    def truth(a: float, b: float) -> float:
-        if a != b and abs(a - b) <= SAME * max(1.0, abs(a), abs(b)):
+def _compared(
+    word: str, compare: Callable[[float, float], bool]
+) -> Callable[[float, float, Arithmetic], float]:
+    within = word in ("EQ", "LE", "GE")
+
+    def truth(a: float, b: float, rules: Arithmetic) -> float:
+        apart = abs(a - b)
+        if rules.same is not None and word not in ("LT", "GT"):
+            return float(within if apart < rules.same else compare(a, b))
+        doubtful = 0.0 if word in ("LT", "GT") else rules.doubtful
+        if a != b and rules.same is None and apart <= max(SAME * max(1.0, abs(a), abs(b)), doubtful):
             raise BlockError(
                 f"{a:.12g} is compared with {b:.12g}, and whether they are the same depends on the control's "
                 "rounding; compare with a number between the steps"
@@ -56,48 +68,59 @@ def _compared(compare: Callable[[float, float], bool]) -> Callable[[float, float
     return truth
 
 
-def _joined(join: Callable[[bool, bool], bool]) -> Callable[[float, float], float]:
-    def truth(a: float, b: float) -> float:
-        if not {a, b} <= {0.0, 1.0}:
+def _joined(join: Callable[[bool, bool], bool]) -> Callable[[float, float, Arithmetic], float]:
+    def truth(a: float, b: float, rules: Arithmetic) -> float:
+        if rules.standard is None and not {a, b} <= {0.0, 1.0}:
             raise BlockError(f"{a:g} and {b:g} are joined, and only comparisons can be; compare them")
         return float(join(bool(a), bool(b)))
 
     return truth
 
 
-def _remainder(a: float, b: float) -> float:
+def _plain(of: Callable[[float, float], float]) -> Callable[[float, float, Arithmetic], float]:
+    return lambda a, b, _: of(a, b)
+
+
+def _remainder(a: float, b: float, rules: Arithmetic) -> float:
+    if rules.standard is not None:
+        return rest + abs(b) if (rest := math.fmod(a, b)) < 0.0 else rest
     if a < 0.0 or b < 0.0 or a != int(a) or b != int(b):
         raise BlockError(f"{a:g} MOD {b:g} depends on the control; only whole numbers from 0 are supported")
     return math.fmod(a, b)
 
 
-def _whole(toward: Callable[[float], int]) -> Callable[[float], float]:
-    def whole(x: float) -> float:
-        if x != round(x) and (x < 0.0 or abs(x - round(x)) <= SAME):
-            raise BlockError(f"FIX or FUP of {x:.12g}: which way it is rounded depends on the control")
-        return float(toward(x))
-
-    return whole
-
-
-_OPERATORS: dict[str, Callable[[float, float], float]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
+_OPERATORS: dict[str, Callable[[float, float, Arithmetic], float]] = {
+    "+": _plain(operator.add),
+    "-": _plain(operator.sub),
+    "*": _plain(operator.mul),
+    "/": _plain(operator.truediv),
     "MOD": _remainder,
-    "DIV": lambda a, b: float(math.trunc(a / b)),
-    "**": math.pow,
-    "^": math.pow,
-    "EQ": _compared(operator.eq),
-    "NE": _compared(operator.ne),
-    "LT": _compared(operator.lt),
-    "LE": _compared(operator.le),
-    "GT": _compared(operator.gt),
-    "GE": _compared(operator.ge),
+    "DIV": _plain(lambda a, b: float(math.trunc(a / b))),
+    "**": _plain(math.pow),
+    "^": _plain(math.pow),
+    "EQ": _compared("EQ", operator.eq),
+    "NE": _compared("NE", operator.ne),
+    "LT": _compared("LT", operator.lt),
+    "LE": _compared("LE", operator.le),
+    "GT": _compared("GT", operator.gt),
+    "GE": _compared("GE", operator.ge),
     "AND": _joined(operator.and_),
     "OR": _joined(operator.or_),
     "XOR": _joined(operator.xor),
+}
+
+
+def _require_sure(name: str, x: float) -> None:
+    """Raise `BlockError` where FIX or FUP of a number differs between controls."""
+    if x != round(x) and (x < 0.0 or abs(x - round(x)) <= SAME):
+        raise BlockError(f"{name} of {x:.12g}: which way it is rounded depends on the control")
+
+
+# Functions that are neither evaluated nor variables.
+_FOREIGN = {
+    "ATAN2": "is an arctangent of two numbers on a Sinumerik, ATAN2(y, x), and isn't evaluated; write "
+    "ATAN[y]/[x] in G-code, or the number",
+    "EXISTS": "asks whether the control has a variable, which isn't in the program; write what holds",
 }
 
 FUNCTIONS: dict[str, Callable[[float], float]] = {
@@ -110,34 +133,35 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "ABS": math.fabs,
     "TRUNC": lambda x: float(math.trunc(x)),
-    "FIX": _whole(math.floor),
-    "FUP": _whole(math.ceil),
+    "FIX": math.floor,
+    "FUP": math.ceil,
     "EXP": math.exp,
     "LN": math.log,
     "ROUND": lambda x: math.copysign(math.floor(math.fabs(x) + 0.5), x),
 }
 
 
-def evaluate(text: str, lookup: Lookup) -> float:
+def evaluate(text: str, lookup: Lookup, rules: Arithmetic = UNSAID) -> float:
     """Evaluate an expression that is the whole text.
 
     Parameters
     ----------
     text : upper case
     lookup : value of a variable by name (``#101``, ``R1``, ``_HOME``); raises KeyError if it has none
+    rules : of the control
 
     Raises
     ------
     BlockError
         Not arithmetic, a variable without a value, a result that isn't finite.
     """
-    value, end = evaluate_prefix(text, 0, lookup)
+    value, end = evaluate_prefix(text, 0, lookup, rules)
     if text[end:].strip():
         raise BlockError(f"{text[end:].strip()[:20]!r} isn't supported arithmetic")
     return value
 
 
-def evaluate_prefix(text: str, start: int, lookup: Lookup) -> tuple[float, int]:
+def evaluate_prefix(text: str, start: int, lookup: Lookup, rules: Arithmetic = UNSAID) -> tuple[float, int]:
     """Evaluate the longest expression from an index on, ``R1*2`` in ``X=R1*2 Y=3``.
 
     Returns
@@ -149,7 +173,7 @@ def evaluate_prefix(text: str, start: int, lookup: Lookup) -> tuple[float, int]:
     BlockError
         As `evaluate`.
     """
-    parser = _Parser(text, start, lookup)
+    parser = _Parser(text, start, lookup, rules)
     try:
         value = parser.sum(0)
     except (ZeroDivisionError, OverflowError, ValueError) as fault:
@@ -164,8 +188,8 @@ def evaluate_prefix(text: str, start: int, lookup: Lookup) -> tuple[float, int]:
 class _Parser:
     """Precedence climbing; `end` is the index after the last token used."""
 
-    def __init__(self, text: str, start: int, lookup: Lookup) -> None:
-        self.text, self.end, self.lookup = text, start, lookup
+    def __init__(self, text: str, start: int, lookup: Lookup, rules: Arithmetic) -> None:
+        self.text, self.end, self.lookup, self.rules = text, start, lookup, rules
         self.depth = 0
 
     def sum(self, weakest: int) -> float:
@@ -176,7 +200,7 @@ class _Parser:
             if found is None or _STRENGTH[found[1]] <= weakest:
                 return left
             self.end = found.end()
-            left = _OPERATORS[found[1]](left, self.sum(_STRENGTH[found[1]]))
+            left = _OPERATORS[found[1]](left, self.sum(_STRENGTH[found[1]]), self.rules)
 
     def operand(self) -> float:
         found = _TOKEN.match(self.text, self.end)
@@ -209,19 +233,23 @@ class _Parser:
     def _named(self, name: str) -> float:
         function = FUNCTIONS.get(name)
         if function is not None:
-            value = function(of := self.operand())
+            of = self.operand()
+            if name in ("FIX", "FUP") and self.rules.standard is None:
+                _require_sure(name, of)
+            value = float(function(of))
             ratio = _ARCTANGENT.match(self.text, self.end) if name == "ATAN" else None
             return value if ratio is None else self._arctangent(of, ratio.end())
         try:
             return self.lookup(name)
         except KeyError:
-            raise BlockError(f"{name} has no value yet; write the number") from None
+            fact = _FOREIGN.get(name, "has no value yet; write the number")
+            raise BlockError(f"{name} {fact}") from None
 
     def _arctangent(self, height: float, at: int) -> float:
         """Read ``ATAN[y]/[x]``, the angle, deg, of the point x, y."""
         self.end = at
         width = self.operand()
-        if height < 0.0:
+        if height < 0.0 and self.rules.standard is None:
             raise BlockError(
                 f"ATAN[{height:g}]/[{width:g}] is negative on LinuxCNC and above 180 on Fanuc; write a number"
             )

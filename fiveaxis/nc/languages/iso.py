@@ -15,6 +15,8 @@ from fiveaxis.nc.languages.iso_frames import FRAME_WORDS, Frames, is_unfinished
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
 from fiveaxis.nc.languages.runs import PlainLines, Reader
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.writing.table_parts import Arithmetic
+from fiveaxis.nc.writing.tables import DIALECTS, Dialect
 
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
@@ -70,6 +72,7 @@ NOT_WORDS = reasons(
         f"jumps or repeats, which isn't run; {_PLAIN}",
     ),
     (r"\*$", _DIN),
+    (r"M94(?=[A-C])", "counts rotary axes from below a turn (Heidenhain), which isn't G-code; post Klartext"),
     (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
     (r"=", _SINUMERIK),
     (r"[(]", "opens a comment that isn't closed on its line; close it"),
@@ -96,9 +99,12 @@ class Iso(Reader):
     # Brackets in brackets are left to `compact_code`.
     comments = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 
-    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
-        super().__init__(source, block_delete=block_delete)
-        self.macros, self.tip, self.frames = Macros(self.tape), TipSwitch(), Frames()
+    def __init__(self, source: Source, *, block_delete: bool = False, control: Dialect | None = None) -> None:
+        super().__init__(source, block_delete=block_delete, control=control)
+        # Where the control isn't known, a comparison on which one would decide otherwise has no value.
+        unknown = Arithmetic(doubtful=max(d.arithmetic.same or 0.0 for d in DIALECTS.values()))
+        rules = unknown if control is None else control.arithmetic
+        self.macros, self.tip, self.frames = Macros(self.tape, rules), TipSwitch(), Frames()
 
     def continues(self, text: str) -> bool:
         """Whether a plane goes on after this line, with its next point or vector."""

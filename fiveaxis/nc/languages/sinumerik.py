@@ -21,6 +21,7 @@ from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Ru
 from fiveaxis.nc.languages.sinumerik_state import State, is_word
 from fiveaxis.nc.languages.sinumerik_statement import SinumerikStatement
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.writing.tables import Dialect
 
 _DIRECTIONS = dict(zip(("A3=", "B3=", "C3=", "A5=", "B5=", "C5="), DIRECTION + NORMAL, strict=True))
 _NUMBERED = re.compile(r"\s*(?:[N:]\s*[0-9]+)?\s*")
@@ -56,8 +57,8 @@ class Sinumerik(Reader):
     forms = (PlainLines.of_words("XYZABC", "=?"), PlainLines.of_words("XYZABC", "=?", "[ABC]3=", _DIRECTIONS))
     comments = re.compile(r";[^\n]*+")
 
-    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
-        super().__init__(source, block_delete=block_delete)
+    def __init__(self, source: Source, *, block_delete: bool = False, control: Dialect | None = None) -> None:
+        super().__init__(source, block_delete=block_delete, control=control)
         self.state = State()
 
     @property

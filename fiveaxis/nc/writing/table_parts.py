@@ -109,7 +109,9 @@ class Feed(StrictModel):
     decimals : of F, fixed; either these or `digits`
     digits : significant digits of F, without trailing zeros
     least, most : the control's range, mm/min (deg/min) or 1/min; None if unknown
-    least_speed : mm/min, lowest speed of the linear axes: the control runs slower blocks at this speed
+    least_speed : units of length per minute, lowest speed of the linear axes: the control runs slower blocks
+        at this speed
+    clears : whether the mode's word clears F where the mode is in force already
     """
 
     word: str = ""
@@ -118,6 +120,7 @@ class Feed(StrictModel):
     least: float | None = Field(None, gt=0.0)
     most: float | None = Field(None, gt=0.0)
     least_speed: float | None = Field(None, gt=0.0)
+    clears: bool = False
 
     @model_validator(mode="after")
     def _has_one_form(self) -> Feed:
@@ -148,6 +151,59 @@ class MixedFeed(StrictModel):
         if self.degree is not None and not self.source:
             raise ValueError(f"mixed_feed.degree = {self.degree:g} needs a source, the manual that says so")
         return self
+
+
+class ArcBounds(StrictModel):
+    """How far an arc's words may contradict each other, in mm; its radius then changes along it.
+
+    Parameters
+    ----------
+    rounding : allowed difference of the radii about a centre, at start and end
+    share : of the larger radius, that is allowed too
+    largest : difference that is allowed by no share
+    reach : by which R may be too short for its ends, and least radius about a centre; None for those of the
+        radii, and any
+    source : what says so
+    """
+
+    rounding: float = Field(0.005, ge=0.0)
+    share: float = Field(0.001, ge=0.0)
+    largest: float = Field(0.5, ge=0.0)
+    reach: float | None = Field(None, ge=0.0)
+    source: str = ""
+
+
+class Arithmetic(StrictModel):
+    """What expressions are where controls differ; what nobody says has no value.
+
+    Parameters
+    ----------
+    same : numbers that differ by less are equal in EQ, NE, LE and GE; None where no manual says it
+    doubtful : largest difference at which that decides, where the control isn't known
+    standard : ``RS274/NGC`` where MOD is positive, FIX and FUP go to the next whole number below and above,
+        ATAN[y]/[x] is from -180 to 180 deg, and any number but 0 is true
+    source : what says so
+    """
+
+    same: float | None = Field(None, ge=0.0)
+    doubtful: float = Field(0.0, ge=0.0)
+    standard: Literal["RS274/NGC"] | None = None
+    source: str = ""
+
+
+class Cycles(StrictModel):
+    """Where the control runs no drilling cycles.
+
+    Parameters
+    ----------
+    rotary : whether a block of a cycle may turn rotary axes
+    inverse_time : whether there are cycles under G93
+    source : what says so
+    """
+
+    rotary: bool = True
+    inverse_time: bool = True
+    source: str = ""
 
 
 class Mode(StrictModel):
