@@ -5,6 +5,7 @@ It comes with Debian's linuxcnc-uspace: ``apt-get install -y --no-install-recomm
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -18,16 +19,25 @@ needs_rs274 = pytest.mark.skipif(
 )
 
 
-def canonical(program: Path, *options: str) -> str:
-    """Run a program with the files beside it; return the canonical commands that it gives."""
-    program.with_name("tool.tbl").write_text("T3 P3 Z0 D10\n", encoding="ascii")
-    run = subprocess.run(
+def interpret(program: Path, *options: str, timeout: float = PATIENCE) -> subprocess.CompletedProcess[str]:
+    """Run a program with the files beside it, and the tools 1 to 99 of no length."""
+    tools = "".join(f"T{n} P{n} Z0 D{n + 1}\n" for n in range(1, 100))
+    program.with_name("tool.tbl").write_text(tools, encoding="ascii")
+    return subprocess.run(
         [str(RS274), *options, "-t", "tool.tbl", "-g", program.name],
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        errors="replace",
+        timeout=timeout,
         cwd=program.parent,
+        # It keeps its tools in a file of the home folder, which two that run at a time would share.
+        env=os.environ | {"HOME": str(program.parent)},
         check=False,
     )
+
+
+def canonical(program: Path, *options: str) -> str:
+    """Run a program with the files beside it; return the canonical commands that it gives."""
+    run = interpret(program, *options)
     assert run.returncode == 0, run.stdout[-600:] + run.stderr[-600:]
     return run.stdout

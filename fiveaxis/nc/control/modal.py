@@ -24,6 +24,7 @@ from fiveaxis.nc.languages.iso import TIP_WORDS
 from fiveaxis.nc.languages.iso_frames import FRAME_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
+from fiveaxis.nc.writing.table_parts import Cycles
 from fiveaxis.nc.writing.tables import Dialect
 
 MOTION = ("G0", "G1", "G2", "G3")
@@ -84,6 +85,10 @@ PARAMETERS = {
     "G10": "LPQRIJ",
     "G30": "P",
     "M19": "PRQ",
+    # LinuxCNC's outputs and inputs, and M words of its users.
+    **dict.fromkeys(("M62", "M63", "M64", "M65"), "P"),
+    **dict.fromkeys(("M66", "M67", "M68"), "PLEQ"),
+    **{f"M{number}": "PQ" for number in range(100, 200)},
     **dict.fromkeys(CYCLES, "RPQIJKL"),
 }
 
@@ -212,10 +217,17 @@ class Modes:
             raise BlockError("a feed move without F; G93 needs F in each one")
         return 60.0 / block.words["F"], None
 
+    @property
+    def _clears(self) -> bool:
+        form = None if self.control is None else self.control.feed.get("per_minute")
+        return form is not None and form.clears
+
     def _feed_now(self) -> float:
         """Return F per minute."""
         if self.feed is None:
-            raise BlockError(f"a feed move without F in force for {self.feed_mode}; write F here or before")
+            why = ", which clears F even where it is in force" if self._clears else ""
+            fact = f"a feed move without F in force for {self.feed_mode}{why}; write F here or before"
+            raise BlockError(fact)
         if self.feed_mode == "G94":
             return self.feed
         speed = self.technology.now.speed
@@ -251,9 +263,7 @@ class Modes:
             self.absolute_centres = word == "G90.1"
         elif word in FEED_MODES:
             # F has another meaning in another mode, so controls reset it; some do in the same one, too.
-            form = None if self.control is None else self.control.feed.get("per_minute")
-            kept = word == self.feed_mode and not (form is not None and form.clears)
-            self.feed = self.feed if kept else None
+            self.feed = self.feed if word == self.feed_mode and not self._clears else None
             self.feed_mode = word
         elif word in UNIT:
             self.units.state([UNIT[word]], line)
@@ -344,13 +354,14 @@ class DrillingCycle:
         if "Z" in block.words:
             self.depth = self._level(block.words["Z"] * scale, self.level, incremental=incremental)
 
-    def levels(self, now: float | None, *, to_initial: bool) -> list[tuple[float, bool]]:
+    def levels(self, now: float | None, *, to_initial: bool, rules: Cycles) -> list[tuple[float, bool]]:
         """Return the levels of Z, mm, and whether each is reached at feed; the first move positions X and Y.
 
         Parameters
         ----------
         now : Z, mm; None if unknown
         to_initial : G98, not G99
+        rules : of the control
         """
         if self.level is None or self.depth is None:
             raise BlockError(f"{self.word} needs depth Z and level R; write both")
@@ -359,11 +370,14 @@ class DrillingCycle:
                 f"{self.word} under G98 returns to the initial level, which isn't in the program; move Z "
                 "before, or write G99"
             )
-        # A tool that started below R doesn't return below it.
-        back = max(self.initial, self.level) if to_initial and self.initial is not None else self.level
+        back = self.level
+        if to_initial and self.initial is not None:
+            # A tool that started below R doesn't return below it.
+            back = self.initial if rules.raised else max(self.initial, self.level)
         over = self.level if now is None else max(now, self.level)
-        moves = [(over, False), (self.level, False), (self.depth, True), (self.level, CYCLES[self.word])]
-        moves += [(back, False)]
+        at_feed, fed = CYCLES[self.word], self.word in rules.fed_to_initial
+        moves = [(over, False), (self.level, False), (self.depth, True)]
+        moves += [(back, True)] if fed else [(self.level, at_feed), (back, False)]
         return [move for i, move in enumerate(moves) if i == 0 or move[0] != moves[i - 1][0]]
 
     def _level(self, value: float, begin: float | None, *, incremental: bool) -> float:

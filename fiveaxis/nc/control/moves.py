@@ -19,7 +19,7 @@ from fiveaxis.nc.control.interpreter_state import CUT, InterpreterState
 from fiveaxis.nc.control.modal import CYCLES, PLANES, DrillingCycle, Modes
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
-from fiveaxis.nc.writing.table_parts import Unit
+from fiveaxis.nc.writing.table_parts import Cycles, Unit
 
 # Key of the counts: moves that a path on the workpiece can't contain.
 MACHINE_MOVES = "moves in machine coordinates"
@@ -62,8 +62,7 @@ class Moves(InterpreterState):
         # When the control turns into a plane by itself, it doesn't cut, whatever motion is in force.
         positions = "G53.1" in block.g or (block.frame is not None and motion not in block.g)
         if motion in CYCLES and not positions:
-            self._require_cycle(axes)
-            self._drill(block)
+            self._drill(block, self._require_cycle(axes))
             return
         target, local = self._target(block, of_machine="G53" in block.g)
         self._note_plane(target)
@@ -171,7 +170,6 @@ class Moves(InterpreterState):
         parts = len(points)
         scale = self.modes.feed_scale
         whole = length / (feed * scale) if feed is not None else time or 0.0
-        feed = length / whole / scale if feed is None else feed
         normal, vector = self._on_workpiece(block.normal), track.vector
         for number, point in enumerate(self.coordinates.from_local(points[:-1]).tolist(), start=1):
             share = number / parts
@@ -198,25 +196,29 @@ class Moves(InterpreterState):
             )
         return block._replace(turns=round(turns) - 1)
 
-    def _require_cycle(self, axes: list[str]) -> None:
-        """Raise if the control runs no cycle in this block."""
-        control = self.modes.control
+    def _require_cycle(self, axes: list[str]) -> Cycles:
+        """Return the control's rules of cycles; raise if it runs none in this block."""
+        control, word = self.modes.control, str(self.modes.motion)
         if control is None:
-            return
-        turned = [letter for letter in axes if self.columns[letter] in self.track.rotary]
-        if turned and not control.cycles.rotary:
+            return Cycles()
+        rules, turned = control.cycles, [c for c in axes if self.columns[c] in self.track.rotary]
+        if word in rules.others:
             raise BlockError(
-                f"{control.title} refuses a cycle with {', '.join(turned)}; turn in a block before"
+                f"{word} {rules.others[word]} ({control.title}), which isn't read; post its moves"
             )
-        if self.modes.feed_mode == "G93" and not control.cycles.inverse_time:
+        if turned and not rules.rotary:
+            named = ", ".join(turned)
+            raise BlockError(f"{control.title} refuses a cycle with {named}; turn in a block before")
+        if self.modes.feed_mode == "G93" and not rules.inverse_time:
             raise BlockError(f"{control.title} refuses cycles under G93; write G94 and F before")
+        return rules
 
-    def _drill(self, block: Block) -> None:
+    def _drill(self, block: Block, rules: Cycles) -> None:
         """Add the moves of a drilling cycle: above the hole, to the level R, down at feed, and back."""
         if self.modes.plane != "G17":
             raise BlockError(f"a cycle in {self.modes.plane}; cycles are supported in G17; write G17")
         track, word = self.track, str(self.modes.motion)
-        if self.cycle is None:
+        if begins := self.cycle is None:
             self.cycle = DrillingCycle(word, self.local[2])
         self.cycle.word = word
         scale = MILLIMETRES[self.modes.units.now]
@@ -232,7 +234,10 @@ class Moves(InterpreterState):
         )
         self.drilled.add(track.step)
         self._rise(self.cycle.level)
-        for height, at_feed in self.cycle.levels(point[2], to_initial=self.modes.to_initial):
+        if begins and rules.raised:
+            self.cycle.initial = self.local[2]
+        to_initial = self.modes.to_initial
+        for height, at_feed in self.cycle.levels(point[2], to_initial=to_initial, rules=rules):
             point = [point[0], point[1], height]
             target = self._at(over, point)
             if at_feed:
@@ -289,13 +294,13 @@ class Moves(InterpreterState):
             # The position of the second reference isn't in the program.
             self._leave_at(dict.fromkeys(axes))
             return
-        if self._omit_move(word, dict.fromkeys(axes, 0.0)):
+        # By signed words a wrapped axis goes on to the next whole turn.
+        signed = self.wrapped if self.wrapping.rule == "signed" else ()
+        zero = {c: self.wrapping.unwrap(0.0, self.track.now[c]) if c in signed else 0.0 for c in columns}
+        if self._omit_move(word, {letter: zero[self.columns[letter]] for letter in axes}):
             return
         self.modes.technology.placed.add(self.track.step)
-        home = self.track.now.copy()
-        for column in columns:
-            home[column] = 0.0
-        self.go_rapid(home)
+        self.go_rapid([zero.get(column, value) for column, value in enumerate(self.track.now)])
         self.turned_local = self.coordinates.to_local(self.track.now)
 
     def _omit_move(self, word: str, targets: Mapping[str, float]) -> bool:

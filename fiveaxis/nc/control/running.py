@@ -269,7 +269,8 @@ def at_least_speed(columns: Columns, interpreter: Interpreter) -> Columns:
         return columns
     travel = travel_of(columns, scale)
     longest = travel.length / (np.where(travel.along, scale, 1.0) * form.least_speed / 60.0)
-    slow = (columns.kinds == MoveKind.CUT) & (travel.length > 0.0) & (columns.times > longest * (1.0 + SAME))
+    timed = (columns.kinds == MoveKind.CUT) & np.isnan(columns.feeds) & (travel.length > 0.0)
+    slow = timed & (columns.times > longest * (1.0 + SAME))
     if not slow.any():
         return columns
     row = int(np.argmax(slow))

@@ -51,14 +51,16 @@ SAME = 1e-6
 def _compared(
     word: str, compare: Callable[[float, float], bool]
 ) -> Callable[[float, float, Arithmetic], float]:
-    within = word in ("EQ", "LE", "GE")
-
     def truth(a: float, b: float, rules: Arithmetic) -> float:
-        apart = abs(a - b)
-        if rules.same is not None and word not in ("LT", "GT"):
-            return float(within if apart < rules.same else compare(a, b))
-        doubtful = 0.0 if word in ("LT", "GT") else rules.doubtful
-        if a != b and rules.same is None and apart <= max(SAME * max(1.0, abs(a), abs(b)), doubtful):
+        apart, doubtful = abs(a - b), SAME * max(1.0, abs(a), abs(b))
+        if rules.same is not None and word in ("EQ", "NE"):
+            return float((apart < rules.same) == (word == "EQ"))
+        if word in ("LT", "GT"):
+            doubtful = doubtful if rules.same is None else 0.0
+        else:
+            doubtful = max(doubtful, rules.doubtful if rules.same is None else rules.same)
+        sure = word in ("LE", "GE") and compare(a, b)  # also if they are the same
+        if a != b and apart <= doubtful and not sure:
             raise BlockError(
                 f"{a:.12g} is compared with {b:.12g}, and whether they are the same depends on the control's "
                 "rounding; compare with a number between the steps"

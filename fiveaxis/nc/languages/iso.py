@@ -75,6 +75,7 @@ NOT_WORDS = reasons(
     (r"M94(?=[A-C])", "counts rotary axes from below a turn (Heidenhain), which isn't G-code; post Klartext"),
     (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
     (r"=", _SINUMERIK),
+    (r"[@^]", "is a polar coordinate of LinuxCNC, which isn't read; post X and Y"),
     (r"[(]", "opens a comment that isn't closed on its line; close it"),
     (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
 )

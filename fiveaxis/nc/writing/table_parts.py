@@ -178,7 +178,8 @@ class Arithmetic(StrictModel):
 
     Parameters
     ----------
-    same : numbers that differ by less are equal in EQ, NE, LE and GE; None where no manual says it
+    same : numbers that differ by less are equal in EQ and NE, and in LE and GE of some versions; None where
+        no manual says it
     doubtful : largest difference at which that decides, where the control isn't known
     standard : ``RS274/NGC`` where MOD is positive, FIX and FUP go to the next whole number below and above,
         ATAN[y]/[x] is from -180 to 180 deg, and any number but 0 is true
@@ -192,17 +193,24 @@ class Arithmetic(StrictModel):
 
 
 class Cycles(StrictModel):
-    """Where the control runs no drilling cycles.
+    """What drilling cycles are where controls differ.
 
     Parameters
     ----------
     rotary : whether a block of a cycle may turn rotary axes
     inverse_time : whether there are cycles under G93
+    fed_to_initial : words of cycles that return at feed up to the initial level (G98), others to R alone
+    raised : whether the initial level is the one to which a tool below R rises first, and G98 returns to it
+        even where R is higher later; else it returns to R there
+    others : words that are no cycles of one hole here, and what they do
     source : what says so
     """
 
     rotary: bool = True
     inverse_time: bool = True
+    fed_to_initial: tuple[str, ...] = ()
+    raised: bool = False
+    others: dict[str, str] = Field(default_factory=dict)
     source: str = ""
 
 
