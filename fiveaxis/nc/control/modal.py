@@ -370,10 +370,8 @@ class DrillingCycle:
                 f"{self.word} under G98 returns to the initial level, which isn't in the program; move Z "
                 "before, or write G99"
             )
-        back = self.level
-        if to_initial and self.initial is not None:
-            # A tool that started below R doesn't return below it.
-            back = self.initial if rules.raised else max(self.initial, self.level)
+        # A tool that started below R doesn't return below it.
+        back = max(self.initial, self.level) if to_initial and self.initial is not None else self.level
         over = self.level if now is None else max(now, self.level)
         at_feed, fed = CYCLES[self.word], self.word in rules.fed_to_initial
         moves = [(over, False), (self.level, False), (self.depth, True)]

@@ -218,7 +218,7 @@ class Moves(InterpreterState):
         if self.modes.plane != "G17":
             raise BlockError(f"a cycle in {self.modes.plane}; cycles are supported in G17; write G17")
         track, word = self.track, str(self.modes.motion)
-        if begins := self.cycle is None:
+        if self.cycle is None:
             self.cycle = DrillingCycle(word, self.local[2])
         self.cycle.word = word
         scale = MILLIMETRES[self.modes.units.now]
@@ -233,11 +233,9 @@ class Moves(InterpreterState):
             f"{word} is read as one move down and one back; pecks, shifts and dwells are left out",
         )
         self.drilled.add(track.step)
-        self._rise(self.cycle.level)
-        if begins and rules.raised:
-            self.cycle.initial = self.local[2]
-        to_initial = self.modes.to_initial
-        for height, at_feed in self.cycle.levels(point[2], to_initial=to_initial, rules=rules):
+        self._rise(self.cycle, rules)
+        now, to_initial = self.local[2], self.modes.to_initial
+        for height, at_feed in self.cycle.levels(now, to_initial=to_initial, rules=rules):
             point = [point[0], point[1], height]
             target = self._at(over, point)
             if at_feed:
@@ -248,10 +246,14 @@ class Moves(InterpreterState):
                 self.go_rapid(target)
         self.turned_local = point
 
-    def _rise(self, level: float | None) -> None:
+    def _rise(self, cycle: DrillingCycle, rules: Cycles) -> None:
         """Raise a tool below the level R to it first, as RS274/NGC requires, with a warning."""
-        here = list(self.local)
-        if level is None or here[2] is None or here[2] >= level:
+        here, level = list(self.local), cycle.level
+        if level is None or here[2] is None:
+            return
+        if here[2] >= level:
+            if rules.level_first and cycle.initial is not None and cycle.initial < level < here[2]:
+                self.go_rapid(self._at(self.track.now, [*here[:2], level]))
             return
         self.note(
             Severity.WARNING,

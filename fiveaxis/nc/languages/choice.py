@@ -51,8 +51,8 @@ class Language:
             With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
         """
         _require_lines(source)
-        make = resolve_name(self.reader)
-        reader: Reader = make(_without_leader(source), block_delete=block_delete, control=control)
+        how = {"block_delete": block_delete, "control": control}
+        reader: Reader = resolve_name(self.reader)(_without_leader(source), **how)
         yield from reader.blocks()
 
 

@@ -34,9 +34,10 @@ _OPERATOR = re.compile(r"\s*(\*\*|[-+*/^]|(?:MOD|DIV|EQ|NE|LT|LE|GT|GE|AND|OR|XO
 _ARCTANGENT = re.compile(r"/(?=\[)")
 
 _CLOSING = {"(": ")", "[": "]"}
+_COMPARED = 2
 _STRENGTH = {
     **dict.fromkeys(("AND", "OR", "XOR"), 1),
-    **dict.fromkeys(("EQ", "NE", "LT", "LE", "GT", "GE"), 2),
+    **dict.fromkeys(("EQ", "NE", "LT", "LE", "GT", "GE"), _COMPARED),
     **dict.fromkeys("+-", 3),
     **dict.fromkeys(("*", "/", "MOD", "DIV"), 4),
     "**": 5,
@@ -48,82 +49,45 @@ _SIGNS = 5  # -2*3 is (-2)*3, -2**2 is (-2)**2 (LinuxCNC), and -2^2 is -(2^2)
 SAME = 1e-6
 
 
-def _compared(
-    word: str, compare: Callable[[float, float], bool]
-) -> Callable[[float, float, Arithmetic], float]:
-    def truth(a: float, b: float, rules: Arithmetic) -> float:
-        apart, doubtful = abs(a - b), SAME * max(1.0, abs(a), abs(b))
-        if rules.same is not None and word in ("EQ", "NE"):
-            return float((apart < rules.same) == (word == "EQ"))
-        if word in ("LT", "GT"):
-            doubtful = doubtful if rules.same is None else 0.0
-        else:
-            doubtful = max(doubtful, rules.doubtful if rules.same is None else rules.same)
-        sure = word in ("LE", "GE") and compare(a, b)  # also if they are the same
-        if a != b and apart <= doubtful and not sure:
-            raise BlockError(
-                f"{a:.12g} is compared with {b:.12g}, and whether they are the same depends on the control's "
-                "rounding; compare with a number between the steps"
-            )
-        return float(compare(a, b))
-
-    return truth
-
-
-def _joined(join: Callable[[bool, bool], bool]) -> Callable[[float, float, Arithmetic], float]:
-    def truth(a: float, b: float, rules: Arithmetic) -> float:
-        if rules.standard is None and not {a, b} <= {0.0, 1.0}:
-            raise BlockError(f"{a:g} and {b:g} are joined, and only comparisons can be; compare them")
-        return float(join(bool(a), bool(b)))
-
-    return truth
+_OPERATORS: dict[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "MOD": lambda a, b: math.fmod(math.fmod(a, b) + abs(b), abs(b)) if a < 0.0 else math.fmod(a, b),
+    "DIV": lambda a, b: math.trunc(a / b),
+    "**": math.pow,
+    "^": math.pow,
+    "EQ": operator.eq,
+    "NE": operator.ne,
+    "LT": operator.lt,
+    "LE": operator.le,
+    "GT": operator.gt,
+    "GE": operator.ge,
+    "AND": lambda a, b: bool(a) and bool(b),
+    "OR": lambda a, b: bool(a) or bool(b),
+    "XOR": lambda a, b: bool(a) != bool(b),
+}
 
 
-def _plain(of: Callable[[float, float], float]) -> Callable[[float, float, Arithmetic], float]:
-    return lambda a, b, _: of(a, b)
-
-
-def _remainder(a: float, b: float, rules: Arithmetic) -> float:
-    if rules.standard is not None:
-        return rest + abs(b) if (rest := math.fmod(a, b)) < 0.0 else rest
-    if a < 0.0 or b < 0.0 or a != int(a) or b != int(b):
+def _require_certain(word: str, a: float, b: float, rules: Arithmetic) -> None:
+    """Raise `BlockError` where an operator's value differs between controls, and no table says this one's."""
+    if word in ("AND", "OR", "XOR") and rules.standard is None and not {a, b} <= {0.0, 1.0}:
+        raise BlockError(f"{a:g} and {b:g} are joined, and only comparisons can be; compare them")
+    if word == "MOD" and rules.standard is None and (a < 0.0 or b < 0.0 or a != int(a) or b != int(b)):
         raise BlockError(f"{a:g} MOD {b:g} depends on the control; only whole numbers from 0 are supported")
-    return math.fmod(a, b)
+    if _STRENGTH[word] != _COMPARED or a == b or (rules.same is not None and word not in ("LE", "GE")):
+        return
+    near = SAME * max(1.0, abs(a), abs(b))
+    if word not in ("LT", "GT"):
+        near = max(near, rules.doubtful if rules.same is None else rules.same)
+        near = 0.0 if word in ("LE", "GE") and _OPERATORS[word](a, b) else near  # as if they were the same
+    if abs(a - b) <= near:
+        raise BlockError(
+            f"{a:.12g} is compared with {b:.12g}, and whether they are the same depends on the control's "
+            "rounding; compare with a number between the steps"
+        )
 
-
-_OPERATORS: dict[str, Callable[[float, float, Arithmetic], float]] = {
-    "+": _plain(operator.add),
-    "-": _plain(operator.sub),
-    "*": _plain(operator.mul),
-    "/": _plain(operator.truediv),
-    "MOD": _remainder,
-    "DIV": _plain(lambda a, b: float(math.trunc(a / b))),
-    "**": _plain(math.pow),
-    "^": _plain(math.pow),
-    "EQ": _compared("EQ", operator.eq),
-    "NE": _compared("NE", operator.ne),
-    "LT": _compared("LT", operator.lt),
-    "LE": _compared("LE", operator.le),
-    "GT": _compared("GT", operator.gt),
-    "GE": _compared("GE", operator.ge),
-    "AND": _joined(operator.and_),
-    "OR": _joined(operator.or_),
-    "XOR": _joined(operator.xor),
-}
-
-
-def _require_sure(name: str, x: float) -> None:
-    """Raise `BlockError` where FIX or FUP of a number differs between controls."""
-    if x != round(x) and (x < 0.0 or abs(x - round(x)) <= SAME):
-        raise BlockError(f"{name} of {x:.12g}: which way it is rounded depends on the control")
-
-
-# Functions that are neither evaluated nor variables.
-_FOREIGN = {
-    "ATAN2": "is an arctangent of two numbers on a Sinumerik, ATAN2(y, x), and isn't evaluated; write "
-    "ATAN[y]/[x] in G-code, or the number",
-    "EXISTS": "asks whether the control has a variable, which isn't in the program; write what holds",
-}
 
 FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SIN": lambda x: math.sin(math.radians(x)),
@@ -201,8 +165,11 @@ class _Parser:
             found = _OPERATOR.match(self.text, self.end)
             if found is None or _STRENGTH[found[1]] <= weakest:
                 return left
-            self.end = found.end()
-            left = _OPERATORS[found[1]](left, self.sum(_STRENGTH[found[1]]), self.rules)
+            self.end, word = found.end(), found[1]
+            right = self.sum(_STRENGTH[word])
+            _require_certain(word, left, right, self.rules)
+            same = word in ("EQ", "NE") and abs(left - right) < (self.rules.same or 0.0)
+            left = float(_OPERATORS[word](left, left if same else right))
 
     def operand(self) -> float:
         found = _TOKEN.match(self.text, self.end)
@@ -236,16 +203,21 @@ class _Parser:
         function = FUNCTIONS.get(name)
         if function is not None:
             of = self.operand()
-            if name in ("FIX", "FUP") and self.rules.standard is None:
-                _require_sure(name, of)
+            doubtful = of != round(of) and (of < 0.0 or abs(of - round(of)) <= SAME)
+            if doubtful and name in ("FIX", "FUP") and self.rules.standard is None:
+                raise BlockError(f"{name} of {of:.12g}: which way it is rounded depends on the control")
             value = float(function(of))
             ratio = _ARCTANGENT.match(self.text, self.end) if name == "ATAN" else None
             return value if ratio is None else self._arctangent(of, ratio.end())
         try:
             return self.lookup(name)
         except KeyError:
-            fact = _FOREIGN.get(name, "has no value yet; write the number")
-            raise BlockError(f"{name} {fact}") from None
+            fact = (
+                "is Sinumerik's, and isn't evaluated; write ATAN[y]/[x], or"
+                if name == "ATAN2"
+                else "has no value yet; write"
+            )
+            raise BlockError(f"{name} {fact} the number") from None
 
     def _arctangent(self, height: float, at: int) -> float:
         """Read ``ATAN[y]/[x]``, the angle, deg, of the point x, y."""

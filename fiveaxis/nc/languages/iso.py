@@ -14,9 +14,8 @@ from fiveaxis.nc.languages.block import IS_CYCLE, NO_WORDS, Block, BlockError, n
 from fiveaxis.nc.languages.iso_frames import FRAME_WORDS, Frames, is_unfinished
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
 from fiveaxis.nc.languages.runs import PlainLines, Reader
-from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.table_parts import Arithmetic
-from fiveaxis.nc.writing.tables import DIALECTS, Dialect
+from fiveaxis.nc.writing.tables import DIALECTS
 
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
@@ -100,11 +99,10 @@ class Iso(Reader):
     # Brackets in brackets are left to `compact_code`.
     comments = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 
-    def __init__(self, source: Source, *, block_delete: bool = False, control: Dialect | None = None) -> None:
-        super().__init__(source, block_delete=block_delete, control=control)
+    def _begin(self) -> None:
         # Where the control isn't known, a comparison on which one would decide otherwise has no value.
         unknown = Arithmetic(doubtful=max(d.arithmetic.same or 0.0 for d in DIALECTS.values()))
-        rules = unknown if control is None else control.arithmetic
+        rules = unknown if self.control is None else self.control.arithmetic
         self.macros, self.tip, self.frames = Macros(self.tape, rules), TipSwitch(), Frames()
 
     def continues(self, text: str) -> bool:

@@ -201,8 +201,12 @@ class Reader(ABC):
 
     def __init__(self, source: Source, *, block_delete: bool = False, control: Dialect | None = None) -> None:
         self.source, self.block_delete, self.ended = source, block_delete, False
-        self.control = control
-        self.tape = Tape(source, self.comments)
+        self.control, self.tape = control, Tape(source, self.comments)
+        self._begin()
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Set the state in which a program begins."""
 
     @abstractmethod
     def read(self, line: int, text: str) -> Iterable[Block]:

@@ -200,8 +200,7 @@ class Cycles(StrictModel):
     rotary : whether a block of a cycle may turn rotary axes
     inverse_time : whether there are cycles under G93
     fed_to_initial : words of cycles that return at feed up to the initial level (G98), others to R alone
-    raised : whether the initial level is the one to which a tool below R rises first, and G98 returns to it
-        even where R is higher later; else it returns to R there
+    level_first : whether a cycle whose initial level is below R goes to R before X and Y from above, too
     others : words that are no cycles of one hole here, and what they do
     source : what says so
     """
@@ -209,7 +208,7 @@ class Cycles(StrictModel):
     rotary: bool = True
     inverse_time: bool = True
     fed_to_initial: tuple[str, ...] = ()
-    raised: bool = False
+    level_first: bool = False
     others: dict[str, str] = Field(default_factory=dict)
     source: str = ""
 
