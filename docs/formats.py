@@ -231,7 +231,7 @@ def _placeholder(field: FieldInfo) -> str:
     annotation: Any = field.annotation
     if get_origin(annotation) is not dict:
         return ""
-    return {"X": "LETTER", "axes": "COORDINATES", "tip": "COORDINATES", "inverse_time": "MODE"}[
+    return {"X": "LETTER", "axes": "COORDINATES", "tip": "COORDINATES", "inverse_time": "MODE", "mm": "UNIT"}[
         get_args(get_args(annotation)[0])[0]
     ]
 

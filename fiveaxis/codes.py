@@ -171,8 +171,8 @@ READING = {
     "cycle-from-below": Code(WARNING, "a cycle begins below its level"),
     "beyond-control": Code(
         ERROR,
-        "the control's table doesn't allow a number, an offset or a line, or the control acts on a comment; an "
-        "error where it stops there",
+        "the control's table doesn't allow a number, an offset or a line, or the control acts on a comment; "
+        "an error where it stops there",
     ),
     "cycle-retracts-below": Code(WARNING, "a cycle retracts to below its start"),
     "cycle-simplified": Code(NOTE, "a cycle is read as one move down and one back"),

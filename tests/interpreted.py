@@ -19,19 +19,19 @@ needs_rs274 = pytest.mark.skipif(
 )
 
 
-def interpret(program: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    """Run a program with the files beside it.
-
-    Runs at the same time would share the tool table's .tool.mmap of the home folder, and fail.
-    """
-    program.with_name("tool.tbl").write_text("T3 P3 Z0 D10\n", encoding="ascii")
+def interpret(program: Path, *options: str, timeout: float = PATIENCE) -> subprocess.CompletedProcess[str]:
+    """Run a program with the files beside it, and the tools 1 to 99 of no length."""
+    tools = "".join(f"T{n} P{n} Z0 D{n + 1}\n" for n in range(1, 100))
+    program.with_name("tool.tbl").write_text(tools, encoding="ascii")
     return subprocess.run(
         [str(RS274), *options, "-t", "tool.tbl", "-g", program.name],
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        errors="replace",
+        timeout=timeout,
         cwd=program.parent,
-        env={**os.environ, "HOME": str(program.parent)},
+        # It keeps its tools in a file of the home folder, which two that run at a time would share.
+        env=os.environ | {"HOME": str(program.parent)},
         check=False,
     )
 

@@ -13,6 +13,8 @@ from fiveaxis.files import MOST_SETTINGS_BYTES, is_file, read_input
 
 MAX_DEPTH = 16  # of #INCLUDE, as in LinuxCNC
 TRUE, FALSE = ("1", "true", "yes"), ("0", "false", "no")
+# Why `Configuration.find` passes over an entry.
+UNFOUND = "LinuxCNC 2.9 reads capitals as written, and of sections with one name the first alone"
 ARROWS = ("=>", "<=", "<=>")  # decoration in a `net` command
 
 
@@ -69,7 +71,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Configuration:
-    """An ini: its entries by section and key, in upper case, in the file's order."""
+    """An ini: its entries by section and key, in the file's order."""
 
     file: Path
     entries: tuple[tuple[str, str, Entry], ...]
@@ -82,6 +84,11 @@ class Configuration:
         """Find the entry of a key: the first, as in LinuxCNC."""
         return next(iter(self.all(section, key)), None)
 
+    def passed_over(self, section: str, *keys: str) -> list[Entry]:
+        """List the entries that look like a section's keys and that LinuxCNC doesn't find there."""
+        alike = ((s, k, e) for s, k, e in self.entries if s.strip("# ").upper() == section)
+        return [e for s, k, e in alike if k.upper() in keys and (s != section or k not in keys)]
+
     def need(self, section: str, key: str, example: str) -> Entry:
         """Find the entry of a required key.
 
@@ -92,8 +99,10 @@ class Configuration:
         """
         found = self.find(section, key)
         if found is None:
+            unfound = self.passed_over(section, key)
+            near = f" (line {unfound[0].line} isn't found: {UNFOUND})" if unfound else ""
             raise MachineError(
-                f"has no [{section}] {key}, for example {example}; write it, as in configurations of "
+                f"has no [{section}] {key}{near}, for example {example}; write it, as in configurations of "
                 "LinuxCNC 2.8 or later",
                 file=self.file,
             )
@@ -165,23 +174,37 @@ def read_hal(configuration: Configuration) -> Hal:
     return hal
 
 
-def _entries(path: Path, depth: int = 0) -> Iterator[tuple[str, str, Entry]]:
-    section = ""
+def _entries(path: Path) -> Iterator[tuple[str, str, Entry]]:
+    """List the entries of an ini's sections; the name of a section that its file has had gets a ``#``.
+
+    `Configuration.find` then finds what LinuxCNC 2.9 does (src/libnml/inifile/inifile.cc, `IniFile::Find`):
+    names in their own case, and of sections with one name the first alone.
+    """
+    section, seen = "", set[str]()
+    for file, line, text in _flat(path):
+        header = re.match(r"\[(.+?)\]", text)
+        if header:
+            section = f"#{header[1]}" if header[1] in seen else header[1]
+            seen.add(section)
+            continue
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not key:
+            message = f"{text!r} is neither [SECTION] nor KEY = value; begin a comment with #"
+            raise MachineError(message, file=file, line=line)
+        key = key.split()[0]
+        yield section, key, Entry(value, f"[{section.removeprefix('#')}] {key}", file, line)
+
+
+def _flat(path: Path, depth: int = 0) -> Iterator[tuple[Path, int, str]]:
+    """List the lines of an ini with those of the files that it includes in their places."""
     for line, text in _lines(path, includes=True):
         included = re.match(r"#INCLUDE\s+(.+)", text)
-        header = re.match(r"\[\s*(.+?)\s*\]", text)
-        if included:
-            if depth == MAX_DEPTH:
-                raise MachineError(f"#INCLUDE is nested more than {MAX_DEPTH} deep", file=path, line=line)
-            yield from _entries(path.parent / included[1].strip(), depth + 1)
-        elif header:
-            section = header[1].upper()
-        else:
-            key, equals, value = (part.strip() for part in text.partition("="))
-            if not equals or not key:
-                message = f"{text!r} is neither [SECTION] nor KEY = value; begin a comment with #"
-                raise MachineError(message, file=path, line=line)
-            yield section, key.upper(), Entry(value, f"[{section}] {key.upper()}", path, line)
+        if included is None:
+            yield path, line, text
+            continue
+        if depth == MAX_DEPTH:
+            raise MachineError(f"#INCLUDE is nested more than {MAX_DEPTH} deep", file=path, line=line)
+        yield from _flat(path.parent / included[1].strip(), depth + 1)
 
 
 def _lines(path: Path, includes: bool = False) -> Iterator[tuple[int, str]]:
@@ -218,5 +241,5 @@ def _run(command: Entry, hal: Hal, configuration: Configuration) -> None:
 def _substitute(word: str, configuration: Configuration) -> str:
     """Replace ``[SECTION]KEY`` or ``[SECTION](KEY)`` by the ini's value, as HAL does."""
     found = re.fullmatch(r"\[(\w+)\]\(?(\w+)\)?", word)
-    entry = None if found is None else configuration.find(found[1].upper(), found[2].upper())
+    entry = None if found is None else configuration.find(found[1], found[2])
     return word if entry is None else entry.value

@@ -14,12 +14,13 @@ from pathlib import Path
 from fiveaxis.machine.building import build_machine
 from fiveaxis.machine.code import parse_code
 from fiveaxis.machine.figures import LINEAR_UNITS, Table
-from fiveaxis.machine.ini import Configuration, Entry, Hal, read_configuration, read_hal
+from fiveaxis.machine.ini import UNFOUND, Configuration, Entry, Hal, read_configuration, read_hal
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.tables import MachineFile
 
 NO_LIMIT = 1e99  # LinuxCNC's value for a missing limit
 UNITS = {"mm": "mm", "metric": "mm", "in": "inch", "inch": "inch", "imperial": "inch"}
+FIGURES = ("MIN_LIMIT", "MAX_LIMIT", "MAX_VELOCITY", "MAX_ACCELERATION")
 DEGREES = ("deg", "degree", "1", "1.0")
 
 
@@ -161,22 +162,30 @@ def _machine_tables(source: Source) -> Table:
     title = ini.find("EMC", "MACHINE")
     name = ini.file.stem if title is None or not title.value else title.value
     note = "the module doesn't say which of X, Y and Z carry the table; the kinematics doesn't depend on it"
+    letters = parse_code(kinematics.code).letters
+    axes = {c: _axis_sections(source, c) for c in letters}
+    unfound = [e for sections in axes.values() for s in sections for e in ini.passed_over(s, *FIGURES)]
+    lines = ", ".join(f"{e.name} of line {e.line}" for e in unfound)
+    ignored = f"; not in force: {lines}, as {UNFOUND}" if unfound else ""
     structure = {"source": f"{_cite([source.named])} ({source.module})", "assumed": True, "note": note}
     return {
         "name": ini.file.stem,
         "code": kinematics.code,
-        "description": f"{name}: LinuxCNC configuration {ini.file.name} with {source.module}",
+        "description": f"{name}: LinuxCNC configuration {ini.file.name} with {source.module}{ignored}",
         "structure": structure,
-        "axes": {c: _axis_table(source, c) for c in parse_code(kinematics.code).letters},
+        "axes": {c: _axis_table(source, c, sections) for c, sections in axes.items()},
     }
 
 
-def _axis_table(source: Source, letter: str) -> Table:
+def _axis_sections(source: Source, letter: str) -> list[str]:
+    joints = (f"JOINT_{n}" for n, joint in enumerate(source.joints) if joint == letter)
+    return [f"AXIS_{letter}", *joints]
+
+
+def _axis_table(source: Source, letter: str, sections: list[str]) -> Table:
     unit = "deg" if letter in "ABC" else source.unit
     flag = source.hal.find(f"{source.module}.conventional-directions")
     flipped = letter in source.kinematics.against and not (flag is not None and flag.flag())
-    sections = [f"AXIS_{letter}"]
-    sections += [f"JOINT_{n}" for n, joint in enumerate(source.joints) if joint == letter]
     table: Table = {"reversed": flipped}
     limits = _limits(source.ini, sections, flipped)
     if limits:

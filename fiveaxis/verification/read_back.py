@@ -20,6 +20,7 @@ from fiveaxis.nc import Program, ProgramSettings
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.traced_program import TracedProgram, load_text
 from fiveaxis.nc.words import control_values
+from fiveaxis.nc.writing.feeds import HELD, lowest_speed
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology, StartAndEnd
 from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.toolpath import MoveKind
@@ -39,7 +40,7 @@ COARSE = {"feed-floor": ("per_minute",), "feed-rounded": ("per_minute", "inverse
 # s: smaller differences don't count, nor that a block shorter than `BRIEF` takes up to `LONGER`.
 MOMENT, BRIEF, LONGER = 1e-3, 2e-3, 1e-2
 # Allowed difference of a linear position, in steps of the last decimal: half a step of rounding, or two steps
-# if an axis stands instead of creeping beside a turn.
+# if an axis stands instead of creeping beside a turn; `HELD` more where the control runs no block as slowly.
 STEPS = 3.1
 # The same for rotary words: half a step, with a margin for floating point.
 HALF_STEP = 0.51
@@ -286,7 +287,8 @@ def _check_positions(back: ReadBack, rows: IntArray) -> Result:
     leaning = np.degrees(np.linalg.norm(axes[1] - axes[0], axis=1))
     most = HALF_STEP * back.turn
     off = (turned > most) if by_angle else (leaning > np.degrees(SAME_AXIS))
-    bad = np.flatnonzero((aside > STEPS * back.step) | off)
+    stands = HELD if lowest_speed(back.wording) else 0.0
+    bad = np.flatnonzero((aside > STEPS * back.step + stands) | off)
 
     def message(i: int) -> str:
         k = bad[i]

@@ -19,7 +19,7 @@ import numpy as np
 from fiveaxis.geometry import Array, product
 from fiveaxis.motion import PATH_TOLERANCE
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, numbers_and_words
-from fiveaxis.nc.control.arcs import LARGEST_DIFFERENCE, LARGEST_SHARE, ROUNDING, Arc, arc_about
+from fiveaxis.nc.control.arcs import USUAL, Arc, arc_about
 from fiveaxis.nc.rows import LARGEST_POSITION, UNIT_TOLERANCE
 
 # rad, tolerance of MOVARC's angle to the angle between its ends.
@@ -168,7 +168,7 @@ def sweep_to(stated: StatedArc, begin: Array, end: Array) -> float | None:
     heights = [float(product(arm, stated.axis)) for arm in arms]
     flat = [arm - height * stated.axis for arm, height in zip(arms, heights, strict=True)]
     lengths = [float(np.linalg.norm(arm, axis=-1)) for arm in flat]
-    allowed = max(ROUNDING, LARGEST_SHARE * lengths[0])
+    allowed = max(USUAL.rounding, USUAL.share * lengths[0])
     if not max(abs(heights[1] - heights[0]), abs(lengths[1] - lengths[0])) <= allowed:
         return None
     across = float(product(_cross(stated.axis, flat[0]), flat[1]))
@@ -190,8 +190,8 @@ def agreement(stated: StatedArc, before: Array, begin: Array) -> float:
 def _require_fit(stated: StatedArc, first: float, last: float) -> None:
     """Raise `ToolpathError` if the ends of an arc don't lie on one circle, or not on the stated one."""
     radius = first if stated.radius is None else abs(stated.radius)
-    allowed = min(max(ROUNDING, LARGEST_SHARE * radius), LARGEST_DIFFERENCE)
-    if not (first > ROUNDING and last > ROUNDING):
+    allowed = min(max(USUAL.rounding, USUAL.share * radius), USUAL.largest)
+    if not (first > USUAL.rounding and last > USUAL.rounding):
         raise stated.statement.error("begins or ends at its centre; correct the centre")
     if not max(abs(first - radius), abs(last - radius), abs(first - last)) <= allowed:
         and_radius = "" if stated.radius is None else f", and its radius is {radius:.6g} mm"
@@ -274,7 +274,7 @@ def _meetings(stated: StatedArc, radius: float, begin: Array, line: Array) -> li
     if not length > 0.0:
         raise stated.statement.error("ends at a line without length; correct its points")
     along = along / length
-    if float(np.linalg.norm(start, axis=-1)) <= ROUNDING:
+    if float(np.linalg.norm(start, axis=-1)) <= USUAL.rounding:
         # A line from the centre points at the end.
         return [np.asarray(stated.centre + radius * along)]
     nearest = start - float(product(start, along)) * along

@@ -24,7 +24,7 @@ from fiveaxis.nc.apt.cycles import Cycle, hole_points, read_cycle, remark_on_cyc
 from fiveaxis.nc.apt.feedrate import Feeds
 from fiveaxis.nc.apt.frames import Frames
 from fiveaxis.nc.apt.statements import Statement
-from fiveaxis.nc.control.arcs import ROUNDING
+from fiveaxis.nc.control.arcs import USUAL
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.units import Units
 from fiveaxis.toolpath import MoveKind
@@ -254,7 +254,7 @@ class Moves:
             self.along += fit > TANGENT
             self.against += fit < -TANGENT
         chord = math.dist(begin, end)
-        if 0.0 < chord < ROUNDING and self.step is None:
+        if 0.0 < chord < USUAL.rounding and self.step is None:
             text = (
                 f"the arc begins and ends {chord:.2g} mm apart; by its direction it turns by "
                 f"{math.degrees(sweep_to(arc, begin, end) or 0.0):.4g} deg"

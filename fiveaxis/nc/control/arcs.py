@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fiveaxis.geometry import Array
+from fiveaxis.nc.writing.table_parts import ArcBounds
 
 Pair = tuple[float, float]
 
-# mm: allowed difference of the radii at start and end of an arc, as in LinuxCNC: always up to the first, and
-# up to the second if it is below the share of the radius.
-ROUNDING, LARGEST_DIFFERENCE, LARGEST_SHARE = 0.005, 0.5, 0.001
+# Of controls whose table doesn't say it.
+USUAL = ArcBounds()
 
 # mm: closer points are equal, and the arc between them is a full circle.
 SAME_POINT = 1e-9
@@ -59,26 +59,30 @@ class Arc:
         return np.array(self.centre) + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def arc_about(start: Pair, end: Pair, centre: Pair, *, clockwise: bool) -> Arc:
+def arc_about(start: Pair, end: Pair, centre: Pair, *, clockwise: bool, bounds: ArcBounds = USUAL) -> Arc:
     """Return the arc about a centre; a full circle if start and end are equal.
 
     Parameters
     ----------
     start, end, centre : mm, in the plane
+    bounds : of the control
 
     Raises
     ------
     ValueError
-        No radius, or radii at start and end that differ by more than rounding.
+        No radius, or radii at start and end that differ by more than the control allows.
     """
     first, last = math.dist(start, centre), math.dist(end, centre)
     if first < SAME_POINT:
         raise ValueError("the arc starts at its centre; correct I, J, K")
-    difference = abs(first - last)
-    if difference > LARGEST_DIFFERENCE or difference > max(ROUNDING, LARGEST_SHARE * first):
+    if min(first, last) < (bounds.reach or 0.0):
+        raise ValueError(f"a radius of {min(first, last):.3g} mm, below {bounds.reach:g} mm; correct I, J, K")
+    difference, most = abs(first - last), max(bounds.rounding, bounds.share * max(first, last))
+    if difference > min(most, bounds.largest):
         raise ValueError(
-            f"the arc starts {first:.6g} mm from its centre and ends {last:.6g} mm from it; correct the end "
-            "or I, J, K, which are taken from the start to the centre"
+            f"the arc starts {first:.6g} mm from its centre and ends {last:.6g} mm from it, more than "
+            f"{min(most, bounds.largest):.4g} mm apart; correct the end or I, J, K, which are taken from the "
+            "start to the centre"
         )
     angle = math.atan2(start[1] - centre[1], start[0] - centre[0])
     turn = math.atan2(end[1] - centre[1], end[0] - centre[0]) - angle
@@ -89,13 +93,16 @@ def arc_about(start: Pair, end: Pair, centre: Pair, *, clockwise: bool) -> Arc:
     return Arc(centre, angle, -sweep if clockwise else sweep, (first, last))
 
 
-def arc_of_radius(start: Pair, end: Pair, radius: float, *, clockwise: bool) -> Arc:
+def arc_of_radius(
+    start: Pair, end: Pair, radius: float, *, clockwise: bool, bounds: ArcBounds = USUAL
+) -> Arc:
     """Return the arc of a radius: below half a turn, or above if the radius is negative.
 
     Parameters
     ----------
     start, end : mm, in the plane
     radius : mm
+    bounds : of the control
 
     Raises
     ------
@@ -106,11 +113,12 @@ def arc_of_radius(start: Pair, end: Pair, radius: float, *, clockwise: bool) -> 
     if chord < SAME_POINT:
         raise ValueError("a full circle can't be given by R; write I, J, K")
     half = chord / 2.0
-    if half - abs(radius) > max(ROUNDING, LARGEST_SHARE * abs(radius)):
+    most = max(bounds.rounding, bounds.share * abs(radius)) if bounds.reach is None else bounds.reach
+    if half - abs(radius) > most:
         raise ValueError(f"R{radius:g} is too small for ends {chord:.6g} mm apart; correct R or the end")
     height = math.sqrt(max(radius * radius - half * half, 0.0))
     # Clockwise, the centre of the shorter arc lies to the right of the chord.
     side = height / chord if clockwise == (radius > 0.0) else -height / chord
     dx, dy = end[0] - start[0], end[1] - start[1]
     centre = ((start[0] + end[0]) / 2.0 + side * dy, (start[1] + end[1]) / 2.0 - side * dx)
-    return arc_about(start, end, centre, clockwise=clockwise)
+    return arc_about(start, end, centre, clockwise=clockwise, bounds=bounds)

@@ -59,9 +59,9 @@ class FeedMeaning:
     radii: dict[str, float] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, source: Source, machine: Machine) -> FeedMeaning:
-        """Find the control of a program."""
-        dialect, stated = _dialect_of(source, machine), stated_degree(source)
+    def of(cls, source: Source, machine: Machine, dialect: Dialect | None) -> FeedMeaning:
+        """Return what a control's table, or the program's header, says."""
+        stated = stated_degree(source)
         name = control_of(source, find_language(source))
         table = MixedFeed(unknown=f"no table says it for control {name!r}" if name else _NO_CONTROL)
         table = table if dialect is None else dialect.mixed_feed
@@ -135,7 +135,7 @@ def program_dialect(source: Source, machine: Machine) -> Dialect | None:
     return DIALECTS.get(control_of(source, language))
 
 
-def _dialect_of(source: Source, machine: Machine) -> Dialect | None:
+def dialect_of(source: Source, machine: Machine) -> Dialect | None:
     """Return `program_dialect`, or else what all tables with the file's suffix have in common, or None."""
     known = [d for d in DIALECTS.values() if source.name.lower().endswith(d.suffix)]
     same = {(d.mixed_feed.degree, d.dwell) for d in known}

@@ -262,7 +262,8 @@ class Interpreter(RunMoves):
         if letter == "F" or letter in COUNTED:
             return False
         home = "G28" in block.g or "G30" in block.g
-        if letter in "IJKR" and self.modes.motion in ("G2", "G3") and not home:
+        turns = "" if self.modes.control is None else self.modes.control.arc_turns
+        if letter in f"IJKR{turns}" and self.modes.motion in ("G2", "G3") and not home:
             return False
         if letter in "IJK" and self._has_vectors and not home:
             return False

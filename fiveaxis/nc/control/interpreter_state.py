@@ -100,7 +100,7 @@ class InterpreterState:
     def __post_init__(self) -> None:
         axes = self.track.machine.axes
         self.columns = {a.letter: i for i, a in enumerate(axes)}
-        self.feed_meaning = FeedMeaning.of(self.source, self.track.machine)
+        self.feed_meaning = FeedMeaning.of(self.source, self.track.machine, self.modes.control)
         self.track.counted = self.feed_meaning.counted(self.modes.units.now, of_tip=False)
         self.named = {i for i, v in enumerate(self.track.now) if v is not None}
         # If the program switches the rule on and off, it is off at the start.

@@ -25,6 +25,8 @@ from fiveaxis.nc.languages.iso import TIP_WORDS
 from fiveaxis.nc.languages.iso_frames import FRAME_WORDS
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.units import Units
+from fiveaxis.nc.writing.table_parts import Cycles
+from fiveaxis.nc.writing.tables import Dialect
 
 MOTION = ("G0", "G1", "G2", "G3")
 UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
@@ -87,9 +89,13 @@ PARAMETERS = {
     "G43.4": "PQ",
     "G43.5": "PQ",
     **NUMBERED_OFFSETS,
-    "G10": "LPR",
+    "G10": "LPQRIJ",
     "G30": "P",
     "M19": "PRQ",
+    # LinuxCNC's outputs and inputs, and M words of its users.
+    **dict.fromkeys(("M62", "M63", "M64", "M65"), "P"),
+    **dict.fromkeys(("M66", "M67", "M68"), "PLEQ"),
+    **{f"M{number}": "PQ" for number in range(100, 200)},
     **dict.fromkeys(CYCLES, "RPQIJKL"),
 }
 
@@ -150,6 +156,7 @@ class Modes:
     absolute_centres : G90.1, I, J and K are the centre of an arc, not the way to it
     knows_motion : whether G0, G1 or another word of motion has been read
     rules : of the program's control
+    control : whose program it is; None where nothing tells it
     """
 
     units: Units
@@ -167,6 +174,7 @@ class Modes:
     absolute_centres: bool = False
     knows_motion: bool = False
     rules: ControlRules = field(default_factory=ControlRules)
+    control: Dialect | None = None
 
     @property
     def feed_scale(self) -> float:
@@ -218,10 +226,17 @@ class Modes:
             raise BlockError("a feed move without F; G93 needs F in each one")
         return 60.0 / block.words["F"], None
 
+    @property
+    def _clears(self) -> bool:
+        form = None if self.control is None else self.control.feed.get("per_minute")
+        return form is not None and form.clears
+
     def _feed_now(self) -> float:
         """Return F per minute."""
         if self.feed is None:
-            raise BlockError(f"a feed move without F in force for {self.feed_mode}; write F here or before")
+            why = ", which clears F even where it is in force" if self._clears else ""
+            fact = f"a feed move without F in force for {self.feed_mode}{why}; write F here or before"
+            raise BlockError(fact)
         if self.feed_mode == "G94":
             return self.feed
         speed = self.technology.now.speed
@@ -257,8 +272,8 @@ class Modes:
         elif word in ("G90.1", "G91.1"):
             self.absolute_centres = word == "G90.1"
         elif word in FEED_MODES:
-            # F has another meaning in another mode, so controls reset it.
-            self.feed = self.feed if word == self.feed_mode else None
+            # F has another meaning in another mode, so controls reset it; some do in the same one, too.
+            self.feed = self.feed if word == self.feed_mode and not self._clears else None
             self.feed_mode = word
         elif word in UNIT:
             self.units.state([UNIT[word]], line)
@@ -290,6 +305,13 @@ def unknown_word(machine: Machine, letter: str, block: Block, *, stand_in: bool)
         )
     elif letter in "IJKR":
         fact = "belongs to an arc, and neither G2 nor G3 is in force; write the arc, or look up what it means"
+    elif letter == "P" and not block.words.keys().isdisjoint("IJKR"):
+        fact = (
+            "counts the turns of an arc on LinuxCNC; say that it is one (control of the machine file), or "
+            "write one arc for each turn"
+        )
+    elif letter == "E" and "G92" in block.g:
+        fact = "sets the extruder of a 3D printer, which no machine here has; leave the block out"
     elif letter == "E":
         fact = (
             "extrusion isn't read, and numbers of G-code have no exponent; leave the word out, or write the "
@@ -342,13 +364,14 @@ class DrillingCycle:
         if "Z" in block.words:
             self.depth = self._level(block.words["Z"] * scale, self.level, incremental=incremental)
 
-    def levels(self, now: float | None, *, to_initial: bool) -> list[tuple[float, bool]]:
+    def levels(self, now: float | None, *, to_initial: bool, rules: Cycles) -> list[tuple[float, bool]]:
         """Return the levels of Z, mm, and whether each is reached at feed; the first move positions X and Y.
 
         Parameters
         ----------
         now : Z, mm; None if unknown
         to_initial : G98, not G99
+        rules : of the control
         """
         if self.level is None or self.depth is None:
             raise BlockError(f"{self.word} needs depth Z and level R; write both")
@@ -360,8 +383,9 @@ class DrillingCycle:
         # A tool that started below R doesn't return below it.
         back = max(self.initial, self.level) if to_initial and self.initial is not None else self.level
         over = self.level if now is None else max(now, self.level)
-        moves = [(over, False), (self.level, False), (self.depth, True), (self.level, CYCLES[self.word])]
-        moves += [(back, False)]
+        at_feed, fed = CYCLES[self.word], self.word in rules.fed_to_initial
+        moves = [(over, False), (self.level, False), (self.depth, True)]
+        moves += [(back, True)] if fed else [(self.level, at_feed), (back, False)]
         return [move for i, move in enumerate(moves) if i == 0 or move[0] != moves[i - 1][0]]
 
     def _level(self, value: float, begin: float | None, *, incremental: bool) -> float:

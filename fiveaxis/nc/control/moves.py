@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.nc.control.arcs import Arc, Pair, arc_about, arc_of_radius
+from fiveaxis.nc.control.arcs import USUAL, Arc, Pair, arc_about, arc_of_radius
 from fiveaxis.nc.control.axis_track import NO_MOVE, Values
 from fiveaxis.nc.control.coordinates import Point
 from fiveaxis.nc.control.interpreter_state import CUT, InterpreterState
 from fiveaxis.nc.control.modal import CYCLES, PLANES, DrillingCycle, Modes
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
+from fiveaxis.nc.writing.table_parts import Cycles, Unit
 
 # Key of the counts: moves that a path on the workpiece can't contain.
 MACHINE_MOVES = "moves in machine coordinates"
@@ -25,6 +27,8 @@ MACHINE_MOVES = "moves in machine coordinates"
 STRAIGHT = ("G0", "G1")
 
 CENTRE = {"X": "I", "Y": "J", "Z": "K"}
+# By which a number of turns may differ from a whole one (LinuxCNC 2.9, interp_check.cc).
+WHOLE = 1e-3
 # More full circles are likelier a wrong word than a helix.
 MOST_TURNS = 1000
 
@@ -58,7 +62,7 @@ class Moves(InterpreterState):
         # When the control turns into a plane by itself, it doesn't cut, whatever motion is in force.
         positions = "G53.1" in block.g or (block.frame is not None and motion not in block.g)
         if motion in CYCLES and not positions:
-            self._drill(block)
+            self._drill(block, self._require_cycle(axes))
             return
         target, local = self._target(block, of_machine="G53" in block.g)
         self._note_plane(target)
@@ -74,7 +78,9 @@ class Moves(InterpreterState):
         """Check whether a move in machine coordinates (G53) is in the result."""
         if self.modes.motion not in STRAIGHT:
             raise BlockError("G53 needs G0 or G1; write one in its block")
-        if self._omit_move("G53", {c: block.words[c] for c in axes}):
+        targets = {c: block.words[c] for c in axes}
+        wrapped = (c for c in axes if self.columns[c] in self.wrapped)
+        if self._omit_move("G53", targets | {c: self._position(c, block, None, 0.0) for c in wrapped}):
             return False
         self.modes.technology.placed.add(self.track.step)
         return True
@@ -154,6 +160,7 @@ class Moves(InterpreterState):
         """Add the chords of an arc; other axes move in proportion to its angle."""
         self._prepare_feed(target)
         self.relies_on("plane")
+        block = self._with_turns(block)
         track, begin = self.track, self.track.now
         missing = track.unknown(begin)
         if missing:
@@ -164,7 +171,6 @@ class Moves(InterpreterState):
         parts = len(points)
         scale = self.modes.feed_scale
         whole = length / (feed * scale) if feed is not None else time or 0.0
-        feed = length / whole / scale if feed is None else feed
         normal, vector = self._on_workpiece(block.normal), track.vector
         for number, point in enumerate(self.coordinates.from_local(points[:-1]).tolist(), start=1):
             share = number / parts
@@ -179,7 +185,36 @@ class Moves(InterpreterState):
         track.vector = vector
         track.add(target, block.line, CUT, whole / parts, feed, normal)
 
-    def _drill(self, block: Block) -> None:
+    def _with_turns(self, block: Block) -> Block:
+        """Return an arc with the full circles that the control's letter for turns adds to it."""
+        control = self.modes.control
+        if control is None or not control.arc_turns or control.arc_turns not in block.words:
+            return block
+        turns = block.words[control.arc_turns]
+        if turns < 1.0 - WHOLE or abs(turns - round(turns)) > WHOLE:
+            raise BlockError(
+                f"{control.arc_turns}{turns:g}: an arc has a whole number of turns from 1; write it"
+            )
+        return block._replace(turns=round(turns) - 1)
+
+    def _require_cycle(self, axes: list[str]) -> Cycles:
+        """Return the control's rules of cycles; raise if it runs none in this block."""
+        control, word = self.modes.control, str(self.modes.motion)
+        if control is None:
+            return Cycles()
+        rules, turned = control.cycles, [c for c in axes if self.columns[c] in self.track.rotary]
+        if word in rules.others:
+            raise BlockError(
+                f"{word} {rules.others[word]} ({control.title}), which isn't read; post its moves"
+            )
+        if turned and not rules.rotary:
+            named = ", ".join(turned)
+            raise BlockError(f"{control.title} refuses a cycle with {named}; turn in a block before")
+        if self.modes.feed_mode == "G93" and not rules.inverse_time:
+            raise BlockError(f"{control.title} refuses cycles under G93; write G94 and F before")
+        return rules
+
+    def _drill(self, block: Block, rules: Cycles) -> None:
         """Add the moves of a drilling cycle: above the hole, to the level R, down at feed, and back."""
         if self.modes.plane != "G17":
             raise BlockError(f"a cycle in {self.modes.plane}; cycles are supported in G17; write G17")
@@ -199,11 +234,12 @@ class Moves(InterpreterState):
             f"{word} is read as one move down and one back; pecks, shifts and dwells are left out",
         )
         self.drilled.add(track.step)
-        self._rise(self.cycle.level)
         initial, level = self.cycle.initial, self.cycle.level
         if self.modes.to_initial is None and initial is not None and level is not None and initial > level:
             self.note(Severity.WARNING, "return-level", self.modes.rules.levels(initial, level))
-        for height, at_feed in self.cycle.levels(point[2], to_initial=bool(self.modes.to_initial)):
+        self._rise(self.cycle, rules)
+        now, to_initial = self.local[2], bool(self.modes.to_initial)
+        for height, at_feed in self.cycle.levels(now, to_initial=to_initial, rules=rules):
             point = [point[0], point[1], height]
             target = self._at(over, point)
             if at_feed:
@@ -214,10 +250,14 @@ class Moves(InterpreterState):
                 self.go_rapid(target)
         self.turned_local = point
 
-    def _rise(self, level: float | None) -> None:
+    def _rise(self, cycle: DrillingCycle, rules: Cycles) -> None:
         """Raise a tool below the level R to it first, as RS274/NGC requires, with a warning."""
-        here = list(self.local)
-        if level is None or here[2] is None or here[2] >= level:
+        here, level = list(self.local), cycle.level
+        if level is None or here[2] is None:
+            return
+        if here[2] >= level:
+            if rules.level_first and cycle.initial is not None and cycle.initial < level < here[2]:
+                self.go_rapid(self._at(self.track.now, [*here[:2], level]))
             return
         self.note(
             Severity.WARNING,
@@ -260,13 +300,13 @@ class Moves(InterpreterState):
             # The position of the second reference isn't in the program.
             self._leave_at(dict.fromkeys(axes))
             return
-        if self._omit_move(word, dict.fromkeys(axes, 0.0)):
+        # By signed words a wrapped axis goes on to the next whole turn.
+        signed = self.wrapped if self.wrapping.rule == "signed" else ()
+        zero = {c: self.wrapping.unwrap(0.0, self.track.now[c]) if c in signed else 0.0 for c in columns}
+        if self._omit_move(word, {letter: zero[self.columns[letter]] for letter in axes}):
             return
         self.modes.technology.placed.add(self.track.step)
-        home = self.track.now.copy()
-        for column in columns:
-            home[column] = 0.0
-        self.go_rapid(home)
+        self.go_rapid([zero.get(column, value) for column, value in enumerate(self.track.now)])
         self.turned_local = self.coordinates.to_local(self.track.now)
 
     def _omit_move(self, word: str, targets: Mapping[str, float]) -> bool:
@@ -339,7 +379,8 @@ def between(begin: Triple | None, end: Triple | None, share: float) -> Triple | 
 
 
 def _arc(modes: Modes, block: Block, begin: Pair, end: Pair, scale: float) -> Arc:
-    letters, clockwise = PLANES[modes.plane], modes.motion == "G2"
+    letters, arcs = PLANES[modes.plane], {} if modes.control is None else modes.control.arcs
+    clockwise, bounds = modes.motion == "G2", arcs.get(cast("Unit", modes.units.now), USUAL)
     given = {c: block.words[c] * scale for c in "IJKR" if c in block.words}
     centre = block.centre
     wanted = [CENTRE[c] for c in letters]
@@ -349,12 +390,12 @@ def _arc(modes: Modes, block: Block, begin: Pair, end: Pair, scale: float) -> Ar
         raise ValueError(f"an arc of more than {LARGEST_POSITION:g} mm; check the decimal points")
     if centre is not None:
         x, y = (centre[c] * scale if c in centre else p for c, p in zip(letters, begin, strict=True))
-        return arc_about(begin, end, (x, y), clockwise=clockwise)
+        return arc_about(begin, end, (x, y), clockwise=clockwise, bounds=bounds)
     if set(given) == {"R"}:
-        return arc_of_radius(begin, end, given["R"], clockwise=clockwise)
+        return arc_of_radius(begin, end, given["R"], clockwise=clockwise, bounds=bounds)
     if given and set(given) <= set(wanted):
         x, y = (p + given.get(c, 0.0) for c, p in zip(wanted, begin, strict=True))
-        return arc_about(begin, end, (x, y), clockwise=clockwise)
+        return arc_about(begin, end, (x, y), clockwise=clockwise, bounds=bounds)
     raise ValueError(
         f"an arc in {modes.plane} needs {' or '.join(wanted)}, or R alone, and has "
         f"{', '.join(given) or 'none'}; correct it"

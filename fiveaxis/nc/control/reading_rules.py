@@ -13,9 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns
-from fiveaxis.nc.control.feed_meaning import program_dialect
 from fiveaxis.nc.languages.choice import ISO, LANGUAGES, find_language, moves, tape_end
 from fiveaxis.nc.languages.increments import LEAST_ANGLE, first_whole_word, has_points
 from fiveaxis.nc.languages.macro import compact_code
@@ -65,13 +63,12 @@ class ControlRules:
     unstated: set[str] = field(default_factory=set)
 
     @classmethod
-    def of(cls, source: Source, machine: Machine) -> ControlRules:
-        """Find the rules for a program."""
-        dialect, iso = program_dialect(source, machine), find_language(source) == ISO
+    def of(cls, source: Source, control: Dialect | None) -> ControlRules:
+        """Find the rules for a program of a control, or else of any that its language may be for."""
+        iso = find_language(source) == ISO
         others = {suffix for language in LANGUAGES for suffix in language.suffixes}
         every = [d for d in DIALECTS.values() if d.reading.source and d.suffix not in others]
-        own = [d for d in every if d.suffix != ".nc" and source.name.lower().endswith(d.suffix)]
-        dialects = [dialect] if dialect else (own or every) if iso else []
+        dialects = [control] if control is not None else every if iso else []
         found = cls([(n, r) for r, n in {d.reading: d.short_title for d in reversed(dialects)}.items()])
         if iso and len(found.known) == 1:
             found.unstated = {key for key in TAKEN if found.says(key) is None}
@@ -103,22 +100,24 @@ class ControlRules:
     def whole_words(self, source: Source, step: float) -> Iterator[Finding]:
         """Report the first axis word without a decimal point, where a setting may make it increments.
 
+        Where the control isn't known, a program without any points is judged by its size alone.
+
         Parameters
         ----------
         step : mm or inch, of the increment
         """
         open_ = [name for name, rules in self.known if rules.whole_words == "unknown"]
-        if not open_ or (found := first_whole_word(source)) is None:
+        sure = open_ and (len(self.known) == 1 or has_points(source))
+        if not sure or (found := first_whole_word(source)) is None:
             return
         line, word = found
-        sure = len(self.known) == 1 or has_points(source)
         number = int(word[1:])
         size = max(step, LEAST_ANGLE) if word[0].upper() in "ABC" else step
         message = (
             f"{word} has no decimal point: {number} or {number * size:g}, by a setting of the control "
             f"({', '.join(open_)}); read as {number}; write the point, or state increment (--increment)"
         )
-        yield source.finding(Severity.WARNING if sure else Severity.NOTE, "whole-word", message, line)
+        yield source.finding(Severity.WARNING, "whole-word", message, line)
 
     def findings(self, source: Source, columns: Columns | None, end: int, word: str) -> Iterator[Finding]:
         """Report lines that controls refuse or read differently, and a program that isn't ended as one is.

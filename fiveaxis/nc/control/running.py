@@ -14,9 +14,9 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import Severity
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.axis_track import AxisTrack, Columns, Values
+from fiveaxis.nc.control.axis_track import AxisTrack, Columns, Values, travel_of
 from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
-from fiveaxis.nc.control.feed_meaning import program_dialect
+from fiveaxis.nc.control.feed_meaning import dialect_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.machine_functions import MachineFunctions
 from fiveaxis.nc.control.modal import Modes
@@ -45,6 +45,8 @@ from fiveaxis.toolpath.operation import InForce
 
 # Rotary words of programs in radians: a quarter turn, a whole one, and rounding to 4 decimals.
 QUARTER, TURN, SAME_QUARTER = math.pi / 2.0, 2.0 * math.pi, 6e-5
+# Share by which a time may differ by rounding.
+SAME = 1e-6
 # Rows that show the unit of a program.
 MOST_SAMPLED = 20_000
 
@@ -176,7 +178,8 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
     language = find_language(source)
     wrapping = find_wrapping(source, language, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.zero, machine)
-    rules = ControlRules.of(source, machine)
+    control = dialect_of(source, machine)
+    rules = ControlRules.of(source, control)
     plane, positions, feed_mode = (rules.says(key) or taken for key, (taken, _) in TAKEN.items())
     level = rules.says("return_level") if language == ISO else "G98"
     modes = Modes(
@@ -187,6 +190,7 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
         technology=TechnologyReader.of(source, options.harmless),
         to_initial=None if level is None else level == "G98",
         rules=rules,
+        control=control,
     )
     coordinates = Coordinates(machine, offsets)
     ignored: Counter[str] = Counter()
@@ -204,7 +208,7 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
         functions=MachineFunctions(language, options.harmless),
     )
     interpreter.unread = source.unread
-    end = interpreter.run(language.split(source, block_delete=options.block_delete))
+    end = interpreter.run(language.split(source, block_delete=options.block_delete, control=control))
     if before := sum(1 for text in source.lines[: leader_length(source)] if text.strip()):
         ignored["lines before the program"] += before
     # No control runs what is behind the end.
@@ -213,8 +217,8 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
         ignored["lines after the end"] += rest
     columns = interpreter.track.columns() if interpreter.track.rows else None
     interpreter.findings += rules.findings(source, columns, end or 0, interpreter.end_word)
-    if (dialect := program_dialect(source, machine)) is not None:
-        interpreter.findings += beyond_table(source, dialect)
+    if control is not None:
+        interpreter.findings += beyond_table(source, control)
     interpreter.findings += interpreter.functions.settle(source, interpreter.track)
     return interpreter
 
@@ -243,7 +247,7 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
         # Where all that moves can't be read, that is why nothing does.
         nothing = source.error(why_nothing_moves(interpreter.track))
         raise next((part.fault for part in interpreter.left_out), nothing)
-    columns = interpreter.track.columns()
+    columns = at_least_speed(interpreter.track.columns(), interpreter)
     track, frame = technology.track(columns.steps), rows_of(interpreter.frames, columns.steps)
     known = interpreter.coordinates.work_offsets.knows
     tools = _tools(track)
@@ -282,6 +286,30 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     # A rapid move to the first row is an approach.
     found.from_unknown[0] &= found.kinds[0] == MoveKind.CUT
     return operation, found
+
+
+def at_least_speed(columns: Columns, interpreter: Interpreter) -> Columns:
+    """Return rows whose cuts in inverse time last no longer than at the control's lowest speed."""
+    control, scale = interpreter.modes.control, interpreter.modes.feed_scale
+    form = None if control is None else control.feed.get("inverse_time")
+    if form is None or form.least_speed is None:
+        return columns
+    travel = travel_of(columns, scale)
+    longest = travel.length / (np.where(travel.along, scale, 1.0) * form.least_speed / 60.0)
+    timed = (columns.kinds == MoveKind.CUT) & np.isnan(columns.feeds) & (travel.length > 0.0)
+    slow = timed & (columns.times > longest * (1.0 + SAME))
+    if not slow.any():
+        return columns
+    row = int(np.argmax(slow))
+    interpreter.note(
+        Severity.WARNING,
+        "feed-floor",
+        f"{int(slow.sum())} blocks under G93 are slower than {form.least_speed:g} units or deg/min, at "
+        f"which this control runs them: this one lasts {longest[row]:.4g} s, not the "
+        f"{columns.times[row]:.4g} s of its F",
+        int(columns.lines[row]),
+    )
+    return replace(columns, times=np.where(slow, longest, columns.times))
 
 
 def _is_in(line: int | None, operations: Sequence[Operation]) -> bool:

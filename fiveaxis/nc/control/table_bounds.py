@@ -1,4 +1,4 @@
-"""What a program asks of its control beyond the control's table: numbers, offsets, lines, comments that act."""
+"""What a program asks of its control beyond the control's table: numbers, offsets, lines, acting comments."""
 
 from __future__ import annotations
 

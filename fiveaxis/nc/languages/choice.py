@@ -12,6 +12,7 @@ from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.runs import Reader, Run
 from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.writing.tables import Dialect
 
 
 @dataclass(frozen=True)
@@ -33,13 +34,16 @@ class Language:
     signs: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
 
-    def split(self, source: Source, *, block_delete: bool = False) -> Iterator[Block | Run]:
+    def split(
+        self, source: Source, *, block_delete: bool = False, control: Dialect | None = None
+    ) -> Iterator[Block | Run]:
         """Yield the blocks of a program in this language, and runs of plain ones.
 
         Parameters
         ----------
         source : the file
         block_delete : whether to skip blocks that begin with ``/``
+        control : whose program it is; None where nothing tells it
 
         Raises
         ------
@@ -47,7 +51,8 @@ class Language:
             With file, line and text: a block that can't be read, a line longer than `LONGEST_LINE`.
         """
         _require_lines(source)
-        reader: Reader = resolve_name(self.reader)(_without_leader(source), block_delete=block_delete)
+        how = {"block_delete": block_delete, "control": control}
+        reader: Reader = resolve_name(self.reader)(_without_leader(source), **how)
         yield from reader.blocks()
 
 

@@ -3,7 +3,7 @@
 One grammar serves all languages, because their differences don't conflict: brackets are round or square,
 angles are in degrees, and a function may omit its brackets (Heidenhain's ``SIN 30``). Names and functions are
 in upper case; callers convert. Where controls of one language differ (the remainder of negative numbers, a
-comparison within rounding), there is no value.
+comparison within rounding), there is no value unless the control's table (`Arithmetic`) says which.
 """
 
 from __future__ import annotations
@@ -14,6 +14,10 @@ import re
 from collections.abc import Callable
 
 from fiveaxis.nc.languages.block import BlockError, number_of
+from fiveaxis.nc.writing.table_parts import Arithmetic
+
+# Of controls whose table says nothing.
+UNSAID = Arithmetic()
 
 Lookup = Callable[[str], float]
 
@@ -30,9 +34,10 @@ _OPERATOR = re.compile(r"\s*(\*\*|[-+*/^]|(?:MOD|DIV|EQ|NE|LT|LE|GT|GE|AND|OR|XO
 _ARCTANGENT = re.compile(r"/(?=\[)")
 
 _CLOSING = {"(": ")", "[": "]"}
+_COMPARED = 2
 _STRENGTH = {
     **dict.fromkeys(("AND", "OR", "XOR"), 1),
-    **dict.fromkeys(("EQ", "NE", "LT", "LE", "GT", "GE"), 2),
+    **dict.fromkeys(("EQ", "NE", "LT", "LE", "GT", "GE"), _COMPARED),
     **dict.fromkeys("+-", 3),
     **dict.fromkeys(("*", "/", "MOD", "DIV"), 4),
     "**": 5,
@@ -44,61 +49,45 @@ _SIGNS = 5  # -2*3 is (-2)*3, -2**2 is (-2)**2 (LinuxCNC), and -2^2 is -(2^2)
 SAME = 1e-6
 
 
-def _compared(compare: Callable[[float, float], bool]) -> Callable[[float, float], float]:
-    def truth(a: float, b: float) -> float:
-        if a != b and abs(a - b) <= SAME * max(1.0, abs(a), abs(b)):
-            raise BlockError(
-                f"{a:.12g} is compared with {b:.12g}, and whether they are the same depends on the control's "
-                "rounding; compare with a number between the steps"
-            )
-        return float(compare(a, b))
-
-    return truth
-
-
-def _joined(join: Callable[[bool, bool], bool]) -> Callable[[float, float], float]:
-    def truth(a: float, b: float) -> float:
-        if not {a, b} <= {0.0, 1.0}:
-            raise BlockError(f"{a:g} and {b:g} are joined, and only comparisons can be; compare them")
-        return float(join(bool(a), bool(b)))
-
-    return truth
-
-
-def _remainder(a: float, b: float) -> float:
-    if a < 0.0 or b < 0.0 or a != int(a) or b != int(b):
-        raise BlockError(f"{a:g} MOD {b:g} depends on the control; only whole numbers from 0 are supported")
-    return math.fmod(a, b)
-
-
-def _whole(toward: Callable[[float], int]) -> Callable[[float], float]:
-    def whole(x: float) -> float:
-        if x != round(x) and (x < 0.0 or abs(x - round(x)) <= SAME):
-            raise BlockError(f"FIX or FUP of {x:.12g}: which way it is rounded depends on the control")
-        return float(toward(x))
-
-    return whole
-
-
 _OPERATORS: dict[str, Callable[[float, float], float]] = {
     "+": operator.add,
     "-": operator.sub,
     "*": operator.mul,
     "/": operator.truediv,
-    "MOD": _remainder,
-    "DIV": lambda a, b: float(math.trunc(a / b)),
+    "MOD": lambda a, b: math.fmod(math.fmod(a, b) + abs(b), abs(b)) if a < 0.0 else math.fmod(a, b),
+    "DIV": lambda a, b: math.trunc(a / b),
     "**": math.pow,
     "^": math.pow,
-    "EQ": _compared(operator.eq),
-    "NE": _compared(operator.ne),
-    "LT": _compared(operator.lt),
-    "LE": _compared(operator.le),
-    "GT": _compared(operator.gt),
-    "GE": _compared(operator.ge),
-    "AND": _joined(operator.and_),
-    "OR": _joined(operator.or_),
-    "XOR": _joined(operator.xor),
+    "EQ": operator.eq,
+    "NE": operator.ne,
+    "LT": operator.lt,
+    "LE": operator.le,
+    "GT": operator.gt,
+    "GE": operator.ge,
+    "AND": lambda a, b: bool(a) and bool(b),
+    "OR": lambda a, b: bool(a) or bool(b),
+    "XOR": lambda a, b: bool(a) != bool(b),
 }
+
+
+def _require_certain(word: str, a: float, b: float, rules: Arithmetic) -> None:
+    """Raise `BlockError` where an operator's value differs between controls, and no table says this one's."""
+    if word in ("AND", "OR", "XOR") and rules.standard is None and not {a, b} <= {0.0, 1.0}:
+        raise BlockError(f"{a:g} and {b:g} are joined, and only comparisons can be; compare them")
+    if word == "MOD" and rules.standard is None and (a < 0.0 or b < 0.0 or a != int(a) or b != int(b)):
+        raise BlockError(f"{a:g} MOD {b:g} depends on the control; only whole numbers from 0 are supported")
+    if _STRENGTH[word] != _COMPARED or a == b or (rules.same is not None and word not in ("LE", "GE")):
+        return
+    near = SAME * max(1.0, abs(a), abs(b))
+    if word not in ("LT", "GT"):
+        near = max(near, rules.doubtful if rules.same is None else rules.same)
+        near = 0.0 if word in ("LE", "GE") and _OPERATORS[word](a, b) else near  # as if they were the same
+    if abs(a - b) <= near:
+        raise BlockError(
+            f"{a:.12g} is compared with {b:.12g}, and whether they are the same depends on the control's "
+            "rounding; compare with a number between the steps"
+        )
+
 
 FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SIN": lambda x: math.sin(math.radians(x)),
@@ -110,34 +99,35 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "ABS": math.fabs,
     "TRUNC": lambda x: float(math.trunc(x)),
-    "FIX": _whole(math.floor),
-    "FUP": _whole(math.ceil),
+    "FIX": math.floor,
+    "FUP": math.ceil,
     "EXP": math.exp,
     "LN": math.log,
     "ROUND": lambda x: math.copysign(math.floor(math.fabs(x) + 0.5), x),
 }
 
 
-def evaluate(text: str, lookup: Lookup) -> float:
+def evaluate(text: str, lookup: Lookup, rules: Arithmetic = UNSAID) -> float:
     """Evaluate an expression that is the whole text.
 
     Parameters
     ----------
     text : upper case
     lookup : value of a variable by name (``#101``, ``R1``, ``_HOME``); raises KeyError if it has none
+    rules : of the control
 
     Raises
     ------
     BlockError
         Not arithmetic, a variable without a value, a result that isn't finite.
     """
-    value, end = evaluate_prefix(text, 0, lookup)
+    value, end = evaluate_prefix(text, 0, lookup, rules)
     if text[end:].strip():
         raise BlockError(f"{text[end:].strip()[:20]!r} isn't supported arithmetic")
     return value
 
 
-def evaluate_prefix(text: str, start: int, lookup: Lookup) -> tuple[float, int]:
+def evaluate_prefix(text: str, start: int, lookup: Lookup, rules: Arithmetic = UNSAID) -> tuple[float, int]:
     """Evaluate the longest expression from an index on, ``R1*2`` in ``X=R1*2 Y=3``.
 
     Returns
@@ -149,7 +139,7 @@ def evaluate_prefix(text: str, start: int, lookup: Lookup) -> tuple[float, int]:
     BlockError
         As `evaluate`.
     """
-    parser = _Parser(text, start, lookup)
+    parser = _Parser(text, start, lookup, rules)
     try:
         value = parser.sum(0)
     except (ZeroDivisionError, OverflowError, ValueError) as fault:
@@ -164,8 +154,8 @@ def evaluate_prefix(text: str, start: int, lookup: Lookup) -> tuple[float, int]:
 class _Parser:
     """Precedence climbing; `end` is the index after the last token used."""
 
-    def __init__(self, text: str, start: int, lookup: Lookup) -> None:
-        self.text, self.end, self.lookup = text, start, lookup
+    def __init__(self, text: str, start: int, lookup: Lookup, rules: Arithmetic) -> None:
+        self.text, self.end, self.lookup, self.rules = text, start, lookup, rules
         self.depth = 0
 
     def sum(self, weakest: int) -> float:
@@ -175,8 +165,11 @@ class _Parser:
             found = _OPERATOR.match(self.text, self.end)
             if found is None or _STRENGTH[found[1]] <= weakest:
                 return left
-            self.end = found.end()
-            left = _OPERATORS[found[1]](left, self.sum(_STRENGTH[found[1]]))
+            self.end, word = found.end(), found[1]
+            right = self.sum(_STRENGTH[word])
+            _require_certain(word, left, right, self.rules)
+            same = word in ("EQ", "NE") and abs(left - right) < (self.rules.same or 0.0)
+            left = float(_OPERATORS[word](left, left if same else right))
 
     def operand(self) -> float:
         found = _TOKEN.match(self.text, self.end)
@@ -209,19 +202,28 @@ class _Parser:
     def _named(self, name: str) -> float:
         function = FUNCTIONS.get(name)
         if function is not None:
-            value = function(of := self.operand())
+            of = self.operand()
+            doubtful = of != round(of) and (of < 0.0 or abs(of - round(of)) <= SAME)
+            if doubtful and name in ("FIX", "FUP") and self.rules.standard is None:
+                raise BlockError(f"{name} of {of:.12g}: which way it is rounded depends on the control")
+            value = float(function(of))
             ratio = _ARCTANGENT.match(self.text, self.end) if name == "ATAN" else None
             return value if ratio is None else self._arctangent(of, ratio.end())
         try:
             return self.lookup(name)
         except KeyError:
-            raise BlockError(f"{name} has no value yet; write the number") from None
+            fact = (
+                "is Sinumerik's, and isn't evaluated; write ATAN[y]/[x], or"
+                if name == "ATAN2"
+                else "has no value yet; write"
+            )
+            raise BlockError(f"{name} {fact} the number") from None
 
     def _arctangent(self, height: float, at: int) -> float:
         """Read ``ATAN[y]/[x]``, the angle, deg, of the point x, y."""
         self.end = at
         width = self.operand()
-        if height < 0.0:
+        if height < 0.0 and self.rules.standard is None:
             raise BlockError(
                 f"ATAN[{height:g}]/[{width:g}] is negative on LinuxCNC and above 180 on Fanuc; write a number"
             )

@@ -15,7 +15,8 @@ from fiveaxis.nc.languages.choice import tape_end
 from fiveaxis.nc.languages.iso_frames import FRAME_WORDS, Frames, is_unfinished
 from fiveaxis.nc.languages.macro import Macros, compact_code, without_head
 from fiveaxis.nc.languages.runs import PlainLines, Reader
-from fiveaxis.nc.source import Source
+from fiveaxis.nc.writing.table_parts import Arithmetic
+from fiveaxis.nc.writing.tables import DIALECTS
 
 WORD_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Z])({WORD_NUMBER})")
@@ -71,8 +72,10 @@ NOT_WORDS = reasons(
         f"jumps or repeats, which isn't run; {_PLAIN}",
     ),
     (r"\*$", _DIN),
+    (r"M94(?=[A-C])", "counts rotary axes from below a turn (Heidenhain), which isn't G-code; post Klartext"),
     (r"[#\[<]", f"is a variable or an expression, which isn't evaluated; {_PLAIN}"),
     (r"=", _SINUMERIK),
+    (r"[@^]", "is a polar coordinate of LinuxCNC, which isn't read; post X and Y"),
     (r"[(]", "opens a comment that isn't closed on its line; close it"),
     (r",[A-Z]", "is a chamfer or a rounding, which isn't supported; post its moves"),
 )
@@ -97,10 +100,12 @@ class Iso(Reader):
     # Brackets in brackets are left to `compact_code`.
     comments = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 
-    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
-        super().__init__(source, block_delete=block_delete)
-        self.last = tape_end(source)
-        self.macros, self.tip, self.frames = Macros(self.tape), TipSwitch(), Frames()
+    def _begin(self) -> None:
+        # Where the control isn't known, a comparison on which one would decide otherwise has no value.
+        unknown = Arithmetic(doubtful=max(d.arithmetic.same or 0.0 for d in DIALECTS.values()))
+        rules = unknown if self.control is None else self.control.arithmetic
+        self.last = tape_end(self.source)
+        self.macros, self.tip, self.frames = Macros(self.tape, rules), TipSwitch(), Frames()
 
     def continues(self, text: str) -> bool:
         """Whether a plane goes on after this line, with its next point or vector."""

@@ -19,7 +19,6 @@ from fiveaxis.nc.languages.klartext_move import MOVES, Move
 from fiveaxis.nc.languages.klartext_setup import SetUp
 from fiveaxis.nc.languages.klartext_state import END_M, IGNORED_LINES, Line, State, refusal
 from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
-from fiveaxis.nc.source import Source
 
 _ENDS = frozenset(f"M{number}" for number in END_M)
 _NAME = r'0*([1-9][0-9]*|"[^"]+")'
@@ -57,8 +56,7 @@ class Klartext(Reader):
     # A comment alone, with its block number; but not one that ends with ~, after which the block goes on.
     comments = re.compile(r"(?:^[ \t]*+[0-9]++[ \t]*+)?;(?![^\n]*~\s*$)[^\n]*+", re.MULTILINE)
 
-    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
-        super().__init__(source, block_delete=block_delete)
+    def _begin(self) -> None:
         self.state = State()
 
     @property

@@ -18,6 +18,7 @@ from typing import NamedTuple
 from fiveaxis.nc.languages.block import BlockError, number_of, put_word
 from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
 from fiveaxis.nc.languages.tape import Tape, Text
+from fiveaxis.nc.writing.table_parts import Arithmetic
 
 _SIGN = re.compile("[();]")
 # Block delete and number before a block.
@@ -113,8 +114,8 @@ class _Mark(NamedTuple):
 class Macros:
     """Runs the macro statements of a program: values of variables, and where on its tape it goes on."""
 
-    def __init__(self, tape: Tape) -> None:
-        self.tape = tape
+    def __init__(self, tape: Tape, rules: Arithmetic) -> None:
+        self.tape, self.rules = tape, rules
         # Of all lines, and of those that were called.
         self.shared: dict[str, float] = {}
         self.own: dict[str, float] = {}
@@ -139,7 +140,7 @@ class Macros:
             self._run(mark)
             return ""
         if code[:3] == "IF[":
-            truth, end = evaluate_prefix(code, 2, self._value)
+            truth, end = evaluate_prefix(code, 2, self._value, self.rules)
             begins = 4 if code.startswith("THEN", end) else 0
             if not begins and _JUMP.match(code, end) is None:
                 raise BlockError(f"{code[end : end + 20]!r} after IF; write THEN or GOTO")
@@ -147,7 +148,7 @@ class Macros:
                 return ""
             code = code[end + begins :]
         if _JUMP.match(code) is not None:
-            self.tape.go_to(self._block(_counted(evaluate(code[4:], self._value))))
+            self.tape.go_to(self._block(_counted(self._evaluate(code[4:]))))
             return ""
         code = self._filled(code) if "#" in code or "[" in code else code
         if (call := _CALL.search(code)) is not None:
@@ -164,7 +165,7 @@ class Macros:
         end, values = 0, {}
         while found is not None:
             # As in RS274/NGC, all values take effect after the block.
-            values[_key(found[1])], end = evaluate_prefix(code, found.end(), self._value)
+            values[_key(found[1])], end = evaluate_prefix(code, found.end(), self._value, self.rules)
             found = _ASSIGNED.match(code, end)
         if end < len(code):
             return code[end:] if "=" in code[end:] else f"={code[end:]}"
@@ -179,7 +180,7 @@ class Macros:
         parts, begin = [], 0
         while (found := _VALUE.search(code, begin)) is not None:
             end = found.end() if found[3] else _closing(code, found.end())
-            value = self._value(found[3]) if found[3] else evaluate(code[found.end() : end], self._value)
+            value = self._value(found[3]) if found[3] else self._evaluate(code[found.end() : end])
             # Without an exponent, as controls accept it.
             number = f"{-value if found[2] == '-' else value:.12f}".rstrip("0")
             parts.append(f"{code[begin : found.start()]}{found[1]}{number}")
@@ -197,6 +198,9 @@ class Macros:
             return self._home(key)[key]
         except KeyError:
             raise BlockError(f"{name} has no value yet; write the number") from None
+
+    def _evaluate(self, text: str) -> float:
+        return evaluate(text, self._value, self.rules)
 
     # Calls and jumps
 
@@ -327,7 +331,7 @@ class Macros:
             case "CALL":
                 self._call_subroutine(name, rest)
             case "ENDSUB" | "RETURN":
-                self.shared |= {"#<_VALUE>": evaluate(rest, self._value)} if rest else {}
+                self.shared |= {"#<_VALUE>": self._evaluate(rest)} if rest else {}
                 if tape.called is None:
                     raise BlockError("ends a subroutine that wasn't called; call it")
                 tape.leave()
@@ -342,7 +346,7 @@ class Macros:
             case "ENDWHILE":
                 target = find(before, "WHILE")
             case "REPEAT":
-                loops.append((row, _counted(evaluate(rest, self._value))))
+                loops.append((row, _counted(self._evaluate(rest))))
                 target = None if loops[-1][1] else find(after, "ENDREPEAT")
             case "ENDREPEAT":
                 first = find(before, "REPEAT")
@@ -357,7 +361,7 @@ class Macros:
             tape.go_to(target)
 
     def _holds(self, condition: str) -> bool:
-        return evaluate(condition, self._value) != 0.0
+        return self._evaluate(condition) != 0.0
 
     def _branch(self, marks: Iterable[_Mark]) -> int:
         """Return the row at which IF goes on."""
@@ -371,7 +375,7 @@ class Macros:
         own, values, at = {f"#{number}": 0.0 for number in range(1, _OWN_LINUXCNC + 1)}, [], 0
         while at < len(rest):
             end = _closing(rest, at)
-            values.append(evaluate(rest[at:end], self._value))
+            values.append(self._evaluate(rest[at:end]))
             at = end
         if len(values) > _OWN_LINUXCNC:
             raise BlockError(f"a call with {len(values)} arguments, of at most {_OWN_LINUXCNC}; correct it")

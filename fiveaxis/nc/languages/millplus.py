@@ -18,7 +18,6 @@ from fiveaxis.nc.languages.iso import WORD_NUMBER, Iso
 from fiveaxis.nc.languages.macro import compact_code
 from fiveaxis.nc.languages.planes import Plane, turns
 from fiveaxis.nc.languages.runs import Reader
-from fiveaxis.nc.source import Source
 
 # A letter and a number, or a letter with an index, an equals sign and a number or a parameter.
 _WORD = re.compile(rf"([A-Z][0-9]?)=(E[0-9]+|{WORD_NUMBER})|([A-Z])({WORD_NUMBER})")
@@ -36,8 +35,7 @@ class MillPlus(Reader):
 
     forms, comments = Iso.forms[:1], Iso.comments
 
-    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
-        super().__init__(source, block_delete=block_delete)
+    def _begin(self) -> None:
         # The shift of G93, and the cycle that G79 calls.
         self.shift: Triple = (0.0, 0.0, 0.0)
         self.tip_control = False

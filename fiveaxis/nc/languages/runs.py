@@ -20,6 +20,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Triple
 from fiveaxis.nc.languages.tape import Tape
 from fiveaxis.nc.source import Source
+from fiveaxis.nc.writing.tables import Dialect
 
 # Shorter runs take longer together than block by block.
 SHORTEST = 16
@@ -191,15 +192,21 @@ class Reader(ABC):
     ----------
     source : the file
     block_delete : whether to skip blocks that begin with ``/``
+    control : whose program it is; None where nothing tells it
     """
 
     # The forms of the language's plain blocks, and its comments in lines of that form.
     forms: ClassVar[Sequence[PlainLines]]
     comments: ClassVar[re.Pattern[str]]
 
-    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
+    def __init__(self, source: Source, *, block_delete: bool = False, control: Dialect | None = None) -> None:
         self.source, self.block_delete, self.ended = source, block_delete, False
-        self.tape = Tape(source, self.comments)
+        self.control, self.tape = control, Tape(source, self.comments)
+        self._begin()
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Set the state in which a program begins."""
 
     @abstractmethod
     def read(self, line: int, text: str) -> Iterable[Block]:

@@ -20,7 +20,6 @@ from fiveaxis.nc.languages.expressions import evaluate
 from fiveaxis.nc.languages.runs import DIRECTION, NORMAL, PlainLines, Reader, Run
 from fiveaxis.nc.languages.sinumerik_state import State, is_word
 from fiveaxis.nc.languages.sinumerik_statement import SinumerikStatement
-from fiveaxis.nc.source import Source
 
 _DIRECTIONS = dict(zip(("A3=", "B3=", "C3=", "A5=", "B5=", "C5="), DIRECTION + NORMAL, strict=True))
 _NUMBERED = re.compile(r"\s*(?:[N:]\s*[0-9]+)?\s*")
@@ -56,8 +55,7 @@ class Sinumerik(Reader):
     forms = (PlainLines.of_words("XYZABC", "=?"), PlainLines.of_words("XYZABC", "=?", "[ABC]3=", _DIRECTIONS))
     comments = re.compile(r";[^\n]*+")
 
-    def __init__(self, source: Source, *, block_delete: bool = False) -> None:
-        super().__init__(source, block_delete=block_delete)
+    def _begin(self) -> None:
         self.state = State()
 
     @property

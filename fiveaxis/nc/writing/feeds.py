@@ -20,6 +20,9 @@ from fiveaxis.nc.writing.word_writer import WordWriter
 # Steps of the last decimal of the linear words: with a turn of the rotary axes, a shorter linear move is
 # rounding, and a feed along it is meaningless.
 ROUNDING = 2.0
+# mm: where the control runs no block below some speed along X, Y and Z, whatever its duration, a shorter move
+# below that speed is left out, too: beside it the rotary axes would turn many times faster than planned.
+HELD = 1e-4
 
 SECONDS = 60.0
 
@@ -40,7 +43,7 @@ def without_creep(moves: Moves, writer: WordWriter) -> Moves:
     """Hold the linear axes where they move only by rounding while rotary axes turn.
 
     They keep the values of the last block that moves them, so omitted moves never add up to more than
-    `ROUNDING` steps of the last decimal.
+    `ROUNDING` steps of the last decimal, or `HELD`.
 
     Parameters
     ----------
@@ -49,7 +52,9 @@ def without_creep(moves: Moves, writer: WordWriter) -> Moves:
     linear = writer.is_linear
     values = writer.rounded(moves.values)
     steps = np.diff(values, axis=0, prepend=values[:1])
-    least = ROUNDING * 10.0 ** -float(writer.decimals[linear].max(initial=0)) * (1.0 + 1e-6)
+    rounding = ROUNDING * 10.0 ** -float(writer.decimals[linear].max(initial=0)) * (1.0 + 1e-6)
+    slowest = lowest_speed(writer) * np.append(0.0, moves.time[1:]) / SECONDS
+    least = np.maximum(rounding, np.minimum(slowest, HELD / MILLIMETRES[writer.unit]))
     length = np.linalg.norm(steps[:, linear], axis=1)
     turns = (steps[:, ~linear] != 0.0).any(axis=1)
     creeping = np.flatnonzero((length > 0.0) & (length <= least) & turns)
@@ -58,7 +63,7 @@ def without_creep(moves: Moves, writer: WordWriter) -> Moves:
     values = moves.values.copy()
     for row in creeping.tolist():
         held = values[row - 1, linear]
-        if np.linalg.norm(values[row, linear] - held, axis=-1) <= least:
+        if np.linalg.norm(values[row, linear] - held, axis=-1) <= least[row]:
             values[row, linear] = held
     return replace(moves, values=values)
 
@@ -144,6 +149,11 @@ def feed_form(writer: WordWriter) -> Feed:
     return writer.dialect.feed[writer.mode.feed]
 
 
+def lowest_speed(writer: WordWriter) -> float:
+    """Return the speed along X, Y and Z, units/min, below which the control runs no block of a duration."""
+    return feed_form(writer).least_speed or 0.0
+
+
 def feed_millimetres(writer: WordWriter) -> float:
     """Return mm of a linear F of 1 per minute."""
     inches = 1.0 if writer.unit == "mm" else writer.dialect.inch_feed
@@ -206,9 +216,10 @@ def note_floor(values: Array, raised: BoolArray, moves: Moves, writer: WordWrite
     raised : (m,), where F was raised to the lowest
     """
     form = feed_form(writer)
-    floor = form.least_speed or form.least or 0.0
+    unit = MILLIMETRES[writer.unit]
+    floor = lowest_speed(writer) * unit or form.least or 0.0
     length, is_linear = path_lengths(values, writer)
-    speed = length[1:] * MILLIMETRES[writer.unit] / moves.time[1:] * SECONDS
+    speed = length[1:] * unit / moves.time[1:] * SECONDS
     slow = raised[1:] | (is_linear[1:] & (form.least_speed is not None) & (speed < floor))
     slow &= ~moves.rapid[1:]
     if not slow.any():

@@ -110,7 +110,9 @@ class Feed(StrictModel):
     decimals : of F, fixed; either these or `digits`
     digits : significant digits of F, without trailing zeros
     least, most : the control's range, mm/min (deg/min) or 1/min; None if unknown
-    least_speed : mm/min, lowest speed of the linear axes: the control runs slower blocks at this speed
+    least_speed : units of length per minute, lowest speed of the linear axes: the control runs slower blocks
+        at this speed
+    clears : whether the mode's word clears F where the mode is in force already
     """
 
     word: str = ""
@@ -119,6 +121,7 @@ class Feed(StrictModel):
     least: float | None = Field(None, gt=0.0)
     most: float | None = Field(None, gt=0.0)
     least_speed: float | None = Field(None, gt=0.0)
+    clears: bool = False
 
     @model_validator(mode="after")
     def _has_one_form(self) -> Feed:
@@ -189,6 +192,66 @@ class ReadingRules(StrictModel):
         if self.model_fields_set - {"unknown", "source"} and not self.source:
             raise ValueError("reading needs a source, the manual that says so")
         return self
+
+
+class ArcBounds(StrictModel):
+    """How far an arc's words may contradict each other, in mm; its radius then changes along it.
+
+    Parameters
+    ----------
+    rounding : allowed difference of the radii about a centre, at start and end
+    share : of the larger radius, that is allowed too
+    largest : difference that is allowed by no share
+    reach : by which R may be too short for its ends, and least radius about a centre; None for those of the
+        radii, and any
+    source : what says so
+    """
+
+    rounding: float = Field(0.005, ge=0.0)
+    share: float = Field(0.001, ge=0.0)
+    largest: float = Field(0.5, ge=0.0)
+    reach: float | None = Field(None, ge=0.0)
+    source: str = ""
+
+
+class Arithmetic(StrictModel):
+    """What expressions are where controls differ; what nobody says has no value.
+
+    Parameters
+    ----------
+    same : numbers that differ by less are equal in EQ and NE, and in LE and GE of some versions; None where
+        no manual says it
+    doubtful : largest difference at which that decides, where the control isn't known
+    standard : ``RS274/NGC`` where MOD is positive, FIX and FUP go to the next whole number below and above,
+        ATAN[y]/[x] is from -180 to 180 deg, and any number but 0 is true
+    source : what says so
+    """
+
+    same: float | None = Field(None, ge=0.0)
+    doubtful: float = Field(0.0, ge=0.0)
+    standard: Literal["RS274/NGC"] | None = None
+    source: str = ""
+
+
+class Cycles(StrictModel):
+    """What drilling cycles are where controls differ.
+
+    Parameters
+    ----------
+    rotary : whether a block of a cycle may turn rotary axes
+    inverse_time : whether there are cycles under G93
+    fed_to_initial : words of cycles that return at feed up to the initial level (G98), others to R alone
+    level_first : whether a cycle whose initial level is below R goes to R before X and Y from above, too
+    others : words that are no cycles of one hole here, and what they do
+    source : what says so
+    """
+
+    rotary: bool = True
+    inverse_time: bool = True
+    fed_to_initial: tuple[str, ...] = ()
+    level_first: bool = False
+    others: dict[str, str] = Field(default_factory=dict)
+    source: str = ""
 
 
 class Mode(StrictModel):

@@ -14,8 +14,11 @@ from fiveaxis.errors import SettingError
 from fiveaxis.motion import Coordinates
 from fiveaxis.nc.writing.table_parts import (
     TEMPLATES,
+    ArcBounds,
+    Arithmetic,
     Comments,
     Counted,
+    Cycles,
     Feed,
     FeedMode,
     Lines,
@@ -59,6 +62,9 @@ class Dialect(StrictModel):
     reading : what it does with what a program doesn't state, and with text that controls read differently
     mixed_feed : what F counts where linear and rotary axes move together
     dwell : s, of a P of 1 in G4 without a decimal point; with one it counts seconds
+    arcs : how far their words may contradict each other, by the unit of length
+    arc_turns : letter of an arc's turns, of which the first is the arc itself; empty if there is none
+    arithmetic, cycles : what expressions are, and where there are no cycles, on this control
     head : lines before the comments
     safe_start : blocks that set every mode the program relies on, and switch off what an earlier program, or
         one that was aborted, may have left on
@@ -106,6 +112,10 @@ class Dialect(StrictModel):
     reading: ReadingRules = ReadingRules()
     mixed_feed: MixedFeed = MixedFeed()
     dwell: float = Field(1.0, gt=0.0)
+    arcs: dict[Unit, ArcBounds] = Field(default_factory=dict)
+    arc_turns: Literal["", "P"] = ""
+    arithmetic: Arithmetic = Arithmetic()
+    cycles: Cycles = Cycles()
     head: Lines = ()
     safe_start: Lines = ()
     smoothing: Lines = ()

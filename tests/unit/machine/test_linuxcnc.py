@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from fiveaxis.errors import MachineError
 from fiveaxis.job import load_job_machine, read_job
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, load_machine, read_linuxcnc
+from fiveaxis.machine.ini import read_configuration
 
 RNG = np.random.default_rng(99)
 
@@ -174,9 +177,45 @@ def test_every_figure_names_file_section_and_key(tmp_path):
     assert [p.figure for p in machine.provenance if p.assumed] == ["structure"]
 
 
-def test_sections_and_keys_are_found_in_any_case_and_the_first_value_counts(tmp_path):
-    text = TRUNNION.replace("[AXIS_X]", "[axis_x]").replace("MAX_LIMIT = 210", "max_limit=210\nMAX_LIMIT = 1")
-    assert read(tmp_path, text).axis("X").limits.high == 210.0
+# Two sections of one name, others in another case, keys in another case, and keys that begin alike.
+NAMES = """[axis_x]
+MIN_LIMIT = -1
+[AXIS_X] of the table
+min_limit = -2
+MIN_LIMIT2 = -3
+MIN_LIMIT = -4
+MIN_LIMIT = -5
+[AXIS_Z]
+MAX_VELOCITY = 9
+ [AXIS_Y]
+max_limit = 6
+[AXIS_Z]
+MIN_LIMIT = -7
+[ JOINT_0 ]
+MIN_LIMIT = -3
+"""
+HEAD = "[KINS]\nKINEMATICS = xyzac-trt-kins\n[TRAJ]\nCOORDINATES = XYZAC\nLINEAR_UNITS = mm\n"
+
+
+def test_an_axis_has_the_figures_that_the_control_finds(tmp_path):
+    machine = read(tmp_path, HEAD + NAMES)
+    low, speed = ([getattr(machine.axis(c), k) for c in "XYZ"] for k in ("limits", "max_speed"))
+    assert [limits.low for limits in low] == [-4.0, -np.inf, -np.inf]
+    assert [limits.high for limits in low] == [np.inf] * 3
+    assert speed == [None, None, 9.0]
+    assert "not in force: [axis_x] MIN_LIMIT of line 7, [AXIS_X] min_limit of line 9" in machine.description
+    assert "[AXIS_Z] MIN_LIMIT of line 18" in machine.description
+
+
+@pytest.mark.skipif(shutil.which("inivar") is None, reason="inivar isn't installed (linuxcnc-uspace)")
+@pytest.mark.parametrize("section", ["AXIS_X", "axis_x", "AXIS_Y", "AXIS_Z", "JOINT_0"])
+@pytest.mark.parametrize("key", ["MIN_LIMIT", "min_limit", "MAX_LIMIT", "MAX_VELOCITY", "MIN"])
+def test_linuxcncs_own_lookup_finds_the_same(tmp_path, section, key):
+    path = write(tmp_path, HEAD + NAMES)
+    command = ["inivar", "-ini", str(path), "-sec", section, "-var", key]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    found = read_configuration(path).find(section, key)
+    assert (found.value if found else None) == (run.stdout.strip() if run.returncode == 0 else None)
 
 
 def test_inches_become_mm(tmp_path):
@@ -274,6 +313,12 @@ def test_maxkins_is_reproduced(tmp_path, sense):
     ("old", "new", "line", "message"),
     [
         ("[KINS]", "[KINE]", None, "has no [KINS] KINEMATICS"),
+        (
+            "[KINS]",
+            "[kins]",
+            None,
+            "has no [KINS] KINEMATICS (line 6 isn't found: LinuxCNC 2.9 reads capitals",
+        ),
         (
             "xyzac-trt-kins sparm",
             "genhexkins sparm",

@@ -258,15 +258,20 @@ def test_by_inverse_time_too_a_turn_has_no_lengths():
     assert moves(compose_program(turn, machine=OPEN)) == ["G1 A3.000000 C4.000000 F120"]
 
 
-def test_lengths_left_out_beside_turns_never_add_up():
+@pytest.mark.parametrize(("floor", "most"), [(None, 2e-6), (0.1, 1e-4)], ids=["rounding", "lowest speed"])
+def test_lengths_left_out_beside_turns_never_add_up(floor, most, monkeypatch):
+    known = DIALECTS["linuxcnc"]
+    timed = known.feed["inverse_time"].model_copy(update={"least_speed": floor})
+    other = known.model_copy(update={"feed": known.feed | {"inverse_time": timed}})
+    monkeypatch.setitem(DIALECTS, "linuxcnc", other)
     n = 40
-    rows = np.column_stack([np.arange(n) * 1e-6, np.zeros((n, 3)), np.arange(n)])
+    rows = np.column_stack([np.arange(n) * most / 2.0, np.zeros((n, 3)), np.arange(n)])
     program = compose_program(motion_of(rows), machine=OPEN)
     x = 0.0
     for block, row in zip(moves(program), rows[1:], strict=True):
         words = {w[0]: float(w[1:]) for w in block.split()}
         x = words.get("X", x)
-        assert abs(x - row[0]) < 2.6e-6
+        assert abs(x - row[0]) < most + 0.6e-6
     assert any("X" in block for block in moves(program))
 
 
