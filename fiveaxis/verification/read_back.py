@@ -33,7 +33,10 @@ from fiveaxis.verification.report import Report, Result, violated
 from fiveaxis.verification.tcp_moves import positions_between
 
 # Assumptions that the text of our own programs mustn't leave to a reader.
-MUST_STATE = ("unit-assumed", "rotary-assumed", "long-dwell", "frame-unused")
+MUST_STATE = (
+    *("unit-assumed", "rotary-assumed", "mode-assumed", "return-level", "frame-unused", "long-dwell"),
+    *("dwell-in-cut", "read-differently", "skipped-blocks", "program-end", "beyond-control", "whole-word"),
+)
 # Findings of the writer where the control's F can't express a block's duration. As the inverse of the time it
 # can, even where the control won't run that slowly.
 COARSE = {"feed-floor": ("per_minute",), "feed-rounded": ("per_minute", "inverse_time")}

@@ -102,6 +102,7 @@ def main() -> int:
     given.count = 1 if given.short else given.count
     solutions = {name: PARTS[name].solve() for name in given.part or PARTS}
     totals: dict[str, Count] = {}
+    controls: dict[str, Count] = {}
     header = ROW.format("family", "class", "where", "made", "matter", "program", "read-back", "false")
     print(header)
     with tempfile.TemporaryDirectory() as folder:
@@ -110,11 +111,15 @@ def main() -> int:
             for text in count.missed if given.missed else ():
                 print(f"    {text}")
             totals.setdefault(name, Count()).add(count)
+            if name in FAMILY:
+                controls.setdefault(where.split()[-2], Count()).add(count)
     print(header)
     everything = Count()
     for name, count in totals.items():
         print(line(name, "all", count))
         everything.add(count)
+    for control, count in controls.items():
+        print(line("everything", control, count))
     print(line("everything", "all", everything))
     return int(any(is_bad(count) for count in totals.values()))
 

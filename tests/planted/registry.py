@@ -1,6 +1,6 @@
 """All classes of faults in programs, by name."""
 
-from planted import approach, between, geometric, operations, start, states, technology
+from planted import approach, between, geometric, keys, operations, start, states, technology
 from planted.fault import Fault
 
 FAULTS: tuple[Fault, ...] = (
@@ -11,4 +11,5 @@ FAULTS: tuple[Fault, ...] = (
     *states.FAULTS,
     *between.FAULTS,
     *operations.FAULTS,
+    *keys.FAULTS,
 )

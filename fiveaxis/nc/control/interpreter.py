@@ -352,17 +352,18 @@ class Interpreter(RunMoves):
                 "long-dwell",
                 f"G4 P{time:g} is taken as seconds; if it is in ms, write seconds",
             )
+        in_cut = bool(self.track.rows) and self.track.rows.last_kind == CUT
+        if in_cut and LONGEST_IN_CUT < time <= LONGEST_DWELL:
+            self.note(
+                Severity.WARNING,
+                "dwell-in-cut",
+                f"G4 of {time:g} s where a feed move has ended, above {LONGEST_IN_CUT:g} s: the tool may rub in "
+                "the material; retract before, or write a shorter one (P without a decimal point is in ms on "
+                "Fanuc and Haas, in s on LinuxCNC)",
+            )
         if None in self.track.now:
             self.ignored["G4 at an unknown position"] += 1
         else:
             self._begin()
             kind = self.track.rows.last_kind
-            if kind == CUT and LONGEST_IN_CUT < time <= LONGEST_DWELL:
-                self.note(
-                    Severity.WARNING,
-                    "dwell-in-cut",
-                    f"G4 of {time:g} s where a feed move has ended, above {LONGEST_IN_CUT:g} s: the tool may "
-                    "rub in the material; retract before, or write a shorter one (P without a decimal point "
-                    "is in ms on Fanuc and Haas, in s on LinuxCNC)",
-                )
             self.track.add(self.track.now, self.line, kind, time)
