@@ -82,8 +82,8 @@ def pointless(subject: Subject, _: np.random.Generator) -> Iterator[Text]:
             yield text.rewritten(lambda was: height.sub(lambda m: f"{math.ceil(float(m[0]))}", was), [line])
 
 
-# Always: the control stops in a cut, moves otherwise, or leaves out what keeps tool and part apart. A warning is
-# enough outside of cuts, where a switch that nobody knows of decides, and where surface or time is lost.
+# Always: the control stops in a cut, moves otherwise, or leaves out what keeps tool and part apart. A warning
+# is enough outside of cuts, where a switch that nobody knows of decides, and where surface or time is lost.
 FAULTS = (
     Fault("comment in comment", "rules", each(NESTED), warned=True),
     Fault("% in cut", "rules", in_cut(PERCENT)),

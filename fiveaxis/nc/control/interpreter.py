@@ -357,9 +357,9 @@ class Interpreter(RunMoves):
             self.note(
                 Severity.WARNING,
                 "dwell-in-cut",
-                f"G4 of {time:g} s where a feed move has ended, above {LONGEST_IN_CUT:g} s: the tool may rub in "
-                "the material; retract before, or write a shorter one (P without a decimal point is in ms on "
-                "Fanuc and Haas, in s on LinuxCNC)",
+                f"G4 of {time:g} s where a feed move has ended, above {LONGEST_IN_CUT:g} s: the tool may rub "
+                "in the material; retract before, or write a shorter one (P without a decimal point is in "
+                "ms on Fanuc and Haas, in s on LinuxCNC)",
             )
         if None in self.track.now:
             self.ignored["G4 at an unknown position"] += 1
