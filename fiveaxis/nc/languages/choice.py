@@ -226,9 +226,9 @@ def tape_end(source: Source) -> int | None:
     stand behind.
     """
     begin = leader_length(source)
-    filled = ((line, text.strip()) for line, text in enumerate(source.lines[begin:], start=begin + 1))
-    first, *rest = [(line, text) for line, text in filled if text] or [(0, "")]
-    return next((line for line, text in (rest if first[1] == "%" else (first, *rest)) if text == "%"), None)
+    lines = list(enumerate(source.lines[begin:], start=begin + 1))
+    first = next((line for line, text in lines if text.strip()), 0)
+    return next((n for n, text in lines if "%" in text and text.strip() == "%" and n != first), None)
 
 
 def _without_leader(source: Source) -> Source:

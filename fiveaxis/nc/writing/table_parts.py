@@ -159,12 +159,15 @@ class ReadingRules(StrictModel):
 
     Parameters
     ----------
-    plane, positions, feed_mode, return_level : what a program begins in; ``unknown`` where settings decide
+    plane : of arcs that a program begins in; ``unknown`` where settings decide
+    positions : whether words that it begins with are absolute (``G90``) or increments
+    feed_mode : what F means at its begin
+    return_level : where a cycle with neither word goes on: at the initial level (``G98``) or at R
     nested_comments : whether ``(`` within a comment is ``accepted``, the comment going on to the last ``)``,
         or stops the program
-    numbered_skip : the same of block delete elsewhere than in the first character, or with a number: ``N5 /``
+    numbered_skip : the same for block delete elsewhere than in the first character, or with a number: ``N5 /``
         and ``/2``
-    late_percent : the same of a ``%`` that isn't on the first filled line; on that line it is accepted
+    late_percent : the same for a ``%`` that isn't on the first filled line; on that line it is accepted
         everywhere, and the next one ends the text
     whole_words : what axis words without a decimal point count: ``units``, mm and deg, or ``unknown`` where a
         setting may make them multiples of the increment

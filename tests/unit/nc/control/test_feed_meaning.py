@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from interpreted import canonical, needs_rs274
 
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import load_machine
@@ -92,14 +91,13 @@ def test_a_group_holds_under_tcp_too(read):
     assert grouped - alone == pytest.approx(0.06 * (np.hypot(10, 90) - 10), rel=1e-6)
 
 
-@pytest.mark.skipif(shutil.which("rs274") is None, reason="needs LinuxCNC's rs274")
+@needs_rs274
 def test_linuxcnc_counts_what_its_own_interpreter_does(read, tmp_path):
     # It converts inverse time to F: F per minute is the block's length times that of G93.
     moves = ["X20 C40", "C80", "Y3 Z-4 A10", "A20 C100", "X-1 Y-2 Z-3 A4 C5"]
     path = tmp_path / "inverse.ngc"
     path.write_text("\n".join(["G21 G90 G93", *(f"G1 {move} F6" for move in moves), "M2", ""]))
-    printed = subprocess.run(["rs274", "-g", path], capture_output=True, text=True, check=True).stdout
-    feeds = [float(f) for f in re.findall(r"SET_FEED_RATE\(([0-9.]+)\)", printed)][: len(moves)]
+    feeds = [float(f) for f in re.findall(r"SET_FEED_RATE\(([0-9.]+)\)", canonical(path))][: len(moves)]
     lines = "\n".join(f"G1 {move} F{feed}" for move, feed in zip(moves, feeds, strict=True))
     motion = read(f"G21 G90 G94\n{lines}\nM2\n", "linuxcnc", name="again.ngc")
     np.testing.assert_allclose(motion.time[1:], 10.0, rtol=1e-5)
