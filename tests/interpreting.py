@@ -205,6 +205,10 @@ def difference(canonical: list[Move], ours: list[Move], *, cycles: bool = False)
     canonical, ours = (_without_pecks(moves) if cycles else moves for moves in (canonical, ours))
     here, row = np.zeros(6), 0
     for move in canonical:
+        while move.arc is None and row < len(ours) and np.abs(ours[row].end - here).max() < PRINTED / 2.0:
+            if ours[row].kind == DWELL:
+                break
+            row += 1  # too short to be printed
         if row == len(ours):
             return f"line {move.line}: the interpreter goes to {_told(move)}, and we are at the end"
         if move.arc is None:
