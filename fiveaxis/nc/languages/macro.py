@@ -356,8 +356,8 @@ class Macros:
                 if left > 0:
                     loops.append((first, left))
                     target = first + 1
-            case "BREAK" if find(after, "ENDWHILE", "WHILE") and _in_do(tape.now.text, name, row):
-                raise BlockError("leaves a while inside of a do, and LinuxCNC 2.9 the do, too; write the do as a repeat")
+            case "BREAK" if "ENDWHILE" in [m.word for m in after] and _in_do(tape.now.text, name, row):
+                raise BlockError("ends the do around its while, too, on LinuxCNC 2.9; write the do as repeat")
             case "BREAK" | "CONTINUE":
                 target = find(after, "ENDWHILE", "ENDREPEAT", "WHILE") + (word == "BREAK")
         if target is not None:
