@@ -205,6 +205,10 @@ def difference(canonical: list[Move], ours: list[Move], *, cycles: bool = False)
     canonical, ours = (_without_pecks(moves) if cycles else moves for moves in (canonical, ours))
     here, row = np.zeros(6), 0
     for move in canonical:
+        while move.arc is None and row < len(ours) and np.abs(ours[row].end - here).max() < move.digit / 2.0:
+            if ours[row].kind == DWELL:
+                break
+            row += 1  # too short to be printed
         if row == len(ours):
             return f"line {move.line}: the interpreter goes to {_told(move)}, and we are at the end"
         if move.arc is None:
@@ -214,14 +218,12 @@ def difference(canonical: list[Move], ours: list[Move], *, cycles: bool = False)
         row += count
         if own.kind != move.kind or np.abs(own.end - move.end).max() > 3.0 * move.digit:
             return f"line {move.line or own.line}: {_told(move)}, and we {_told(own)}"
-        length = (
-            np.abs(move.end - here).max() if move.arc is None else abs(move.arc.sweep) * _radius(here, move)
-        )
+        length, share = _timed(here, move)
         long = length > 1e4 * move.digit or move.kind == DWELL
         if (
             long
             and not cycles
-            and not math.isclose(own.time, move.time, rel_tol=TIMED)
+            and not math.isclose(own.time, move.time, rel_tol=share)
             and move.kind != RAPID
         ):
             times = f"{move.kind} of {move.time:.6g} s, and of {own.time:.6g} s by us"
@@ -231,10 +233,15 @@ def difference(canonical: list[Move], ours: list[Move], *, cycles: bool = False)
     return f"line {rest[0].line}: we go on to {_told(rest[0])}" if rest else ""
 
 
-def _radius(here: np.ndarray, move: Move) -> float:
-    """Return the radius, mm, at the start of an arc."""
-    assert move.arc is not None
-    return float(np.linalg.norm(here[list(move.arc.plane[:2])] - move.arc.centre))
+def _timed(here: np.ndarray, move: Move) -> tuple[float, float]:
+    """Return the length of a move, mm or deg, and the share by which its time may be another one.
+
+    The interpreter's rate under G93 is that of a circle of the first radius.
+    """
+    if move.arc is None:
+        return float(np.abs(move.end - here).max()), TIMED
+    radii = [float(np.linalg.norm(p[list(move.arc.plane[:2])] - move.arc.centre)) for p in (here, move.end)]
+    return abs(move.arc.sweep) * radii[0], TIMED + abs(radii[1] - radii[0]) / sum(radii)
 
 
 def _chords(here: np.ndarray, move: Move, ours: list[Move]) -> tuple[Move, int]:

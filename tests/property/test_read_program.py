@@ -69,6 +69,8 @@ def test_a_motion_that_was_read_is_written_as_the_same_program(path: Path, case,
     machine, motion = case
     program = compose_program(motion, machine=machine, control=control)
     assume(any(line.startswith("G1") for line in program.lines))
+    # Blocks that the control runs faster than their F are read with the time that it takes.
+    assume(all(finding.code != "feed-floor" for finding in program.findings))
     path.write_text(program.text, encoding="utf-8")
     read = read_program(path, machine, rapid=RAPID)
     again = compose_program(read, machine=machine, control=control)

@@ -143,6 +143,8 @@ class Interpreter(RunMoves):
         Known positions are converted; those that can't be become unknown.
         """
         at, track = self.coordinates, self.track
+        if "G52" in block.ignored and any(at.shifts):
+            raise BlockError("G52 X0 Y0 Z0 cancels G92 on LinuxCNC alone; write G92.1")
         new_zero = self._changes_zero()
         changes = block.frame is not None or new_zero or self.modes.work_offset != at.work_offset
         if block.tip_control is None and not changes:

@@ -227,6 +227,12 @@ class Modes:
         return 60.0 / block.words["F"], None
 
     @property
+    def lowest_speed(self) -> float:
+        """Units or deg per minute below which the control runs no block of a duration (G93); 0 if unknown."""
+        form = None if self.control is None else self.control.feed.get("inverse_time")
+        return 0.0 if form is None else form.least_speed or 0.0
+
+    @property
     def _clears(self) -> bool:
         form = None if self.control is None else self.control.feed.get("per_minute")
         return form is not None and form.clears

@@ -170,7 +170,10 @@ class Moves(InterpreterState):
         time, feed = self._pace(block)
         parts = len(points)
         scale = self.modes.feed_scale
+        if time is not None and (least := self.modes.lowest_speed * scale):
+            time = min(time, 60.0 * length / least)
         whole = length / (feed * scale) if feed is not None else time or 0.0
+        feed = length / whole / scale if feed is None else feed
         normal, vector = self._on_workpiece(block.normal), track.vector
         for number, point in enumerate(self.coordinates.from_local(points[:-1]).tolist(), start=1):
             share = number / parts

@@ -290,12 +290,11 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
 
 def at_least_speed(columns: Columns, interpreter: Interpreter) -> Columns:
     """Return rows whose cuts in inverse time last no longer than at the control's lowest speed."""
-    control, scale = interpreter.modes.control, interpreter.modes.feed_scale
-    form = None if control is None else control.feed.get("inverse_time")
-    if form is None or form.least_speed is None:
+    least, scale = interpreter.modes.lowest_speed, interpreter.modes.feed_scale
+    if not least:
         return columns
     travel = travel_of(columns, scale)
-    longest = travel.length / (np.where(travel.along, scale, 1.0) * form.least_speed / 60.0)
+    longest = travel.length / (np.where(travel.along, scale, 1.0) * least / 60.0)
     timed = (columns.kinds == MoveKind.CUT) & np.isnan(columns.feeds) & (travel.length > 0.0)
     slow = timed & (columns.times > longest * (1.0 + SAME))
     if not slow.any():
@@ -304,7 +303,7 @@ def at_least_speed(columns: Columns, interpreter: Interpreter) -> Columns:
     interpreter.note(
         Severity.WARNING,
         "feed-floor",
-        f"{int(slow.sum())} blocks under G93 are slower than {form.least_speed:g} units or deg/min, at "
+        f"{int(slow.sum())} blocks under G93 are slower than {least:g} units or deg/min, at "
         f"which this control runs them: this one lasts {longest[row]:.4g} s, not the "
         f"{columns.times[row]:.4g} s of its F",
         int(columns.lines[row]),

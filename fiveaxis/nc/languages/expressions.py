@@ -99,8 +99,9 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "ABS": math.fabs,
     "TRUNC": lambda x: float(math.trunc(x)),
-    "FIX": math.floor,
-    "FUP": math.ceil,
+    # With the sign of 0, which an arctangent shows.
+    "FIX": lambda x: math.copysign(math.floor(x), x),
+    "FUP": lambda x: math.copysign(math.ceil(x), x),
     "EXP": math.exp,
     "LN": math.log,
     "ROUND": lambda x: math.copysign(math.floor(math.fabs(x) + 0.5), x),

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import PurePath
 from typing import NamedTuple
 
@@ -355,6 +356,8 @@ class Macros:
                 if left > 0:
                     loops.append((first, left))
                     target = first + 1
+            case "BREAK" if "ENDWHILE" in [m.word for m in after] and _in_do(tape.now.text, name, row):
+                raise BlockError("ends the do around its while, too, on LinuxCNC 2.9; write the do as repeat")
             case "BREAK" | "CONTINUE":
                 target = find(after, "ENDWHILE", "ENDREPEAT", "WHILE") + (word == "BREAK")
         if target is not None:
@@ -396,6 +399,15 @@ def _marks(text: Text, name: str) -> list[_Mark]:
     rows = text.labels(_DO_LOOPS if name.startswith("DO") else _O_WORDS).get(name.removeprefix("DO"), ())
     found = (_Mark.of(without_head(compact_code(text.lines[row])), row) for row in rows)
     return [mark for mark in found if mark is not None]
+
+
+def _in_do(text: Text, name: str, row: int) -> bool:
+    """Check whether a row is between the DO and the WHILE of a loop of another name."""
+    for other in text.labels(_O_WORDS).keys() - {name.strip("<>"), name}:
+        loop = [mark for mark in _marks(text, other) if mark.word in ("DO", "WHILE")]
+        if any(a.word == "DO" and a.row < row < b.row for a, b in pairwise(loop)):
+            return True
+    return False
 
 
 def _counted(value: float) -> int:
