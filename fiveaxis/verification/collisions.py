@@ -194,13 +194,14 @@ def _collisions(kind: str, found: list[_PairHits]) -> Result:
             f"{REMEDIES[kind]}"
         )
 
-    finite = depth[np.isfinite(depth)]
+    deepest = float(depth.max(initial=0.0))
     return violated(
         code=f"{CODES[kind]}-collision",
         rows=row,
         values=depth,
         message=message,
-        figures={f"{CODES[kind]}_overlap_mm": float(finite.max(initial=0.0))},
+        # Of a body that is wholly inside another nobody measures how deep.
+        figures={f"{CODES[kind]}_overlap_mm": deepest if np.isfinite(deepest) else None},
     )
 
 
