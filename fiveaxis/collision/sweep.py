@@ -21,7 +21,6 @@ from fiveaxis.collision.pieces import PairQuery, Piece
 from fiveaxis.collision.scene import LONGEST_RETRACT, Pair
 from fiveaxis.collision.travel import Stretch, Travel
 from fiveaxis.geometry import Array, BoolArray, IntArray, product
-from fiveaxis.mesh.distance import encloses
 
 logger = logging.getLogger(__name__)
 
@@ -33,6 +32,16 @@ ROUNDING = 1e-4
 STEP = 0.5
 # Poses by which the length of a move is measured.
 SAMPLES = 65
+# mm: between the poses of a move at which its depth is measured, and how many of them there are at most.
+DEPTH_STEP, MOST_DEPTHS = 1.0, 32
+# Hits of two pieces that are measured: of more, the others keep the depth of the deepest triangle.
+MOST_MEASURED = 500
+# Directions along which pieces are parted, and rad by which the best of them is then varied.
+_DIRECTIONS = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1.0
+DIRECTIONS = _DIRECTIONS / np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
+VARIED = (0.35, 0.18, 0.09, 0.045)
+# mm, the first movement tried, which is doubled; share of a movement to which it is then known.
+FIRST, PARTED = 0.01, 0.002
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +52,8 @@ class Hits:
     ----------
     rows : (m,), location at which the move ends
     shares : (m,), of that move; 1 is the location itself
-    depths : (m,), mm, overlap; ∞ where one lies inside the other, NaN where they don't overlap
+    depths : (m,), mm, of a movement that parts them; ∞ where one lies inside the other, NaN where they don't
+        overlap
     gaps : (m,), mm, between them; 0 where they overlap
     """
 
@@ -119,9 +129,9 @@ class Sweep:
             hits = search.find_with_depths(clearance, counted)
             self.queries += search.query.count
             if pair.rapid_only:
-                found.append(search.of_rapids(hits, counted, back))
+                found.append(search.measured(search.of_rapids(hits, counted, back), np.zeros_like(counted)))
             else:
-                found += [hits, _enclosed(travel, hits, counted)]
+                found += [search.measured(hits, counted), _enclosed(travel, hits, counted)]
         hits = join(found).worst()
         logger.debug(
             "%s against %s: %d of %d locations and the moves to them; %d overlap, %d come too near",
@@ -165,6 +175,79 @@ class _Search:
         here = list(self._judge(locations, np.ones(len(locations)), poses, near, margin))
         known = np.array([int(hits.rows[0]) for hits in here], dtype=np.int64)
         return join([*here, *self._within(moves[~np.isin(moves + 1, known)], margin)])
+
+    def measured(self, hits: Hits, through: BoolArray) -> Hits:
+        """Measure the depths of hits; throughout their moves in the rows of `through`, (n,)."""
+        found = hits.worst()
+        which = np.flatnonzero(np.isfinite(found.depths))
+        for i in which[:: len(which) // MOST_MEASURED + 1].tolist():
+            row, share, count = int(found.rows[i]), float(found.shares[i]), 0
+            if row and through[row]:
+                ends = self.travel.corners[[row - 1, row]]
+                count = min(int(_farthest(ends[:1], ends[1:])[0] / DEPTH_STEP), MOST_DEPTHS)
+            if count:
+                share = self._deepest(row, np.append(share, np.linspace(0.0, 1.0, count + 1)[1:]))
+                for width in (1.0, 0.25):
+                    share = self._deepest(row, share + np.linspace(-width, width, 9) / count)
+            depth = self._depth(self._poses(row, np.array([share]))[0], VARIED)
+            found.depths[i], found.shares[i] = max(depth, ROUNDING), share
+        return found
+
+    def _deepest(self, row: int, shares: Array) -> float:
+        """Find the one of some shares, (m,), of the move to a row at which the pieces are deepest."""
+        shares = np.clip(shares, 0.0, 1.0)
+        return float(shares[np.argmax([self._depth(pose) for pose in self._poses(row, shares)])])
+
+    def _poses(self, row: int, shares: Array) -> Array:
+        """Compute the mover's poses, (m, 4, 4) mm, at shares, (m,), of the move to a row."""
+        return self.travel.between(np.full(len(shares), row - 1), shares) if row else self.travel.poses[:1]
+
+    def _depth(self, pose: Array, varied: tuple[float, ...] = ()) -> float:
+        """Measure the shortest movement found that parts the pieces, mm; exactly for convex ones.
+
+        The triangles of a mesh alone would tell how deep the deepest of them is, not the material.
+
+        Parameters
+        ----------
+        varied : rad, by which the best direction is varied, one after the other
+        """
+        mover, other = self.travel.mover, self.travel.other
+        if not (mover.is_mesh or other.is_mesh):
+            return self.query.depth(pose)
+        if not self._touches(pose):
+            return 0.0
+        middles = pose[:3, :3] @ (mover.low + mover.high) / 2.0 + pose[:3, 3], (other.low + other.high) / 2.0
+        best = float(np.linalg.norm(middles[0] - middles[1])) + mover.size + other.size
+        along, first = pose[:3, 2], FIRST
+        directions = np.vstack([along, -along, DIRECTIONS])
+        for angle in (0.0, *varied):
+            for aside in directions:
+                tried = along + angle * np.cross(along, aside) if angle else aside
+                length = self._parted(pose, tried / np.linalg.norm(tried), first, best)
+                if length < best:
+                    best, nearest = length, tried
+            along, first = nearest / np.linalg.norm(nearest), (1.0 - PARTED) * best
+        return best
+
+    def _parted(self, pose: Array, along: Array, first: float, most: float) -> float:
+        """Measure the movement along a direction that parts the pieces, at least `first`; else `most`."""
+        low, high, moved = 0.0, min(first, most), pose.copy()
+
+        def touches(length: float) -> bool:
+            moved[:3, 3] = pose[:3, 3] + length * along
+            return self._touches(moved)
+
+        while touches(high):
+            if high >= most:
+                return most
+            low, high = high, min(2.0 * high, most)
+        while high - low > max(PARTED * high, ROUNDING):
+            middle = (low + high) / 2.0
+            low, high = (middle, high) if touches(middle) else (low, middle)
+        return high
+
+    def _touches(self, pose: Array) -> bool:
+        return self.query.nearer(pose, 0.0) or _one_in_other(self.travel, pose)
 
     def of_rapids(self, hits: Hits, counted: BoolArray, withdrawn: BoolArray) -> Hits:
         """Keep hits of moves that begin outside the other piece, and check those that begin inside it.
@@ -345,5 +428,9 @@ def _one_in_other(travel: Travel, pose: Array) -> bool:
 
 
 def _contains(piece: Piece, point: Array) -> bool:
+    if not (piece.closed and piece.triangles is not None):
+        return False
+    from fiveaxis.mesh import kernels  # numba is slow to load
+
     boxed = bool((point >= piece.low).all() and (point <= piece.high).all())
-    return boxed and piece.closed and piece.triangles is not None and encloses(piece.triangles, point)
+    return boxed and kernels.encloses(piece.triangles, point)

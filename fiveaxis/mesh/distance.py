@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray, arctan2
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.mesh.surface import facet_normals
 
 if TYPE_CHECKING:
@@ -155,23 +155,3 @@ class SignedSurface:
         far = distance > AT_SURFACE
         towards = offset / np.where(far, signed, 1.0)[:, None]
         return np.where(far[:, None], towards, facet), foot, signed
-
-
-def encloses(triangles: Array, point: Array) -> bool:
-    """Check whether a point is inside a closed mesh, by the solid angle of its triangles.
-
-    Parameters
-    ----------
-    triangles : (t, 3, 3), mm, anticlockwise seen from outside
-    point : (3,), mm, not on the surface
-
-    References
-    ----------
-    Van Oosterom and Strackee (1983), The solid angle of a plane triangle.
-    """
-    a, b, c = np.moveaxis(triangles - point, 1, 0)
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    volume = np.sum(a * np.cross(b, c), axis=1)
-    products = (np.sum(x * y, axis=1) * z for x, y, z in ((a, b, lc), (b, c, la), (c, a, lb)))
-    angle = 2.0 * arctan2(volume, la * lb * lc + sum(products))
-    return bool(abs(angle.sum()) > 2.0 * np.pi)

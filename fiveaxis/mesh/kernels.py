@@ -53,6 +53,12 @@ def cross(u: Point, v: Point) -> Point:
 
 
 @inner
+def dot(u: Point, v: Point) -> float:
+    """Scalar product of two vectors."""
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@inner
 def shares_on(p: Array, triangle: Array) -> tuple[float, float, float]:
     """Shares of the edges from the first corner to the foot of p's perpendicular, and its squared length.
 
@@ -224,6 +230,32 @@ def reach(start: Array, end: Array, triangles: Array, boxes: Array, limit: float
         if ahead <= 0.0:
             return clear
         done = min(length, done + max(gap - limit, finest))
+
+
+@compiled
+def encloses(triangles: Array, point: Array) -> bool:
+    """Check whether a point is inside a closed mesh, by the solid angle of its triangles.
+
+    Parameters
+    ----------
+    triangles : (t, 3, 3), mm, anticlockwise seen from outside
+    point : (3,), mm, not on the surface
+
+    References
+    ----------
+    Van Oosterom and Strackee (1983), The solid angle of a plane triangle.
+    """
+    angle = 0.0
+    for t in range(len(triangles)):
+        a, b, c = (
+            offset(point, triangles[t, 0]),
+            offset(point, triangles[t, 1]),
+            offset(point, triangles[t, 2]),
+        )
+        la, lb, lc = math.sqrt(dot(a, a)), math.sqrt(dot(b, b)), math.sqrt(dot(c, c))
+        below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb
+        angle += 2.0 * math.atan2(dot(a, cross(b, c)), below)
+    return bool(abs(angle) > 2.0 * math.pi)
 
 
 @compiled

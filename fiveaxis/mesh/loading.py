@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import io
 import logging
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fiveaxis.errors import MeshError, SettingError
-from fiveaxis.files import MOST_MESH_BYTES, read_input, require_file
+from fiveaxis.files import require_file
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.mesh.cad.loading import CAD_SUFFIXES, FACTORS, load_model
 from fiveaxis.mesh.cad.model import model_of, with_model
+from fiveaxis.mesh.parsing import DAMAGED, parse_mesh, require_few
 from fiveaxis.options import MESH_TOLERANCE, Unit
 
 if TYPE_CHECKING:
@@ -24,22 +23,10 @@ if TYPE_CHECKING:
     from fiveaxis.mesh.surface import Surface
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", *CAD_SUFFIXES)
-# Bytes of a binary STL: its header, whose last four are the number of triangles, and one triangle.
-STL_HEAD, STL_TRIANGLE = 84, 50
-DAMAGED = "it is damaged, truncated, or of another format; export it again"
-# Larger meshes take more than a minute to plan on, and their trees more memory than many computers have.
-MOST_TRIANGLES = 4_000_000
-# What to do about it: finer triangles than the tolerance of machining show nothing.
-SIMPLIFY = (
-    "export it with a larger chord tolerance, or simplify it to a tolerance of some micrometres (MeshLab: "
-    "Quadric Edge Collapse Decimation; trimesh: simplify_quadric_decimation)"
-)
 # mm: products of three larger coordinates, as in volumes, lose their last digit that matters.
 FARTHEST = 1e7
 
 logger = logging.getLogger(__name__)
-# trimesh logs the tracebacks of what it can't parse; without a handler Python would print them.
-logging.getLogger("trimesh").addHandler(logging.NullHandler())
 # mm: parts of five-axis machines are larger than the first, and smaller than the second.
 SMALLEST_PART, LARGEST_PART = 5.0, 5000.0
 
@@ -96,7 +83,7 @@ def load_mesh(
             )
         parsed = model.mesh()
     else:
-        parsed = _parse(file)
+        parsed = parse_mesh(file)
         if unit not in (None, "mm"):
             parsed.vertices = FACTORS[unit] * np.asarray(parsed.vertices, dtype=float)
     mesh = check_mesh(parsed, name=str(file), allow_open=allow_open, turn=turn)
@@ -202,15 +189,10 @@ def require_solid(mesh: trimesh.Trimesh, name: str) -> None:
         )
 
 
-def _require_few(count: int, name: str | Path) -> None:
-    if count > MOST_TRIANGLES:
-        raise MeshError(f"has {count:,} triangles, more than {MOST_TRIANGLES:,}; {SIMPLIFY}", file=name)
-
-
 def _require_sound(mesh: trimesh.Trimesh, name: str) -> None:
     if len(mesh.faces) == 0:
         raise MeshError("has no triangles", file=name)
-    _require_few(len(mesh.faces), name)
+    require_few(len(mesh.faces), name)
     if mesh.vertices.shape[1] != 3 or mesh.faces.shape[1] != 3:
         raise MeshError(f"its vertices aren't X, Y and Z: {DAMAGED}", file=name)
     bad = int((~np.isfinite(mesh.vertices).all(axis=1)).sum())
@@ -234,53 +216,6 @@ def count_open_edges(mesh: trimesh.Trimesh) -> int:
     """Count the edges that don't join exactly two triangles."""
     _, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     return int((uses != 2).sum())
-
-
-def _parse(file: Path) -> trimesh.Trimesh:
-    import trimesh
-
-    kind = file.suffix.lower()
-    content = read_input(file, MOST_MESH_BYTES, MeshError)
-    corners = _binary_triangles(content, file) if kind == ".stl" else None
-    if corners is not None:
-        faces = np.arange(3 * len(corners)).reshape(-1, 3)
-        return trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False)
-    try:
-        with warnings.catch_warnings():
-            # numpy only warns of numbers that it can't read.
-            warnings.simplefilter("error")
-            # Processing would silently drop vertices that aren't finite.
-            return trimesh.load_mesh(io.BytesIO(content), file_type=kind[1:], process=False)
-    except ImportError:
-        # trimesh guesses other encodings with a library that isn't installed.
-        raise MeshError(f"can't be read as {kind}: its text isn't UTF-8", file=file) from None
-    except MemoryError:
-        raise MeshError(f"can't be read as {kind}: it needs more memory than there is", file=file) from None
-    except Exception:
-        # On a damaged file trimesh raises errors of all kinds; they are about its arrays and help no user.
-        raise MeshError(f"can't be read as {kind}: {DAMAGED}", file=file) from None
-
-
-def _binary_triangles(content: bytes, file: Path) -> Array | None:
-    """Read the corners of a binary STL's triangles, (f, 3, 3) mm; None if it is text.
-
-    `MeshError` if it ends before its last triangle, or has more than `MOST_TRIANGLES`.
-    """
-    # Only text has no zero byte: a binary file may begin with "solid" too.
-    if len(content) < STL_HEAD or b"\0" not in content[:STL_HEAD]:
-        return None
-    stated = int.from_bytes(content[STL_HEAD - 4 : STL_HEAD], "little")
-    whole = (len(content) - STL_HEAD) // STL_TRIANGLE
-    if stated > whole:
-        raise MeshError(
-            f"is truncated: its header states {stated} triangles, the file has {whole}; copy or export it "
-            "again",
-            file=file,
-        )
-    _require_few(stated, file)
-    triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
-    with np.errstate(invalid="ignore"):  # of a signalling NaN, which is refused with the others
-        return np.frombuffer(content, triangle, count=stated, offset=STL_HEAD)["corners"].astype(float)
 
 
 def _turn_outward(mesh: trimesh.Trimesh) -> None:

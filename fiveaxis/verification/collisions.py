@@ -124,7 +124,7 @@ def _sweep_all(
     """Sweep every pair along every stretch of known axis values."""
     poses = link_poses(context.machine)
     rapid = context.toolpath.kind == MoveKind.RAPID
-    back = _withdrawn(context)
+    back = withdrawn(context)
     found = []
     known = np.asarray(np.isfinite(context.positions).all(axis=1))
     for begin, end in _stretches(known):
@@ -145,7 +145,7 @@ def _sweep_all(
     return found
 
 
-def _withdrawn(context: CheckContext) -> BoolArray:
+def withdrawn(context: CheckContext) -> BoolArray:
     """Find the moves, (n,), that retract the tool along its own axis, without a turn."""
     steps = np.diff(context.tip, axis=0, prepend=context.tip[:1])
     back = np.sum(steps * context.axis, axis=1)
@@ -194,13 +194,14 @@ def _collisions(kind: str, found: list[_PairHits]) -> Result:
             f"{REMEDIES[kind]}"
         )
 
-    finite = depth[np.isfinite(depth)]
+    deepest = float(depth.max(initial=0.0))
     return violated(
         code=f"{CODES[kind]}-collision",
         rows=row,
         values=depth,
         message=message,
-        figures={f"{CODES[kind]}_overlap_mm": float(finite.max(initial=0.0))},
+        # Of a body that is wholly inside another nobody measures how deep.
+        figures={f"{CODES[kind]}_overlap_mm": deepest if np.isfinite(deepest) else None},
     )
 
 

@@ -28,6 +28,7 @@ from fiveaxis.verification.checks import check_contact, check_figures, check_fin
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.feeds import check_cutter_speed, check_feeds, check_feeds_along
 from fiveaxis.verification.following import check_following, check_rapids, cutting_rows
+from fiveaxis.verification.joins import check_joins
 from fiveaxis.verification.moves import KINDS, check_accelerations, check_deviation, check_speeds
 from fiveaxis.verification.outside import check_outside
 from fiveaxis.verification.program_rows import ProgramRows, check_program_feeds, check_program_lean
@@ -265,6 +266,7 @@ def _technology(e: Examination) -> Iterable[Result]:
             yield from check_feed_mode(track, cuts, asked)
         yield check_switched(read.motion.tcp, cuts)
         yield from check_descent(read, e.context.machine)
+        yield from check_joins(e.context, read)
 
 
 def _planes(e: Examination) -> Iterable[Result]:

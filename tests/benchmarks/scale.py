@@ -32,7 +32,7 @@ import fiveaxis as fx
 from fiveaxis.job import make_job
 from fiveaxis.job.results import write_outcome
 from fiveaxis.job.setup_choice import run_job
-from fiveaxis.mesh.loading import MOST_TRIANGLES
+from fiveaxis.mesh.parsing import MOST_TRIANGLES
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
 PASSES, ROUND = 10, 360

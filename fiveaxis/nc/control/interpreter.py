@@ -21,7 +21,6 @@ from fiveaxis.nc.control.axis_track import Counting, axis_values
 from fiveaxis.nc.control.interpreter_state import CUT, Switch
 from fiveaxis.nc.control.modal import (
     CYCLES,
-    END,
     G92_WORDS,
     HARMLESS,
     MOTION,
@@ -30,7 +29,7 @@ from fiveaxis.nc.control.modal import (
     unknown_word,
 )
 from fiveaxis.nc.control.run_moves import RunMoves
-from fiveaxis.nc.control.technology import DEFAULT_OFFSET, WORK_OFFSETS
+from fiveaxis.nc.control.technology import DEFAULT_OFFSET, END, WORK_OFFSETS
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane
 from fiveaxis.nc.languages.runs import Run

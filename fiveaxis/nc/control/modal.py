@@ -32,8 +32,6 @@ MOTION = ("G0", "G1", "G2", "G3")
 UNIT = {"G20": "INCH", "G70": "INCH", "G21": "MM", "G71": "MM"}
 # Axes of an arc's plane, in the order in which G3 turns.
 PLANES = {"G17": "XY", "G18": "ZX", "G19": "YZ"}
-# M99 and M17 end a subprogram; which of them end a program is in the control's table (`ReadingRules`).
-END = ("M2", "M30", "M99", "M17")
 # Drilling, boring and tapping: word -> whether the tool returns at feed. Pecking (G73, G83) is omitted, as is
 # everything that doesn't move the tip (dwells, spindle orientation in G76 and G87, spindle reversal).
 CYCLES = {

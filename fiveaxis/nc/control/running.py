@@ -281,6 +281,8 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
     begin = columns.steps[rows.start - 1] if rows.start else -1
     end = columns.steps[rows.stop - 1] if rows.stop < len(columns.steps) else math.inf
     interpreter.keep_own((begin, end), lambda line: _is_in(line, others))
+    beyond = columns.steps[rows.stop] if rows.stop < len(columns.steps) else math.inf
+    technology.keep_joins(columns.steps[rows.start], beyond)
     interpreter.track.approach *= rows.start == 0
     found = columns.at(rows)
     # A rapid move to the first row is an approach.

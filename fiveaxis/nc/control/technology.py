@@ -29,6 +29,9 @@ CLAMPS = ("M13", "M14")
 AFTER_MOVE = frozenset(("M5", "M9", "M89"))
 # Words that load the selected tool, in any language.
 CHANGES = ("M6", "TOOL CALL")
+# Words that end the program: M99 and M17 end a subprogram; M99 restarts a main one, with the same moves.
+END = ("M2", "M30", "M99", "M17")
+_JOINING = frozenset((*CHANGES, *END))
 # Length offset of whatever tool is in the spindle: G43 without H, as LinuxCNC reads it.
 OF_TOOL = "of the loaded tool"
 LENGTH_ON = ("G43", "G43.4", "G43.5", "G234")
@@ -104,6 +107,26 @@ class MachineMove(NamedTuple):
     height: float | None = None
 
 
+class Join(NamedTuple):
+    """A line at which more happens than the rows show: a tool change, a machine move, the program's end.
+
+    Parameters
+    ----------
+    line, step : as of `MachineMove`
+    word : M6, TOOL CALL, M30 and so on, or that of a machine move
+    axes : letters that a machine move names
+    moves : whether it is a machine move
+    tcp : whether TCP is on
+    """
+
+    line: int
+    step: int
+    word: str
+    axes: str
+    moves: bool
+    tcp: bool
+
+
 @dataclass(frozen=True, eq=False)
 class TechnologyTrack:
     """What is in force, move by move.
@@ -115,7 +138,8 @@ class TechnologyTrack:
     state : (n,), which one is in force in the move to a row
     steps : (n,), of the program's lines, in the order in which they run
     machine_moves : moves in machine coordinates, in order
-    placed : steps of those whose ends are among the rows, because the zero is known
+    joins : tool changes, moves in machine coordinates and the end, in order
+    placed : steps of those moves whose ends are among the rows, because the zero is known
     once : steps, lines and words that act once, where they stand: stops, unknown M words
     unapproached : steps of machine moves after which the program feeds before it has positioned their axes
     late_axes : letters that the approach positions only once Z is down, with the line of the first; empty if
@@ -132,6 +156,7 @@ class TechnologyTrack:
     state: IntArray
     steps: IntArray
     machine_moves: tuple[MachineMove, ...] = ()
+    joins: tuple[Join, ...] = ()
     placed: frozenset[int] = frozenset()
     once: tuple[tuple[int, int, str], ...] = ()
     unapproached: frozenset[int] = frozenset()
@@ -178,12 +203,14 @@ class TechnologyReader:
     steps: list[int] = field(default_factory=list)
     states: list[Technology] = field(default_factory=list)
     machine_moves: list[MachineMove] = field(default_factory=list)
+    joins: list[Join] = field(default_factory=list)
     placed: set[int] = field(default_factory=set)
     once: list[tuple[int, int, str]] = field(default_factory=list)
     selections: list[str] = field(default_factory=list)
     cancelled: dict[str, int] = field(default_factory=dict)
     ended: dict[str, int] = field(default_factory=dict)
     cuts: bool = False
+    tcp: bool = False
     _scale: float = 1.0
     _incremental: bool = False
     _moved: bool = False
@@ -202,6 +229,8 @@ class TechnologyReader:
         """Read a block."""
         if not self.cuts:
             self._follow_approach(block)
+        if block.tip_control is not None:
+            self.tcp = block.tip_control
         off, at = (self.ended, block.step or block.line) if self._moved else (self.cancelled, block.line)
         off.update(dict.fromkeys(block.cancels, at))
         if not self._moved:
@@ -227,6 +256,7 @@ class TechnologyReader:
             if word in COOLANT:
                 target["coolant"] = COOLANT[word]
         step = block.step or block.line
+        self.joins += [Join(block.line, step, w, "", False, self.tcp) for w in words if w in _JOINING]
         self._record(step, change)
         self._record(step + 1, later)
 
@@ -253,6 +283,7 @@ class TechnologyReader:
 
     def _move_by_machine(self, move: MachineMove) -> None:
         self.machine_moves.append(move)
+        self.joins.append(Join(move.line, move.step, move.word, move.axes, True, self.tcp))
         if not self.cuts:
             # Z may come down at feed from a retract, but not go back to one once it is down.
             axes = (c for c in move.axes or "XY" if c != "Z" or self._down)
@@ -305,6 +336,10 @@ class TechnologyReader:
             change["work_offset"] = block.work_offset
         return change
 
+    def keep_joins(self, begin: float, end: float) -> None:
+        """Keep the joins from one step of the program to before another."""
+        self.joins = [join for join in self.joins if begin <= join.step < end]
+
     def _record(self, step: int, change: dict[str, Any]) -> None:
         new = self.now._replace(**change) if change else self.now
         if new != self.now:
@@ -342,6 +377,7 @@ class TechnologyReader:
             state=state,
             steps=steps,
             machine_moves=tuple(self.machine_moves),
+            joins=tuple(self.joins),
             placed=frozenset(self.placed),
             once=tuple(self.once),
             unapproached=frozenset(self._at_machine.values()) if self.cuts else frozenset(),

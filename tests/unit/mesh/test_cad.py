@@ -115,6 +115,23 @@ def test_no_sampled_point_is_nearer_than_the_nearest(parts, name):
     assert (least <= distance + 0.3).all()
 
 
+@pytest.mark.parametrize("name", ["swept", "torus", "tip"])
+def test_areas_are_those_of_the_surfaces(parts, name):
+    part = model(parts / f"{name}.step")
+    share, weight = np.polynomial.legendre.leggauss(20)
+    # Four intervals of it: a curve has a knot at a quarter or at half of its parameters, or none.
+    share, weight = np.ravel((share[:, None] + [1, 3, 5, 7]) / 8.0), np.repeat(weight / 8.0, 4)
+    whole = [i for i, face in enumerate(part.faces) if face.kind != "plane"]
+    assert whole
+    for i in whole:
+        u0, u1, v0, v1 = part.trims.box[i]
+        u, v = (grid.ravel() for grid in np.meshgrid(u0 + share * (u1 - u0), v0 + share * (v1 - v0)))
+        rows = part.evaluate(np.full(len(u), i), np.column_stack([u, v]))
+        sizes = np.linalg.norm(np.cross(rows[:, 1], rows[:, 2]), axis=1)
+        area = (u1 - u0) * (v1 - v0) * np.outer(weight, weight).ravel() @ sizes
+        assert part.faces[i].area == pytest.approx(area, rel=1e-9)
+
+
 @pytest.mark.parametrize("name", ["blade", "torus", "cone"])
 def test_derivatives_are_those_of_the_surface(parts, name):
     part, step = model(parts / f"{name}.step"), 1e-5

@@ -3,7 +3,8 @@ import pytest
 import trimesh
 
 from fiveaxis.mesh import TriangleTree
-from fiveaxis.mesh.distance import SignedSurface, encloses
+from fiveaxis.mesh.distance import SignedSurface
+from fiveaxis.mesh.kernels import encloses
 
 BOX = SignedSurface.of(trimesh.creation.box((40.0, 40.0, 20.0)))
 

@@ -155,6 +155,60 @@ def test_a_clamp_is_named_with_the_depth(table_table):
     assert found["shank-collision"].values[0] == pytest.approx(1.0, abs=1e-4)
 
 
+# How exactly the movement that parts two bodies is known, as a share of it, and mm by the step along a move.
+PARTING, STEP = 2e-3, 0.1
+CROSSING = [[-60.0, 0.3, -15.0, 0.0, 0.0], [60.0, 0.3, -15.0, 0.0, 0.0]]
+
+
+def depth_in(machine: Machine, shape: Box | trimesh.Trimesh, rows, folder) -> float:
+    """Depth of a flat cutter of 10 mm in a fixture, mm; a mesh is read from its file."""
+    if isinstance(shape, trimesh.Trimesh):
+        shape.export(folder / "fixture.stl")
+        shape = MeshShape(folder / "fixture.stl")
+    found = check(context_of(machine, rows, tool=Tool.flat(10)), fixtures=(Fixture("clamp", shape),))
+    return float(found["fixture-collision"].values[0])
+
+
+@pytest.mark.parametrize("divided", [0, 3], ids=["12 triangles", "768 triangles"])
+@pytest.mark.parametrize(
+    ("size", "rows", "depth"),
+    [
+        ((40.0, 40.0, 40.0), CROSSING, 15.0),  # up, out of the middle of it
+        ((20.0, 20.0, 40.0), CROSSING, 14.7),  # aside, to the nearer wall
+        ((60.0, 60.0, 36.0), [[0.0, 0.0, z, 0.0, 0.0] for z in (20.0, -40.0)], 20.5),  # up or down
+        ((40.0, 40.0, 40.0), [[-24.0, 0.3, -15.0, 0.0, 0.0]], 1.0),
+        ((40.0, 40.0, 40.0), [[24.0, 0.3, -15.0, 0.0, 0.0], [40.0, 0.3, -15.0, 0.0, 0.0]], 1.0),
+    ],
+    ids=["block", "post", "plunge", "side", "leaving"],
+)
+def test_a_mesh_is_as_deep_as_the_box_that_it_is(table_table, tmp_path, size, rows, depth, divided):
+    """Triangles in the middle of the cutter are at most as deep as they are wide."""
+    bounds = [[-size[0] / 2, -size[1] / 2, -size[2]], [size[0] / 2, size[1] / 2, 0.0]]
+    mesh = trimesh.creation.box(bounds=bounds)
+    for _ in range(divided):
+        mesh = mesh.subdivide()
+    for shape in (Box(size, (0.0, 0.0, -size[2] / 2.0)), mesh):
+        assert depth - STEP <= depth_in(table_table, shape, rows, tmp_path) <= depth * (1.0 + PARTING)
+
+
+def test_a_cutter_between_two_walls_is_as_deep_as_in_the_nearer_one(table_table, tmp_path):
+    walls = [[[-30.0, -30.0, -40.0], [-10.0, 30.0, 10.0]], [[10.0, -30.0, -40.0], [30.0, 30.0, 10.0]]]
+    vice = trimesh.util.concatenate([trimesh.creation.box(bounds=bounds) for bounds in walls])
+    found = depth_in(table_table, vice, [[5.1, 0.0, -30.0, 0.0, 0.0]], tmp_path)
+    assert found == pytest.approx(0.1, abs=1e-3)
+
+
+def test_a_slanted_wall_is_left_along_its_normal(table_table, tmp_path):
+    """The lowest point of the cutter's bottom is at its rim, 1.5 mm under the wall's face."""
+    normal = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
+    block = trimesh.creation.box((100.0, 100.0, 100.0))
+    block.apply_transform(trimesh.geometry.align_vectors([0.0, 0.0, 1.0], normal))
+    block.apply_translation(-50.0 * normal)
+    tip = normal * (5.0 * np.hypot(*normal[:2]) - 1.5)
+    found = depth_in(table_table, block, [[*tip, 0.0, 0.0]], tmp_path)
+    assert 1.5 - DEPTH <= found <= 1.5 * (1.0 + PARTING)
+
+
 def test_the_whole_shank_stays_clear_of_a_fixture(table_table):
     clamp = Fixture("clamp", Box((10.0, 10.0, 10.0), (SHANK + 5.1, 0.0, 0.9)))
     assert "shank-clearance" in check(context_of(table_table, [[0.0] * 5]), fixtures=(clamp,))
@@ -186,6 +240,7 @@ def test_a_tool_wholly_inside_the_part_is_found(table_table):
     assert found["holder-collision"].rows.tolist() == [0, 1, 2, 3, 4]
     assert np.isinf(found["holder-collision"].values).all()
     assert "wholly inside" in found["shank-collision"].message(0)
+    assert found["shank-collision"].figures == {"shank_overlap_mm": None}, "unknown is never 0"
 
 
 def test_a_head_meets_a_trunnion_that_has_turned(table_table):
