@@ -32,6 +32,7 @@ from fiveaxis.nc.languages.choice import ISO, MILLPLUS, control_of, find_languag
 from fiveaxis.nc.languages.increments import LEAST_INCREMENT, has_points, with_points
 from fiveaxis.nc.operations import Work, rows_of
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.own_header import stated_length
 from fiveaxis.nc.rows import MILLIMETRES, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
@@ -164,7 +165,7 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
     wrapping = find_wrapping(source, language, machine, options.wrap, stand_in=stand_in)
     offsets = WorkOffsets(options.zero, machine)
     modes = Modes(Units(source, options.unit), technology=TechnologyReader.of(source, options.harmless))
-    coordinates = Coordinates(machine, offsets)
+    coordinates = Coordinates(machine, offsets, stated_length(source))
     ignored: Counter[str] = Counter()
     now = _begin(options.start, machine, coordinates.offsets)
     interpreter = Interpreter(
