@@ -15,6 +15,8 @@ from fiveaxis.collision import Fixture
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import linear_positions, tool_poses
+from fiveaxis.job import load_placed
+from fiveaxis.job.reading import make_job
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.machine.bodies import Box
 from fiveaxis.nc import read_program, read_toolpath
@@ -168,3 +170,24 @@ def test_words_that_contain_another_length_than_the_tool_s_are_an_error(tmp_path
     report = fx.verify_program(file, MACHINES["head-table"].with_tool_length(120.0))
     assert not report.ok
     assert report.counts["tool-length-differs"] == 1
+
+
+@pytest.mark.parametrize("way", ["contained", "G43", "TCP", "D0", "D1"])
+@pytest.mark.parametrize("structure", ["dmu50ev", "dmu80p-duoblock"])
+def test_an_operation_that_is_revised_in_its_lines_is_where_the_machine_has_it(structure, way, tmp_path):
+    """Path, rows and check of `optimise PROGRAM` are one, with a setup and words that contain the length."""
+    offset = (0.0, 0.0, 45.0)
+    machine = load_machine(structure).with_setup(offset).with_tool_length(150.0)
+    turns = np.radians(np.linspace((10.0, 0.0), (25.0, 40.0), len(TIPS)))
+    wanted = linear_positions(machine, TIPS, turns)
+    suffix, text = WAYS[way](machine, control_values(machine, wanted), 150.0)
+    file = tmp_path / f"part{suffix}"
+    file.write_text(text)
+    reading = {"zero": {"X": 0.0}, "positions": "table", "rapid": 10_000.0}
+    given: dict[str, Any] = {"machine": structure, "tool": "ball:6", "tool_length": 150.0, "cone": 20.0}
+    job = make_job(input=file, program=reading, setup={"offset": offset}, **given)
+    placed = load_placed(job)
+    path = placed.toolpath
+    np.testing.assert_allclose(path.tips(path.axis)[-len(TIPS) + 2 :], TIPS[2:], atol=1e-5)
+    motion = read_program(file, placed.machine, **reading)
+    np.testing.assert_allclose(motion.positions[-1], wanted[-1], atol=1e-5)
