@@ -14,9 +14,9 @@ import fiveaxis as fx
 from fiveaxis.collision import Fixture
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.job import load_placed
 from fiveaxis.job.reading import make_job
+from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.machine.bodies import Box
 from fiveaxis.nc import read_program, read_toolpath
