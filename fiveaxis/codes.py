@@ -220,7 +220,10 @@ READING = {
         "with block delete in the other position the program does otherwise; a warning where its cuts stay "
         "the same or are left out",
     ),
-    "setup-read": Code(NOTE, "the workpiece stands where the head of a program by fiveaxis states"),
+    "setup-read": Code(NOTE, "workpiece or tool length are what the head of a program by fiveaxis states"),
+    "tool-length-differs": Code(
+        ERROR, "the words of a program by fiveaxis contain another tool length than the machine's tool has"
+    ),
     "tap-feed-assumed": Code(WARNING, "the feed of a tapping cycle isn't stated"),
     "tool-by-comment": Code(NOTE, "the cutter is taken as the program's comment states it"),
     "tool-differs": Code(WARNING, "the given tool isn't the file's"),

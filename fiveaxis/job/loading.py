@@ -17,7 +17,7 @@ from fiveaxis.job.reading import require_input
 from fiveaxis.machine import Machine, lender_of, load_machine, with_powers
 from fiveaxis.machine.bodies import MeshShape
 from fiveaxis.machine.files import find_machine
-from fiveaxis.machine.unknown import require_stated
+from fiveaxis.machine.unknown import require_stated, unknown_figures
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
@@ -46,14 +46,12 @@ def load_job_machine(job: Job) -> Machine:
     if job.machine is None:
         raise JobError("--machine is missing; give a name (`fiveaxis machines`) or a machine file")
     machine = load_machine(job.machine, job.assume)
-    if job.tool_length is None and not machine.length_is_along_z:
+    machine = _with_tool(machine.with_setup(job.setup.offset, job.setup.rotation), job)
+    if any(figure.name == "tool_length" for figure in unknown_figures(machine)):
         raise JobError(
             f"machine {machine.name!r} doesn't always hold the tool along Z, so the other axes depend on the "
             "tool's length; give tool_length, mm from the spindle's gauge point to the tip (--tool-length)"
         )
-    machine = machine.with_setup(job.setup.offset, job.setup.rotation)
-    if job.tool_length is not None:
-        machine = machine.with_tool_length(job.tool_length)
     if job.load is not None:
         machine = machine.with_load(job.load, machine.load.centre)
     return with_powers(machine, job.drives)
@@ -243,10 +241,21 @@ def _read_as(job: Job, tool: Tool | None, settings: Mapping[str, Any]) -> Toolpa
 
 
 def program_machine(job: Job) -> Machine | None:
-    """Load the machine that an input program was written for, without the job's setup."""
+    """Load the machine that an input program was written for, with the job's tool where that is the job's.
+
+    A program that is revised in its lines runs where the job's setup has the part; any other path is set up
+    after it is read.
+    """
     if job.program.machine is not None:
         return load_machine(job.program.machine)
-    return None if job.machine is None else load_machine(job.machine, job.assume)
+    if job.machine is None:
+        return None
+    machine = _with_tool(load_machine(job.machine, job.assume), job)
+    return machine.with_setup(job.setup.offset, job.setup.rotation) if revises(job) else machine
+
+
+def _with_tool(machine: Machine, job: Job) -> Machine:
+    return machine if job.tool_length is None else machine.with_tool_length(job.tool_length)
 
 
 def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan:

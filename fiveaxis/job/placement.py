@@ -89,7 +89,7 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     said = "offset" in job.setup.model_fields_set or (search is not None and not search.auto)
     bounds, around = job.constraints, None if said else kept_clear(job)
     if revises(job) and not said:
-        if toolpath.operation is not None and not toolpath.operation.tcp:
+        if job.reading["zero"] or (toolpath.operation is not None and not toolpath.operation.tcp):
             return job, ()  # where the path lies on the part hangs on where the part stands
         # A program that is revised in its lines runs as it is, if this machine can take its postures at all.
         as_it_is = Constraints.of_degrees(cone=AS_IT_IS)

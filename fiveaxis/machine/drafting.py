@@ -24,6 +24,7 @@ from fiveaxis.settings import explain
 
 OWNER = "stated by the machine's owner"
 BY_OWNER: Table = {"source": OWNER}
+AT_GAUGE = "the zero of the machine frame is chosen at the gauge point, every axis at 0"
 BY_CALLER: Table = {"assumed": True, "note": f"{ASSUMED} (--assume)"}
 DEFAULT_NAME = "my-machine"
 UNSURE = "the numbers are stated, the sense in which {axis} counts isn't: taken as tool relative to workpiece"
@@ -185,13 +186,17 @@ def _given(answers: Answers) -> Table:
         note = INCLINED.format(kind=answer)
         axes[letter]["line"] = {"direction": [neat(v) for v in direction], "assumed": True, "note": note}
     description = f"{text}, as {OWNER}"
-    return {
+    given = {
         "name": DEFAULT_NAME,
         "code": code,
         "description": description,
         "structure": structure,
         "axes": axes,
     }
+    table, head = (any(c in ROTARY for c in side) for side in (parsed.table, parsed.head))
+    if head and not table:
+        given["spindle"] = {"point": [0.0, 0.0, 0.0], "source": AT_GAUGE}
+    return given
 
 
 def _settle_sense(table: Table, letter: str, answers: Answers, base: Machine | None) -> None:

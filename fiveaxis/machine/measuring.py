@@ -41,6 +41,11 @@ def pivots_unknown(machine: Machine, *, or_assumed: bool = True) -> tuple[str, .
     return tuple(c for c in machine.rotaries if f"{c} line" not in stated)
 
 
+def gauge_unknown(machine: Machine) -> bool:
+    """Tell whether a rotary axis carries the tool and nobody stated where the gauge point is."""
+    return bool(_on_head(machine)) and not any(p.figure == "spindle" for p in machine.provenance)
+
+
 def dimensions(machine: Machine) -> tuple[Dimension, ...]:
     """List what to measure, with every axis at 0: none where every pivot is stated.
 
@@ -48,7 +53,8 @@ def dimensions(machine: Machine) -> tuple[Dimension, ...]:
     """
     unknown = pivots_unknown(machine)
     found = [*_table(machine, unknown), *_head(machine, unknown)] if unknown else []
-    if unknown and _on_table(machine) and not any(p.figure == "spindle" for p in machine.provenance):
+    stated = any(p.figure == "spindle" for p in machine.provenance)
+    if _on_table(machine) and not stated and (unknown or gauge_unknown(machine)):
         for i, letter in enumerate("XYZ"):
             to = (
                 "height of the gauge point above zero"

@@ -87,7 +87,9 @@ class Machine(Posing, ShownAsTable):
         parsed = parse_code(code)
         letters = sorted(parsed.letters, key=AXIS_ORDER.index)
         chain = Chain.from_code(parsed)
-        origins = tuple(Provenance(f"{c} line", MEETING, "", True, MADE_FROM_CODE) for c in chain.rotaries)
+        figures = [f"{c} line" for c in chain.rotaries]
+        figures += ["spindle"] * any(letter in "ABC" for letter in parsed.head)
+        origins = tuple(Provenance(figure, MEETING, "", True, MADE_FROM_CODE) for figure in figures)
         return cls(code, parsed, chain, tuple(Axis(c) for c in letters), provenance=origins)
 
     def __repr__(self) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.errors import MachineError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.machine.measuring import pivots_unknown
+from fiveaxis.machine.measuring import gauge_unknown, pivots_unknown
 from fiveaxis.machine.model import Machine
 from fiveaxis.machine.provenance import Provenance
 from fiveaxis.options import Coordinates
@@ -43,7 +43,8 @@ def unknown_figures(machine: Machine) -> tuple[Unknown, ...]:
     """List what isn't stated of a machine and moves its tool.
 
     Lines of rotary axes: all but that of the table's first one, at which the zero of the machine frame is
-    chosen. Where the gauge point is doesn't matter: the work offset takes it up.
+    chosen. Where the gauge point is matters where a rotary axis carries the tool; elsewhere the work offset
+    takes it up.
     """
     chosen = next((c for c in machine.code.table if c in "ABC"), "")
     found = [
@@ -55,6 +56,9 @@ def unknown_figures(machine: Machine) -> tuple[Unknown, ...]:
         if machine.axis(c).reversed is None:
             option = f"--assume {c}.counts=tool (or table)"
             found.append(Unknown(f"{c}.counts", option, f"in which sense {c} counts", ("axes", "tip")))
+    if gauge_unknown(machine):
+        text = "where the spindle's gauge point is, from which the pivots of its head count"
+        found.append(Unknown("spindle", "--assume spindle=X,Y,Z", text, ("axes",)))
     if machine.rotaries and not (machine.length_is_along_z or machine.has_tool_length):
         text = "how long the tool is from the gauge point"
         found.append(Unknown("tool_length", "--tool-length", text, ("axes",)))

@@ -16,13 +16,16 @@ from fiveaxis.toolpath import Tool, parse_tool
 # Names of the comments, and the forms of what they state, in lower case.
 _CONTROL, _WINDING, _POSITIONS = "control", "winding", "positions"
 _TOOL, _FEED, _ALONG = "tool", "feed", "mm/min along the path"
-_SETUP, _DEGREE = "setup", "degree"
+_SETUP, _DEGREE, _LENGTH = "setup", "degree", "tool length"
+_CONTAINED = re.compile(r"([0-9.]+) mm, contained in the words")
 _COUNTED = re.compile(r"counts ([0-9.]+(?:e[-+][0-9]+)?) in f")
 _MODULO = re.compile(r"modulo (shorter|signed) ([abc]+)")
 _SHAPE = re.compile(r"[a-z]+(?::[0-9.]+)+")
 _TRIPLE = r"[\[(]([-+.0-9e]+), ([-+.0-9e]+), ([-+.0-9e]+)[\])]"
 _STANDS = re.compile(rf"workpiece at offset {_TRIPLE} mm, rotation {_TRIPLE} deg in the machine frame")
 _SPEED = re.compile(rf"([0-9]+\.?[0-9]*) {_ALONG}")
+# mm: lengths that don't differ.
+SAME_LENGTH = 1e-3
 # Names of the caller's comments that are read back.
 CALLERS_READ_BACK = (_TOOL, _FEED)
 
@@ -59,21 +62,50 @@ def setup_comment(setup: Setup) -> str:
 
 
 def set_up_as_stated(machine: Machine, source: Source) -> tuple[Machine, tuple[Finding, ...]]:
-    """Set the workpiece up as the header states, unless somebody has said where it stands.
+    """Set workpiece and tool up as the header states, unless somebody has said where it stands and how long.
 
     Returns
     -------
-    The machine, and the note on the setup that was taken.
+    The machine, and what was taken, or contradicts what is known: words that contain another tool's length
+    put the tip elsewhere.
     """
+    machine, told = _with_length(machine, source)
     found = None if machine.setup.stated else _STANDS.match(source.stated(_SETUP) or "")
     if found is None:
-        return machine, ()
+        return machine, told
     values = [float(value) for value in found.groups()]
     machine = machine.with_setup((values[0], values[1], values[2]), (values[3], values[4], values[5]))
     message = (
         f"the head says where the workpiece stands, at {machine.setup}; if it stands elsewhere, say where"
     )
-    return machine, (source.finding(Severity.NOTE, "setup-read", f"{message} (--work-offset)"),)
+    return machine, (*told, source.finding(Severity.NOTE, "setup-read", f"{message} (--work-offset)"))
+
+
+def _with_length(machine: Machine, source: Source) -> tuple[Machine, tuple[Finding, ...]]:
+    length = stated_length(source)
+    if length is None or abs(length - machine.tool_length) <= SAME_LENGTH:
+        return machine, ()
+    if machine.has_tool_length:
+        text = (
+            f"the head says that its words contain a tool length of {length:g} mm, and the machine's tool is "
+            f"{machine.tool_length:g} mm long: the tip is elsewhere by the difference; post the program for "
+            f"this tool, or give --tool-length {length:g}"
+        )
+        return machine, (source.finding(Severity.ERROR, "tool-length-differs", text),)
+    text = f"the head says that its words contain a tool length of {length:g} mm, which is taken"
+    note = source.finding(Severity.NOTE, "setup-read", f"{text}; if it is another, say so (--tool-length)")
+    return machine.with_tool_length(length), (note,)
+
+
+def length_comment(length: float) -> str:
+    """Return the comment on axis words that contain a tool's length, mm."""
+    return f"{_LENGTH}: {length:.9g} mm, contained in the words"
+
+
+def stated_length(source: Source) -> float | None:
+    """Return the tool length that the header says the axis words contain, mm; None where it says none."""
+    found = _CONTAINED.fullmatch(source.stated(_LENGTH) or "")
+    return None if found is None else float(found[1])
 
 
 def control_comment(control: str, coordinates: Coordinates) -> str:

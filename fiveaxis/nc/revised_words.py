@@ -16,7 +16,7 @@ import numpy as np
 from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
-from fiveaxis.nc.control.axis_track import counting_machine, travel_of
+from fiveaxis.nc.control.axis_track import travel_of
 from fiveaxis.nc.languages.choice import KLARTEXT, find_language
 from fiveaxis.nc.revision import Placement, Revision
 from fiveaxis.nc.rows import MILLIMETRES
@@ -295,8 +295,7 @@ class Reviser:
         columns = self.machine.rotary_columns
         positions[:, columns] = place.rotary
         if not self.by_tip:
-            used = counting_machine(self.machine, self.rows.counting[0])
-            positions = linear_positions(used, place.tip, place.rotary)
+            positions = linear_positions(self.machine, place.tip, place.rotary)
         values = control_values(self.machine, positions)
         if self.by_tip:
             off = self.rows.values[0, self._xyz] - self.path.tips(self.path.axis)[0]
@@ -478,15 +477,15 @@ class Reviser:
         before = self.text.columns.at(slice(row, row + 1))
         if row < 0 or before.counting[0] != self.rows.counting[0] or not np.isfinite(before.values).all():
             raise self._error("where the tool stands before the first cut isn't known", 0)
-        used = counting_machine(self.machine, self.rows.counting[0])
         columns = self.machine.rotary_columns
         positions = before.positions()
-        tip, _ = tool_poses(used, positions)
+        tip, _ = tool_poses(self.machine, positions)
         begin, end = positions[0, columns], self.placement.rotary[0]
         count = max(1, int(np.ceil(np.degrees(np.abs(end - begin)).max() / TURN_STEP)))
         share = np.linspace(0.0, 1.0, count + 1)[1:, None]
         rotary = begin + share * (end - begin)
-        values = control_values(self.machine, linear_positions(used, np.repeat(tip, count, axis=0), rotary))
+        turned = linear_positions(self.machine, np.repeat(tip, count, axis=0), rotary)
+        values = control_values(self.machine, turned)
         lines = []
         for row_words in self._words(values):
             names = [c for c in self.letters if row_words[c] != now.get(c)]

@@ -50,7 +50,10 @@ def describe_machine(machine: Machine) -> Document:
         | {
             "chain": [_joint(joint, machine, unknown) for joint in machine.chain.joints],
             "unknown": unknown,
-            "spindle": {"point": _numbers(home[:3, 3]), "direction": _numbers(home[:3, 2])},
+            "spindle": {
+                "point": None if "spindle" in unknown else _numbers(home[:3, 3]),
+                "direction": _numbers(home[:3, 2]),
+            },
             "limits": {a.letter: _limits(a) for a in machine.axes},
             "speeds": {a.letter: _speed(a) for a in machine.axes},
             "powers": {letter: drive_table(machine, letter) for letter in machine.letters},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fiveaxis.nc.control import machine_functions, modal
+from fiveaxis.nc.control import machine_functions, modal, technology
 from fiveaxis.nc.languages import choice, klartext_state, sinumerik_state
 
 # Klartext lines that the reader knows by their beginnings, each with what makes it whole.
@@ -63,7 +63,14 @@ ARGUMENTS = {
 def iso() -> list[str]:
     """Return the G and M words of ISO programs, and assignments."""
     of_language = machine_functions.HARMLESS[choice.ISO.name] | machine_functions.SWITCHING.keys()
-    words = {*modal.ACTING, *modal.HARMLESS, *modal.REFUSED, *modal.UNSUPPORTED, *modal.END, *of_language}
+    words = {
+        *modal.ACTING,
+        *modal.HARMLESS,
+        *modal.REFUSED,
+        *modal.UNSUPPORTED,
+        *technology.END,
+        *of_language,
+    }
     more = ["#1=5", "#501=5", "#5223=-5", "G64", "G5 P10000"]
     return [*(f"{word}{ARGUMENTS.get(word, '')}" for word in sorted(words)), *more]
 

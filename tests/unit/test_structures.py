@@ -116,6 +116,6 @@ def test_a_program_says_setup_and_tool_length_and_never_adds_the_length_twice():
     own = program_of(machine.with_setup((10.0, 0.0, 0.0)).with_tool_length(70.0))
     assert " G49 " in own
     assert " G43 " not in own
-    assert "tool length 70 mm: contained in the words" in own
+    assert "tool length: 70 mm, contained in the words" in own
     assert "the tip is at -10 0 -70 mm of the workpiece" in own
     assert "workpiece at offset [10, 0, 0] mm" in own

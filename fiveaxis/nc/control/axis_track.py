@@ -31,7 +31,7 @@ class Counting(IntEnum):
     """Meaning of X, Y and Z of a row."""
 
     AXES = 0  # positions of the machine's axes
-    COMPENSATED = 1  # the same, plus tool length by the control (G43)
+    COMPENSATED = 1  # the same, while the control adds the tool's length to the words (G43)
     TIP = 2  # tip on the workpiece (TCP, a tilted plane)
 
 
@@ -271,12 +271,6 @@ class Columns:
     def positions(self) -> Array:
         """Return the rows as axis values, (n, k) mm and rad, tool relative to workpiece."""
         return _to_axis_values(self.machine, self.values, self.of_tip)
-
-
-def counting_machine(machine: Machine, counting: int) -> Machine:
-    """Return the machine whose positions rows are: without the tool's length where the control adds it."""
-    adds_length = counting == Counting.COMPENSATED and machine.length_is_along_z
-    return machine.with_tool_length(0.0) if adds_length else machine
 
 
 def axis_values(machine: Machine, values: Sequence[float | None], counting: Counting) -> Array:

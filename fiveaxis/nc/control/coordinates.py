@@ -71,10 +71,20 @@ class Coordinates:
     ----------
     machine : the machine of the axes
     offsets : zeros of G54 and so on
+    contained : mm, tool length that the axis words contain, by the head; None where it says nothing
+
+    Notes
+    -----
+    What Z counts from is decided here, for all that read a program (`length`). Rows of axis words are
+    positions of the machine's axes with its tool, whoever adds the tool's length to the words.
     """
 
-    def __init__(self, machine: Machine, offsets: WorkOffsets) -> None:
+    def __init__(self, machine: Machine, offsets: WorkOffsets, contained: float | None = None) -> None:
         self.machine, self.work_offsets = machine, offsets
+        # A machine whose tool nobody stated has its tip where the gauge point is.
+        self.contained = 0.0 if machine.has_tool_length or contained is None else contained
+        self.bare = machine.with_tool_length(0.0)
+        self.compensated = False
         self.work_offset = "G54"
         self.tip_control = False
         self.plane = Plane()
@@ -95,6 +105,15 @@ class Coordinates:
         """(k,), mm and deg, machine position of the zero in force; None if unknown."""
         return self.work_offsets.of(self.work_offset)
 
+    @property
+    def length(self) -> float:
+        """Length, mm, that lies between the words of Z and where Z is, tool relative to workpiece.
+
+        The control adds the tool's length (G43), wherever the tool points; words that contain it are Z's own.
+        Tips are tips.
+        """
+        return 0.0 if self.of_tip else self.machine.tool_length if self.compensated else -self.contained
+
     def update(self) -> None:
         """Recompute the shifts of words after a change.
 
@@ -103,6 +122,9 @@ class Coordinates:
         zero = self.zero
         base_offsets = [0.0] * len(self.machine.axes) if zero is None else list(zero)
         self.offsets = [p + r for p, r in zip(base_offsets, self.shifts, strict=True)]
+        if "Z" in self.machine.letters:
+            column = self.machine.column("Z")
+            self.offsets[column] += self.signs[column] * self.length
         base = Plane()
         if self.of_tip:
             base = self._base(zero).then(Plane(np.array([self.shifts[c] for c in self.xyz] or [0.0] * 3)))
@@ -121,7 +143,7 @@ class Coordinates:
         """Return the frame of the work offset on the workpiece; the workpiece frame if it is unknown."""
         if zero is None:
             return Plane()
-        home, _ = tool_poses(self.machine, axis_values(self.machine, zero, Counting.AXES))
+        home, _ = tool_poses(self.bare, axis_values(self.machine, zero, Counting.AXES))
         return Plane(home[0], self.machine.machine_frame[:3, :3])
 
     def to_tip(self, local: Point) -> Point:

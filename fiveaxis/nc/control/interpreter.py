@@ -146,6 +146,11 @@ class Interpreter(RunMoves):
             raise BlockError("G52 X0 Y0 Z0 cancels G92 on LinuxCNC alone; write G92.1")
         new_zero = self._changes_zero()
         changes = block.frame is not None or new_zero or self.modes.work_offset != at.work_offset
+        if self.modes.compensated != at.compensated:
+            # The axes stay where they are; the words from here on count otherwise.
+            at.compensated = self.modes.compensated
+            at.update()
+            self.turned_local = at.to_local(track.now)
         if block.tip_control is None and not changes:
             self._count_length()
             return

@@ -69,7 +69,7 @@ HARMLESS = {
     **dict.fromkeys(("G15", "G40", "G50", "G269"), "switches off what isn't supported when it is on"),
     **dict.fromkeys(("G140", "G174"), "switches TCP off if it is on"),
     "G80": "cancels a cycle, and the motion in force",
-    **dict.fromkeys(("G43", "G49"), "positions are for the tool length of the machine model"),
+    **dict.fromkeys(("G43", "G49"), "adds the tool's length to Z, or ends that"),
     **dict.fromkeys(("G9", "G61", "G61.1", "G64"), "corners are read as programmed, without blending"),
     **dict.fromkeys(("G5.1", "G187"), "smoothing within the control's tolerance"),
     **dict.fromkeys(LEVELS, "return level of cycles"),
@@ -149,7 +149,7 @@ class Modes:
     technology : spindle, tool, offsets and coolant, line by line
     work_offset : in force
     to_initial : G98, cycles return to the initial level instead of R; None where nobody says it
-    compensated : G43, the control adds the tool length
+    compensated : the control adds the tool's length to Z, by the rule of its language (`Language.length`)
     vectors : G43.5, I, J and K of a straight move are the tool direction
     absolute_centres : G90.1, I, J and K are the centre of an arc, not the way to it
     knows_motion : whether G0, G1 or another word of motion has been read
@@ -197,11 +197,30 @@ class Modes:
             self.feed_step = block.feed_step
         if block.work_offset:
             self.work_offset = block.work_offset
+        before = self.technology.now
         self.technology.take(block)
+        now = self.technology.now
+        self._count_length(block, changed=(now.tool, now.loaded) != (before.tool, before.loaded))
         if "F" in block.words:
             self.feed = block.words["F"]
             if self.feed <= 0.0:
                 raise BlockError(f"F{self.feed:g}: a feed must be above 0; correct it")
+
+    def _count_length(self, block: Block, *, changed: bool) -> None:
+        """Follow whether the control adds the tool's length; `changed`, whether the block changes the tool.
+
+        References
+        ----------
+        G43, G49: RS274/NGC 3.5.10, B-64484EN 14.1. D: 6FC5398-1BP10-2BA0, where D0 adds none, and a tool
+        change sets D1 (MD20270). TOOL CALL: TNC 640, where every tool has its length.
+        """
+        rule = self.technology.language.length
+        if rule == "tool" and changed:
+            self.compensated = self.technology.now.tool != "0"
+        elif rule == "D" and (changed or "D" in block.words):
+            self.compensated = block.words.get("D", 1.0) != 0.0
+        elif rule == "G43" and not {"G43", "G49"}.isdisjoint(block.g):
+            self.compensated = "G43" in block.g
 
     def pace(self, block: Block) -> tuple[float | None, float | None]:
         """Return the duration, s, or else the feed of a feed move, in units of `feed_step` or degrees per s.
@@ -286,7 +305,7 @@ class Modes:
         elif word in LEVELS:
             self.to_initial = word == "G98"
         elif word in ("G43", "G49"):
-            self.compensated, self.vectors = word == "G43", False
+            self.vectors = False
         elif word in TIP_WORDS:
             self.vectors = word == "G43.5"
 

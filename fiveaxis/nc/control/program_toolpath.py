@@ -18,7 +18,7 @@ from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import tool_axes, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.axis_track import Columns, Counting, counting_machine, filled, travel_of
+from fiveaxis.nc.control.axis_track import Columns, filled, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
 from fiveaxis.nc.control.technology import TechnologyTrack
@@ -117,12 +117,7 @@ def _poses(
     """Compute tip and tool axis of every row, (n, 3) each, workpiece frame."""
     machine, positions, of_tip = columns.machine, columns.positions(), columns.of_tip
     given = np.isfinite(columns.vectors[:, 0])
-    tip, axis = np.empty((len(positions), 3)), np.empty((len(positions), 3))
-    for counting in (Counting.AXES, Counting.COMPENSATED):
-        rows = columns.counting == counting
-        used = counting_machine(machine, counting)
-        if rows.any():
-            tip[rows], axis[rows] = tool_poses(used, positions[rows])
+    tip, axis = tool_poses(machine, positions)
     if of_tip.any():
         tip[of_tip] = columns.values[of_tip][:, interpreter.coordinates.xyz]
         by_angle = of_tip & ~given

@@ -393,7 +393,8 @@ class TechnologyReader:
 def selected_offset(word: str, block: Block) -> str | None:
     """Return the work offset that a G word selects in its block, ``G54.1 P3``; None if it selects none."""
     letter = NUMBERED_OFFSETS.get(word, "")
-    if letter in block.words:
+    # P of G64 is its tolerance.
+    if letter in block.words and not (letter == "P" and "G64" in block.g):
         word = "G54.1" if word == "G54" else word
         return f"{word} {letter}{block.words[letter]:g}"
     if word in ("G54.1", "G154"):

@@ -12,7 +12,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine
-from fiveaxis.nc.control.axis_track import Columns, Counting, counting_machine
+from fiveaxis.nc.control.axis_track import Columns, Counting
 from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind
@@ -39,12 +39,11 @@ def judge_zero(source: Source, columns: Columns) -> tuple[dict[str, float], Find
     cuts &= (np.nan_to_num(turns[:, rotary]) > LEAST_TURN).any(axis=1)
     if not cuts.any() or not depends_on_zero(source, columns):
         return None
-    used = _used(columns)
-    home = _home(used)
+    home = _home(_zeroed(columns))
     positions = columns.positions()
     shifted = positions.copy()
     shifted[:, linear] += home
-    of_model, of_part = _steps(used, positions)[cuts], _steps(used, shifted)[cuts]
+    of_model, of_part = _steps(machine, positions)[cuts], _steps(machine, shifted)[cuts]
     zero = {c: float(v) for c, v in zip("XYZ", _shown(machine, linear, home), strict=True)}
     written = ",".join(f"{c}{v:.10g}" for c, v in zero.items())
     figures = (
@@ -69,7 +68,7 @@ def depends_on_zero(source: Source, columns: Columns) -> bool:
     """
     if len(_linear(columns.machine)) < 3 or stated_control(source)[0]:
         return False
-    home = _home(_used(columns))
+    home = _home(_zeroed(columns))
     return bool(np.isfinite(home).all() and np.abs(home).max() > SAME)
 
 
@@ -77,10 +76,10 @@ def _linear(machine: Machine) -> list[int]:
     return [machine.column(c) for c in "XYZ" if c in machine.letters]
 
 
-def _used(columns: Columns) -> Machine:
-    """Return the machine of the rows, without the tool's length where the control adds it."""
-    compensated = bool((columns.counting == Counting.COMPENSATED).any())
-    return counting_machine(columns.machine, Counting.COMPENSATED if compensated else Counting.AXES)
+def _zeroed(columns: Columns) -> Machine:
+    """Return the machine whose home the words' zero is: without the length that the control adds to them."""
+    adds = bool((columns.counting == Counting.COMPENSATED).any())
+    return columns.machine.with_tool_length(0.0) if adds else columns.machine
 
 
 def _home(machine: Machine) -> Array:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import PurePath
 from pkgutil import resolve_name
+from typing import Literal
 
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.runs import Reader, Run
@@ -26,6 +27,8 @@ class Language:
     reader : module and class of its `Reader`; imported on use
     signs : patterns that occur in no other language, in upper case lines without comments
     suffixes : suffixes that decide if no sign is found
+    length : what makes the control add the tool's length to Z: ``G43``, a number ``D`` (which a tool change
+        sets to 1), or every ``tool``
     """
 
     name: str
@@ -33,6 +36,7 @@ class Language:
     reader: str
     signs: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
+    length: Literal["G43", "D", "tool"] = "G43"
 
     def split(
         self, source: Source, *, block_delete: bool = False, control: Dialect | None = None
@@ -63,12 +67,14 @@ KLARTEXT = Language(
     "fiveaxis.nc.languages.klartext:Klartext",
     (r"\bBEGIN *PGM\b", r"\bTOOL +CALL\b", r"\bBLK +FORM\b"),
     (".h",),
+    "tool",
 )
 MILLPLUS = Language(
     "MillPlus",
     "millplus",
     "fiveaxis.nc.languages.millplus:MillPlus",
     (r"\bG141 *[LRF][0-9]=", r"\bG7 *[ABC]5=", r"[ABC] *= *E[0-9]", r"\bE[0-9]+ *="),
+    length="tool",
 )
 SINUMERIK = Language(
     "Sinumerik 840D",
@@ -87,6 +93,7 @@ SINUMERIK = Language(
         r"^%_N_",
     ),
     (".mpf", ".spf", ".arc"),
+    "D",
 )
 
 # Order matters: B=E254 and A5=15 of MillPlus programs also match Sinumerik.

@@ -15,6 +15,7 @@ from fiveaxis.nc.own_header import (
     CALLERS_READ_BACK,
     control_comment,
     degree_comment,
+    length_comment,
     modulo_comment,
     positions_comment,
     setup_comment,
@@ -185,12 +186,13 @@ def _length_note(writer: WordWriter) -> tuple[str, str]:
     if writer.coordinates != "axes":
         return f"tool length: words are the tip's, and {adds}: measure it", head
     length = f"tool length {machine.tool_length:g} mm"
+    contained = length_comment(machine.tool_length)
     if not machine.length_is_along_z:
         text = f"{length}: it isn't always along Z, so it is part of the machine model and the words hold for"
-        return f"{text} that tool only; the control adds none", f"{length}: contained in the words"
+        return f"{text} that tool only; the control adds none", contained
     if machine.tool_length > 0.0:
         text = f"{length} is contained in the words; the control adds none"
-        return text, f"{length}: contained in the words"
+        return text, contained
     return f"tool length: Z is the tool tip's; {adds}, so measure it", head
 
 

@@ -507,7 +507,7 @@ def test_setup_and_tool_length_reach_the_report_and_the_program(path):
     assert machine["setup"] == {"offset": [10.0, -5.0, 3.0], "rotation_deg": [0.0, 0.0, 90.0], "stated": True}
     assert machine["tool_length"] == 70.0
     program = (out / "program.ngc").read_text()
-    assert "tool length 70 mm: contained in the words" in program
+    assert "tool length: 70 mm, contained in the words" in program
     assert "70 mm long" in (out / "report.html").read_text()
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,8 @@ import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.findings import Severity
 from fiveaxis.machine import Machine, load_machine, machine_names
+from fiveaxis.machine.drafting import draft_machine
+from fiveaxis.machine.files import find_machine
 from fiveaxis.machine.unknown import figure_findings, require_stated, unknown_figures
 from fiveaxis.motion import Motion
 from fiveaxis.report.sheet import describe_machine
@@ -128,3 +132,40 @@ def test_a_motion_isn_t_written_in_axis_words_whose_pivots_nobody_knows(tmp_path
         with pytest.raises(MachineError, match="doesn't state"):
             fx.write_program(motion, tmp_path / "part.nc", machine, control="haas", **checked)
     assert not (tmp_path / "part.nc").exists()
+
+
+@pytest.mark.parametrize("name", ["dmu80p-duoblock", "linuxcnc-bridgemill"])
+def test_a_head_whose_gauge_point_nobody_states_has_it_nowhere(name, tmp_path):
+    stated = load_machine(name).with_tool_length(120.0)
+    lines = find_machine(name).read_text(encoding="utf-8")
+    file = tmp_path / "head.toml"
+    file.write_text(re.sub(r"\[spindle\]\n(?:(?!\[).*\n)*", "", lines), encoding="utf-8")
+    machine = load_machine(file).with_tool_length(120.0)
+    assert "spindle" in [f.name for f in unknown_figures(machine)]
+    assert "spindle" not in [f.name for f in unknown_figures(stated)]
+    assert describe_machine(machine)["spindle"]["point"] is None
+    program = tmp_path / "part.ngc"
+    program.write_text(PROGRAM.format(turn="B20 C30"))
+    report = fx.verify_program(program, machine)
+    assert not report.ok
+    [found] = [f for f in report.findings if f.code == "figure-unknown"]
+    assert "gauge point" in found.message
+    assert "--assume spindle=X,Y,Z" in found.message
+    assert "figure-unknown" not in fx.verify_program(program, stated).counts
+    point = ",".join(f"{v:g}" for v in stated.with_tool_length(0.0).chain.tool_home[:3, 3])
+    assumed = load_machine(file, {"spindle": point}).with_tool_length(120.0)
+    assert assumed.chain.tool_home == pytest.approx(stated.chain.tool_home)
+    assert fx.verify_program(program, assumed).counts["figure-assumed"] == 1
+
+
+def test_what_a_table_carries_needs_no_gauge_point(tmp_path):
+    """The work offset takes up where it is."""
+    file = tmp_path / "table.toml"
+    lines = find_machine("dmu50ev").read_text(encoding="utf-8")
+    file.write_text(re.sub(r"\[spindle\]\n(?:(?!\[).*\n)*", "", lines), encoding="utf-8")
+    assert not unknown_figures(load_machine(file))
+
+
+def test_a_file_drafted_for_a_fork_says_that_its_zero_is_the_gauge_point():
+    made = draft_machine({("structure", ""): "head-head-ac", ("points", "A"): "0,0,451"}).machine
+    assert "spindle" not in [f.name for f in unknown_figures(made)]
