@@ -157,13 +157,14 @@ class ControlRules:
     def _differing(self, lines: Sequence[str]) -> Iterator[tuple[str, int, str]]:
         """Find lines that the control refuses, or that a control reads as words; with key and message."""
         opened = next(filter(None, map(str.strip, lines)), "") == "%"
+        marked = [(n, t) for n, t in enumerate(lines, start=1) if "(" in t or "/" in t or "%" in t]
         for key, (pattern, what, _) in _REFUSED.items():
             refusing = [name for name, rules in self.known if getattr(rules, key) == "refused"]
             sure, begins = len(self.known) == len(refusing) == 1, re.compile(pattern)
             if self.says(key) == "accepted" or (key == "late_percent" and opened):
                 continue
-            for line, text in enumerate(lines, start=1):
-                if ("(" in text or "/" in text or "%" in text) and begins.match(text):
+            for line, text in marked:
+                if begins.match(text):
                     rest = compact_code(_FIRST_COMMENT.sub("", text)) if key == "nested_comments" else ""
                     told = [f"{', '.join(refusing)} stops here"] if refusing else []
                     told += [] if sure else [f"a control that ends it at the first ) reads {rest!r} as words"]

@@ -49,7 +49,7 @@ def note_skipped(
     try:
         other = read(replace(options, block_delete=not options.block_delete))
     except ToolpathError as fault:
-        said = [f"it stops in line {fault.line}: {fault.message}"]
+        said = [f"it stops{'' if fault.line is None else f' in line {fault.line}'}: {fault.message}"]
     else:
         there = other.track.columns() if other.track.rows else here.at(slice(0, 0))
         a, b = _common(here, there)

@@ -233,9 +233,9 @@ def tape_end(source: Source) -> int | None:
     stand behind.
     """
     begin = leader_length(source)
-    lines = list(enumerate(source.lines[begin:], start=begin + 1))
-    first = next((line for line, text in lines if text.strip()), 0)
-    return next((n for n, text in lines if "%" in text and text.strip() == "%" and n != first), None)
+    first = next((n for n, text in enumerate(source.lines) if n >= begin and text.strip()), 0)
+    behind = enumerate(source.lines[first:], start=first + 1)
+    return next((n for n, text in behind if "%" in text and text.strip() == "%" and n != first + 1), None)
 
 
 def _without_leader(source: Source) -> Source:

@@ -165,8 +165,8 @@ class ReadingRules(StrictModel):
     return_level : where a cycle with neither word goes on: at the initial level (``G98``) or at R
     nested_comments : whether ``(`` within a comment is ``accepted``, the comment going on to the last ``)``,
         or stops the program
-    numbered_skip : the same for block delete not in the first character, or with a number: ``N5 /``
-        and ``/2``
+    numbered_skip : the same for block delete elsewhere than in the first character, or with a number:
+        ``N5 /`` and ``/2``
     late_percent : the same for a ``%`` that isn't on the first filled line; on that line it is accepted
         everywhere, and the next one ends the text
     whole_words : what axis words without a decimal point count: ``units``, mm and deg, or ``unknown`` where a
