@@ -108,7 +108,11 @@ CHECKS = {
     "end-state": Code(ERROR, "nothing switches off after the last cut what the control's table switches off"),
     "approach-order": Code(ERROR, "the approach brings Z down before the other axes have moved"),
     "approach-deep": Code(ERROR, "before or after its path the cutter goes below the surface that it cuts"),
-    "no-retract": Code(ERROR, "Z doesn't retract before or after the cuts, or not to where was asked for"),
+    "no-retract": Code(
+        ERROR,
+        "the tool doesn't retract before or after the cuts, or not to where was asked for; a warning where a "
+        "control's own move may do it",
+    ),
     "word-in-cut": Code(
         ERROR,
         "a word acts in a cut or between cuts that the control's table doesn't have; a warning without a job",

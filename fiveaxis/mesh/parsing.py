@@ -181,7 +181,7 @@ def _obj_triangles(content: bytes, file: Path) -> tuple[Array, IntArray]:
                     file=file,
                 )
             polygons.setdefault(len(face), []).append(face)
-    places = np.array(vertices, dtype=float).reshape(-1, 3)
+    places = np.array(vertices, dtype=float) if vertices else np.zeros((0, 3))
     faces = [np.zeros((0, 3), dtype=np.int64)]
     for count, listed in polygons.items():
         faces.append(_divided(np.array(listed, dtype=np.int64), places, count, file))
