@@ -18,9 +18,12 @@ needs_rs274 = pytest.mark.skipif(
 )
 
 
-def canonical(program: Path, *options: str) -> str:
-    """Run a program with the files beside it; return the canonical commands that it gives."""
-    program.with_name("tool.tbl").write_text("T3 P3 Z0 D10\n", encoding="ascii")
+def canonical(program: Path, *options: str, tools: str = "T3 P3 Z0 D10\n") -> str:
+    """Run a program with the files beside it; return the canonical commands that it gives.
+
+    `tools` is the tool table, in the interpreter's own unit: inches without an ini file.
+    """
+    program.with_name("tool.tbl").write_text(tools, encoding="ascii")
     run = subprocess.run(
         [str(RS274), *options, "-t", "tool.tbl", "-g", program.name],
         capture_output=True,
