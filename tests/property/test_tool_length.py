@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from interpreted import canonical, needs_rs274
 
 import fiveaxis as fx
 from fiveaxis.collision import Fixture
@@ -191,3 +193,25 @@ def test_an_operation_that_is_revised_in_its_lines_is_where_the_machine_has_it(s
     np.testing.assert_allclose(path.tips(path.axis)[-len(TIPS) + 2 :], TIPS[2:], atol=1e-5)
     motion = read_program(file, placed.machine, **reading)
     np.testing.assert_allclose(motion.positions[-1], wanted[-1], atol=1e-5)
+
+
+@needs_rs274
+def test_z_goes_where_linuxcnc_has_it_with_the_length_that_g43_adds(tmp_path):
+    """G43 and G49 move nothing: the words after them count from elsewhere."""
+    file = tmp_path / "part.ngc"
+    text = "G21 G90 G94 G17 G49 G54\nG0 X0 Y0 Z300{turn}\nG43 H1\nG1 X10 F100\nZ20\nG49\nX20\nZ250\nM2\n"
+    file.write_text(text.format(turn=""))
+    commands = canonical(file, tools="T1 P1 Z5 D1\n")  # inches
+    added, heights = 0.0, []
+    for found in re.finditer(r"USE_TOOL_LENGTH_OFFSET\(\S+ \S+ ([-.0-9]+)|STRAIGHT_\w+\((.*?)\)", commands):
+        if found[1] is not None:
+            added = float(found[1])
+        else:
+            heights.append(float(found[2].split(",")[2]) + added)
+    assert added == 0.0
+    assert heights == pytest.approx([300.0, 300.0, 20.0 + 127.0, 20.0 + 127.0, 250.0])
+    file.write_text(text.format(turn=" B0 C0"))
+    for machine in MACHINES.values():
+        motion = read_program(file, machine.with_tool_length(127.0), zero={"X": 0.0}, rapid=10_000.0)
+        assert machine.axis("Z").reversed is False
+        np.testing.assert_allclose(motion.positions[:, machine.column("Z")], heights, atol=1e-6)
