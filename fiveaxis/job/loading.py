@@ -311,6 +311,7 @@ def load_surroundings(job: Job) -> Surroundings:
         unit=part_unit(job),
         stock_resolution=around["stock_resolution"],
         stock_tolerance=around["stock_tolerance"],
+        above_table=around["above_table"],
     )
 
 

@@ -16,12 +16,13 @@ from fiveaxis.toolpath import Tool, parse_tool
 # Names of the comments, and the forms of what they state, in lower case.
 _CONTROL, _WINDING, _POSITIONS = "control", "winding", "positions"
 _TOOL, _FEED, _ALONG = "tool", "feed", "mm/min along the path"
-_SETUP, _DEGREE = "setup", "degree"
+_SETUP, _DEGREE, _TABLE = "setup", "degree", "table"
 _COUNTED = re.compile(r"counts ([0-9.]+(?:e[-+][0-9]+)?) in f")
 _MODULO = re.compile(r"modulo (shorter|signed) ([abc]+)")
 _SHAPE = re.compile(r"[a-z]+(?::[0-9.]+)+")
 _TRIPLE = r"[\[(]([-+.0-9e]+), ([-+.0-9e]+), ([-+.0-9e]+)[\])]"
 _STANDS = re.compile(rf"workpiece at offset {_TRIPLE} mm, rotation {_TRIPLE} deg in the machine frame")
+_HEIGHT = re.compile(r"([0-9]+\.?[0-9]*) mm below the lowest point of the part")
 _SPEED = re.compile(rf"([0-9]+\.?[0-9]*) {_ALONG}")
 # Names of the caller's comments that are read back.
 CALLERS_READ_BACK = (_TOOL, _FEED)
@@ -74,6 +75,21 @@ def set_up_as_stated(machine: Machine, source: Source) -> tuple[Machine, tuple[F
         f"the head says where the workpiece stands, at {machine.setup}; if it stands elsewhere, say where"
     )
     return machine, (source.finding(Severity.NOTE, "setup-read", f"{message} (--work-offset)"),)
+
+
+def table_comment(height: float, *, stated: bool) -> tuple[str, str]:
+    """Return name and text of the comment on how high the part stands over the table, mm.
+
+    Only a height that somebody stated is read back: an assumed one is found again from the moves.
+    """
+    text = f"{height:.7g} mm below the lowest point of the part"
+    return _TABLE, text if stated else f"assumed, at least {text}"
+
+
+def stated_height(source: Source) -> float | None:
+    """Return how high the part stands over the table by the header, mm; None where it doesn't state it."""
+    found = _HEIGHT.fullmatch(source.stated(_TABLE) or "")
+    return None if found is None else float(found[1])
 
 
 def control_comment(control: str, coordinates: Coordinates) -> str:
