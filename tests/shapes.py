@@ -8,12 +8,18 @@ from dataclasses import replace
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.machine import DirectionalDrive
+from fiveaxis.machine import Body, Box, DirectionalDrive, Machine
 from fiveaxis.toolpath import divided_rows, refined
 
 # Computes x, y, z of places u along a pass, 0 to 1, at the place v across, 0 to 1.
 Surface = Callable[[np.ndarray, float], tuple[np.ndarray, ...]]
 TURN = 2.0 * np.pi
+# A described head, out of the way of everything: no spindle nose is assumed.
+FAR_HEAD = Body("Z", Box((1.0, 1.0, 1.0), (0.0, 0.0, 1e4)))
+
+
+def without_nose(machine: Machine) -> Machine:
+    return replace(machine, bodies=(*machine.bodies, FAR_HEAD))
 
 
 def cone(u: np.ndarray, v: float) -> tuple[np.ndarray, ...]:

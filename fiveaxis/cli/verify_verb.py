@@ -218,7 +218,9 @@ def load_checked(
         placed = load_placed(_moved(read_job(path), options))
         job, machine, toolpath = placed.job, placed.machine, placed.toolpath
         findings = tuple(finding for finding in toolpath.findings if finding.code == "part-placed")
-        around = around or load_surroundings(job)
+        around = load_surroundings(job) if around is None else around
+        if options["above_table"] is None:
+            around = replace(around, above_table=job.surrounding["above_table"])
         given = job.bounds | given
         gouge = gouge or job.surrounding["gouge_tolerance"]
         meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job) or "mm"} | meshes
@@ -271,13 +273,13 @@ def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
-    """Load part, stock and fixtures; None where none is given."""
+    """Load part, stock, fixtures and their height over the table; None where none is given."""
     from fiveaxis.collision import Surroundings
     from fiveaxis.job import read_fixtures
 
-    part, stock = options["part"], options["stock"]
+    part, stock, height = options["part"], options["stock"], options["above_table"]
     if part is None and stock is None and options["fixtures"] is None:
-        return None
+        return None if height is None else Surroundings(above_table=height)
     found = {} if options["fixtures"] is None else read_fixtures(options["fixtures"])
     fixtures = tuple(table.build() for table in found.get("fixture") or ())
     clearance = found.get("clearance")
@@ -290,6 +292,7 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
         fixtures,
         clearances,
         unit=options["part_unit"],
+        above_table=height,
         **{name: near[name] for name in of_stock},
         **read_flags(CadFile, options),
     )

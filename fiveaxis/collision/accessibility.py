@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from fiveaxis.collision.assumed import with_nose, with_stated_table
 from fiveaxis.collision.obstacles import Obstacle, Solid, tool_solids
 from fiveaxis.collision.shrinking import ShrinkingStock
-from fiveaxis.collision.surroundings import Clearances, Surroundings
+from fiveaxis.collision.surroundings import Clearances, Surroundings, shape_triangles
 from fiveaxis.geometry import Array, BoolArray, IntArray, inverse_transform, normalise, product
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Box, Cylinder, Machine, MeshShape
-from fiveaxis.mesh import load_mesh
+from fiveaxis.machine import Cylinder, Machine
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.toolpath.tool import CUTTER, SHANK
 
@@ -34,8 +34,6 @@ GOUGE = 0.01
 HEAD = "head"
 # mm and 1: a cylinder of the head this near to the tool axis, and this parallel to it, turns with the tool.
 OFF_AXIS, OFF_DIRECTION = 1e-6, 1e-9
-# Sides of the prism around a cylinder; its edges lie up to 0.12 % of the radius outside.
-SIDES = 64
 
 
 @dataclass(eq=False)
@@ -163,8 +161,9 @@ def find_accessible(
 
     Cutter, shank, holder and the head's cylinders about the tool axis are tested against part, fixtures, the
     bodies that move with the workpiece and, except the cutter, the stock: with a closed part in it, what
-    earlier moves have left of it (`ShrinkingStock`). Other bodies, such as a trunnion, depend on the axis
-    values; only verification tests them.
+    earlier moves have left of it (`ShrinkingStock`). A spindle nose is assumed where the head has no bodies,
+    and a table where its height was stated (`fiveaxis.collision.assumed`). Other bodies, such as a trunnion,
+    depend on the axis values; only verification tests them.
 
     Parameters
     ----------
@@ -185,6 +184,7 @@ def find_accessible(
         A fixture's or body's mesh can't be read.
     """
     tool, clearances = toolpath.tool, surroundings.clearances
+    machine = with_stated_table(with_nose(machine, tool), surroundings, toolpath)
     head = [solid.grown(clearances.machine + extra) for solid in head_solids(machine, whole=whole_head)]
     obstacles: list[Obstacle | ShrinkingStock] = []
     for name, mesh in surroundings.meshes.items():
@@ -271,21 +271,6 @@ def _table_bodies(machine: Machine) -> Iterator[tuple[str, Array]]:
         if body.link == machine.code.links[0]:
             frame = machine.machine_frame
             yield (
-                f"{body.link} body {number}",
+                body.assumed or f"{body.link} body {number}",
                 product(shape_triangles(body.shape), frame[:3, :3].T) + frame[:3, 3],
             )
-
-
-def shape_triangles(shape: Box | Cylinder | MeshShape) -> Array:
-    """Triangulate a shape, (f, 3, 3) mm, in the frame that it is placed in; a prism contains a cylinder."""
-    import trimesh
-
-    if isinstance(shape, MeshShape):
-        triangles = shape.scale * load_mesh(shape.file, allow_open=True).triangles
-    elif isinstance(shape, Box):
-        triangles = trimesh.creation.box(extents=shape.size).triangles
-    else:
-        outside = shape.radius / np.cos(np.pi / SIDES)
-        triangles = trimesh.creation.cylinder(outside, shape.height, sections=SIDES).triangles
-    frame = shape.frame
-    return np.asarray(product(triangles, frame[:3, :3].T) + frame[:3, 3])

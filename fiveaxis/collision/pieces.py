@@ -117,6 +117,15 @@ def _revolved(run: Array, frame: Array) -> Piece:
     return _convex(np.column_stack([np.zeros((len(run), 2)), height, radius]), frame)
 
 
+def extended_piece(piece: Piece, offsets: Array) -> Piece:
+    """Build the hull of a piece, or of the box around a mesh, at offsets, (m, 3) mm in its own frame."""
+    circles = piece.bodies.reshape(-1, 4)
+    if piece.is_mesh:
+        circles = np.column_stack([piece.corners, np.zeros(len(piece.corners))])
+    moved = np.column_stack([offsets, np.zeros(len(offsets))])
+    return _convex((circles + moved[:, None]).reshape(-1, 4), piece.frame)
+
+
 def _convex(circles: Array, frame: Array) -> Piece:
     """Build the hull of circles, (m, 4) mm: centre and radius, 0 for a point."""
     centre = circles[:, :3]

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fiveaxis.collision.assumed import NOSE, TABLE, is_described, with_nose
 from fiveaxis.collision.pieces import PairQuery, Piece, box_piece, cylinder_piece, mesh_piece, revolved_pieces
 from fiveaxis.collision.surroundings import Clearances, Surroundings
 from fiveaxis.findings import JOB, MACHINE_FILE, TOOL_FILE, Gap, risk
 from fiveaxis.geometry import Array, inverse_transform, product
-from fiveaxis.machine import BED, Box, Cylinder, FormShapingCode, Machine, MeshShape
+from fiveaxis.machine import BED, Body, Box, Cylinder, FormShapingCode, Machine, MeshShape
 from fiveaxis.mesh import kept_by_mesh, read_solid
 from fiveaxis.toolpath import Tool
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
@@ -77,14 +78,14 @@ def build_scene(machine: Machine, tool: Tool, surroundings: Surroundings) -> Sce
     MeshError
         A body's mesh can't be read or is refused.
     """
-    links = machine.code.links
+    links, machine = machine.code.links, with_nose(machine, tool)
     standing, facts, gaps = _surrounding_bodies(surroundings, links[0])
     bodies, left_out = _machine_bodies(machine)
     return Scene(
         code=machine.code,
         bodies=(*tool_bodies(tool, machine.chain.tool_home, links[-1]), *standing, *bodies),
         checked=tuple(facts),
-        not_checked=(*_unknown_of(tool), *gaps, *left_out),
+        not_checked=(*_unknown_of(tool, has_nose=is_described(machine, machine.code.head)), *gaps, *left_out),
     )
 
 
@@ -109,15 +110,14 @@ def tool_bodies(tool: Tool, home: Array, link: str) -> list[SceneBody]:
     return bodies
 
 
-def _unknown_of(tool: Tool) -> list[Gap]:
+def _unknown_of(tool: Tool, *, has_nose: bool) -> list[Gap]:
     unknown = []
     if tool.cutter.length is None:
         top = tool.parts()[0].outline[-1, 1]
         unknown.append(risk(f"cutting edges above {top:g} mm: the tool states no cutting length", *LENGTH))
     if tool.holder is None:
-        unknown.append(
-            risk("shank and holder against anything: the tool states no holder", "[holder]", TOOL_FILE)
-        )
+        what = "shank and holder" if has_nose else "shank, holder and spindle nose"
+        unknown.append(risk(f"{what} against anything: the tool states no holder", "[holder]", TOOL_FILE))
     elif tool.shank_diameter is None:
         text = "shank diameter: not stated, taken as that of the cutter's upper end"
         unknown.append(risk(text, "shank_diameter", TOOL_FILE))
@@ -150,22 +150,30 @@ def _inside(name: str) -> Gap:
 
 
 def _machine_bodies(machine: Machine) -> tuple[list[SceneBody], list[Gap]]:
-    """Build the machine's bodies; placing those of the head requires the tool length."""
-    bodies = []
-    unplaced = machine.tool_length == 0.0 and any(b.link in machine.code.head for b in machine.bodies)
+    """Build the machine's bodies; placing those that its file has on the head requires the tool length."""
+    bodies, head = [], machine.code.head
+    unplaced = machine.tool_length == 0.0 and any(b.link in head and not b.assumed for b in machine.bodies)
     for i, body in enumerate(machine.bodies):
-        if unplaced and body.link in machine.code.head:
+        if unplaced and body.link in head:
             continue
-        where = "the bed" if body.link == BED else f"link {body.link}"
-        piece = _of_shape(body.shape, machine.machine_frame)
-        bodies.append(SceneBody(f"machine body {i + 1} on {where}", BODY, body.link, (piece,)))
+        bodies.append(place_body(body, machine, i + 1))
     if unplaced:
         text = "bodies of the head: the machine states no tool_length, from spindle to tip"
         return bodies, [risk(text, "tool_length (--tool-length)", JOB)]
-    if machine.bodies:
-        return bodies, []
-    why = "they aren't known while an axis is clamped" if machine.clamped else "its file states none"
-    return bodies, [risk(f"bodies of the machine: {why}", "[[bodies]]", MACHINE_FILE)]
+    if machine.clamped:
+        text = "bodies of the machine: they aren't known while an axis is clamped"
+        return bodies, [risk(text, "[[bodies]]", MACHINE_FILE)]
+    if len(bodies) == sum(body.name == NOSE for body in bodies):
+        text = f"bodies of the machine beyond an {TABLE} and spindle nose: its file states none"
+        return bodies, [Gap(text, "[[bodies]]", MACHINE_FILE)]
+    return bodies, []
+
+
+def place_body(body: Body, machine: Machine, number: int = 0) -> SceneBody:
+    """Place a body of a machine, by its number in the machine's file, as it is with every axis at 0."""
+    where = "the bed" if body.link == BED else f"link {body.link}"
+    piece = _of_shape(body.shape, machine.machine_frame)
+    return SceneBody(body.assumed or f"machine body {number} on {where}", BODY, body.link, (piece,))
 
 
 def _of_shape(shape: Box | Cylinder | MeshShape, base: Array) -> Piece:

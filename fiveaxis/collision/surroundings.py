@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,10 +12,10 @@ from pydantic import Field, model_validator
 
 from fiveaxis.errors import JobError, SettingError
 from fiveaxis.files import require_file
-from fiveaxis.geometry import normalise
+from fiveaxis.geometry import Array, normalise, product
 from fiveaxis.machine.bodies import Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import Triple, as_triple
-from fiveaxis.mesh import Unit, read_solid, require_solid
+from fiveaxis.mesh import Unit, load_mesh, read_solid, require_solid
 from fiveaxis.options import MESH_TOLERANCE, STOCK_TOLERANCE
 from fiveaxis.settings import StrictModel
 from fiveaxis.stock import Blank, load_stock, mesh_of, names_mesh
@@ -22,6 +23,8 @@ from fiveaxis.stock import Blank, load_stock, mesh_of, names_mesh
 if TYPE_CHECKING:
     import trimesh
 
+# Sides of the prism around a cylinder; its edges lie up to 0.12 % of the radius outside.
+SIDES = 64
 Positive = Annotated[float, Field(gt=0.0)]
 
 
@@ -189,13 +192,15 @@ class Surroundings:
     fixtures : bodies that are fixed in the workpiece frame
     clearances : mm, by kind of body
     blank : the stock that a program cuts, with a closed part in it
+    above_table : mm, how high the lowest point of part, stock and fixtures is over the table's face, where
+        the machine has no bodies there; None where nobody stated it
 
     Raises
     ------
     MeshError
         A mesh without triangles, with normals that point into the material, or too large.
     SettingError
-        Two fixtures of one name.
+        Two fixtures of one name; a height that is negative or not finite.
     """
 
     part: trimesh.Trimesh | None = None
@@ -203,8 +208,11 @@ class Surroundings:
     fixtures: tuple[Fixture, ...] = ()
     clearances: Clearances = field(default_factory=Clearances)
     blank: Blank | None = None
+    above_table: float | None = None
 
     def __post_init__(self) -> None:
+        if self.above_table is not None and not 0.0 <= self.above_table < np.inf:
+            raise SettingError(f"above_table is {self.above_table:g} mm; it must be 0 or more")
         for name, mesh in self.meshes.items():
             require_solid(mesh, name)
         names = [fixture.name for fixture in self.fixtures]
@@ -225,6 +233,7 @@ class Surroundings:
         body: str | None = None,
         stock_resolution: float | None = None,
         stock_tolerance: float = STOCK_TOLERANCE,
+        above_table: float | None = None,
     ) -> Surroundings:
         """Build surroundings from meshes or their files; parameters as for the class.
 
@@ -255,7 +264,15 @@ class Surroundings:
             fixtures=tuple(fixtures),
             clearances=Clearances() if clearances is None else clearances,
             blank=None if blank is None else replace(blank, tolerance=stock_tolerance),
+            above_table=above_table,
         )
+
+    @cached_property
+    def points(self) -> Array:
+        """(p, 3), mm, workpiece frame: corners of part, stock and fixtures; a prism contains a cylinder."""
+        corners = [np.asarray(mesh.vertices, dtype=float) for mesh in self.meshes.values()]
+        corners += [shape_triangles(fixture.shape).reshape(-1, 3) for fixture in self.fixtures]
+        return np.concatenate([np.empty((0, 3)), *corners])
 
     @property
     def meshes(self) -> dict[str, trimesh.Trimesh]:
@@ -283,3 +300,18 @@ def _take_stock(
     rays = load_stock(given if mesh is None else mesh, part, resolution)
     blank = Blank.of(rays, part)
     return (mesh_of(rays) if mesh is None else mesh), blank
+
+
+def shape_triangles(shape: Box | Cylinder | MeshShape) -> Array:
+    """Triangulate a shape, (f, 3, 3) mm, in the frame that it is placed in; a prism contains a cylinder."""
+    import trimesh
+
+    if isinstance(shape, MeshShape):
+        triangles = shape.scale * load_mesh(shape.file, allow_open=True).triangles
+    elif isinstance(shape, Box):
+        triangles = trimesh.creation.box(extents=shape.size).triangles
+    else:
+        outside = shape.radius / np.cos(np.pi / SIDES)
+        triangles = trimesh.creation.cylinder(outside, shape.height, sections=SIDES).triangles
+    frame = shape.frame
+    return np.asarray(product(triangles, frame[:3, :3].T) + frame[:3, 3])

@@ -142,6 +142,7 @@ def optimise(
         unit=near["part_unit"],
         stock_resolution=near["stock_resolution"],
         stock_tolerance=near["stock_tolerance"],
+        above_table=near["above_table"],
         **cad,
     )
     machine = take_machine(machine)

@@ -25,6 +25,7 @@ from fiveaxis.nc.formats import kind_of
 from fiveaxis.nc.languages.choice import control_of, find_language
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.own_header import stated_height
 from fiveaxis.nc.source import load_source
 from fiveaxis.options import CadFile, LeanBounds, Meshes, options_of, parted
 from fiveaxis.progress import Progress, unheard
@@ -312,6 +313,9 @@ def load_surroundings(job: Job) -> Surroundings:
     file, around = part_of(job), job.surrounding
     unit = part_unit(job) if around["part"] else job.unit
     part = None if file is None else read_solid(file, unit, **cad_options(job))
+    height = around["above_table"]
+    if height is None and not is_mesh(job.input) and job.program.machine is None:
+        height = stated_height(load_source(job.input))
     return Surroundings.load(
         part,
         around["stock"],
@@ -320,6 +324,7 @@ def load_surroundings(job: Job) -> Surroundings:
         unit=part_unit(job),
         stock_resolution=around["stock_resolution"],
         stock_tolerance=around["stock_tolerance"],
+        above_table=height,
     )
 
 

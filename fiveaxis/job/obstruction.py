@@ -24,6 +24,7 @@ from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.gouging import check_gouge
 from fiveaxis.verification.removal import cut_along
+from fiveaxis.verification.standing import check_table
 
 # Most locations without a posture whose blocking bodies are determined.
 MOST_EXPLAINED = 20
@@ -115,6 +116,8 @@ def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
     applied = PathConstraints.of(path, machine, Constraints())
     context = make_context(solution.motion, machine, path, applied, DEFAULT_TOLERANCES)
     found, height = check_collisions(context, around, stock_is_cut=around.blank is not None), path.zone.height
+    if around.above_table is not None:
+        found = (*found, *check_table(context, around))
     errors = [r.rows for r in found if r.severity is Severity.ERROR]
     if around.blank is not None:
         # Its blocks will keep the tool on its path between the locations. At rapid a cutter is as far in the

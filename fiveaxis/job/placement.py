@@ -9,11 +9,19 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.job.description import Job
 from fiveaxis.job.kept import keep_stated
-from fiveaxis.job.loading import load_job_machine, load_job_passes, load_surroundings, revises
+from fiveaxis.job.loading import (
+    load_job_machine,
+    load_job_passes,
+    load_surroundings,
+    program_machine,
+    revises,
+)
 from fiveaxis.job.reach import Reach
 from fiveaxis.kinematics import require_orienting
 from fiveaxis.machine import Body, Box, Cylinder, Machine
 from fiveaxis.machine.chain import Triple
+from fiveaxis.nc.own_header import set_up_as_stated
+from fiveaxis.nc.source import load_source
 from fiveaxis.options import USUAL_CONE
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Toolpath
@@ -83,10 +91,16 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     Returns
     -------
     The job with its offset, and what has been chosen; no finding where the offset is given, or where
-    `choose_offset` leaves it at 0
+    `choose_offset` leaves it at 0. A program under TCP stays where its head says that the workpiece stands.
     """
     search = job.setup.search
     said = "offset" in job.setup.model_fields_set or (search is not None and not search.auto)
+    model = None if said or job.program.machine is not None else program_machine(job)
+    if model is not None and toolpath.operation is not None and toolpath.operation.tcp:
+        there, told = set_up_as_stated(model, load_source(job.input))
+        if told:
+            stated = {"offset": there.setup.offset, "rotation": there.setup.rotation_deg}
+            return job.model_copy(update={"setup": job.setup.model_copy(update=stated)}), told
     bounds, around = job.constraints, None if said else kept_clear(job)
     if revises(job) and not said:
         if job.reading["zero"] or (toolpath.operation is not None and not toolpath.operation.tcp):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fiveaxis.collision import Clearances, Surroundings
 from fiveaxis.collision.accessibility import find_accessible
+from fiveaxis.collision.assumed import is_described
 from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular, product
 from fiveaxis.job.setup_search import search_box
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
@@ -118,6 +119,8 @@ class Reach:
         if around is not None:
             own = tuple(body for body in machine.bodies if body.link != machine.code.links[0])
             beside = replace(around, stock=None, blank=None)
+            if is_described(machine, machine.code.table):
+                beside = replace(beside, above_table=None)
             mask = find_accessible(located, replace(machine, bodies=own), beside)
             if mask is not None:
                 where = np.nonzero(free.any(axis=2))

@@ -11,6 +11,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, motion_digest
 from fiveaxis.nc import NOT_VERIFIED
+from fiveaxis.nc.own_header import table_comment
 from fiveaxis.verification import Report
 
 NOTHING_TO_VERIFY = (
@@ -75,7 +76,7 @@ class Gate:
 
     @property
     def notes(self) -> list[tuple[str, str]]:
-        """Names and texts of the program's header: accepted errors, and the verdict."""
+        """Names and texts of the program's header: accepted errors, the verdict, the part over the table."""
         if not self.verified:
             return list(NOT_VERIFIED)
         codes = ", ".join(f"{code} ({self.report.counts[code]})" for code in self.accepted)
@@ -83,7 +84,9 @@ class Gate:
         verdict = "errors accepted by name" if accepted else "no errors"
         risks = len(self.report.risks)
         told = f"; risks that weren't checked: {risks}, see the report" if risks else ""
-        return [*accepted, ("verification", f"{verdict} in this text, read back{told}")]
+        standing = self.report.standing
+        table = [] if standing is None else [table_comment(standing.height, stated=standing.stated)]
+        return [*accepted, ("verification", f"{verdict} in this text, read back{told}"), *table]
 
     def require_open(self, *, unverified: bool = False) -> None:
         """Raise unless the program may be written.

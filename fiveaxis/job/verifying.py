@@ -111,6 +111,7 @@ def verify_program(
         unit=around["part_unit"],
         stock_resolution=around["stock_resolution"],
         stock_tolerance=around["stock_tolerance"],
+        above_table=around["above_table"],
         **cad,
     )
     against = Against(

@@ -80,7 +80,9 @@ class Body:
     ----------
     link : ``bed``, or the letter of the axis that carries it: the next one towards the bed
     shape : positioned in the machine frame, every axis at 0
+    assumed : what it is, where nobody described it; empty for a body of the machine's file
     """
 
     link: str
     shape: Shape
+    assumed: str = ""

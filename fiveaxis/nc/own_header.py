@@ -16,13 +16,14 @@ from fiveaxis.toolpath import Tool, parse_tool
 # Names of the comments, and the forms of what they state, in lower case.
 _CONTROL, _WINDING, _POSITIONS = "control", "winding", "positions"
 _TOOL, _FEED, _ALONG = "tool", "feed", "mm/min along the path"
-_SETUP, _DEGREE, _LENGTH = "setup", "degree", "tool length"
+_SETUP, _DEGREE, _TABLE, _LENGTH = "setup", "degree", "table", "tool length"
 _CONTAINED = re.compile(r"([0-9.]+) mm, contained in the words")
 _COUNTED = re.compile(r"counts ([0-9.]+(?:e[-+][0-9]+)?) in f")
 _MODULO = re.compile(r"modulo (shorter|signed) ([abc]+)")
 _SHAPE = re.compile(r"[a-z]+(?::[0-9.]+)+")
 _TRIPLE = r"[\[(]([-+.0-9e]+), ([-+.0-9e]+), ([-+.0-9e]+)[\])]"
 _STANDS = re.compile(rf"workpiece at offset {_TRIPLE} mm, rotation {_TRIPLE} deg in the machine frame")
+_HEIGHT = re.compile(r"([0-9]+\.?[0-9]*) mm below the lowest point of the part")
 _SPEED = re.compile(rf"([0-9]+\.?[0-9]*) {_ALONG}")
 # mm: lengths that don't differ.
 SAME_LENGTH = 1e-3
@@ -105,6 +106,21 @@ def length_comment(length: float) -> str:
 def stated_length(source: Source) -> float | None:
     """Return the tool length that the header says the axis words contain, mm; None where it says none."""
     found = _CONTAINED.fullmatch(source.stated(_LENGTH) or "")
+    return None if found is None else float(found[1])
+
+
+def table_comment(height: float, *, stated: bool) -> tuple[str, str]:
+    """Return name and text of the comment on how high the part stands over the table, mm.
+
+    Only a height that somebody stated is read back: an assumed one is found again from the moves.
+    """
+    text = f"{height:.7g} mm below the lowest point of the part"
+    return _TABLE, text if stated else f"assumed, at least {text}"
+
+
+def stated_height(source: Source) -> float | None:
+    """Return how high the part stands over the table by the header, mm; None where it doesn't state it."""
+    found = _HEIGHT.fullmatch(source.stated(_TABLE) or "")
     return None if found is None else float(found[1])
 
 

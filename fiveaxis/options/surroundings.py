@@ -60,6 +60,16 @@ class Workpiece(TypedDict, total=False):
             above=0.0,
         ),
     ]
+    above_table: Annotated[
+        float | None,
+        Option(
+            "height of the lowest point of part, stock and fixtures over the table's face (packers, vice, "
+            "riser), where the machine's file has no [[bodies]] under the part",
+            unit="mm",
+            least=0.0,
+            example=60,
+        ),
+    ]
     part_unit: Annotated[
         Unit | None,
         Option(

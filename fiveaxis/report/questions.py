@@ -262,12 +262,25 @@ def _next(document: ReportDocument, verdict: Verdict) -> Answer:
         number_of = "" if program.preparation.tool_number is None else f"T{program.preparation.tool_number}, "
         loaded = f"{number_of}{describe_cutter(document.solution.toolpath.tool)}"
         offset = program.preparation.work_offset or "the work offset"
-        text = f"Load {loaded}; set {offset}; bring the tool clear of part and table, and start."
+        text = f"Load {loaded}; set {offset}; bring the tool clear, and start."
+    if language == "blocks":
+        text = f"{_place(document, revised=bool(program.revises))} {text}"
     if verdict == "overridden":
         text = f"Have the accepted errors judged at the machine. {text}"
     prepared = program.preparation
     start, setting = _start(prepared, language), _setting(document.tool, prepared)
     return Answer(question, text, tuple(start), tuple(setting))
+
+
+def _place(document: ReportDocument, *, revised: bool) -> str:
+    """Say where the part stands on the machine, and how high over its table; of a program as it was, too."""
+    setup, standing = document.machine.setup, document.verdict.standing
+    at = ", ".join(f"{c} {plain(round(v, 3))}" for c, v in zip("XYZ", setup.offset, strict=True))
+    turns = zip("ABC", setup.rotation_deg, strict=True)
+    turned = "".join(f", {c} {plain(round(v, 3))}°" for c, v in turns if v)
+    over = "" if standing is None else f", {standing}"
+    where = f"at {at}{turned} of the machine{over}"
+    return f"The part’s zero is {where}." if revised else f"Set the part’s zero {where}."
 
 
 def _start(prepared: Preparation, language: str) -> Iterator[Detail]:

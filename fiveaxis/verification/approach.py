@@ -6,11 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
+from itertools import product as pairs_of
 
 import numpy as np
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.collision.scene import build_scene
+from fiveaxis.collision.assumed import TABLE, AssumedTable
+from fiveaxis.collision.pieces import PairQuery, Piece, extended_piece
+from fiveaxis.collision.scene import MACHINE, SceneBody, build_scene
 from fiveaxis.findings import JOB, Finding, Place, Severity, risk
 from fiveaxis.geometry import Array, inverse_transform, normalise, product
 from fiveaxis.machine import BED, Machine
@@ -35,13 +38,17 @@ RISES = (0.2, 0.0)
 ROOM = 0.5
 # rad: steps of the rotary axes at the retract.
 SWING = np.radians(4.0)
+# Of the polygon around a circle at the retract.
+CORNERS = 16
 # mm: rounding of a retract position.
 RETRACT = 1e-3
 LEG = "to the end of its travel, or by 100 mm"
 RETRACTED = "retract (--retract)", JOB
-TURNS = risk("the initial turn of the rotary axes, before the approach", *RETRACTED)
-ACROSS = risk("the rapid move of X and Y at the initial height of Z to above the first location", *RETRACTED)
-FROM_ANYWHERE = risk("the rapid move of the tip from its initial position to above the path", *RETRACTED)
+TURNS = risk("the initial turn of the rotary axes: it begins wherever the tool was left", *RETRACTED)
+ACROSS = risk("the rapid move of X and Y to above the first location: Z stands where it was left", *RETRACTED)
+FROM_ANYWHERE = risk(
+    "the rapid move of the tip to above the path: it begins where the tool was left", *RETRACTED
+)
 RETRACT_AND_HOME = risk("the positions of retract and home at the end, and the moves there other than Z")
 NO_LEAD_OUT = risk("the retract after the last location: the program ends there", *RETRACTED)
 END_OF_LEAD_OUT = risk("the retract from the end of the lead-out: the program ends there", *RETRACTED)
@@ -234,12 +241,16 @@ def choose_leads(
         found += _bad_retract(machine, motion.positions[LAST] + lead_out, retract, place)
     report = _make_report(found, (lead_in, lead_out), tcp=tcp, retracts=up)
     room = None if retract is None else height_above(machine, toolpath.tool, surroundings, retract)
-    if room is not None and room >= surroundings.clearances.machine:
+    if retract is not None and room is not None and room >= surroundings.clearances.machine:
         settled = {RETRACT_AND_HOME, *((TURNS, ACROSS) if rises else ())}
         text = (
             f"moves at the retract, Z {retract:g} mm: at any value of the other axes the tool's side is at "
             f"least {room:.3g} mm above part, fixtures and table"
         )
+        above = lead_positions(motion, machine, lead_in, row=FIRST, above_path=tcp)[0]
+        if tcp and rises and clear_from_anywhere(machine, toolpath.tool, surroundings, retract, above):
+            settled.add(FROM_ANYWHERE)
+            text += "; from there the tip moves clear to above the path, wherever X and Y stand"
         gaps = tuple(pair for pair in report.gaps if pair[0] not in settled)
         report = replace(report, claims=(*report.claims, (text, None)), gaps=gaps)
     return Leads(lead_in, lead_out, report)
@@ -248,8 +259,8 @@ def choose_leads(
 def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: float) -> float | None:
     """Measure how far the tool's side is above the workpiece's, wherever all axes but Z stand.
 
-    Every body counts as its bounding box, and the rotary axes stand at steps of `SWING`: of a swing of 1 m
-    the highest point is at most 0.6 mm above its highest step.
+    A mesh counts as its bounding box, a circle as a polygon around it, and the rotary axes stand at steps of
+    `SWING`: of a swing of 1 m the highest point is at most 0.6 mm above its highest step.
 
     Parameters
     ----------
@@ -263,13 +274,14 @@ def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: fl
     code, letters = machine.code, machine.letters
     if "Z" not in code.head or any(None in axis.limits.ends for axis in machine.axes if not axis.is_rotary):
         return None
-    bodies = build_scene(machine, tool, surroundings).bodies
+    bodies = _bodies(machine, tool, surroundings)
     column, pose = machine.column("Z"), link_poses(machine)
     unit = pose(np.vstack([np.zeros(len(letters)), np.eye(len(letters))]))[code.head[-1]][:, :3, 3]
     moved = unit[1:] - unit[0]
     up = moved[column]
     across = [float(product(moved[i], up)) for i, axis in enumerate(machine.axes) if not axis.is_rotary]
-    if any(body.link == BED for body in bodies) or np.count_nonzero(np.abs(across) > RETRACT) > 1:
+    unknown = any(body.link == BED and body.name != TABLE for body in bodies)
+    if unknown or np.count_nonzero(np.abs(across) > RETRACT) > 1:
         return None
     ranges = [
         (0.0, 2.0 * np.pi) if axis.limits.span >= 2.0 * np.pi else (axis.limits.low, axis.limits.high)
@@ -280,7 +292,7 @@ def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: fl
     turned = np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, len(steps))
     positions = np.zeros((len(turned), len(letters)))
     positions[:, machine.rotary_columns] = turned
-    positions[:, column] = -z if machine.axes[column].reversed else z
+    positions[:, column] = _z_of(machine, z)
     poses = pose(positions)
     back = inverse_transform(poses[BED])
 
@@ -289,13 +301,67 @@ def height_above(machine: Machine, tool: Tool, surroundings: Surroundings, z: fl
         for body in bodies:
             placed = product(back, poses[body.link]) if body.link in links else back[:0]
             for piece in body.pieces:
-                points = product(piece.corners, piece.frame[:3, :3].T) + piece.frame[:3, 3]
+                points = product(_rim(piece), piece.frame[:3, :3].T) + piece.frame[:3, 3]
                 at = product(placed[:, :3, :3], points.T).transpose(0, 2, 1) + placed[:, None, :3, 3]
                 found.append(product(at, up).ravel())
         return np.concatenate(found)
 
     above, below = heights(code.head), heights((code.links[0], *code.table))
     return float(above.min() - below.max()) if len(above) and len(below) else None
+
+
+def clear_from_anywhere(
+    machine: Machine, tool: Tool, surroundings: Surroundings, z: float, above: Array
+) -> bool:
+    """Check whether the tool may go straight from a retract to a position, wherever X and Y stand there.
+
+    The rotary axes stand as at the position, so the places on the way fill a pyramid, and a convex body there
+    fills the hull of itself at the pyramid's corners.
+
+    Parameters
+    ----------
+    z : mm, machine position of Z at the retract
+    above : (k,), mm and rad, the position; travels of all linear axes are known (`height_above`)
+    """
+    ends = [
+        (axis.limits.low, axis.limits.high) if axis.letter in "XY" else (value,)
+        for axis, value in zip(machine.axes, above.tolist(), strict=True)
+    ]
+    ends[machine.column("Z")] = (_z_of(machine, z),)
+    poses = link_poses(machine)(np.vstack([above, list(pairs_of(*ends))]))
+    bodies, margins = _bodies(machine, tool, surroundings), surroundings.clearances.by_kind
+    head = [body for body in bodies if body.link in machine.code.head]
+    for mover, other in pairs_of(head, [body for body in bodies if body not in head]):
+        for piece, fixed in pairs_of(mover.pieces, other.pieces):
+            back = inverse_transform(product(poses[other.link], fixed.frame))
+            seen = product(back, poses[mover.link], piece.frame)
+            swept = extended_piece(piece, product(seen[:, :3, 3] - seen[0, :3, 3], seen[0, :3, :3]))
+            if PairQuery(swept, fixed).nearer(seen[0], margins.get(mover.kind, margins[MACHINE])):
+                return False
+    return True
+
+
+def _z_of(machine: Machine, position: float) -> float:
+    """Return the axis value of Z at a machine position, mm."""
+    return -position if machine.axes[machine.column("Z")].reversed else position
+
+
+def _bodies(machine: Machine, tool: Tool, surroundings: Surroundings) -> tuple[SceneBody, ...]:
+    """Return all bodies, with an assumed table as high as it may be."""
+    table = AssumedTable.of(machine, surroundings, np.empty((0, 3)))
+    if table is not None:
+        machine = replace(machine, bodies=(*machine.bodies, table.body(surroundings.above_table or 0.0)))
+    return build_scene(machine, tool, surroundings).bodies
+
+
+def _rim(piece: Piece) -> Array:
+    """Return points, (p, 3) mm in its own frame, whose hull contains a piece: of circles, polygons around."""
+    if piece.is_mesh:
+        return piece.corners
+    around = np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False)
+    circles = piece.bodies.reshape(-1, 1, 4)
+    rim = np.stack([np.cos(around), np.sin(around), np.zeros(CORNERS)], axis=1)[None]
+    return np.asarray((circles[..., :3] + circles[..., 3:] / np.cos(np.pi / CORNERS) * rim).reshape(-1, 3))
 
 
 def _bad_retract(machine: Machine, begin: Array, end: float, place: Place) -> Iterator[Finding]:
@@ -309,7 +375,7 @@ def _bad_retract(machine: Machine, begin: Array, end: float, place: Place) -> It
     axis, limits = machine.axes[column], machine.axes[column].limits
     if None in limits.ends:
         return
-    value, begins = -end if axis.reversed else end, float(begin[column])
+    value, begins = _z_of(machine, end), float(begin[column])
     at = f"the retract to machine position Z {end:g} mm"
     if not limits.low - RETRACT <= value <= limits.high + RETRACT:
         low, high = sorted((axis.shown(limits.low), axis.shown(limits.high)))

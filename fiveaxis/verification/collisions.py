@@ -51,8 +51,8 @@ REMEDIES = {
 
 
 @dataclass(frozen=True, eq=False)
-class _PairHits:
-    """A pair with its hits."""
+class PairHits:
+    """A pair of bodies with its hits along a motion."""
 
     pair: Pair
     hits: Hits
@@ -94,7 +94,7 @@ def check_collisions(
         pairs = tuple(p for p in pairs if not (p.kind in TOOL_KINDS and p.second.kind == STOCK))
         left_out = [gap for gap in left_out if gap is not RETRACTS]
     sweep = Sweep(TOLERANCE)
-    found = _sweep_all(context, pairs, sweep, tcp_height)
+    found = sweep_all(context, pairs, sweep, tcp_height)
     logger.info(
         "%d pairs of bodies along %d locations: %d queries, %d stretches clear by their boxes alone",
         len(pairs),
@@ -114,20 +114,20 @@ def check_collisions(
     measured = {pair.kind for pair in pairs if rapid or not pair.rapid_only}
     return (
         said(f"{MACHINE}-collision", checked=checked, not_checked=not_checked),
-        *(result for kind in CODES for result in _results_of(kind, found, kind in measured)),
+        *(result for kind in CODES for result in results_of(kind, found, kind in measured)),
     )
 
 
-def _sweep_all(
+def sweep_all(
     context: CheckContext, pairs: tuple[Pair, ...], sweep: Sweep, tcp_height: float | None
-) -> list[_PairHits]:
+) -> list[PairHits]:
     """Sweep every pair along every stretch of known axis values."""
     poses = link_poses(context.machine)
     rapid = context.toolpath.kind == MoveKind.RAPID
     back = withdrawn(context)
     found = []
     known = np.asarray(np.isfinite(context.positions).all(axis=1))
-    for begin, end in _stretches(known):
+    for begin, end in known_stretches(known):
         positions, place = context.positions[begin:end], np.arange(float(end - begin))
         if tcp_height is not None:
             positions, place = divide_tcp_moves(context.machine, positions, tcp_height)
@@ -141,7 +141,7 @@ def _sweep_all(
             hits = hits.at(new[row[hits.rows]])
             hits = hits if tcp_height is None else _of_rows(hits, place)
             if len(hits.rows):
-                found.append(_PairHits(pair, hits.moved(begin)))
+                found.append(PairHits(pair, hits.moved(begin)))
     return found
 
 
@@ -162,7 +162,7 @@ def _of_rows(hits: Hits, place: Array) -> Hits:
     return replace(hits, rows=row, shares=at - row + 1.0).worst()
 
 
-def _stretches(known: BoolArray) -> Iterator[tuple[int, int]]:
+def known_stretches(known: BoolArray) -> Iterator[tuple[int, int]]:
     """Split rows into runs of known rows, and long runs into shorter ones that share a row."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int64)))
     for begin, end in edges.reshape(-1, 2).tolist():
@@ -170,20 +170,24 @@ def _stretches(known: BoolArray) -> Iterator[tuple[int, int]]:
             yield start, min(start + LONGEST_STRETCH + 1, end)
 
 
-def _results_of(kind: str, found: list[_PairHits], measured: bool) -> Iterator[Result]:
+def results_of(
+    kind: str, found: list[PairHits], measured: bool, remedy: str | None = None
+) -> Iterator[Result]:
     """Build the two results of a kind of pair: bodies that overlap, and bodies that come too near.
 
-    Where no pair of the kind was `measured`, the figures are None, as nothing is known.
+    Where no pair of the kind was `measured`, the figures are None, as nothing is known. `remedy` is what to
+    do, by default as of the kind.
     """
     own = [f for f in found if f.pair.kind == kind]
-    touching = [_PairHits(f.pair, f.hits.at(f.hits.touching)) for f in own]
+    touching = [PairHits(f.pair, f.hits.at(f.hits.touching)) for f in own]
     bad = {int(row) for f in touching for row in f.hits.rows}
-    near = [_PairHits(f.pair, f.hits.at(~f.hits.touching & ~np.isin(f.hits.rows, sorted(bad)))) for f in own]
-    for result in (_collisions(kind, touching), _too_near(kind, near)):
+    near = [PairHits(f.pair, f.hits.at(~f.hits.touching & ~np.isin(f.hits.rows, sorted(bad)))) for f in own]
+    remedy = remedy or REMEDIES[kind]
+    for result in (_collisions(kind, touching, remedy), _too_near(kind, near, remedy)):
         yield result if measured else replace(result, figures=dict.fromkeys(result.figures))
 
 
-def _collisions(kind: str, found: list[_PairHits]) -> Result:
+def _collisions(kind: str, found: list[PairHits], remedy: str) -> Result:
     which, row, share, depth, others = _worst_of(found, [f.hits.depths for f in found])
 
     def message(i: int) -> str:
@@ -191,7 +195,7 @@ def _collisions(kind: str, found: list[_PairHits]) -> Result:
         how = f"reaches {depth[i]:.3g} mm into" if np.isfinite(depth[i]) else "is wholly inside or around"
         return (
             f"the {pair.first.name} {how} the {pair.second.name} {_where(share[i])}{_more(others[i])}; "
-            f"{REMEDIES[kind]}"
+            f"{remedy}"
         )
 
     deepest = float(depth.max(initial=0.0))
@@ -205,7 +209,7 @@ def _collisions(kind: str, found: list[_PairHits]) -> Result:
     )
 
 
-def _too_near(kind: str, found: list[_PairHits]) -> Result:
+def _too_near(kind: str, found: list[PairHits], remedy: str) -> Result:
     lacking = [f.pair.clearance - f.hits.gaps for f in found]
     which, row, share, lack, others = _worst_of(found, lacking)
 
@@ -213,7 +217,7 @@ def _too_near(kind: str, found: list[_PairHits]) -> Result:
         pair = found[which[i]].pair
         return (
             f"the {pair.first.name} comes within {pair.clearance - lack[i]:.3g} mm of the {pair.second.name} "
-            f"{_where(share[i])} (clearance {pair.clearance:g} mm){_more(others[i])}; {REMEDIES[kind]}"
+            f"{_where(share[i])} (clearance {pair.clearance:g} mm){_more(others[i])}; {remedy}"
         )
 
     return violated(
@@ -227,7 +231,7 @@ def _too_near(kind: str, found: list[_PairHits]) -> Result:
 
 
 def _worst_of(
-    found: list[_PairHits], values: list[Array]
+    found: list[PairHits], values: list[Array]
 ) -> tuple[IntArray, IntArray, Array, Array, IntArray]:
     """Keep the worst pair of every row: its index, the location, the share of the move to it, and the figure.
 

@@ -14,7 +14,7 @@ from fiveaxis.findings import JOB, Finding, Gap, Severity, risk
 from fiveaxis.machine import Machine
 from fiveaxis.mesh import mesh_size, size_findings
 from fiveaxis.motion import SPEED_TOLERANCE, Motion
-from fiveaxis.nc.own_header import set_up_as_stated
+from fiveaxis.nc.own_header import set_up_as_stated, stated_height
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import TracedProgram, load_program, trace_table
 from fiveaxis.options import SURFACE_TOLERANCE
@@ -97,7 +97,8 @@ def check_program(
 
     Parameters
     ----------
-    machine : the program's header may state where the workpiece stands (`set_up_as_stated`)
+    machine : the program's header may state where the workpiece stands (`set_up_as_stated`), and how high
+        over the table (`stated_height`)
     against : path, tool, surroundings and constraints
     reading : keywords of `read_program`
     surface_tolerance : mm, gap between cutter and part that counts as touching
@@ -110,6 +111,9 @@ def check_program(
     """
     source = load_source(program)
     machine, stands = set_up_as_stated(machine, source)
+    around, height = against.surroundings or Surroundings(), stated_height(source)
+    if around.above_table is None and height is not None:
+        against = replace(against, surroundings=replace(around, above_table=height))
 
     def check(reading: Mapping[str, Any]) -> Report:
         read = load_program(source, machine, against.cutter, reading)

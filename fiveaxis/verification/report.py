@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from fiveaxis.collision.assumed import Standing
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Cause, Finding, Gap, Severity, group_findings, has_errors, sort_findings
 from fiveaxis.geometry import Array, IntArray
@@ -48,6 +49,7 @@ class Result:
     was_made : False for a check that wasn't run; then `not_checked` states why
     path : whose locations the rows are; by default those of the motion that the report is about
     cut : the stock that the check has cut
+    standing : how the part stands over an assumed table
     """
 
     code: str
@@ -61,6 +63,7 @@ class Result:
     was_made: bool = True
     path: Toolpath | None = None
     cut: CutStock | None = None
+    standing: Standing | None = None
 
 
 def violated(
@@ -139,6 +142,8 @@ class Report(ShownAsTable):
         ran leaves it open
     about : `motion_digest` of the motion; None if unknown
     cut : the stock that the program has cut; None if none was given
+    standing : how the part stands over an assumed table; None where the table is described, or nothing was
+        checked against one
     """
 
     findings: tuple[Finding, ...]
@@ -148,6 +153,7 @@ class Report(ShownAsTable):
     gaps: tuple[tuple[Gap, Check | None], ...]
     about: str | None = None
     cut: CutStock | None = None
+    standing: Standing | None = None
 
     @classmethod
     def of_findings(
@@ -253,6 +259,7 @@ class Report(ShownAsTable):
             gaps=tuple((gap, check) for gap, check in gaps if check not in made),
             about=_the_motion(reports),
             cut=next((report.cut for report in reports if report.cut is not None), None),
+            standing=next((report.standing for report in reports if report.standing is not None), None),
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -263,6 +270,7 @@ class Report(ShownAsTable):
             "findings": [f.as_dict() for f in self.findings],
             "counts": self.counts,
             "figures": dict(self.figures),
+            "table": None if self.standing is None else self.standing.as_dict(),
             "failed": [{"code": cause.code, "count": cause.count} for cause in self.failed],
             "passed": list(self.passed),
             "not_checked": {
@@ -318,6 +326,7 @@ def make_report(results: Sequence[Result], toolpath: Toolpath, not_checked: Iter
         claims=tuple((s, Check(result.code)) for result in results for s in result.checked),
         gaps=(*gaps, *((gap, None) for gap in not_checked)),
         cut=next((result.cut for result in results if result.cut is not None), None),
+        standing=next((result.standing for result in results if result.standing is not None), None),
     )
 
 

@@ -35,6 +35,7 @@ from fiveaxis.verification.program_rows import ProgramRows, check_program_feeds,
 from fiveaxis.verification.read_back import WrittenText, check_text
 from fiveaxis.verification.removal import check_removal
 from fiveaxis.verification.report import Report, Result, make_report
+from fiveaxis.verification.standing import check_table, every_text_move, with_approach
 from fiveaxis.verification.technology import check_descent, check_feed_mode, check_switched, check_technology
 from fiveaxis.verification.turns import (
     check_block_turns,
@@ -285,6 +286,25 @@ def _collisions(e: Examination) -> Iterable[Result]:
         yield from check_collisions(e.context, e.surroundings, tcp_height=height, stock_is_cut=cut)
 
 
+def _table(e: Examination) -> Iterable[Result]:
+    if not e.placed or (e.rows is not None and e.rows.against.cutter is None):
+        return
+    context, height = e.context, e.interpolation.of_collisions
+    if e.rows is not None:
+        context = with_approach(context, e.rows.read)
+    elif e.text is not None and not e.text.back.is_list:
+        # Approach, lead-in, lead-out and retract count, too.
+        read = e.text.back.read
+        context, height = every_text_move(context, read), read.tcp_height
+    for result in check_table(context, e.surroundings, tcp_height=height):
+        yield replace(result, path=context.toolpath)
+
+
+def _stated_table(e: Examination) -> Iterable[Result]:
+    # Where nobody stated a height, the table is where the moves don't touch it.
+    return _table(e) if e.surroundings.above_table is not None else ()
+
+
 def _removal(e: Examination) -> Iterable[Result]:
     if e.cuts_stock and e.surroundings.blank is not None:
         height = e.interpolation.of_collisions
@@ -308,8 +328,8 @@ def _figures(e: Examination) -> Iterable[Result]:
 
 
 CheckFunction = Callable[[Examination], Iterable[Result]]
-# The checks of the cutter and all bodies against their surroundings.
-BODY_CHECKS: tuple[CheckFunction, ...] = (_gouges, _collisions)
+# The checks of the cutter and all bodies against their surroundings, by which moves are chosen.
+BODY_CHECKS: tuple[CheckFunction, ...] = (_gouges, _collisions, _stated_table)
 # All checks, in the order of the report.
 CHECKS: tuple[CheckFunction, ...] = (
     _figures,
@@ -328,7 +348,9 @@ CHECKS: tuple[CheckFunction, ...] = (
     _text,
     _technology,
     _planes,
-    *BODY_CHECKS,
+    _gouges,
+    _collisions,
+    _table,
     _removal,
     _outside,
 )

@@ -112,7 +112,10 @@ def render_page(
     recorder = Recorder()
     sides = (solution.side,) if isinstance(solution, WholeProgram) else choose_sides(solution, program)
     vis = meshcat.Visualizer(window=recorder)
-    scene = build_scene(vis, solution, sides, part, surroundings=surroundings, findings=findings, **cad)
+    standing = None if program is None else program.report.standing
+    scene = build_scene(
+        vis, solution, sides, part, surroundings=surroundings, findings=findings, standing=standing, **cad
+    )
     blank = None if surroundings is None else surroundings.blank
     cut = None if program is None else program.report.cut
     played: PlayedStock | None = None
@@ -225,6 +228,8 @@ def _remarks(solution: Solution | WholeProgram, scene: Scene) -> list[str]:
     remarks = []
     if scene.is_schematic:
         remarks.append("The machine is a scheme: placed by its chain and travels, with invented thicknesses.")
+    if scene.assumed:
+        remarks.append(f"Brown-red: {' and '.join(scene.assumed)}, checked in place of [[bodies]].")
     if scene.fixtures:
         remarks.append("fixtures: " + ", ".join(scene.fixtures))
     tools = solution.tools if isinstance(solution, WholeProgram) else ()

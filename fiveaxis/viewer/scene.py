@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from fiveaxis.collision import Surroundings
+from fiveaxis.collision.assumed import Standing, with_nose, with_stated_table
 from fiveaxis.collision.pieces import box_corners
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, inverse_transform
@@ -20,7 +21,7 @@ from fiveaxis.kinematics import link_poses, tool_poses
 from fiveaxis.machine import BED, Body, Machine
 from fiveaxis.mesh import Model, load_mesh, model_of
 from fiveaxis.options import CadFile
-from fiveaxis.toolpath import Tool
+from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK
 from fiveaxis.viewer.moves import Side, shown_points
 from fiveaxis.viewer.numbers import number_marks
@@ -55,6 +56,7 @@ LOOKED_AT = 200
 TOOL_IN_VIEW = 4.0
 PART_COLOUR, STOCK_COLOUR, FIXTURE_COLOUR = 0xB8BEC8, 0x8FB89A, 0xA77BCA
 BED_COLOUR, TABLE_COLOUR, HEAD_COLOUR = 0x7C828D, 0x5B8FC7, 0xC9A24B
+ASSUMED_COLOUR = 0xD06A4C
 CUTTER_COLOUR = 0xE8C468
 SHANK_COLOUR, HOLDER_COLOUR = 0xAEB6C2, 0x6F7C91
 MARK_COLOURS = {Severity.ERROR: 0xFF4D5E, Severity.WARNING: 0xFFB224, Severity.NOTE: 0x6CB8FF}
@@ -99,6 +101,7 @@ class Scene:
     has_part, has_numbers, has_stock, has_marks : whether they are in the scene
     cuts_stock : whether the page's script adds the stock as it is cut
     is_schematic : whether the machine is drawn from its chain alone
+    assumed : names of the bodies that nobody described and that are checked all the same
     fixtures : their names, in the order of their nodes
     """
 
@@ -109,6 +112,7 @@ class Scene:
     has_marks: bool
     cuts_stock: bool
     is_schematic: bool
+    assumed: tuple[str, ...]
     fixtures: tuple[str, ...]
 
 
@@ -120,6 +124,7 @@ def build_scene(
     *,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
+    standing: Standing | None = None,
     **cad: Unpack[CadFile],
 ) -> Scene:
     """Build the meshcat scene of a solution, every axis at 0.
@@ -132,6 +137,7 @@ def build_scene(
     part : mesh of the part in mm, or its file; None takes that of the surroundings
     surroundings : stock and fixtures
     findings : of verification, on the solution's motion; shown as marks at their locations
+    standing : how the part stands over an assumed table, which is shown there
 
     Raises
     ------
@@ -158,14 +164,15 @@ def build_scene(
     bodies = machine.bodies or schematic_bodies(
         machine, radius=max(0.75 * part_box.size, 40.0), nose_height=tool_height
     )
-    add_bodies(vis, f"{STAGE}/links", machine, bodies)
+    assumed = _assumed(machine, path, surroundings or Surroundings(), standing)
+    add_bodies(vis, f"{STAGE}/links", machine, (*bodies, *assumed))
     if isinstance(solution, WholeProgram):
         for number, tool in enumerate(solution.tools):
             add_tool(vis, f"{STAGE}/tool/{number}", tool or UNKNOWN, machine.tool_length)
     else:
         add_tool(vis, f"{STAGE}/tool", path.tool, machine.tool_length)
-    standing = [box_corners(part_box.low, part_box.high), *(corners(f.shape) for f in around.fixtures)]
-    extents = _extents(machine, sides, np.vstack(standing), tool_height, bodies)
+    boxes = [box_corners(part_box.low, part_box.high), *(corners(f.shape) for f in around.fixtures)]
+    extents = _extents(machine, sides, np.vstack(boxes), tool_height, bodies)
     _set_stage(vis, max(own, part_box.size))
     return Scene(
         extents=extents,
@@ -175,8 +182,19 @@ def build_scene(
         has_marks=marked,
         cuts_stock=around.blank is not None,
         is_schematic=not machine.bodies,
+        assumed=tuple(body.assumed for body in assumed),
         fixtures=tuple(fixture.name for fixture in around.fixtures),
     )
+
+
+def _assumed(
+    machine: Machine, path: Toolpath, around: Surroundings, standing: Standing | None
+) -> tuple[Body, ...]:
+    """Return spindle nose and table as they are assumed where the machine has no bodies."""
+    whole = with_nose(machine, path.tool)
+    whole = with_stated_table(whole, around, path) if standing is None else whole
+    bodies = whole.bodies if standing is None else (*whole.bodies, standing.body)
+    return tuple(body for body in bodies if body.assumed)
 
 
 def _extents(
@@ -332,6 +350,8 @@ def _add(vis: Any, path: str, name: str, geometry: Any, **look: Any) -> Any:
 
 
 def _body_colour(body: Body, machine: Machine) -> int:
+    if body.assumed:
+        return ASSUMED_COLOUR
     if body.link not in machine.code.letters:
         return BED_COLOUR
     return TABLE_COLOUR if body.link in machine.code.table else HEAD_COLOUR

@@ -41,7 +41,7 @@ _TO_ASCII = str.maketrans(
 
 
 # Lines of the header; what is beyond them is in the report.
-MOST_LINES = 15
+MOST_LINES = 17
 
 
 def head_lines(
@@ -111,7 +111,7 @@ def _notes(
         yield "control", (VECTOR_NOTE, "angles: the control's choice, they may not be the verified ones")
     if settings.missing:
         todo = ", ".join(settings.missing)
-        yield "start", (f"the operator has to see to it before the start: {todo}", f"operator: {todo}")
+        yield "start", (f"before that the operator sees to {todo}", f"operator: {todo}")
     if writer.mode.off_clear and not settings.goes_clear:
         blocks = " ".join(writer.mode.off_clear)
         text = f"not written: {blocks} at the end, as it may move Z by the tool's length without a retract"
@@ -127,8 +127,7 @@ def _notes(
     straight = f"rapid moves are taken to run straight, all axes arriving together: {dialect.straight}"
     yield "control", (straight,)
     then = "X and Y, then Z" if by_axes else "to straight above the path, then Z"
-    begin = "start with the tool clear of part and table"
-    yield "start", (f"{begin}: the rotary axes turn, then {then}", f"approach: rotary axes, {then}")
+    yield "start", (f"order: rotary axes, {then}", f"approach: rotary axes, {then}")
     yield from (("control", (text,)) for text in _sign_note(writer))
 
 

@@ -268,11 +268,11 @@ def test_a_comment_can_neither_end_early_nor_leave_ascii(hayashi, value, comment
     assert comment in program.lines
 
 
-def test_a_header_has_at_most_15_lines_and_keeps_what_is_read_back(hayashi):
+def test_a_header_has_at_most_17_lines_and_keeps_what_is_read_back(hayashi):
     header = {"tool": "ball:10"} | {f"source {i}": "part.apt" for i in range(40)}
     program = compose_program(motion_of(np.eye(5)), machine=hayashi, header=header)
     comments = [line for line in program.lines if line[0] == "("]
-    assert len(comments) == 15
+    assert len(comments) == 17
     assert "(tool: ball:10)" in comments
     assert comments[-1] == "(further comments are in the report)"
 

@@ -10,17 +10,18 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.collision import Surroundings
+from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.errors import Unverified
 from fiveaxis.job import Gate
 from fiveaxis.kinematics import axis_positions
-from fiveaxis.machine import Limits, load_machine
-from fiveaxis.motion import Interpolation, ProgramMotion, follow
+from fiveaxis.machine import Box, Limits, load_machine
+from fiveaxis.motion import Interpolation, Motion, ProgramMotion, follow
 from fiveaxis.nc import ProgramSettings, compose_program
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Report, choose_leads, verify
-from fiveaxis.verification.approach import height_above
+from fiveaxis.verification.approach import clear_from_anywhere, height_above
+from tests.shapes import without_nose
 
 UPRIGHT = np.zeros((9, 2))
 
@@ -94,7 +95,8 @@ def test_under_a_ledge_the_tool_comes_from_the_side(hayashi, lollipop):
 
 
 def test_without_a_clear_lead_in_no_program_is_written(hayashi, lollipop):
-    _, before, after = verified(hayashi, along_x(lollipop), box([-200, -200, 95], [200, 200, 99]))
+    machine = without_nose(hayashi)
+    _, before, after = verified(machine, along_x(lollipop), box([-200, -200, 95], [200, 200, 99]))
     assert before.counts == {}
     assert after.counts == {"approach-blocked": 1}
     with pytest.raises(Unverified, match=r"approach-blocked \(1\)"):
@@ -281,3 +283,27 @@ def test_a_lead_in_passes_the_stock_at_the_feed_of_the_cut(hayashi):
         lengths.append(after.lead_in[2])
     assert lengths[0] == 5.0
     assert lengths[1] > 12.0
+
+
+@pytest.mark.parametrize(("x", "is_clear"), [(20.0, True), (100.0, False)])
+def test_from_a_retract_the_tip_comes_clear_from_anywhere_unless_something_stands_between(x, is_clear):
+    """A post stands in the way from the far end of X; where X ends before it, nothing comes by."""
+    machine = load_machine(EXAMPLE / "machine.toml").with_tool_length(85.0)
+    tool, part = Tool.ball(8), box((-20, -20, 0), (20, 20, 40))
+    post = Fixture("post", Box((4.0, 4.0, 258.0), (85.0, 0.0, 129.0)))
+    axes = [replace(a, limits=Limits(-x, x)) if a.letter == "X" else a for a in machine.axes]
+    machine = replace(machine, axes=tuple(axes))
+    around = Surroundings(part, fixtures=(post,))
+    above = np.array([0.0, 0.0, 100.0, 0.0, 0.0])
+    assert clear_from_anywhere(machine, tool, around, 260.0, above) is is_clear
+    # Every move of many is clear, too, or one of them isn't.
+    draw = np.random.default_rng(3)
+    starts = np.column_stack([draw.uniform(-x, x, 60), draw.uniform(-9.0, 9.0, 60), np.full(60, 260.0)])
+    hit = False
+    for start in starts:
+        rows = np.vstack([[*start, 0.0, 0.0], above])
+        tip, axis = machine.forward(rows)
+        path = Toolpath.from_tips(tip, axis, tool, kind=np.full(2, MoveKind.RAPID))
+        motion = Motion(machine.letters, rows, path.feed, np.ones(2), path.kind, path.source)
+        hit = hit or not verify(motion, machine, path, surroundings=around).ok
+    assert hit is not is_clear

@@ -19,6 +19,7 @@ from fiveaxis.verification.check_context import CheckContext, make_context
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.model import link_poses as verified_poses
 from fiveaxis.verification.report import Result, make_report
+from tests.shapes import FAR_HEAD
 
 TOUCHING_ONLY = Clearances(0.0, 0.0, 0.0, 0.0)
 SHANK, STICK_OUT, HOLDER, TOP = 3.0, 40.0, 20.0, 80.0
@@ -276,7 +277,11 @@ def test_what_no_pair_measures_is_unknown_and_never_0(table_table):
 
     assert figures("shank", "holder", "fixture", "machine") == {None}
     assert figures("shank", "holder", "fixture", fixtures=(post,)) == {0.0}
-    assert figures("machine", fixtures=(post,)) == {None}
+    assert figures("machine", fixtures=(post,)) == {0.0}  # the assumed spindle nose
+    bodies = Body("C", Box((1.0, 1.0, 1.0), (0.0, 0.0, -1e3))), FAR_HEAD
+    context = replace(context, machine=replace(table_table, bodies=bodies))
+    assert figures("machine") == {None}  # a head of unknown tool length
+    context = replace(context, machine=table_table)
     # The cutter is checked against the stock in rapid moves alone, and here is none.
     stock = wall(150.0)
     assert figures("fixture", stock=stock) == {None}
@@ -289,7 +294,7 @@ def test_bodies_far_away_need_no_queries(table_table, caplog):
     with caplog.at_level("INFO", logger="fiveaxis.verification.collisions"):
         assert check(context_of(table_table, rows), part=far) == {}
     assert re.search(
-        r"^2 pairs of bodies along 300 locations: 0 queries, [1-9]\d* stretches", caplog.messages[-1]
+        r"^3 pairs of bodies along 300 locations: 0 queries, [1-9]\d* stretches", caplog.messages[-1]
     )
 
 

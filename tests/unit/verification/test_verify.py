@@ -313,7 +313,7 @@ def test_the_report_is_plain_data_and_the_same_each_time(good, hayashi, ring):
     }
     assert len(texts) == 1
     document = json.loads(texts.pop())
-    keys = ["ok", "summary", "findings", "counts", "figures", "failed", "passed", "not_checked"]
+    keys = ["ok", "summary", "findings", "counts", "figures", "table", "failed", "passed", "not_checked"]
     assert list(document) == keys
     assert list(document["not_checked"]) == ["risks", "not_asked"]
     assert document["failed"] == [{"code": "contact-error", "count": 1}]

@@ -82,7 +82,7 @@ def cut_program(solution, stocked):
     rows = np.arange(1, len(positions))
     cut = cut_stock(stocked.blank, solution.toolpath.tool, poses, rows, len(positions))
     return SimpleNamespace(
-        fill=None, motion=None, text=SimpleNamespace(lines=()), report=SimpleNamespace(cut=cut)
+        fill=None, motion=None, text=SimpleNamespace(lines=()), report=SimpleNamespace(cut=cut, standing=None)
     )
 
 
