@@ -7,6 +7,7 @@ from fiveaxis.geometry.vectors import angle_between as angle_between
 from fiveaxis.geometry.vectors import arccos as arccos
 from fiveaxis.geometry.vectors import arcsin as arcsin
 from fiveaxis.geometry.vectors import arctan2 as arctan2
+from fiveaxis.geometry.vectors import cross as cross
 from fiveaxis.geometry.vectors import every_pair as every_pair
 from fiveaxis.geometry.vectors import frame_along as frame_along
 from fiveaxis.geometry.vectors import inverse_transform as inverse_transform

@@ -35,6 +35,15 @@ def _product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float
     return np.asarray(np.einsum(SUMS[min(a.ndim, 2), min(b.ndim, 2)], a, b))
 
 
+def cross(a: Array, b: Array) -> Array:
+    """Compute vector products, (..., 3): for a few rows in a fifth of `np.cross`'s time."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        np.subtract(a[..., j] * b[..., k], a[..., k] * b[..., j], out=out[..., i])
+    return out
+
+
 def every_pair(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     """Pair all values of two lists, (a,) and (b,); (a, b, 2)."""
     return np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
@@ -88,7 +97,7 @@ def angle_between(a: Array, b: Array) -> Array:
     -------
     (...), rad, in [0, π]
     """
-    return arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1))
+    return arctan2(np.linalg.norm(cross(a, b), axis=-1), np.sum(a * b, axis=-1))
 
 
 def perpendicular(vectors: Array) -> Array:
@@ -103,7 +112,7 @@ def perpendicular(vectors: Array) -> Array:
     (..., 3), unit vectors
     """
     smallest = np.argmin(np.abs(vectors), axis=-1)
-    return normalise(np.cross(vectors, np.eye(3)[smallest]))
+    return normalise(cross(vectors, np.eye(3)[smallest]))
 
 
 def rotation_matrix(direction: ArrayLike, angle: float) -> Array:

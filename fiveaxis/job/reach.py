@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fiveaxis.collision import Clearances, Surroundings
 from fiveaxis.collision.accessibility import find_accessible
 from fiveaxis.collision.assumed import is_described
-from fiveaxis.geometry import Array, BoolArray, IntArray, perpendicular, product
+from fiveaxis.geometry import Array, BoolArray, IntArray, cross, perpendicular, product
 from fiveaxis.job.setup_search import search_box
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import into_limits
@@ -89,33 +89,30 @@ class Reach:
         turns = np.linspace(0.0, 2.0 * np.pi, AXES_PER_RING, endpoint=False)
         reference = tilt.reference[rows]
         across = perpendicular(reference)
-        aside = np.cross(reference, across)
+        aside = cross(reference, across)
         axes = [
             np.cos(lean) * reference + np.sin(lean) * (np.cos(turn) * across + np.sin(turn) * aside)
             for lean, turn in itertools.product(leans, turns)
         ]
+        ways = np.stack(axes, axis=1)
+        by_axis = np.stack(axes)
+        found = hold_singular(rotary_angles(machine, by_axis), by_axis, machine)
         # For each tool axis and branch: (axes, branches, n, …).
-        rotary = np.stack(
-            [
-                into_limits(machine, hold_singular(rotary_angles(machine, axis), axis, machine))
-                for axis in axes
-            ]
-        )
+        rotary = into_limits(machine, found.swapaxes(0, 1))
         located = zoned.at(rows)
-        tips = np.stack([located.tips(axis) for axis in axes])[:, None]
+        tips = located.tips(by_axis)[:, None]
         zero, *shifted = (
             linear_positions(machine.with_setup(offset, rotation), tips, rotary)
             for offset in ((0.0, 0.0, 0.0), *map(as_triple, np.eye(3)))
         )
-        admitted = np.stack([tilt.admits(axis, rows) for axis in axes])[:, None]
-        allowed = within_limits(_endless(machine), zero) & admitted
+        allowed = within_limits(_endless(machine), zero) & tilt.admits(ways, rows).T[:, None]
         columns = machine.linear_columns
         slopes = np.stack([(one - zero)[..., columns] for one in shifted], axis=-1)
 
         def by_location(found: NDArray[Any]) -> NDArray[Any]:
             return np.moveaxis(found, 2, 0)
 
-        ways, free = np.stack(axes, axis=1), by_location(allowed)
+        free = by_location(allowed)
         if around is not None:
             own = tuple(body for body in machine.bodies if body.link != machine.code.links[0])
             beside = replace(around, stock=None, blank=None)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
 from fiveaxis.errors import DegenerateChain, ToolpathError
-from fiveaxis.geometry import Array, BoolArray, angle_between, arctan2, perpendicular, product
+from fiveaxis.geometry import Array, BoolArray, angle_between, arctan2, cross, perpendicular, product
 from fiveaxis.kinematics.poses import linear_positions, require_positioning, tool_axes
 from fiveaxis.machine import Machine
-from fiveaxis.machine.chain import PARALLEL, directions, spare_axes, why_not_orienting
+from fiveaxis.machine.chain import PARALLEL, Chain, directions, spare_axes, why_not_orienting
 
 # A tool axis has two degrees of freedom; further rotary axes are redundant.
 ORIENTING = 2
@@ -122,13 +123,13 @@ def rotary_angles(machine: Machine, axis: Array, *, held: Held | None = None) ->
     Parameters
     ----------
     machine : at most two rotary axes
-    axis : (n, 3), unit vectors from tip to shank, workpiece frame
+    axis : (..., 3), unit vectors from tip to shank, workpiece frame
     held : rad by letter, 0 by default: angle of the first rotary axis where the tool axis lies along it, as
         any angle is a solution there
 
     Returns
     -------
-    (branches, n, r), rad, chain order, in (−π, π] except for held angles; NaN where a branch doesn't exist.
+    (branches, ..., r), rad, chain order, in (−π, π] except for held angles; NaN where a branch doesn't exist.
     At the edge of the reachable tool axes the two branches coincide and both are returned.
 
     Raises
@@ -139,9 +140,9 @@ def rotary_angles(machine: Machine, axis: Array, *, held: Held | None = None) ->
     wanted = np.asarray(axis, dtype=float)
     rest = held or {}
     if len(machine.rotaries) == 0:
-        return np.empty((1, len(wanted), 0))
+        return np.empty((1, *wanted.shape[:-1], 0))
     if len(machine.rotaries) == 1:
-        return _one_angle(machine, wanted, rest.get(machine.rotaries[0], 0.0))[None, :, None]
+        return _one_angle(machine, wanted, rest.get(machine.rotaries[0], 0.0))[None, ..., None]
     require_orienting(machine)
     return _two_angles(machine, wanted, rest.get(machine.rotaries[0], 0.0))
 
@@ -160,13 +161,13 @@ def require_orienting(machine: Machine) -> None:
 
 
 def _one_angle(machine: Machine, wanted: Array, held: float) -> Array:
-    """Solve ``R(k, ρ) o0 = o``, (n,) rad."""
+    """Solve ``R(k, ρ) o0 = o``, (...,) rad."""
     (k,) = directions(machine.chain, rotary=True)
     home = machine.chain.tool_home[:3, 2]
-    if np.linalg.norm(np.cross(k, home), axis=-1) < PARALLEL:
-        return np.full(len(wanted), held)
-    start, end = home - product(home, k) * k, wanted - np.outer(product(wanted, k), k)
-    return arctan2(product(np.cross(start, end), k), product(end, start))
+    if np.linalg.norm(cross(k, home), axis=-1) < PARALLEL:
+        return np.full(wanted.shape[:-1], held)
+    start, end = home - product(home, k) * k, wanted - product(wanted, k)[..., None] * k
+    return arctan2(product(cross(start, end), k), product(end, start))
 
 
 def second_coefficients(k1: Array, k2: Array, home: Array) -> tuple[float, float, float]:
@@ -174,49 +175,55 @@ def second_coefficients(k1: Array, k2: Array, home: Array) -> tuple[float, float
     oblique, offset = float(product(k1, k2)), float(product(k2, home))
     return (
         float(product(k1, home)) - oblique * offset,
-        float(product(k1, np.cross(k2, home))),
+        float(product(k1, cross(k2, home))),
         oblique * offset,
     )
 
 
+@lru_cache
+def _two_turns(chain: Chain) -> tuple[Array, Array, Array, tuple[float, ...], tuple[Array, Array]]:
+    """Compute what of two rotary axes doesn't depend on the tool axis.
+
+    Returns
+    -------
+    k1, e1, e2 : (3,), unit vectors: the first rotary axis, and two perpendicular to it and to each other
+    second : k1·k2, k2·o0, and a, b, c of `second_coefficients`
+    start : (3,) each: coefficients of 1, cos ρ2 and sin ρ2 in the components of R(k2, ρ2) o0 along e1 and e2
+    """
+    k1, k2 = directions(chain, rotary=True)
+    home = chain.tool_home[:3, 2]
+    e1 = perpendicular(k1)
+    e2 = cross(k1, e1)
+    offset = product(k2, home)
+    fixed = k2 * offset
+    turned = np.stack([fixed, home - fixed, cross(k2, home)])
+    second = float(product(k1, k2)), float(offset), *second_coefficients(k1, k2, home)
+    return k1, e1, e2, second, (product(turned, e1), product(turned, e2))
+
+
 def _two_angles(machine: Machine, wanted: Array, held: float) -> Array:
-    """Solve ``R(k1, ρ1) R(k2, ρ2) o0 = o``, (2, n, 2) rad, NaN where there is no solution.
+    """Solve ``R(k1, ρ1) R(k2, ρ2) o0 = o``, (2, ..., 2) rad, NaN where there is no solution.
 
     With components along k1 and along two directions e1, e2 perpendicular to it, ρ1 is a difference of two
     angles in that plane, and no vectors are needed per location.
+
+    With ``d = k1·o − c`` and ``h² = a² + b²``, the spread of the branches of ρ2 about ``atan2(b, a)`` has the
+    cosine ``d/h`` and the sine ``√(h² − d²)/h``. ``h² − d²`` is the Gram determinant of k1, k2 and the tool
+    axis. Written with the squared component ``across`` k1 for ``1 − (k1·o)²`` it keeps its digits near the
+    singular direction, where an arc cosine would turn rounding into 1e-8 rad.
     """
-    k1, k2 = directions(machine.chain, rotary=True)
-    home = machine.chain.tool_home[:3, 2]
-    e1 = perpendicular(k1)
-    e2 = np.cross(k1, e1)
+    k1, e1, e2, (oblique, offset, a, b, c), start = _two_turns(machine.chain)
     end_x, end_y, along = product(wanted, e1), product(wanted, e2), product(wanted, k1)
     across = end_x**2 + end_y**2
-    second = _second_angles(k1, k2, home, along, across)
+    gram = across - oblique**2 - offset**2 + 2.0 * oblique * offset * along
+    spread = arctan2(np.sqrt(np.where(gram < -GRAM_SLACK, np.nan, np.maximum(gram, 0.0))), along - c)
+    middle = math.atan2(b, a)
+    second = _principal(np.stack([middle + spread, middle - spread]))
     cosine, sine = np.cos(second), np.sin(second)
-    fixed, quarter = k2 * product(k2, home), np.cross(k2, home)
-    start_x, start_y = (
-        product(fixed, e) + cosine * product(home - fixed, e) + sine * product(quarter, e) for e in (e1, e2)
-    )
+    start_x, start_y = (still + cosine * level + sine * quarter for still, level, quarter in start)
     first = _principal(arctan2(end_y, end_x) - arctan2(start_y, start_x))
     first = np.where((across < SINGULAR**2) & ~np.isnan(second), held, first)
     return np.stack([first, second], axis=-1)
-
-
-def _second_angles(k1: Array, k2: Array, home: Array, along: Array, across: Array) -> Array:
-    """Solve ``a cos ρ2 + b sin ρ2 = d``, (2, n) rad, NaN where there is no solution.
-
-    The spread of the branches about ``atan2(b, a)`` has the cosine ``d/h`` and the sine ``√(h² − d²)/h``,
-    ``h² = a² + b²``. ``h² − d²`` is the Gram determinant of k1, k2 and the tool axis. Written with the
-    squared component ``across`` k1 for ``1 − (k1·o)²`` it keeps its digits near the singular direction,
-    where an arc cosine would turn rounding into 1e-8 rad.
-    """
-    oblique, offset = product(k1, k2), product(k2, home)
-    a, b, c = second_coefficients(k1, k2, home)
-    gram = across - oblique**2 - offset**2 + 2.0 * oblique * offset * along
-    sine = np.sqrt(np.where(gram < -GRAM_SLACK, np.nan, np.maximum(gram, 0.0)))
-    spread = arctan2(sine, along - c)
-    middle = math.atan2(b, a)
-    return _principal(np.stack([middle + spread, middle - spread]))
 
 
 def _principal(angles: Array) -> Array:

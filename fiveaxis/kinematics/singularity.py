@@ -50,7 +50,7 @@ def hold_singular(rotary: Array, axis: Array, machine: Machine, cone: float = ON
     Parameters
     ----------
     rotary : (..., n, 2), rad, chain order, rows in path order
-    axis : (n, 3), unit vectors, workpiece frame
+    axis : (..., n, 3), unit vectors, workpiece frame
     cone : rad, half angle. Holding turns the tool axis by at most twice its angle to the singular direction,
         which is negligible by default
 
@@ -61,9 +61,9 @@ def hold_singular(rotary: Array, axis: Array, machine: Machine, cone: float = ON
     singular = singular_angles(machine, axis) < cone
     if not singular.any():
         return rotary
-    kept = np.where(singular, 0, np.arange(len(axis)))
+    kept = np.maximum.accumulate(np.where(singular, 0, np.arange(singular.shape[-1])), axis=-1)
     held = rotary.copy()
-    held[..., 0] = rotary[..., np.maximum.accumulate(kept), 0]
+    held[..., 0] = np.take_along_axis(rotary[..., 0], np.broadcast_to(kept, rotary.shape[:-1]), axis=-1)
     return held
 
 

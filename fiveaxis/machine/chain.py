@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -210,6 +210,7 @@ def directions(chain: Chain, *, rotary: bool) -> Array:
     return np.array([j.line.direction for j in chain.joints if j.is_rotary is rotary]).reshape(-1, 3)
 
 
+@lru_cache
 def why_not_positioning(chain: Chain) -> str | None:
     """Explain why the linear axes don't reach every position; None if they do."""
     linears = chain.linears
@@ -231,6 +232,7 @@ def spare_axes(chain: Chain) -> list[str]:
     return [c for c in reversed(chain.rotaries) if why_not_orienting(chain.holding(c, 0.0)) is None]
 
 
+@lru_cache
 def why_not_orienting(chain: Chain) -> str | None:
     """Explain why the rotary axes aren't two that lean the tool in two directions; None if they are."""
     rotaries = chain.rotaries

@@ -175,6 +175,16 @@ class _Course:
         return np.hstack([self.poses[0], self.rotary]) if self.tcp else self.motion.positions
 
     @cached_property
+    def clocks(self) -> Array:
+        """(2n,), s, time of the rows of `wanted`."""
+        return np.stack([self.clock - self.motion.time / 2.0, self.clock], axis=1).reshape(-1)
+
+    @cached_property
+    def zone(self) -> Array:
+        """Height and offset of the cutter's zone, mm."""
+        return np.array([self.path.zone.height, self.path.zone.offset])
+
+    @cached_property
     def columns(self) -> IntArray:
         """Columns of the joints in `controlled`; −1 for linear ones that follow the tip."""
         machine, joints = self.machine, self.machine.chain.joints
@@ -188,16 +198,16 @@ class _Course:
         ok = self.needed_before[last - 1] == self.needed_before[first]
         turns = np.abs(self.rotary[last] - self.rotary[first]).max(axis=1, initial=0.0)
         ok &= (turns <= self.max_turn) & ~single
-        at, zone = np.flatnonzero(ok), self.path.zone
+        at = np.flatnonzero(ok)
         ok[at] = near(
             *self.machine.chain.figures,
             self.columns,
             self.controlled,
             self.tcp,
             self.speed,
-            np.stack([self.clock - self.motion.time / 2.0, self.clock], axis=1).reshape(-1),
+            self.clocks,
             self.wanted,
-            np.array([zone.height, zone.offset]),
+            self.zone,
             first[at],
             last[at],
         )

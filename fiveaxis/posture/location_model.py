@@ -7,6 +7,7 @@ refinement, masks and baselines ask this model, or run its tape in their own com
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -72,10 +73,16 @@ class LocationModel:
         )
         return cls(tapes, Locations(*tapes.values.parts, pivot, normal, references, within))
 
-    @property
+    @cached_property
     def given(self) -> Array:
         """(n, 6), pivot in mm and normal."""
         return np.hstack([self.locations.pivot, self.locations.normal])
+
+    def _arguments(self, rotary: Array, weights: Array) -> Array:
+        """Join what a tape takes, (n, 8 + w); `hstack` takes as long as a short path's tape."""
+        joined = np.empty((len(rotary), ARGUMENTS + weights.shape[1]))
+        joined[:, :ANGLES], joined[:, ANGLES:ARGUMENTS], joined[:, ARGUMENTS:] = rotary, self.given, weights
+        return joined
 
     def placed(self, rows: IntArray, rotary: Array) -> tuple[Array, Array]:
         """Solve axis values, (m, ..., k), and how far tool axes are out of bounds, as `Problem.placed`."""
@@ -90,7 +97,7 @@ class LocationModel:
 
     def quantities(self, rotary: Array) -> Array:
         """Compute axis values and tool axis of every location, (n, k + 3), for angles, (n, 2) rad."""
-        return self.tapes.values(np.hstack([rotary, self.given]))
+        return self.tapes.values(self._arguments(rotary, rotary[:, :0]))
 
     def derivatives(self, rotary: Array, weights: Array) -> tuple[Array, Array, Array]:
         """Compute the quantities of every location and their derivatives by its angles, (n, 2) rad.
@@ -103,7 +110,7 @@ class LocationModel:
         -------
         The quantities; their slopes, (n, k + 3, 2); and 11, 12, 22 of the weighted sum, (n, 3)
         """
-        found = self.tapes.derivatives(np.hstack([rotary, self.given, weights]))
+        found = self.tapes.derivatives(self._arguments(rotary, weights))
         end = weights.shape[1]
         slopes = found[:, end : 3 * end].reshape(len(found), end, ANGLES)
         return found[:, :end], slopes, found[:, 3 * end :]

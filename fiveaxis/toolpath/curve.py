@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, normalise
+from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, cross, normalise
 
 # Bounds within which locations tell a curve; round figures, which real paths have, lie beside each of them.
 # rad: chords that meet at a larger angle, and normals that turn by more in one move, are a corner's.
@@ -194,7 +194,7 @@ def _osculating(unit: Array, length: Array, curved: BoolArray) -> tuple[Array, A
     mean = after[:, None] * unit[:-1] + before[:, None] * unit[1:]
     ahead = normalise(np.where(meets[:, None], mean, 1.0))
     across = np.linalg.norm(before[:, None] * unit[:-1] + after[:, None] * unit[1:], axis=1, keepdims=True)
-    towards = 2.0 * np.cross(np.cross(unit[:-1], unit[1:]), ahead)
+    towards = 2.0 * cross(cross(unit[:-1], unit[1:]), ahead)
     bend = np.divide(towards, across, out=np.zeros_like(towards), where=meets[:, None])
     size = np.linalg.norm(bend, axis=1)
     pairs = np.sum(bend[:-1] * bend[1:], axis=1)

@@ -82,7 +82,8 @@ class Zone:
         pivot : (..., 3), mm, the arc's centre
         normal, axis : (..., 3), unit vectors; where the normal is NaN the axis passes through the pivot
         """
-        return pivot - self.height * axis + self.offset * across(normal, axis)
+        aside = self.offset * across(normal, axis) if self.offset else 0.0
+        return pivot - self.height * axis + aside
 
     def pivot_of_tip(self, tip: Array, normal: Array, axis: Array) -> Array:
         """Invert `tip`: ``tip + b·o − a·e``, (..., 3) mm."""

@@ -333,7 +333,7 @@ class Toolpath(HasColumns, ShownAsTable):
         """Whether every location has a programmed tool axis."""
         return bool(np.isfinite(self.axis).all())
 
-    @property
+    @cached_property
     def lengths(self) -> Array:
         """(n,), mm: length of the pivot's path from the previous location, 0 for the first."""
         if self.curve is not None:

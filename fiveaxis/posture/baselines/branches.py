@@ -6,6 +6,7 @@ the broadcasting error.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +55,11 @@ def postures(machine: Machine, toolpath: Toolpath, axis: Array) -> Postures:
 
     Parameters
     ----------
-    axis : (n, 3), unit vectors, workpiece frame; NaN rows give no posture
+    axis : (..., n, 3), unit vectors, workpiece frame; NaN rows give no posture
+
+    Returns
+    -------
+    With the dimensions of `axis` after that of the branches.
     """
     rotary = hold_singular(rotary_angles(machine, axis), axis, machine)
     rotary = into_limits(machine, rotary)
@@ -119,33 +124,50 @@ def spread_over_links(toolpath: Toolpath, rows: IntArray, rotary: Array) -> Arra
     return spread
 
 
-def follow_axes(
-    toolpath: Toolpath, machine: Machine, axis: Array, costs: tuple[Array, Array] | None = None
-) -> Array:
+def follow_axes(toolpath: Toolpath, machine: Machine, axis: Array) -> Array:
     """Compute the rotary angles of tool axes on the cheapest branches; (n, 2) rad.
 
     Parameters
     ----------
     axis : (n, 3), unit vectors; in NaN rows (links) angles are interpolated between the neighbours
-    costs : `travel_costs` of the path, if known
 
     Raises
     ------
     NoBaseline
         A location where neither branch keeps the limits.
     """
-    plus, minus = travel_costs(machine, toolpath.feed, toolpath.rapid) if costs is None else costs
-    known = np.isfinite(axis).all(axis=1)
-    rows = np.flatnonzero(known)
-    found = postures(machine, toolpath if known.all() else toolpath.at(rows), axis[rows])
-    rotary = cheapest_sequence(machine, found, (plus[rows], minus[rows]))
+    costs = travel_costs(machine, toolpath.feed, toolpath.rapid)
+    ((rotary, unreached),) = follow_each(toolpath, machine, axis[None], costs)
     if rotary is None:
-        unreached = rows[~found.allowed.any(axis=0)]
         raise NoBaseline(
             f"{len(unreached)} locations have a tool axis outside the axis limits, first location "
             f"{unreached[0]}"
         )
-    return rotary if known.all() else spread_over_links(toolpath, rows, rotary)
+    return rotary
+
+
+def follow_each(
+    toolpath: Toolpath, machine: Machine, axes: Array, costs: tuple[Array, Array]
+) -> Iterator[tuple[Array | None, IntArray]]:
+    """Yield the rotary angles of each of several lists of tool axes, or None, and its rows beyond the limits.
+
+    Parameters
+    ----------
+    axes : (p, n, 3), unit vectors; links, in NaN rows, are the same ones in all lists
+    costs : `travel_costs` of the path
+    """
+    known = np.isfinite(axes[0]).all(axis=1)
+    rows = np.flatnonzero(known)
+    whole = known.all()
+    found = postures(machine, toolpath if whole else toolpath.at(rows), axes[:, rows])
+    plus, minus = (cost[rows] for cost in costs)
+    for each in range(len(axes)):
+        # In the one layout that the loop is compiled for.
+        own = Postures(found.positions[:, each].copy(), found.allowed[:, each].copy())
+        rotary = cheapest_sequence(machine, own, (plus, minus))
+        if rotary is not None and not whole:
+            rotary = spread_over_links(toolpath, rows, rotary)
+        yield rotary, rows[~own.allowed.any(axis=0)]
 
 
 @compiled

@@ -14,7 +14,7 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.energy import motion_energy, travel_costs
-from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin, arctan2, product
+from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin, arctan2, cross, product
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT
 from fiveaxis.machine import Machine
@@ -23,6 +23,7 @@ from fiveaxis.posture.baselines.branches import (
     INSIDE,
     NoBaseline,
     follow_axes,
+    follow_each,
     nearest_held,
     nearest_to_reference,
 )
@@ -165,22 +166,26 @@ def _priced_pairs(
     """Yield energy, J, and rotary angles, (m, 2) rad, at some locations, of the pairs that are possible."""
     part = toolpath.at(rows)
     plus, minus = costs = travel_costs(machine, part.feed, part.rapid)
-    for pair in pairs:
-        axis = leaned(tilt.reference[rows], forward[rows], *pair)
-        if tilt.beside and not tilt.admits(axis, rows).all():
+    at_once = max(1, FIXED_ROWS // max(1, len(rows)))
+    for first in range(0, len(pairs), at_once):
+        some = pairs[first : first + at_once]
+        axes = np.stack([leaned(tilt.reference[rows], forward[rows], *pair) for pair in some])
+        if tilt.beside:
+            admitted = tilt.admits(axes.swapaxes(0, 1), rows).all(axis=0)
+            some, axes = [some[i] for i in np.flatnonzero(admitted)], axes[admitted]
+        followed = zip(some, follow_each(part, machine, axes, costs) if some else (), strict=True)
+        if not (found := [(pair, one) for pair, (one, _) in followed if one is not None]):
             continue
-        try:
-            rotary = follow_axes(part, machine, axis, costs)
-        except NoBaseline:
-            continue
-        moves = np.diff(linear_positions(machine, part.tips(tool_axes(machine, rotary)), rotary), axis=0)
+        rotary = np.stack([one for _, one in found])
+        moves = np.diff(linear_positions(machine, part.tips(tool_axes(machine, rotary)), rotary), axis=1)
         spent = plus[1:] * np.maximum(moves, 0.0) + minus[1:] * np.maximum(-moves, 0.0)
-        yield float(spent.sum()), rotary, pair
+        for (pair, one), each in zip(found, spent, strict=True):
+            yield float(each.sum()), one, pair
 
 
 def leaned(reference: Array, forward: Array, lead: float, lean: float) -> Array:
     """Turn the reference by lead towards the feed direction, then by lean about the feed direction."""
-    side = np.cross(forward, reference)
+    side = cross(forward, reference)
     return np.cos(lean) * (np.cos(lead) * reference + np.sin(lead) * forward) + np.sin(lean) * side
 
 

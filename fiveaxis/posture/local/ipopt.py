@@ -6,7 +6,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy import sparse
 
 from fiveaxis.geometry import Array
 from fiveaxis.posture.local.interior import LocalOptimum, central_point
@@ -28,6 +27,8 @@ INTERRUPTED = ("User_Requested_Stop", "NonIpopt_Exception_Thrown")
 
 def minimise_by_ipopt(rows: Rows, start: Array, *, iterations: int, barrier: float) -> LocalOptimum:
     """Find a local optimum, like `minimise`."""
+    from scipy import sparse
+
     n, d = start.shape
     x, parts = ca.MX.sym("x", d, n), ca.MX.sym("parts", len(rows.sign))
     tape_values = rows.model.tapes.function.map(n)(ca.vertcat(x[:ANGLES, :], rows.model.given.T))

@@ -39,6 +39,15 @@ def test_the_angle_is_measured_to_the_nearer_end():
     )
 
 
+def test_lists_of_tool_axes_are_solved_as_each_of_them_alone():
+    tilt, turn = np.radians([[20.0, 0.2, 0.4], [0.3, 0.2, 30.0]]), RNG.uniform(-3.0, 3.0, (2, 3))
+    axes = tool_axes(IDEAL, np.stack([turn, tilt], axis=-1))
+    cone = np.radians(0.5)
+    together = hold_singular(rotary_angles(IDEAL, axes), axes, IDEAL, cone)
+    alone = [hold_singular(rotary_angles(IDEAL, axis), axis, IDEAL, cone) for axis in axes]
+    np.testing.assert_array_equal(together, np.stack(alone, axis=1))
+
+
 def test_inside_the_cone_the_first_axis_keeps_its_angle():
     tilt = np.radians([20.0, 0.4, 0.2, 0.4, 20.0])
     turn = np.radians([0.0, 40.0, 100.0, 160.0, 200.0])
