@@ -21,8 +21,9 @@ from fiveaxis.nc.writing.word_writer import WordWriter
 # rounding, and a feed along it is meaningless.
 ROUNDING = 2.0
 # mm: where the control runs no block below some speed along X, Y and Z, whatever its duration, a shorter move
-# below that speed is left out, too: beside it the rotary axes would turn many times faster than planned.
-HELD = 1e-4
+# below that speed is left out, too: beside it the rotary axes would turn many times faster than planned. It is
+# a tenth of the tolerance of paths.
+HELD = 5e-4
 
 SECONDS = 60.0
 
@@ -62,9 +63,13 @@ def without_creep(moves: Moves, writer: WordWriter) -> Moves:
         return moves
     values = moves.values.copy()
     for row in creeping.tolist():
-        held = values[row - 1, linear]
-        if np.linalg.norm(values[row, linear] - held, axis=-1) <= least[row]:
-            values[row, linear] = held
+        # Beside a held row the next one may creep, too.
+        while row < len(values) and turns[row]:
+            way = values[row, linear] - values[row - 1, linear]
+            if not 0.0 < np.linalg.norm(way, axis=-1) <= least[row]:
+                break
+            values[row, linear] = values[row - 1, linear]
+            row += 1
     return replace(moves, values=values)
 
 
