@@ -21,8 +21,8 @@ from fiveaxis.nc.writing.word_writer import WordWriter
 # rounding, and a feed along it is meaningless.
 ROUNDING = 2.0
 # mm: where the control runs no block below some speed along X, Y and Z, whatever its duration, a shorter move
-# below that speed is left out, too: beside it the rotary axes would turn many times faster than planned. It is
-# a tenth of the tolerance of paths.
+# below that speed is left out, too: beside it the rotary axes would turn many times faster than planned. This
+# is a tenth of the tolerance of paths.
 HELD = 5e-4
 
 SECONDS = 60.0

@@ -258,7 +258,7 @@ def test_by_inverse_time_too_a_turn_has_no_lengths():
     assert moves(compose_program(turn, machine=OPEN)) == ["G1 A3.000000 C4.000000 F120"]
 
 
-@pytest.mark.parametrize(("floor", "most"), [(None, 2e-6), (0.1, 1e-4)], ids=["rounding", "lowest speed"])
+@pytest.mark.parametrize(("floor", "most"), [(None, 2e-6), (0.1, HELD)], ids=["rounding", "lowest speed"])
 def test_lengths_left_out_beside_turns_never_add_up(floor, most, monkeypatch):
     known = DIALECTS["linuxcnc"]
     timed = known.feed["inverse_time"].model_copy(update={"least_speed": floor})
