@@ -22,6 +22,7 @@ from fiveaxis.nc import (
     read_program,
     read_toolpath,
 )
+from fiveaxis.nc.writing.feeds import HELD
 from fiveaxis.toolpath import MoveKind, Tool
 
 # mm/min: rapid moves take no time.
