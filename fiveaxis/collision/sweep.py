@@ -12,6 +12,7 @@ move there runs through uncut material.
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 
@@ -20,7 +21,7 @@ import numpy as np
 from fiveaxis.collision.pieces import PairQuery, Piece
 from fiveaxis.collision.scene import LONGEST_RETRACT, Pair
 from fiveaxis.collision.travel import Stretch, Travel
-from fiveaxis.geometry import Array, BoolArray, IntArray, product
+from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, product
 
 logger = logging.getLogger(__name__)
 
@@ -216,17 +217,17 @@ class _Search:
             return self.query.depth(pose)
         if not self._touches(pose):
             return 0.0
-        middles = pose[:3, :3] @ (mover.low + mover.high) / 2.0 + pose[:3, 3], (other.low + other.high) / 2.0
-        best = float(np.linalg.norm(middles[0] - middles[1])) + mover.size + other.size
+        middle = product(pose[:3, :3], (mover.low + mover.high) / 2.0) + pose[:3, 3]
+        best = math.dist(middle, (other.low + other.high) / 2.0) + mover.size + other.size
         along, first = pose[:3, 2], FIRST
         directions = np.vstack([along, -along, DIRECTIONS])
         for angle in (0.0, *varied):
             for aside in directions:
                 tried = along + angle * np.cross(along, aside) if angle else aside
-                length = self._parted(pose, tried / np.linalg.norm(tried), first, best)
+                length = self._parted(pose, normalise(tried), first, best)
                 if length < best:
                     best, nearest = length, tried
-            along, first = nearest / np.linalg.norm(nearest), (1.0 - PARTED) * best
+            along, first = normalise(nearest), (1.0 - PARTED) * best
         return best
 
     def _parted(self, pose: Array, along: Array, first: float, most: float) -> float:

@@ -280,9 +280,10 @@ def move_powers(machine: Machine, motion: Motion, feed_force: float = 0.0) -> Ar
     rest = 1.0 - begin - 0.5 / parts[row]
     middles = motion.positions[row] - rest[:, None] * moves[row]
     speeds = moves[row] / motion.time[row, None]
+    powers = np.zeros_like(moves)
     force = np.where(motion.cutting[row], feed_force, 0.0) if feed_force else None
-    powers = axis_powers(machine, middles, speeds, feed_force=force) / parts[row, None]
-    return np.asarray(np.add.reduceat(powers, np.cumsum(parts) - parts, axis=0))
+    np.add.at(powers, row, axis_powers(machine, middles, speeds, feed_force=force) / parts[row, None])
+    return powers
 
 
 def _parts(machine: Machine, moves: Array) -> IntArray:

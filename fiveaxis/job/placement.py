@@ -13,12 +13,11 @@ from fiveaxis.job.loading import (
     load_job_machine,
     load_job_passes,
     load_surroundings,
-    program_machine,
     revises,
 )
 from fiveaxis.job.reach import Reach
 from fiveaxis.kinematics import require_orienting
-from fiveaxis.machine import Body, Box, Cylinder, Machine
+from fiveaxis.machine import Body, Box, Cylinder, Machine, load_machine
 from fiveaxis.machine.chain import Triple
 from fiveaxis.nc.own_header import set_up_as_stated
 from fiveaxis.nc.source import load_source
@@ -95,10 +94,10 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     """
     search = job.setup.search
     said = "offset" in job.setup.model_fields_set or (search is not None and not search.auto)
-    model = None if said or job.program.machine is not None else program_machine(job)
+    model = None if said or job.program.machine is not None else job.machine
     if model is not None and toolpath.operation is not None and toolpath.operation.tcp:
-        there, told = set_up_as_stated(model, load_source(job.input))
-        if told:
+        there, told = set_up_as_stated(load_machine(model, job.assume), load_source(job.input))
+        if there.setup.stated:
             stated = {"offset": there.setup.offset, "rotation": there.setup.rotation_deg}
             return job.model_copy(update={"setup": job.setup.model_copy(update=stated)}), told
     bounds, around = job.constraints, None if said else kept_clear(job)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -75,7 +76,7 @@ def _rise(context: CheckContext, back: np.ndarray, row: int) -> float:
     begin = row
     while begin > 0 and back[begin]:
         begin -= 1
-    return float(np.linalg.norm(context.tip[row] - context.tip[begin]))
+    return math.dist(context.tip[row], context.tip[begin])
 
 
 def _in_cut(context: CheckContext, join: Join, row: int) -> tuple[str, Severity, str] | None:
@@ -86,7 +87,7 @@ def _in_cut(context: CheckContext, join: Join, row: int) -> tuple[str, Severity,
         both = np.vstack([context.positions[row]] * 2)
         both[1, machine.column("Z")] += 1.0
         tip, axis = tool_poses(machine, both)
-        if float(np.linalg.norm(np.cross(tip[1] - tip[0], axis[0]))) <= ASIDE:
+        if float(np.linalg.norm(np.cross(tip[1] - tip[0], axis[0]), axis=-1)) <= ASIDE:
             return None  # it goes back along the tool
         what = "Z moves aside of the tool's axis"
     elif join.moves and join.axes and "Z" not in join.axes:

@@ -60,7 +60,9 @@ def test_part_and_stock_of_a_job_have_its_units(file):
     apart = load_surroundings(make_job(input=file, stock=file, unit="inch", part_unit="m"))
     assert size_text(mesh_size(apart.part)) == "50.8 × 50.8 × 25.4 mm"
     assert size_text(mesh_size(apart.stock)) == "2000 × 2000 × 1000 mm"
-    read = load_surroundings(make_job(input=file.with_suffix(".apt"), part=file, unit="inch"))
+    path = file.with_suffix(".apt")
+    path.write_text("UNITS/MM\nGOTO/0,0,0,0,0,1\n")
+    read = load_surroundings(make_job(input=path, part=file, unit="inch"))
     assert size_text(mesh_size(read.part)) == "2 × 2 × 1 mm"
 
 
