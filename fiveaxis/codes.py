@@ -108,6 +108,9 @@ CHECKS = {
     "end-state": Code(ERROR, "nothing switches off after the last cut what the control's table switches off"),
     "approach-order": Code(ERROR, "the approach brings Z down before the other axes have moved"),
     "approach-deep": Code(ERROR, "before or after its path the cutter goes below the surface that it cuts"),
+    "length-off": Code(
+        WARNING, "G49 alone, before a retract, where a setting of the control moves Z by the tool's length"
+    ),
     "no-retract": Code(
         ERROR,
         "the tool doesn't retract before or after the cuts, or not to where was asked for; a warning where a "

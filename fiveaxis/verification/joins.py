@@ -8,9 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from fiveaxis.findings import Severity
-from fiveaxis.nc.control.technology import CHANGES, Join
+from fiveaxis.nc.control.technology import CHANGES, LENGTH_OFF, Join
 from fiveaxis.nc.languages.choice import KLARTEXT
 from fiveaxis.nc.traced_program import TracedProgram
+from fiveaxis.nc.writing.tables import DIALECTS
 from fiveaxis.toolpath import MoveKind
 from fiveaxis.verification.check_context import CheckContext
 from fiveaxis.verification.collisions import withdrawn
@@ -21,6 +22,10 @@ from fiveaxis.verification.report import Result, said, violated
 LEAVES = 1.0
 # mm, sideways in 1 mm of Z: more isn't along the tool.
 ASIDE = 0.02
+_LENGTH_OFF = (
+    "G49 without a move of Z, before a retract in machine coordinates or one longer than the tool: by a "
+    "setting of the control Z moves down by the tool's length there; retract (G53 or G28 Z) before it"
+)
 
 
 def check_joins(context: CheckContext, read: TracedProgram) -> Iterator[Result]:
@@ -40,24 +45,37 @@ def check_joins(context: CheckContext, read: TracedProgram) -> Iterator[Result]:
     back, retracted = withdrawn(context), -1
     operation = read.motion.operation
     # LinuxCNC's change moves nothing but to a place that its configuration names.
-    stays = operation is not None and operation.control.startswith("linuxcnc")
+    control = "" if operation is None else operation.control
+    stays = control.startswith("linuxcnc")
+    moving = DIALECTS[control].moving_words if control in DIALECTS else ()
     for join in track.joins:
+        length_off = join.word == LENGTH_OFF
         row = int(np.searchsorted(track.steps, join.step, side="right")) - 1
-        if row < cuts[0] or join.step in track.placed:
+        if row < cuts[0] or join.step in track.placed or (length_off and LENGTH_OFF not in moving):
             continue
         last = int(cuts[np.searchsorted(cuts, row, side="right") - 1])
         is_off = retracted > track.steps[last]
         fault = None
-        if join.tcp and not stays:
+        if length_off:
+            above = not is_off and _is_above(context, last, row)
+            fault = None if is_off or above else ("length-off", Severity.WARNING, _LENGTH_OFF)
+        elif join.tcp and not stays:
             fault = _under_tcp(join, track.language == KLARTEXT.name, is_off)
-        if fault is None and not is_off and row == last and _rise(context, back, row) < LEAVES:
+        stands = not (is_off or length_off) and row == last
+        if fault is None and stands and _rise(context, back, row) < LEAVES:
             fault = _in_cut(context, join, row)
         if fault is not None:
             code, severity, text = fault
             yield violated(code, np.array([row]), f"line {join.line}: {text}", severity=severity)
-        if fault is not None or "Z" in join.axes or not join.axes:  # a tool change, too
+        if not length_off and (fault is not None or "Z" in join.axes or not join.axes):  # a tool change, too
             retracted = join.step
     yield said("tcp-state", checked=("after the cuts: TCP is off at a tool change, the tool off its cut",))
+
+
+def _is_above(context: CheckContext, last: int, row: int) -> bool:
+    """Check whether Z has risen by the tool's length since a cut; False where nobody states the length."""
+    machine, z = context.machine, context.positions[:, context.machine.column("Z")]
+    return machine.has_tool_length and bool(z[row] - z[last] > machine.tool_length)
 
 
 def _under_tcp(join: Join, klartext: bool, is_off: bool) -> tuple[str, Severity, str] | None:

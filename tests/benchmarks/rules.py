@@ -25,7 +25,7 @@ from fiveaxis.machine import Box
 DATA = Path(__file__).parents[3] / "shared" / "data" / "programs"
 TRT = "linuxcnc-xyzac-trt"
 CUT = "G21 G90 G94 G17 G40 G49 G80\nG54\nT1 M6\nS3000 M3\nG0 X0. Y0. Z60. A0. C0.\n"
-CUT += "G43.4 H1 Z50.\nG1 Z40. F500.\nX10. A-5.\n{}X20. A-6.\n{}G0 Z60.\nG49\nM5\n{}"
+CUT += "G43.4 H1 Z50.\nG1 Z40. F500.\nX10. A-5.\n{}X20. A-6.\n{}G0 Z60.\nG91 G28 Z0.\nG90\nG49\nM5\n{}"
 NGC = "G21 G90 G17 G94 F100\nG0 X0 Y0 Z0 A0 C0\n{}\nM2\n"
 
 
@@ -96,6 +96,11 @@ ROWS = (
     fanuc("a dwell of 20 s in the cut", "dwell-in-cut", "G4 P20000\n"),
     fanuc("G4 P2000, 2 s on a Fanuc", "", "G4 P2000\n"),
     fanuc("a tool change after the last cut, TCP on", "tcp-state", end="T2 M6\n"),
+    Row(
+        "G49 without a retract before",
+        "%\nO1\n" + CUT.format("", "", "M30\n%\n").replace("G91 G28 Z0.\nG90\n", ""),
+        "length-off",
+    ),
     fanuc("T, S, H, offsets beyond the table", "beyond-control", "S200000\n"),
     fanuc("% in a comment", "beyond-control", "(50% OF F)\n"),
     fanuc("a word without a decimal point", "whole-word", "X12 A-5.5\n"),
@@ -129,7 +134,7 @@ ROWS = (
     ),
 )
 # Found in a program that is short and made up, whatever it is about.
-BESIDE = ("start-state", "approach-order", "spindle-off", "no-retract", "return-level")
+BESIDE = ("start-state", "approach-order", "spindle-off", "return-level")
 
 
 def checked(row: Row, folder: Path) -> Iterator[tuple[Severity, str, str]]:

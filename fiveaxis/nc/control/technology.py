@@ -31,6 +31,8 @@ AFTER_MOVE = frozenset(("M5", "M9", "M89"))
 CHANGES = ("M6", "TOOL CALL")
 # Words that end the program: M99 and M17 end a subprogram; M99 restarts a main one, with the same moves.
 END = ("M2", "M30", "M99", "M17")
+# Switches the tool's length off: on some controls Z moves by it (`Mode.off_clear`).
+LENGTH_OFF = "G49"
 _JOINING = frozenset((*CHANGES, *END))
 # Length offset of whatever tool is in the spindle: G43 without H, as LinuxCNC reads it.
 OF_TOOL = "of the loaded tool"
@@ -113,7 +115,7 @@ class Join(NamedTuple):
     Parameters
     ----------
     line, step : as of `MachineMove`
-    word : M6, TOOL CALL, M30 and so on, or that of a machine move
+    word : M6, TOOL CALL, M30, G49 and so on, or that of a machine move
     axes : letters that a machine move names
     moves : whether it is a machine move
     tcp : whether TCP is on
@@ -138,7 +140,7 @@ class TechnologyTrack:
     state : (n,), which one is in force in the move to a row
     steps : (n,), of the program's lines, in the order in which they run
     machine_moves : moves in machine coordinates, in order
-    joins : tool changes, moves in machine coordinates and the end, in order
+    joins : tool changes, moves in machine coordinates, G49 and the end, in order
     placed : steps of those moves whose ends are among the rows, because the zero is known
     once : steps, lines and words that act once, where they stand: stops, unknown M words
     unapproached : steps of machine moves after which the program feeds before it has positioned their axes
@@ -256,7 +258,9 @@ class TechnologyReader:
             if word in COOLANT:
                 target["coolant"] = COOLANT[word]
         step = block.step or block.line
-        self.joins += [Join(block.line, step, w, "", False, self.tcp) for w in words if w in _JOINING]
+        joining = [word for word in words if word in _JOINING]
+        joining += [LENGTH_OFF] if LENGTH_OFF in block.g and "Z" not in block.words else []
+        self.joins += [Join(block.line, step, word, "", False, self.tcp) for word in joining]
         self._record(step, change)
         self._record(step + 1, later)
 

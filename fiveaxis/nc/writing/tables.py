@@ -155,6 +155,12 @@ class Dialect(StrictModel):
         return re.split(r" \(|,| with ", self.title or self.name)[0]
 
     @property
+    def moving_words(self) -> frozenset[str]:
+        """Words that may move an axis by the tool's length."""
+        blocks = (block for mode in self.modes.values() for block in mode.off_clear)
+        return frozenset(word for block in blocks for word in block.split())
+
+    @property
     def windings(self) -> tuple[str, ...]:
         """Windings that the control supports."""
         known = ("unwound", True), ("modulo", self.modulo is not None), ("rezero", self.reset is not None)

@@ -31,11 +31,12 @@ def head() -> Machine:
     return Machine.from_code("012364").with_tool_length(100.0)
 
 
-def found(folder, machine, text: str, suffix: str = ".nc", **given) -> list[tuple[str, Severity]]:
+def found(folder, machine, text, suffix=".nc", codes=("tcp-state", "no-retract"), **given):
+    """What is found of some codes: code and severity."""
     file = folder / f"program{suffix}"
     file.write_text(text)
     report = fx.verify_program(file, machine=machine, tool=BALL, **given)
-    return [(f.code, f.severity) for f in report.findings if f.code in ("tcp-state", "no-retract")]
+    return [(f.code, f.severity) for f in report.findings if f.code in codes]
 
 
 @pytest.mark.parametrize("off", ["", "G0 Z9.\n", "G0 Z200.\n"], ids=["in the cut", "9 mm above", "high"])
@@ -113,3 +114,18 @@ def test_each_operation_answers_for_the_change_after_it(table, tmp_path):
         text = ISO + first + begin + second + last + "M30\n"
         told = [found(tmp_path, table, text, operation=number) for number in (1, 2)]
         assert [bool(each) for each in told] == [not first, not last]
+
+
+@pytest.mark.parametrize(
+    ("length", "rise", "warned"), [(None, 400, True), (100.0, 90, True), (100.0, 110, False)]
+)
+def test_g49_alone_is_told_where_a_setting_moves_z_by_the_tool_s_length(
+    table, tmp_path, length, rise, warned
+):
+    machine = table if length is None else table.with_tool_length(length)
+    end = f"G0 Z{rise}.\nG49\nG53 G0 Z0.\nM30\n"
+    of = {"codes": ("length-off",)}
+    assert found(tmp_path, machine, ISO + end, **of) == [("length-off", WARNING)] * warned
+    assert found(tmp_path, machine, ISO + "G53 G0 Z0.\nG49\nM30\n", **of) == []
+    other = LINUXCNC + end.replace("G49", "M429\nG49").replace("M30", "M2")
+    assert found(tmp_path, machine, other, ".ngc", **of) == []
