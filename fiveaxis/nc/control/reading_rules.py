@@ -98,7 +98,7 @@ class ControlRules:
         )
 
     def whole_words(self, source: Source, step: float) -> Iterator[Finding]:
-        """Report the first axis word without a decimal point, where a setting may make it increments.
+        """Report the first axis word, and F, without a decimal point, where a setting may make it increments.
 
         Where the control isn't known, a program without any points is judged by its size alone.
 
@@ -106,18 +106,19 @@ class ControlRules:
         ----------
         step : mm or inch, of the increment
         """
-        open_ = [name for name, rules in self.known if rules.whole_words == "unknown"]
-        sure = open_ and (len(self.known) == 1 or has_points(source))
-        if not sure or (found := first_whole_word(source)) is None:
-            return
-        line, word = found
-        number = int(word[1:])
-        size = max(step, LEAST_ANGLE) if word[0].upper() in "ABC" else step
-        message = (
-            f"{word} has no decimal point: {number} or {number * size:g}, by a setting of the control "
-            f"({', '.join(open_)}); read as {number}; write the point, or state increment (--increment)"
-        )
-        yield source.finding(Severity.WARNING, "whole-word", message, line)
+        for key in ("whole_words", "whole_feed"):
+            open_ = [name for name, rules in self.known if getattr(rules, key) == "unknown"]
+            sure = open_ and (len(self.known) == 1 or (key == "whole_words" and has_points(source)))
+            if not sure or (found := first_whole_word(source, feed=key == "whole_feed")) is None:
+                continue
+            line, word = found
+            number = int(word[1:])
+            size = max(step, LEAST_ANGLE) if word[0].upper() in "ABC" else step
+            message = (
+                f"{word} has no decimal point: {number} or {number * size:g}, by a setting of the control "
+                f"({', '.join(open_)}); read as {number}; write the point"
+            )
+            yield source.finding(Severity.WARNING, "whole-word", message, line)
 
     def findings(self, source: Source, columns: Columns | None, end: int, word: str) -> Iterator[Finding]:
         """Report lines that controls refuse or read differently, and a program that isn't ended as one is.

@@ -15,6 +15,7 @@ LEAST_ANGLE = 0.001
 _COMMENT = re.compile(r"(\([^)]*\)|;.*)")
 _WITH_POINT = re.compile(r"(?<![A-Z])[XYZABCUVW] *[-+]?[0-9]*\.", re.IGNORECASE)
 _WITHOUT = re.compile(r"(?<![A-Z])([XYZABCUVWIJKR]) *([-+]?[0-9]+)(?![0-9.])", re.IGNORECASE)
+_FEED_WITHOUT = re.compile(r"(?<![A-Z])(F) *([0-9]+)(?![0-9.])", re.IGNORECASE)
 
 
 def has_points(source: Source) -> bool:
@@ -22,10 +23,11 @@ def has_points(source: Source) -> bool:
     return any(_WITH_POINT.search(_COMMENT.sub("", line)) for line in source.lines)
 
 
-def first_whole_word(source: Source) -> tuple[int, str] | None:
-    """Return the line and the text of the first axis word without a decimal point, other than 0."""
+def first_whole_word(source: Source, *, feed: bool = False) -> tuple[int, str] | None:
+    """Return the line and the text of the first axis word, or F, without a decimal point, other than 0."""
+    pattern = _FEED_WITHOUT if feed else _WITHOUT
     for number, line in enumerate(source.lines, start=1):
-        for word in _WITHOUT.finditer(_COMMENT.sub("", line)):
+        for word in pattern.finditer(_COMMENT.sub("", line)):
             if int(word[2]):
                 return number, "".join(word[0].split())
     return None

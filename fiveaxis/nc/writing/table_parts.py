@@ -171,6 +171,7 @@ class ReadingRules(StrictModel):
         everywhere, and the next one ends the text
     whole_words : what axis words without a decimal point count: ``units``, mm and deg, or ``unknown`` where a
         setting may make them multiples of the increment
+    whole_feed : the same for F
     ends : words that end a program
     repeats : words that begin a main program again instead
     unknown : why keys are unknown
@@ -185,6 +186,7 @@ class ReadingRules(StrictModel):
     numbered_skip: Literal["accepted", "refused", "unknown"] = "unknown"
     late_percent: Literal["accepted", "refused", "unknown"] = "unknown"
     whole_words: Literal["units", "unknown"] = "unknown"
+    whole_feed: Literal["units", "unknown"] = "units"
     ends: Lines = ("M2", "M30")
     repeats: Lines = ()
     unknown: str = "the control's table doesn't say it (reading)"

@@ -107,13 +107,13 @@ def test_linuxcnc_ends_at_the_words_of_its_table_and_the_second_percent_sign(tmp
 
 @needs_rs274
 def test_linuxcnc_counts_words_without_a_point_in_units_as_its_table_says(tmp_path):
-    assert LINUXCNC.whole_words == "units"
-    assert interpreted("G1 X10 F100\nM2\n", tmp_path) == interpreted("G1 X10.0 F100\nM2\n", tmp_path)
+    assert (LINUXCNC.whole_words, LINUXCNC.whole_feed) == ("units", "units")
+    assert interpreted("G1 X10 F100\nM2\n", tmp_path) == interpreted("G1 X10.0 F100.0\nM2\n", tmp_path)
 
 
 def test_every_key_of_the_tables_has_a_value_a_test_or_a_reason():
     fields = set(type(LINUXCNC).model_fields) - {"source", "unknown", "ends", "repeats"}
-    assert fields == {*BEGINS, *REFUSED, "whole_words"}
+    assert fields == {*BEGINS, *REFUSED, "whole_words", "whole_feed"}
     assert {name for name, d in DIALECTS.items() if d.reading.source} == {
         *RULED,
         "heidenhain-m128",

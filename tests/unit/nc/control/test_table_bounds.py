@@ -63,5 +63,8 @@ def test_a_word_without_a_point_is_told_where_a_setting_decides_what_it_counts(t
     assert told(tmp_path, text) == [("whole-word", "WARNING", 7)]
     assert told(tmp_path, text, "haas") == [("whole-word", "WARNING", 7)]
     assert told(tmp_path, text.replace("X10", "X0"), "fanuc") == []
+    feed = text.replace("X10", "X10.").replace("F500.", "F500")
+    assert told(tmp_path, feed, "haas") == [("whole-word", "WARNING", 6)]
+    assert told(tmp_path, feed, "fanuc") == []
     linuxcnc = text.replace("G43.4", "G43")
     assert told(tmp_path, linuxcnc, "linuxcnc", "part.ngc") == []
