@@ -59,6 +59,10 @@ def note_skipped(
         cuts = int((only == MoveKind.CUT).sum())
         said = [f"{len(only)} moves, {cuts} of them at feed, are {how}"] if len(only) else []
         said += [f"{int(rows.sum())} {what}" for what, rows in differ.items() if rows.any()]
+        moves = [{move.line for move in each.modes.technology.machine_moves} for each in (found, other)]
+        if aside := len(moves[0] ^ moves[1]):
+            said.append(f"{aside} moves in machine coordinates are {how}")
+        said += _beside(found, other)
         if not any(rows.any() for what, rows in differ.items() if what not in _HARMLESS):
             severity = Severity.WARNING
         # The first of what differs under each tool, zero and so on is one of an operation of its own.
@@ -98,6 +102,16 @@ def _differences(
             for name in _of_cuts(Technology())
         },
     }
+
+
+def _beside(found: Interpreter, other: Interpreter) -> list[str]:
+    """Say what no move shows: modes that only one position switches off, and what is found in the other."""
+    here, there = found.modes.technology, other.modes.technology
+    modes = (here.cancelled.keys() ^ there.cancelled.keys()) | (here.ended.keys() ^ there.ended.keys())
+    codes = {f.code for f in other.findings if f.severity is not Severity.NOTE}
+    codes -= {f.code for f in found.findings}
+    said = [f"{', '.join(sorted(modes))} stays as it was before"] if modes else []
+    return said + [f"it has {', '.join(sorted(codes))}"] * bool(codes)
 
 
 def _of_cuts(now: Technology) -> dict[str, object]:
