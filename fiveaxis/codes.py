@@ -131,7 +131,6 @@ PLANNING = {
     "no-rewind": Code(ERROR, "nowhere can an axis at its limit be rewound"),
     "rewind": Code(WARNING, "an axis at its limit is rewound by whole turns"),
     "rewind-phase": Code(NOTE, "with the part turned on the table fewer rewinds would fall within cuts"),
-    "free-start": Code(NOTE, "a closed pass begins elsewhere than in the input"),
     "cone-assumed": Code(NOTE, "nothing bounds the tool's lean: a cone about the programmed axes is taken"),
     "no-bound": Code(NOTE, "nothing bounds the energy of the machine's drives from below"),
     "setup-kept": Code(NOTE, "another setup looked cheaper, but by no more than chance"),

@@ -80,7 +80,7 @@ def plan(
     """Plan finishing passes on a mesh, and measure their ridges and chord error."""
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
-            from fiveaxis.job import is_mesh, load_job_passes, measure_plan
+            from fiveaxis.job import is_mesh, measure_plan, plan_mesh
             from fiveaxis.mesh import size_text
             from fiveaxis.nc import write_toolpath
 
@@ -92,13 +92,14 @@ def plan(
                     "passes are planned on a part (.stl .ply .obj .off .step .iges)", file=job.input
                 )
 
-            toolpath, passes = work.run(partial(load_job_passes, job))
+            plan = work.run(partial(plan_mesh, job))
+            toolpath = plan.toolpath
             work.step("measuring ridges and chords", 0, 1)
             quality = work.run(lambda _: measure_plan(job, toolpath))
             if output is not None:
                 work.step("writing the path", 0, 1)
                 written.append(write_toolpath(toolpath, output))
-        document = _plan_document(toolpath, 0 if passes is None else len(passes.first), quality)
+        document = _plan_document(toolpath, len(plan.first), quality)
         causes = group_findings(toolpath.findings)
         if as_json:
             size = [round(float(extent), 6) for extent in quality.part_size]
@@ -261,9 +262,6 @@ def job_of(options: Mapping[str, Any]) -> Job:
     for name in {"columns", "allow"} & settings.keys():
         settings[name] = parse_words(settings[name])
     settings |= read_flags(OnMachine, options) | read_flags(Bounds, options) | read_flags(Writing, options)
-    # A job file may set a flag that isn't given here.
-    for name in ("free_start", "free_direction"):
-        settings[name] = settings.get(name) or None
     if options.get("fixtures") is not None:
         settings |= read_fixtures(options["fixtures"])
     source = options["source"]

@@ -11,7 +11,6 @@ import numpy as np
 
 from fiveaxis.geometry import Array, BoolArray, product
 from fiveaxis.mesh import Model, TriangleTree
-from fiveaxis.toolpath.passes import PassEnd
 
 # mm: the ball may sink this deep into the surface, with 1e-6 mm left for rounding.
 GOUGE = 0.01 - 1e-6
@@ -31,6 +30,22 @@ LEADS = (1.0, 0.5, 0.25)
 SHORTEST = 1e-6
 # mm: largest chord error of the straight moves along an arc.
 ARC_DEPTH = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class PassEnd:
+    """Start or end of a pass.
+
+    Parameters
+    ----------
+    pivot : (3,), mm, workpiece frame
+    normal : (3,), unit vector out of the material
+    outward : (3,), mm, from the neighbouring location of the pass to this one
+    """
+
+    pivot: Array
+    normal: Array
+    outward: Array
 
 
 @dataclass(frozen=True, eq=False)

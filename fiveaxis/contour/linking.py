@@ -1,19 +1,18 @@
-"""Passes joined to one path: opened, led in and out, linked in an order, and linked again."""
+"""Passes joined to one path: opened, led in and out, and linked in an order."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.contour.ball_space import Lead, Linker
+from fiveaxis.contour.ball_space import Lead, Linker, PassEnd
 from fiveaxis.contour.ordering import Links, Queue, nearest_start, shortened
 from fiveaxis.contour.passes import FEWEST_CONTACTS, NO_LINK, WEDGED, LeftOut, Pass
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.toolpath.passes import PassEnd
 
 # Contacts of a pass tried as its start (or end) until one has a route to the clearance plane.
 STARTS = 8
@@ -214,77 +213,3 @@ def _first_escape(candidate: Pass, rows: IntArray, linker: Linker) -> tuple[int,
         if route is not None:
             return row, route
     return None
-
-
-@dataclass(frozen=True, eq=False)
-class Relinker:
-    """Lays links, clear of the part, for passes that begin elsewhere than the planner chose.
-
-    Where the plan has arcs, a pass may begin only where an arc has room; ends that the planner itself left
-    without one stay without.
-
-    Parameters
-    ----------
-    linker : finds the routes
-    lead_in, lead_out : mm, radius of the arcs before and after passes; 0 for none
-    bare : keys of the ends without an arc in the plan
-    found : cache of leads
-    """
-
-    linker: Linker
-    lead_in: float = 0.0
-    lead_out: float = 0.0
-    bare: Collection[bytes] = frozenset()
-    found: dict[tuple[bytes, float], Lead | None] = field(default_factory=dict)
-
-    @classmethod
-    def like(cls, laid: Linking, lead_in: float, lead_out: float) -> Relinker:
-        """Lay links as a plan did."""
-        leads = [
-            (e, a) for p in laid.passes for e, a in zip(p.cut.ends(), (p.arrival, p.departure), strict=True)
-        ]
-        bare = frozenset(_key(end) for end, lead in leads if not len(lead.arc))
-        return cls(laid.linker, lead_in, lead_out, bare)
-
-    def __call__(self, leaving: PassEnd | None, arriving: PassEnd | None) -> Array | None:
-        """Lay the link between two ends (`fiveaxis.toolpath.passes.Relink`)."""
-        if self.linker.step:
-            # Pivots alone don't lead a cutter off its contact that isn't a ball.
-            return None
-        ends = (leaving, self.lead_out), (arriving, self.lead_in)
-        departure, arrival = (None if end is None else self._lead(end, radius) for end, radius in ends)
-        if leaving is None:
-            return None if arrival is None else _divided(arrival.centres[::-1])
-        if departure is None:
-            return None
-        if arriving is None:
-            link = departure.centres
-        elif arrival is None:
-            return None
-        else:
-            link = _lay_link((leaving, departure), (arriving, arrival), self.linker)
-        return _divided(np.vstack([leaving.pivot, link]))[1:]
-
-    def _lead(self, end: PassEnd, radius: float) -> Lead | None:
-        key = _key(end), radius
-        if key not in self.found:
-            self.found[key] = self._new_lead(end, radius)
-        return self.found[key]
-
-    def _new_lead(self, end: PassEnd, radius: float) -> Lead | None:
-        if radius > 0.0 and _key(end) not in self.bare:
-            return self.linker.lead(end, radius)
-        route = self.linker.escape(end.pivot, end.normal)
-        return None if route is None else Lead(EMPTY, route)
-
-
-def _divided(centres: Array) -> Array:
-    """Divide straight moves, (k, 3) mm, so that locations are at most `LINK_SPACING` apart, (m, 3) mm."""
-    lengths = np.linalg.norm(np.diff(centres, axis=0), axis=1)
-    parts = np.maximum(np.ceil(lengths / LINK_SPACING), 1.0).astype(np.int64)
-    pieces = [np.linspace(*ends, n, endpoint=False) for ends, n in zip(pairwise(centres), parts, strict=True)]
-    return np.vstack([*pieces, centres[-1:]])
-
-
-def _key(end: PassEnd) -> bytes:
-    return end.pivot.tobytes() + end.normal.tobytes() + end.outward.tobytes()

@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.contour.ball_space import BallSpace
+from fiveaxis.contour.ball_space import BallSpace, PassEnd
 from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.options import FLATTEST_WALL, Walls
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between
 from fiveaxis.mesh.surface import SHARP_EDGE
-from fiveaxis.toolpath.passes import PassEnd
 
 # Reasons, which are also what is counted.
 GOUGING = "contacts where the ball would gouge"

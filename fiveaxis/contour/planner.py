@@ -18,7 +18,6 @@ from fiveaxis.contour.linking import (
     LINK_SPACING,
     LinkedPass,
     Linking,
-    Relinker,
     free_start,
     open_passes,
     shorten_links,
@@ -45,7 +44,6 @@ from fiveaxis.mesh import (
 from fiveaxis.mesh.cad.choice import of_faces, uncut_findings
 from fiveaxis.options import PlanContour, spelled_out
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
-from fiveaxis.toolpath.passes import Passes
 
 if TYPE_CHECKING:
     import trimesh
@@ -59,10 +57,17 @@ ROUNDS = 2
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A planned path with its passes, which can be linked again from other starts."""
+    """A planned path with its passes.
+
+    Parameters
+    ----------
+    toolpath : passes and links
+    first, last : (m,), rows of the path at which each pass begins and ends, in order; all others are links
+    """
 
     toolpath: Toolpath
-    passes: Passes
+    first: IntArray
+    last: IntArray
 
 
 @spelled_out(PlanContour)
@@ -137,7 +142,7 @@ def plan_passes(
     progress: Progress | None = None,
     **given: Unpack[PlanContour],
 ) -> Plan:
-    """Plan as `plan_contour` does, and return the passes too, for ``optimise(..., passes=...)``."""
+    """Plan as `plan_contour` does, and return the rows of the passes too."""
     options = PlanOptions.of(**given)
     leaning = options.leaning(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
@@ -183,8 +188,7 @@ def plan_passes(
     path = replace(
         path, findings=(*sized, *body_findings(mesh, name), *found), normals_from=surface.normals_from
     )
-    relink = Relinker.like(opened, options.lead_in, options.lead_out)
-    return Plan(path, Passes(first, last, len(path), relink))
+    return Plan(path, first, last)
 
 
 def _cut_levels(

@@ -18,12 +18,12 @@ from fiveaxis.job.description import PlanTable as PlanTable
 from fiveaxis.job.description import SetupTable as SetupTable
 from fiveaxis.job.loading import is_mesh as is_mesh
 from fiveaxis.job.loading import load_job_machine as load_job_machine
-from fiveaxis.job.loading import load_job_passes as load_job_passes
 from fiveaxis.job.loading import load_job_toolpath as load_job_toolpath
 from fiveaxis.job.loading import load_surroundings as load_surroundings
 from fiveaxis.job.loading import measure_plan as measure_plan
 from fiveaxis.job.loading import part_of as part_of
 from fiveaxis.job.loading import part_unit as part_unit
+from fiveaxis.job.loading import plan_mesh as plan_mesh
 from fiveaxis.job.placement import PlacedJob as PlacedJob
 from fiveaxis.job.placement import load_placed as load_placed
 from fiveaxis.job.posting import Posted as Posted

@@ -14,12 +14,11 @@ from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.collision.accessibility import Accessibility, find_accessible
 from fiveaxis.contour import on_part
 from fiveaxis.errors import Infeasible
-from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.loading import take_machine, take_path
 from fiveaxis.job.obstruction import OF_BODIES, colliding_rows, explain, has_pairs, require_clear
 from fiveaxis.job.placement import placed
-from fiveaxis.job.solution import Solution, add_findings
+from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
@@ -30,10 +29,9 @@ from fiveaxis.posture import optimise as optimise_postures
 from fiveaxis.posture.mask import Mask, MaskFunction, Spots
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, PathShape, Tool, Toolpath
-from fiveaxis.toolpath.passes import Passes
 
-# Solves a path with a mask or None; the third argument says whether starts are free, which masks don't allow.
-Solve = Callable[[Toolpath, Mask | None, bool], Postures]
+# Solves a path with a mask or None.
+Solve = Callable[[Toolpath, Mask | None], Postures]
 # Solves a path on a machine within constraints, as `fiveaxis.posture.optimise` does.
 Find = Callable[[Toolpath, Machine, Constraints, Options], Postures]
 logger = logging.getLogger(__name__)
@@ -73,7 +71,6 @@ def optimise(
     fixtures: tuple[Fixture, ...] = (),
     clearances: Clearances | None = None,
     mask: Mask | MaskFunction | None = None,
-    passes: Passes | None = None,
     control: str | Path | None = None,
     coordinates: Coordinates | None = None,
     start: Array | None = None,
@@ -112,8 +109,6 @@ def optimise(
         quicker function for searches, too (`fiveaxis.posture.mask`). It is called only for postures
         that a search is about to use. Where a rotary axis rewinds, the mask holds at the locations of the
         path, not on the link off the part and back
-    passes : `Plan.passes` of a planned path (`fiveaxis.contour.plan_passes`), from which new links are laid
-        where passes may begin elsewhere (`free_start`); without them only passes that no link leads to do
     control : that the program is for, by name or table (`fiveaxis.nc.DIALECTS`): where the machine states
         accelerations, energies and times are those over the time that it takes; by default it is taken to
         pass corners within 5 µm
@@ -159,7 +154,6 @@ def optimise(
     options = Options(
         **search,
         mask=mask,
-        passes=passes,
         interpolation=interpolation,
         clock=clock,
         start=start,
@@ -191,17 +185,14 @@ def solve_clear(
         As `fiveaxis.posture.optimise`.
     """
 
-    def solve(path: Toolpath, own: Mask | None, free: bool) -> Postures:
-        chosen = options if free else replace(options, free_start=False, free_direction=False)
-        return find(path, machine, constraints, replace(chosen, mask=own, bound=False))
+    def solve(path: Toolpath, own: Mask | None) -> Postures:
+        return find(path, machine, constraints, replace(options, mask=own, bound=False))
 
-    own, free_start, progress = Mask.of(options.mask), options.free_start, options.progress
+    own, progress = Mask.of(options.mask), options.progress
     if around is None:
-        cleared = Cleared(solve(toolpath, own, free_start), None, 0)
+        cleared = Cleared(solve(toolpath, own), None, 0)
     else:
-        cleared = keep_clear(
-            solve, toolpath, machine, around, constraints, mask=own, free_start=free_start, progress=progress
-        )
+        cleared = keep_clear(solve, toolpath, machine, around, constraints, own, progress)
     if not options.is_bounded:
         return cleared
     bounded = with_bound(cleared.solution, constraints, options.objective, progress)
@@ -214,15 +205,10 @@ def keep_clear(
     machine: Machine,
     around: Surroundings,
     constraints: Constraints,
-    *,
-    mask: Mask | None = None,
-    free_start: bool = False,
+    own: Mask | None = None,
     progress: Progress = unheard,
 ) -> Cleared:
     """Solve with the mask that keeps the tool clear, and again where moves of the result collide.
-
-    With free starts, passes begin where that is cheapest without obstacles, and postures are kept clear on
-    that path; if it costs more than the original path, the original one stays.
 
     Parameters
     ----------
@@ -230,8 +216,7 @@ def keep_clear(
     toolpath, machine : what is solved
     around : what to keep clear of
     constraints : that `solve` keeps
-    mask : the user's own, which holds in addition to the clearances
-    free_start : whether closed passes may begin elsewhere
+    own : the user's mask, which holds in addition to the clearances
     progress : called with what is being done, steps done and steps in all
 
     Raises
@@ -239,48 +224,6 @@ def keep_clear(
     FiveAxisError
         As `solve`.
     """
-
-    def keep_order(path: Toolpath) -> Cleared:
-        return _keep_order(solve, path, machine, around, constraints, mask, progress)
-
-    if not free_start:
-        return keep_order(toolpath)
-    path = constraints.zoned(toolpath)
-    if find_accessible(path, machine, around) is None:
-        return Cleared(solve(toolpath, mask, True), None, 0)
-    kept = keep_order(toolpath)
-    opened = solve(toolpath, None, True)
-    begun = opened.toolpath if opened.unwrapped is None else opened.unwrapped.toolpath
-    try:
-        # Its turns are bounded from one given location to the next.
-        again = keep_order(begun.at(np.flatnonzero(~begun.inserted)))
-    except Infeasible as fault:
-        return _with_note(
-            kept, f"passes keep their start: with free starts the tool can't be kept clear: {fault}"
-        )
-    figures = f"{again.solution.energy.total:.1f} J, with the given starts {kept.solution.energy.total:.1f} J"
-    # Fewer collisions are worth any energy.
-    left = [len(colliding_rows(one.solution, around)) for one in (kept, again)]
-    if (left[1], again.solution.energy.total) >= (left[0], kept.solution.energy.total):
-        return _with_note(kept, f"passes keep their start: with free starts {figures}")
-    baselines = {
-        name: replace(b, toolpath=b.toolpath or kept.solution.toolpath)
-        for name, b in kept.solution.compared.items()
-    }
-    compared = replace(again.solution, compared=baselines, missing=kept.solution.missing)
-    return _with_note(replace(again, solution=compared), f"passes begin elsewhere: {figures}")
-
-
-def _keep_order(
-    solve: Solve,
-    toolpath: Toolpath,
-    machine: Machine,
-    around: Surroundings,
-    constraints: Constraints,
-    own: Mask | None,
-    progress: Progress,
-) -> Cleared:
-    """Solve with the tool kept clear, on a path whose locations stay in their order."""
     progress("finding postures that are clear", 0, 1)
     admits = find_accessible(constraints.zoned(toolpath), machine, around)
     mask = own if admits is None else Mask(admits, admits.rough, OF_BODIES)
@@ -290,7 +233,7 @@ def _keep_order(
         # The mask for collisions is asked first: it is quick.
         mask = Mask(admits, admits.rough).within(own)
     try:
-        solution = solve(toolpath, mask, False)
+        solution = solve(toolpath, mask)
     except Infeasible as fault:
         if admits is None:
             raise
@@ -313,7 +256,7 @@ def _keep_order(
         spots.add(ends, np.concatenate([rotary, rotary]))
         rounds += 1
         try:
-            solution = solve(toolpath, mask, False)
+            solution = solve(toolpath, mask)
         except Infeasible:
             # No path avoids what was refused; verification of the best one reports its collisions.
             break
@@ -324,9 +267,3 @@ def _if_same_rows(admits: Accessibility | None, solution: Postures) -> Accessibi
     """Return the mask if it was made for the solution's given locations, else None."""
     same = admits is not None and len(admits.toolpath) == solution.toolpath.count_given
     return admits if same and solution.unwrapped is None else None
-
-
-def _with_note(cleared: Cleared, message: str) -> Cleared:
-    """Add a note on what became of the free starts."""
-    finding = Finding(Severity.NOTE, "free-start", message, cleared.solution.toolpath.place(0))
-    return replace(cleared, solution=add_findings(cleared.solution, finding))

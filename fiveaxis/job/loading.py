@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,6 @@ from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
 from fiveaxis.stock import names_file
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
-from fiveaxis.toolpath.passes import Passes
 
 
 def load_job_machine(job: Job) -> Machine:
@@ -147,19 +147,11 @@ def load_job_toolpath(job: Job, progress: Progress = unheard) -> Toolpath:
     JobError
         No such file, an unknown suffix, or a setting that the input doesn't use.
     """
-    return load_job_passes(job, progress)[0]
-
-
-def load_job_passes(job: Job, progress: Progress = unheard) -> tuple[Toolpath, Passes | None]:
-    """Load a job's path as `load_job_toolpath` does, and its passes if it is planned."""
+    if is_mesh(job.input):
+        return plan_mesh(job, progress).toolpath
     require_input(job.input)
     progress("reading the input", 0, 1)
-    tool = None if job.tool is None else parse_tool(job.tool)
-    if is_mesh(job.input):
-        plan = plan_mesh(job, tool, progress)
-        toolpath = plan.toolpath if job.path_shape is None else plan.toolpath.shaped(job.path_shape)
-        return toolpath, plan.passes
-    return read_path(job, tool), None
+    return read_path(job, None if job.tool is None else parse_tool(job.tool))
 
 
 def read_path(job: Job, tool: Tool | None) -> Toolpath:
@@ -193,9 +185,7 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
 def revises(job: Job) -> bool:
     """Check whether a job's postures go into the lines of its input, a program, and no other is asked for."""
     settings: Any = job.nc
-    search = job.search
     asked = {"control", "coordinates"} & job.model_fields_set or settings.model_fields_set
-    asked = asked or search["free_start"] or search["free_direction"]
     if asked or job.program.machine is not None or job.setup.search is not None or is_mesh(job.input):
         return False
     require_input(job.input)
@@ -259,9 +249,11 @@ def _with_tool(machine: Machine, job: Job) -> Machine:
     return machine if job.tool_length is None else machine.with_tool_length(job.tool_length)
 
 
-def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan:
-    """Plan passes on a job's mesh; `JobError` without a tool, or for settings of a path."""
-    if tool is None:
+def plan_mesh(job: Job, progress: Progress = unheard) -> Plan:
+    """Plan passes on a job's mesh; `JobError` without a tool or file, or for settings of a path."""
+    require_input(job.input)
+    progress("reading the input", 0, 1)
+    if job.tool is None:
         raise JobError("tool is missing: planning on a mesh needs one; give e.g. ball:10", file=job.input)
     foreign = sorted(job.model_fields_set & {"columns"}) + ["program"] * bool(job.program.model_fields_set)
     if foreign:
@@ -275,7 +267,8 @@ def plan_mesh(job: Job, tool: Tool | None, progress: Progress = unheard) -> Plan
     if job.feed is not None:
         options["feed_mm_min"] = job.feed
     report = partial(progress, "planning passes")
-    return plan_passes(job.input, tool, unit=job.unit, progress=report, **options)
+    plan = plan_passes(job.input, parse_tool(job.tool), unit=job.unit, progress=report, **options)
+    return plan if job.path_shape is None else replace(plan, toolpath=plan.toolpath.shaped(job.path_shape))
 
 
 def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:

@@ -11,7 +11,7 @@ from fiveaxis.job.description import Job
 from fiveaxis.job.kept import keep_stated
 from fiveaxis.job.loading import (
     load_job_machine,
-    load_job_passes,
+    load_job_toolpath,
     load_surroundings,
     revises,
 )
@@ -24,7 +24,6 @@ from fiveaxis.nc.source import load_source
 from fiveaxis.options import USUAL_CONE
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Toolpath
-from fiveaxis.toolpath.passes import Passes
 
 # Automatic ranges for the setup: mm to each side, deg.
 WIDEST, ROUND = 100.0, (-180.0, 180.0)
@@ -41,13 +40,11 @@ class PlacedJob:
     job : with its work offset
     machine : with the job's setup
     toolpath : its findings tell where the part was placed, if the job doesn't say
-    passes : of a planned path
     """
 
     job: Job
     machine: Machine
     toolpath: Toolpath
-    passes: Passes | None
 
 
 def load_placed(job: Job, progress: Progress = unheard) -> PlacedJob:
@@ -59,7 +56,7 @@ def load_placed(job: Job, progress: Progress = unheard) -> PlacedJob:
         As `load_job_machine` and `load_job_toolpath`.
     """
     machine = load_job_machine(job)
-    toolpath, passes = load_job_passes(job, progress)
+    toolpath = load_job_toolpath(job, progress)
     if not revises(job):
         job, toolpath = keep_stated(job, toolpath)
     job, toolpath = with_usual_cone(job, toolpath)
@@ -68,7 +65,7 @@ def load_placed(job: Job, progress: Progress = unheard) -> PlacedJob:
     if findings:
         machine = load_job_machine(there)
         toolpath = replace(toolpath, findings=(*toolpath.findings, *findings))
-    return PlacedJob(there, machine, toolpath, passes)
+    return PlacedJob(there, machine, toolpath)
 
 
 def with_usual_cone(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:

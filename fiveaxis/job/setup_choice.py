@@ -13,7 +13,7 @@ from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
-from fiveaxis.job.loading import load_job_machine, load_job_passes, require_writable
+from fiveaxis.job.loading import load_job_machine, load_job_toolpath, require_writable
 from fiveaxis.job.placement import advised, kept_clear, load_placed, with_ranges, with_usual_cone
 from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
@@ -56,13 +56,13 @@ def run_job(job: Job, progress: Progress = unheard, checkpoint: Checkpoint = UNK
         return _run_placed(job, progress, checkpoint)
     require_writable(job)
     machine = load_job_machine(job)
-    toolpath, passes = load_job_passes(job, progress)
+    toolpath = load_job_toolpath(job, progress)
     job, toolpath = with_usual_cone(job, toolpath)
     stated = job.setup.model_copy(update={"search": None})
     job, chosen = with_ranges(job, machine, toolpath)
-    loaded = replace(toolpath, findings=(*toolpath.findings, *chosen)), passes
+    loaded = replace(toolpath, findings=(*toolpath.findings, *chosen))
     given = job.setup.model_copy(update={"search": None})
-    trials = search_setups(job, machine, loaded[0], progress, kept_clear(job))
+    trials = search_setups(job, machine, loaded, progress, kept_clear(job))
     numbers = count(1)
 
     def run(setup: SetupTable, start: Array | None = None) -> Outcome | Infeasible:
@@ -95,8 +95,8 @@ def _run_placed(job: Job, progress: Progress, checkpoint: Checkpoint) -> Outcome
     require_writable(job)
     placed = load_placed(job, progress)
     try:
-        loaded, moved = (placed.toolpath, placed.passes), placed.job.setup != job.setup
-        return run_stages(placed.job, progress, loaded, moved=moved, checkpoint=checkpoint)
+        moved = placed.job.setup != job.setup
+        return run_stages(placed.job, progress, placed.toolpath, moved=moved, checkpoint=checkpoint)
     except Infeasible as fault:
         raise advised(fault, placed.job, placed.machine, placed.toolpath) from None
 
@@ -177,8 +177,6 @@ def _start_from(found: Outcome, given: Outcome) -> Array | None:
     path = solution.toolpath if solution.unwrapped is None else solution.unwrapped.toolpath
     own = solution.motion.positions[:, solution.machine.rotary_columns]
     rotary = own if solution.unwrapped is None else solution.unwrapped.rotary
-    if found.job.search["free_start"]:
-        return None
     given_rows = np.flatnonzero(~path.inserted)
     try:
         return follow_axes(path.at(given_rows), machine, tool_axes(solution.machine, rotary[given_rows]))

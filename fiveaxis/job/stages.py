@@ -25,7 +25,7 @@ from fiveaxis.job.loading import (
     is_mesh,
     load_factors,
     load_job_machine,
-    load_job_passes,
+    load_job_toolpath,
     load_surroundings,
     measure_plan,
     part_unit,
@@ -56,7 +56,6 @@ from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, Setup
 from fiveaxis.toolpath import Constraints, Toolpath
 from fiveaxis.toolpath.bounds import require_touching
 from fiveaxis.toolpath.edge import EdgeUse, admitted
-from fiveaxis.toolpath.passes import Passes
 from fiveaxis.verification import Report
 
 # Codes of the planner's findings on what no pass reaches.
@@ -171,7 +170,7 @@ class Outcome:
 def run_stages(
     job: Job,
     progress: Progress = unheard,
-    loaded: tuple[Toolpath, Passes | None] | None = None,
+    loaded: Toolpath | None = None,
     *,
     moved: bool = False,
     start: Array | None = None,
@@ -183,10 +182,9 @@ def run_stages(
     ----------
     job : what to do
     progress : called with what is being done, steps done and steps in all
-    loaded : path and passes, if `load_job_passes` was called before
+    loaded : the path, if `load_job_toolpath` was called before
     moved : whether the job's setup was searched for, and isn't the given one
-    start : (n, 2), rad, chain order, postures that are refined in place of a search; unused if passes may
-        begin elsewhere
+    start : (n, 2), rad, chain order, postures that are refined in place of a search
     checkpoint : takes what long steps find
 
     Raises
@@ -197,7 +195,7 @@ def run_stages(
     # What can't be written or read is found before the work, not after it.
     require_writable(job)
     machine = load_job_machine(job)
-    toolpath, passes = loaded or load_job_passes(job, progress)
+    toolpath = load_job_toolpath(job, progress) if loaded is None else loaded
     operation = RevisedOperation.of(job, toolpath, machine) if revises(job) else None
     if operation is None:
         job, toolpath = keep_stated(job, toolpath)
@@ -216,7 +214,7 @@ def run_stages(
         require_touching(toolpath, "where on its edge it cuts (edge_use)")
     # A program's input files don't name the programs that it calls.
     checkpoint.about(toolpath.pivot, toolpath.normal, toolpath.axis, toolpath.feed, toolpath.kind)
-    options = search_options(job, wording, progress, passes, start, checkpoint)
+    options = search_options(job, wording, progress, start, checkpoint)
     gouge = job.surrounding["gouge_tolerance"]
     chosen = front = None
     if operation is None or job.front is not None:
@@ -402,17 +400,12 @@ def search_options(
     job: Job,
     wording: WordWriter,
     progress: Progress,
-    passes: Passes | None,
     start: Array | None,
     checkpoint: Checkpoint,
 ) -> Options:
-    """Return what a job minimises, and how.
-
-    `passes` are those of a planned path: with a free start the links between them are planned anew.
-    """
+    """Return what a job minimises, and how."""
     return Options(
         **job.search,
-        passes=passes,
         interpolation=wording.interpolation,
         clock=Clock(wording.dialect, wording.coordinates),
         start=start,

@@ -48,5 +48,4 @@ from fiveaxis.motion.timing import feed_times as feed_times
 from fiveaxis.motion.timing import least_times as least_times
 from fiveaxis.motion.timing import rapid_findings as rapid_findings
 from fiveaxis.motion.timing import rapid_speeds as rapid_speeds
-from fiveaxis.motion.timing import times_rapids as times_rapids
 from fiveaxis.options import Coordinates as Coordinates

@@ -80,19 +80,3 @@ class Search(TypedDict, total=False):
             example=True,
         ),
     ]
-    free_start: Annotated[
-        bool,
-        Option(
-            "let closed passes begin where it is cheapest, with new links if they are planned",
-            default=False,
-            flags="--free-start",
-        ),
-    ]
-    free_direction: Annotated[
-        bool,
-        Option(
-            "with free_start: let passes run backwards, climb or conventional",
-            default=False,
-            flags="--free-direction",
-        ),
-    ]

@@ -24,7 +24,6 @@ from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Solution, Stage
-from fiveaxis.posture.starts.passes import free_starts
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.delivery import Delivery, delivered
 from fiveaxis.posture.strategy.effort import ROUGH
@@ -98,7 +97,7 @@ def optimise(
     """
     if options.even_wear:
         require_touching(toolpath, "how evenly its edge wears (even_wear)")
-    if options.is_timed and options.start is None and not options.free_start:
+    if options.is_timed and options.start is None:
         options = replace(options, start=_of_least_energy(toolpath, machine, constraints, options))
     found, broken = _optimised(toolpath, machine, constraints, options, None)
     if not options.even_wear:
@@ -144,7 +143,7 @@ def _optimised(
     """Find a solution at a price of leaving the shares of an even use, and by how much it breaks bounds."""
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
-    options.require_consistent(constraints)
+    options.require_consistent()
     effort = options.counts()
     cone = Cone.of(constraints)
     machine = holding.hold(with_powers(machine), constraints.hold)
@@ -199,9 +198,6 @@ def _optimised(
         def rebuild(again: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
             return (problem, bounds) if again is path else build(narrow, again, location)
 
-        if options.free_start:
-            again, both = partial(refined, effort=starting), options.free_direction
-            found = free_starts(found, rebuild, again, passes=options.passes, both_directions=both)
         near, by_length = Near(effort, cone, mask), constraints.turn_rate is not None
         delivery = Delivery(found.toolpath, rebuild, near, filling, options, by_length, known is not None)
         return found, delivery
@@ -210,7 +206,7 @@ def _optimised(
         """Solve at the knots of a long path; (n, 2) rad, None where that is no less work, or impossible."""
         # The turn that a move may take is no bound on many moves, and least time hangs on each.
         by_moves = narrow.constraints.max_turn is not None or options.objective == "time"
-        if len(toolpath) <= LONG or by_moves or options.free_start:
+        if len(toolpath) <= LONG or by_moves:
             return None
         rows = knots(toolpath, APART, TILTED, MOVES)
         if len(rows) > SPARSE * len(toolpath):
@@ -233,7 +229,7 @@ def _optimised(
     def solved_on(narrow: Narrow, mask: Mask | None) -> _Attempt:
         """Solve on the machine of the bounds."""
         found, delivery = posed_on(narrow, mask, toolpath, options.start, at_knots(narrow, mask))
-        others = {} if options.start is None or options.free_start else {"the start given": options.start}
+        others = {} if options.start is None else {"the start given": options.start}
         found, rank, breach = delivered(found, delivery, others)
         rotary, fault = found.motion.positions[found.motion.given][:, machine.rotary_columns], None
         if not delivery.admits(rotary):

@@ -12,8 +12,6 @@ from fiveaxis.options import Objective, Search, completed, defaults
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.strategy.effort import Effort, effort_of
 from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
-from fiveaxis.toolpath import Constraints
-from fiveaxis.toolpath.passes import Passes
 
 SEARCH = cast("Search", defaults(Search))
 
@@ -25,8 +23,6 @@ class Options:
     Parameters
     ----------
     mask : which postures are admissible; a function that `Mask.of` takes, too
-    passes : closed passes from which new links are laid, where these may begin elsewhere; by default the
-        path's rings
     interpolation, clock : of the program
     start : (n, 2), rad, chain order, postures to begin from beside those that are searched
     holds_ends : whether the tool keeps the axis that the path has at its first and last location
@@ -43,10 +39,7 @@ class Options:
     effort: str | Effort = SEARCH["effort"]
     solver: str = SEARCH["solver"]
     bound: bool | None = SEARCH["bound"]
-    free_start: bool = SEARCH["free_start"]
-    free_direction: bool = SEARCH["free_direction"]
     mask: Mask | MaskFunction | None = None
-    passes: Passes | None = None
     interpolation: Interpolation = Interpolation.JOINT
     clock: Clock = USUAL_CLOCK
     start: Array | None = None
@@ -74,21 +67,17 @@ class Options:
         """
         return effort_of(self.effort).having(solver=self.solver)
 
-    def require_consistent(self, constraints: Constraints) -> None:
-        """Raise an error if options contradict each other or the constraints.
+    def require_consistent(self) -> None:
+        """Raise an error if options contradict each other.
 
         Raises
         ------
         SettingError
-            A value out of its range, an unknown word; `free_start` with a mask or a singular cone,
-            `free_direction` without `free_start`, `time_price` or `even_wear` with the objective ``time``.
+            A value out of its range, an unknown word; `time_price` or `even_wear` with the objective
+            ``time``.
         """
         own = {name: getattr(self, name) for name in SEARCH}
         completed(Search, own | ({"effort": SEARCH["effort"]} if isinstance(self.effort, Effort) else {}))
-        if self.free_start and (self.mask is not None or constraints.singular_cone is not None):
-            raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
-        if self.free_direction and not self.free_start:
-            raise SettingError("free_direction goes with free_start only; give that, too")
         if self.is_timed and self.even_wear:
             raise SettingError("even_wear can't be combined with the objective time; leave one out")
         if self.is_timed and self.time_price is not None:

@@ -84,7 +84,7 @@ def measure(part: Path, faces: str | None, options: dict[str, object]) -> str:
         part.stem[:9],
         str(faces or "all"),
         how[:5],
-        len(plan.passes.first),
+        len(plan.first),
         len(contact),
         f"{seconds:.1f}",
         f"{1000.0 * foot.distance.max():.1e}",

@@ -563,7 +563,7 @@ def delivered(
     for number, (name, b) in enumerate(solution.compared.items()):
         priced(number, 2 * len(solution.compared))
         try:
-            fill = require_blocks(filling.fill(b.toolpath or given, machine, b.motion))
+            fill = require_blocks(filling.fill(given, machine, b.motion))
         except NoBaseline as reason:
             missing[name] = str(reason)
             continue
@@ -573,7 +573,7 @@ def delivered(
     others = dict(candidates)
     for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
         baseline = solution.compared[name]
-        if baseline.toolpath is None and delivery.cost(energies[name]) < best.cost:
+        if delivery.cost(energies[name]) < best.cost:
             others[f"baseline {name}"] = baseline.motion.positions[:, columns]
     for name, rotary in others.items():
         if not delivery.admits(rotary):
@@ -590,10 +590,10 @@ def delivered(
         priced(number, 2 * len(solution.compared))
         baseline, energy = solution.compared[name], energies[name]
         motion = baseline.motion
-        if baseline.toolpath is None and not delivery.admits(motion.positions[:, columns]):
+        if not delivery.admits(motion.positions[:, columns]):
             note = "; ".join(filter(None, (baseline.note, "it breaks bounds that are asked for")))
             baseline = replace(baseline, note=note, admitted=False)
-        if baseline.toolpath is None and location is not None:
+        if location is not None:
             motion = follow(path, machine, planes[name].rotary_at(location))
             # Priced as it is given, so that everyone who prices it finds the same.
             energy = program_energy(machine, path, motion, filling, delivery.options.clock)

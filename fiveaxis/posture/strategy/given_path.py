@@ -63,8 +63,7 @@ def solve_given(
 
     def searched() -> Array:
         kept = _cheapest(problem, baselines)
-        # Where passes may begin is chosen by the postures of this path.
-        if kept is not None and not options.free_start:
+        if kept is not None:
             return kept
         progress("searching postures", 0, 1)
         found = by_travel(problem, effort, None if mask is None else mask.roughly_admits)

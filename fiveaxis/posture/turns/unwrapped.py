@@ -14,7 +14,6 @@ from operator import attrgetter
 
 import numpy as np
 
-from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
@@ -99,7 +98,7 @@ def rewind_solution(solution: Solution, machine: Machine, refine: Refine, keeps:
     for name, baseline in solution.compared.items():
         rotary = baseline.motion.positions[:, columns]
         try:
-            other = rewinder.elsewhere(baseline.toolpath).of(rotary)
+            other = rewinder.of(rotary)
         except Infeasible as reason:
             missing[name] = str(reason)
             continue
@@ -107,8 +106,7 @@ def rewind_solution(solution: Solution, machine: Machine, refine: Refine, keeps:
         motion = follow(rewound, machine, other.found.rotary)
         energy = program_energy(machine, rewound, motion, solution.filling, solution.clock)
         compared[name] = Baseline(motion, energy, rewound, baseline.note)
-        same = baseline.toolpath in (None, path)
-        if same and _is_admissible(problem, rotary, solution.motion.location) and keeps(rotary):
+        if _is_admissible(problem, rotary, solution.motion.location) and keeps(rotary):
             best = min(best, other, key=attrgetter("price"))
     kept = Unwrapped(path, solution.tilt, best.problem, best.rotary)
     limited = replace(
@@ -185,12 +183,8 @@ class _Rewinder:
 
     problem: Problem
     path: Toolpath
-    tilt: TiltBounds | None
+    tilt: TiltBounds
     machine: Machine
-
-    def elsewhere(self, path: Toolpath | None) -> _Rewinder:
-        """Return the same for a path whose closed passes begin elsewhere; its bounds are unknown."""
-        return self if path is None or path is self.path else replace(self, path=path, tilt=None)
 
     def of(self, rotary: Array) -> _Candidate:
         """Rewind a path, (n, 2) rad, and price it."""
@@ -198,11 +192,7 @@ class _Rewinder:
         price = problem.time_price
         found = insert_rewinds(self.path, self.machine, rotary, tilt=self.tilt, time_price=price)
         marks = sum(r.in_cut for r in found.rewinds)
-        if len(rotary) == len(problem):
-            travel = problem.cost(problem.positions(slice(None), rotary))
-        else:
-            motion = follow(self.path, problem.machine, rotary)
-            travel = motion_energy(problem.machine, motion).travel
+        travel = problem.cost(problem.positions(slice(None), rotary))
         price = travel + found.energy + problem.time_price * found.time + CUT_PRICE * marks
         return _Candidate(problem, rotary, found, price)
 

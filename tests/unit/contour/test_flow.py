@@ -42,7 +42,7 @@ def model(path: Path) -> Model:
 def passes_of(part: Path, **options) -> list[tuple[np.ndarray, np.ndarray]]:
     """Contacts and normals of each pass, in cutting order."""
     plan = plan_passes(part, Tool.ball(6), strategy="flow", **options)
-    path, ends = plan.toolpath, zip(plan.passes.first, plan.passes.last, strict=True)
+    path, ends = plan.toolpath, zip(plan.first, plan.last, strict=True)
     return [(path.contact[a : b + 1], path.normal[a : b + 1]) for a, b in ends]
 
 
@@ -159,7 +159,7 @@ def test_one_spiral_winds_around_a_blade_and_leaves_no_higher_ridges(parts):
     part = parts / "blade.step"
     options = {"strategy": "flow", "faces": BLADE, "scallop": 0.05}
     plan = plan_passes(part, Tool.ball(6), spiral=True, **options)
-    assert len(plan.passes.first) == 1
+    assert len(plan.first) == 1
     path = plan.toolpath
     foot = model(part).nearest(path.contact[path.cutting])
     assert foot.distance.max() < OFF

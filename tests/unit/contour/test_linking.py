@@ -2,13 +2,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour.ball_space import BallSpace, Linker, quarter_arc
+from fiveaxis.contour.ball_space import BallSpace, Linker, PassEnd, quarter_arc
 from fiveaxis.contour.contacts import Contacts
 from fiveaxis.contour.linking import open_passes
 from fiveaxis.contour.ordering import by_levels
 from fiveaxis.contour.passes import Pass
 from fiveaxis.mesh import TriangleTree
-from fiveaxis.toolpath.passes import PassEnd
 
 X, Y, Z = np.eye(3)
 

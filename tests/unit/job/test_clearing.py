@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,7 +98,7 @@ def test_what_collides_between_locations_is_refused_and_searched_again(
     around = Surroundings(fixtures=(block,), clearances=Clearances(0.0, 0.0, 0.0, 0.0))
     asked = []
 
-    def solve(path, mask, free_starts):
+    def solve(path, mask):
         asked.append(mask)
         return free if mask is None else optimise_postures(arc, machine, tilt=TILT, effort="quick", mask=mask)
 
@@ -167,7 +165,7 @@ def test_a_path_that_tightening_makes_impossible_comes_back_with_its_collisions(
     monkeypatch.setattr(clearing, "find_accessible", lambda *_, **__: None)
     around = Surroundings(fixtures=(block,))
 
-    def solve(path, mask, free_starts):
+    def solve(path, mask):
         if mask is not None:
             raise Infeasible("no way", ())
         return free
@@ -183,7 +181,7 @@ def test_a_ball_with_nothing_above_it_is_solved_once(machine, block):
     path = fx.Toolpath.from_contacts([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0, 0, 1.0]] * 2, fx.Tool.ball(8.0))
     calls = []
 
-    def solve(path, mask, free_starts):
+    def solve(path, mask):
         calls.append(mask)
         return optimise_postures(path, machine, tilt=TILT, effort="quick")
 
@@ -191,47 +189,6 @@ def test_a_ball_with_nothing_above_it_is_solved_once(machine, block):
     part.apply_translation([0.0, 0.0, -5.0])
     assert clearing.keep_clear(solve, path, machine, Surroundings(part=part), BOUNDS).rounds == 0
     assert calls == [None]
-
-
-@pytest.fixture(scope="module")
-def rings(tool):
-    """Two rings, one above the other; the second begins half a turn on."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 13)
-    angle = np.concatenate([turn, turn + np.pi])
-    contact = np.column_stack([15.0 * np.cos(angle), 15.0 * np.sin(angle), np.repeat([0.0, 1.0], 13)])
-    return fx.Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (26, 1)), tool)
-
-
-@pytest.mark.slow
-def test_passes_that_begin_elsewhere_are_kept_clear_too(rings, machine, block):
-    clear = Clearances(0.0, 0.5, 0.0, 0.0)
-    asked = {"tilt": TILT, "effort": "quick", "fixtures": (block,), "clearances": clear}
-    found = fx.optimise(rings, machine, free_start=True, **asked)
-    around = Surroundings(fixtures=(block,), clearances=clear)
-    report = fx.verify(found.motion, machine, found.toolpath, tilt=TILT, surroundings=around)
-    assert errors(report) == set()
-    assert not np.array_equal(found.toolpath.pivot, rings.pivot)
-    said = [f.message for f in found.toolpath.findings if f.code == "free-start"][-1]
-    elsewhere, as_it_was = (float(number) for number in re.findall(r"([0-9.]+) J", said))
-    assert elsewhere == pytest.approx(found.energy.total, abs=0.05)
-    assert elsewhere < as_it_was
-
-
-def test_passes_keep_their_start_where_others_cannot_be_kept_clear(rings, machine, block):
-    given = optimise_postures(rings, machine, tilt=TILT, effort="quick")
-    rolled = replace(given, toolpath=rings.at(np.arange(len(rings))[::-1]))
-
-    def solve(path, mask, free_starts):
-        if np.array_equal(path.pivot, rolled.toolpath.pivot):
-            raise Infeasible("1 of 26 locations have no admissible posture", [])
-        return rolled if free_starts else given
-
-    around = Surroundings(fixtures=(block,))
-    cleared = clearing.keep_clear(solve, rings, machine, around, BOUNDS, free_start=True)
-    kept = cleared.solution.toolpath
-    assert np.array_equal(kept.pivot[~kept.inserted], rings.pivot)
-    note = cleared.solution.toolpath.findings[-1].message
-    assert "with free starts the tool can't be kept clear: 1 of 26" in note
 
 
 def test_a_mesh_that_is_inside_out_is_refused(arc, machine):

@@ -110,17 +110,3 @@ def test_a_job_whose_usual_lead_in_is_blocked_comes_from_the_side(tmp_path):
     assert "retract: a lead-out of" in text
     assert np.linalg.norm(outcome.program.motion.lead_out) >= 1.0 - 1e-9
     assert any(t.startswith("the initial turn of the rotary") for t in outcome.program.report.not_checked)
-
-
-def test_a_job_with_a_free_start_is_reported_although_its_baselines_have_other_locations(tmp_path):
-    angle = np.linspace(0.0, 2.0 * np.pi, 40)
-    normal = np.column_stack([np.cos(angle), np.sin(angle), np.full(40, -0.3)])
-    contact = 20.0 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(40)])
-    ring = tmp_path / "ring.csv"
-    header = "x,y,z,nx,ny,nz"
-    np.savetxt(ring, np.hstack([contact, normal]), delimiter=",", header=header, comments="")
-    words = {"machine": "hayashi-640123", "tool": "ball:8", "tilt": (15, 75), "effort": "quick"}
-    outcome = run_job(make_job(input=ring, free_start=True, **words))
-    assert any(baseline.toolpath is not None for baseline in outcome.solution.compared.values())
-    names = {path.name for path in write_outcome(outcome, tmp_path / "out")}
-    assert {"report.html", "report.json", "preview.html", "program.ngc"} <= names

@@ -84,12 +84,6 @@ def test_axes_stay_within_their_travel_between_given_locations_too(ring, short):
     assert solution.machine.axis("Z").limits == short.axis("Z").limits
 
 
-def test_passes_that_may_begin_elsewhere_keep_their_bounds_too(ring, short):
-    solution = fx.optimise(ring, short, free_start=True, **RING)
-    assert counts(solution, RING) == {}
-    assert [f.code for f in solution.toolpath.findings].count("free-start") == 1
-
-
 def test_what_is_solved_passes_the_given_locations_in_their_order(wall, solution):
     location = solution.motion.location
     given = location == np.floor(location)

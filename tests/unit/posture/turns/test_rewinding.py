@@ -311,24 +311,3 @@ def test_verification_finds_nothing_wrong_with_a_rewound_path(hayashi, helix):
     # The same motion on a machine with a little less of C is refused.
     less = verify(solution.motion, ranged(hayashi, 1.0, 360.0), solution.toolpath, tilt=(15, 75))
     assert "axis-limit" in {f.code for f in less.findings}
-
-
-@pytest.mark.slow
-def test_free_starts_are_chosen_before_the_rewinds(hayashi):
-    """Three closed rings, begun far from the turn change; free starts need no more rewinds."""
-    angle = np.radians(200.0) + np.arange(48) * TURN / 48
-    normal = np.stack([np.cos(angle), np.sin(angle), np.full(48, -0.3)], axis=1)
-    ring = (20.0 + 2.0 * np.cos(3.0 * angle))[:, None] * normal * [1.0, 1.0, 0.0]
-    contact = np.concatenate([ring - [0.0, 0.0, 6.0 * k] for k in range(3)])
-    path = Toolpath.from_contacts(contact, np.tile(normal, (3, 1)), Tool.ball(6))
-    machine = ranged(hayashi, 0.0, 360.0)
-    kept, freed = (optimise(path, machine, tilt=(15, 75), free_start=free) for free in (False, True))
-    rewinds = [[f for f in s.toolpath.findings if f.code == "rewind"] for s in (kept, freed)]
-    assert 1 <= len(rewinds[1]) <= len(rewinds[0])
-    assert freed.energy.travel <= kept.energy.travel
-    assert max(freed.residuals().values()) <= 1e-9
-    # Every contact is there once, in another order.
-    unwrapped = freed.unwrapped.toolpath
-    cut = np.round(unwrapped.contact[~unwrapped.inserted], 9)
-    assert len(cut) == len(contact)
-    np.testing.assert_array_equal(np.unique(cut, axis=0), np.unique(np.round(contact, 9), axis=0))

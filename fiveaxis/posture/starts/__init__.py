@@ -1,1 +1,0 @@
-"""Start points of closed passes."""
