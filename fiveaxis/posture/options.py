@@ -38,7 +38,6 @@ class Options:
     up_penalty: float = SEARCH["up_penalty"]
     smoothing: float = SEARCH["smoothing"]
     steady: float = SEARCH["steady"]
-    even_wear: float = SEARCH["even_wear"]
     time_price: float | None = SEARCH["time_price"]
     effort: str | Effort = SEARCH["effort"]
     solver: str = SEARCH["solver"]
@@ -81,7 +80,7 @@ class Options:
         ------
         SettingError
             A value out of its range, an unknown word; `free_start` with a mask or a singular cone,
-            `free_direction` without `free_start`, `time_price` or `even_wear` with the objective ``time``.
+            `free_direction` without `free_start`, `time_price` with the objective ``time``.
         """
         own = {name: getattr(self, name) for name in SEARCH}
         completed(Search, own | ({"effort": SEARCH["effort"]} if isinstance(self.effort, Effort) else {}))
@@ -89,8 +88,6 @@ class Options:
             raise SettingError("free_start can't be combined with a mask or a singular cone; leave one out")
         if self.free_direction and not self.free_start:
             raise SettingError("free_direction goes with free_start only; give that, too")
-        if self.is_timed and self.even_wear:
-            raise SettingError("even_wear can't be combined with the objective time; leave one out")
         if self.is_timed and self.time_price is not None:
             raise SettingError("time_price can't be combined with the objective time; leave one out")
 
