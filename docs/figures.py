@@ -25,7 +25,7 @@ def draw_all(folder: Path) -> None:
     """Draw every figure into a folder, beside the pictures of the examples."""
     folder.mkdir(parents=True, exist_ok=True)
     # Its logs aren't in the project, so that it can't be drawn here.
-    shutil.copy(EXAMPLES / "calibration/umich-x.png", folder)
+    shutil.copy(EXAMPLES / "calibration/umich-x.svg", folder)
     # The place of `examples/02_power_surface.py`.
     tip = fx.tip_surface(fx.load_machine(MACHINE), (30.0, 10.0, 20.0), normal=(0, 0, 1), tilt=(15, 75))
     tip.write(folder / "power-surface.svg")

@@ -84,7 +84,7 @@ def main() -> None:
         found = fit(folder / FITTED, [log for log in logs if log.name != FITTED], axis)
         show(found)
         compare(logs, axis)
-        write_calibration_figure(found, out / f"umich-{axis.lower()}.png")
+        write_calibration_figure(found, out / f"umich-{axis.lower()}.svg")
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ def calibrate(
         typer.Option(
             *("--output", "-o", "--figure"),
             help="block of the machine file (.toml; default: stdout), table of the rows used (.csv), or "
-            "figure of the fit and its errors (.svg, .png, .html); repeatable",
+            "figure of the fit and its errors (.svg, .html); repeatable",
         ),
     ] = None,
     as_json: AsJson = False,

@@ -67,8 +67,8 @@ def energy(
         list[Path] | None,
         typer.Option(
             *("--output", "-o", "--csv", "--figure"),
-            help="table of the blocks (.csv), or figure of power over time and energy by axis (.svg, .png, "
-            ".html); repeatable",
+            help="table of the blocks (.csv), or figure of power over time and energy by axis "
+            "(.svg, .html); repeatable",
         ),
     ] = None,
     as_json: AsJson = False,

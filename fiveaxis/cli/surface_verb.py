@@ -59,7 +59,7 @@ def surface(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="table (.csv) or figure (.svg, .png, .html); default: the table on stdout"
+            "--output", "-o", help="table (.csv) or figure (.svg, .html); default: the table on stdout"
         ),
     ] = None,
     as_json: AsJson = False,

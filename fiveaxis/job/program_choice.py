@@ -226,7 +226,7 @@ def _ways(options: Options, operation: RevisedOperation) -> Iterator[tuple[str, 
     for price in SMOOTH:
         yield f"smoothed by {price:g} J/rad2", held | {"smoothing": max(price, options.smoothing)}
     timed = all(axis.max_speed is not None for axis in operation.machine.axes)
-    if timed and options.objective == "energy" and not options.even_wear:
+    if timed and options.objective == "energy":
         # From the postures of least energy.
         yield "for least time", held | {"objective": "time", "time_price": None, "start": options.start}
     yield "with free ends", {"holds_ends": False}

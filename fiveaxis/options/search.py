@@ -43,17 +43,6 @@ class Search(TypedDict, total=False):
             most=1.0,
         ),
     ]
-    even_wear: Annotated[
-        float,
-        Option(
-            "price of uneven wear: of a mm of cut whose contact is one radius, along the tool axis, from "
-            "where an evenly used edge has it; not with objective time",
-            unit="J/mm",
-            default=0.0,
-            least=0.0,
-            example=5.0,
-        ),
-    ]
     time_price: Annotated[
         float | None,
         Option(

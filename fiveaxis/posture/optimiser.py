@@ -14,7 +14,7 @@ from fiveaxis.energy import power_findings
 from fiveaxis.errors import Infeasible, MachineError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.kinematics import tool_poses, within_limits
+from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Machine, with_powers
 from fiveaxis.motion import Filling, Interpolation, follow
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
@@ -23,7 +23,7 @@ from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Solution, Stage
+from fiveaxis.posture.solution import Solution
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.delivery import Delivery, delivered
 from fiveaxis.posture.strategy.effort import ROUGH
@@ -38,8 +38,6 @@ from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.posture.turns.winding import endless, winding_columns
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, knots
-from fiveaxis.toolpath.bounds import require_touching
-from fiveaxis.toolpath.edge import EvenUse, cut_lengths
 
 # Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
 # from the ends of travel; attempts.
@@ -50,8 +48,6 @@ LONG, SPARSE = 5000, 0.5
 APART, TILTED, MOVES = WRITTEN_TOLERANCE, 2e-4, 64
 # rad: how far a held end may lean from its axis, so that there is room for a solver.
 HELD = np.radians(0.02)
-# Rounds in which wear is evened out: each prices the shares that are nearest to the last one's.
-EVENINGS = 3
 # rad: rounding of a turn.
 SAME_TURN = 1e-6
 
@@ -95,52 +91,8 @@ def optimise(
         Nothing bounds the tool's lean; a held axis that the machine doesn't have, or held outside its limits;
         options that contradict each other (`Options.require_consistent`), or an unknown effort or solver.
     """
-    if options.even_wear:
-        require_touching(toolpath, "how evenly its edge wears (even_wear)")
     if options.is_timed and options.start is None:
         options = replace(options, start=_of_least_energy(toolpath, machine, constraints, options))
-    found, broken = _optimised(toolpath, machine, constraints, options, None)
-    if not options.even_wear:
-        return found
-    best, least, stages = found, (np.inf, np.inf), list[Stage]()
-    for number in range(1 + EVENINGS):
-        axis = tool_poses(machine, found.motion.positions)[1]
-        even = EvenUse.nearest(found.toolpath, axis, found.tilt)
-        spent = found.energy.travel if options.objective == "travel" else found.energy.total
-        cost = spent + options.even_wear * even.missed(found.toolpath, axis)
-        before, status = stages[-1].after if stages else None, f"{cost - spent:.6g} J of it for wear"
-        if cost == before:
-            break
-        stages.append(Stage(f"even wear, round {number}", status, 0, before, cost))
-        best, least = (found, (broken, cost)) if (broken, cost) < least else (best, least)
-        if number < EVENINGS:
-            try:
-                found, broken = _optimised(toolpath, machine, constraints, options, even)
-            except Infeasible:  # there is a path, but none was found near the shares
-                break
-    return replace(best, stages=(*best.stages, *stages))
-
-
-def _of_least_energy(
-    toolpath: Toolpath, machine: Machine, constraints: Constraints, options: Options
-) -> Array | None:
-    """Find the postures of least energy, (n, 2) rad, to begin from; None where there are none, or rewinds.
-
-    A price of time alone says nothing about axes that don't limit a block, so that a search by it ends rough.
-    """
-    cheap = replace(options, objective="energy", bound=False)
-    try:
-        found, _ = _optimised(toolpath, machine, constraints, cheap, None)
-    except Infeasible:
-        return None
-    rotary = found.motion.positions[found.motion.given][:, machine.rotary_columns]
-    return rotary if len(rotary) == len(toolpath) and found.unwrapped is None else None
-
-
-def _optimised(
-    toolpath: Toolpath, machine: Machine, constraints: Constraints, options: Options, even: EvenUse | None
-) -> tuple[Solution, float]:
-    """Find a solution at a price of leaving the shares of an even use, and by how much it breaks bounds."""
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     options.require_consistent()
@@ -164,9 +116,6 @@ def _optimised(
             max_turn=turn_bounds(path, narrow.constraints, location, narrow.turning),
             time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
             bend_price=options.smoothing,
-            wear=None
-            if even is None
-            else np.stack([options.even_wear * cut_lengths(path), even.cosines(path)]),
         )
         return built, bounds
 
@@ -258,7 +207,23 @@ def _optimised(
         found = with_findings(found, cone)
         if options.is_bounded:
             found = with_bound(found, constraints, options.objective, options.progress)
-        return found, attempt.rank[0]
+        return found
+
+
+def _of_least_energy(
+    toolpath: Toolpath, machine: Machine, constraints: Constraints, options: Options
+) -> Array | None:
+    """Find the postures of least energy, (n, 2) rad, to begin from; None where there are none, or rewinds.
+
+    A price of time alone says nothing about axes that don't limit a block, so that a search by it ends rough.
+    """
+    cheap = replace(options, objective="energy", bound=False)
+    try:
+        found = optimise(toolpath, machine, constraints, cheap)
+    except Infeasible:
+        return None
+    rotary = found.motion.positions[found.motion.given][:, machine.rotary_columns]
+    return rotary if len(rotary) == len(toolpath) and found.unwrapped is None else None
 
 
 def _held_ends(path: Toolpath, machine: Machine) -> TiltBounds:

@@ -34,7 +34,6 @@ class Options:
     up_penalty: float = SEARCH["up_penalty"]
     smoothing: float = SEARCH["smoothing"]
     steady: float = SEARCH["steady"]
-    even_wear: float = SEARCH["even_wear"]
     time_price: float | None = SEARCH["time_price"]
     effort: str | Effort = SEARCH["effort"]
     solver: str = SEARCH["solver"]
@@ -73,13 +72,10 @@ class Options:
         Raises
         ------
         SettingError
-            A value out of its range, an unknown word; `time_price` or `even_wear` with the objective
-            ``time``.
+            A value out of its range, an unknown word; `time_price` with the objective ``time``.
         """
         own = {name: getattr(self, name) for name in SEARCH}
         completed(Search, own | ({"effort": SEARCH["effort"]} if isinstance(self.effort, Effort) else {}))
-        if self.is_timed and self.even_wear:
-            raise SettingError("even_wear can't be combined with the objective time; leave one out")
         if self.is_timed and self.time_price is not None:
             raise SettingError("time_price can't be combined with the objective time; leave one out")
 

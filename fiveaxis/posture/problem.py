@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.energy import lifting_costs, travel_costs
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray, product
-from fiveaxis.kinematics import require_orienting, require_positioning, tool_axes
+from fiveaxis.kinematics import require_orienting, require_positioning
 from fiveaxis.machine import Machine
 from fiveaxis.motion import least_times
 from fiveaxis.motion.timing import axis_bounds
@@ -66,8 +66,6 @@ class Problem:
     bend_price : (n − 1,), J/rad², μ
     ramps : (2, n − 1, k), pace in s/mm and s/rad, and grace in s: a step waits for ``pace |Δq| − grace`` of
         each axis; None for ``|Δq| / v − L/F``
-    wear : (2, n), J per unit of cosine between tool axis and normal, and the cosine that costs nothing, where
-        even use of the cutter's edge has the location; None for no price
     """
 
     machine: Machine
@@ -86,7 +84,6 @@ class Problem:
     time_price: float
     bend_price: Array
     ramps: Array | None = None
-    wear: Array | None = None
 
     @classmethod
     def build(
@@ -99,7 +96,6 @@ class Problem:
         max_turn: Array | float = np.inf,
         time_price: float = 0.0,
         bend_price: float = 0.0,
-        wear: Array | None = None,
     ) -> Problem:
         """Build the problem of a path on a machine within bounds.
 
@@ -111,7 +107,6 @@ class Problem:
         time_price : J/s, of time beyond that at the programmed feed
         bend_price : J/rad², of ‖Δρ‖² between given locations; on the m parts of a move m times that, so that
             a turn that is spread evenly over them costs the same
-        wear : as in the record
 
         Raises
         ------
@@ -147,7 +142,6 @@ class Problem:
             ),
             time_price=time_price,
             bend_price=np.asarray(bend_price * parts_of_moves(toolpath), dtype=np.float64),
-            wear=wear,
         )
 
     def __repr__(self) -> str:
@@ -191,9 +185,6 @@ class Problem:
             # A turn spread over m steps bends 1/m as much as the same turn in one.
             bend_price=summed(self.bend_price[:, None])[:, 0] / spans[:, 0] ** 2,
             ramps=None,
-            wear=None
-            if self.wear is None
-            else np.stack([np.add.reduceat(self.wear[0], rows), self.wear[1, rows]]),
         )
 
     def between(self, first: int, last: int) -> Problem:
@@ -219,7 +210,6 @@ class Problem:
             strict=self.strict[steps],
             least_time=self.least_time[steps],
             bend_price=self.bend_price[steps],
-            wear=None if self.wear is None else np.ascontiguousarray(self.wear[:, rows]),
         )
 
     def eased(self, rotary: Array) -> Problem:
@@ -267,13 +257,11 @@ class Problem:
         Parameters
         ----------
         positions : (n, k), mm and rad
-        axis : (n, 3), unit vectors; by default those of the positions, where a price needs them
+        axis : (n, 3), unit vectors; None if no term needs them
         """
         n, k = positions.shape
         quantities = np.zeros((n, k + OTHERS))
         quantities[:, :k] = positions
-        if axis is None and self.wear is not None:
-            axis = tool_axes(self.machine, positions[:, self.machine.rotary_columns])
         if axis is not None:
             quantities[:, k : k + 3] = axis
         for term in self.terms:

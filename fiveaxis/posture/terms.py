@@ -64,8 +64,7 @@ Expression = Callable[[Sequence[Quantities], Sequence[Scalar]], Sequence[Scalar]
 class Term:
     """Rows of one kind, ``r = C q`` of the quantities q of the locations in a window.
 
-    A row costs ``plus (r − c − free)⁺ + minus (c − r − free)⁺ + square r²`` about its centre c; its bounds
-    are ``low ≤ r ≤ high``.
+    A row costs ``plus (r − free)⁺ + minus (−r − free)⁺ + square r²``; its bounds are ``low ≤ r ≤ high``.
 
     Parameters
     ----------
@@ -73,7 +72,7 @@ class Term:
     span : locations in a window
     rows : (w,), the windows' first locations
     data : (w, d), of each window
-    low, high, plus, minus, free, centre, square : broadcast to (w, o), in the units of the row and J per unit
+    low, high, plus, minus, free, square : broadcast to (w, o), in the units of the row and J per unit
     """
 
     name: str
@@ -86,7 +85,6 @@ class Term:
     plus: Array | float = 0.0
     minus: Array | float = 0.0
     free: Array | float = 0.0
-    centre: Array | float = 0.0
     square: Array | float = 0.0
 
     @property
@@ -106,12 +104,11 @@ class Term:
 
     def excess(self, values: Array) -> Array:
         """Compute how far values lie beyond the range that costs nothing, (w, o)."""
-        return np.maximum(np.abs(values - self.centre) - self.free, 0.0)
+        return np.maximum(np.abs(values) - self.free, 0.0)
 
     def cost(self, values: Array) -> float:
         """Price values, (w, o); J."""
-        away = values - self.centre
-        rise, fall = np.maximum(away - self.free, 0.0), np.maximum(-away - self.free, 0.0)
+        rise, fall = np.maximum(values - self.free, 0.0), np.maximum(-values - self.free, 0.0)
         return float(np.sum(self.plus * rise + self.minus * fall + self.square * values**2))
 
     def coefficients(self, count: int) -> tuple[IntArray, Array]:
@@ -345,16 +342,6 @@ def acceleration_excess(problem: Problem) -> Term | None:
     )
 
 
-def wear(problem: Problem) -> Term | None:
-    """Price cosines of the contact angle away from where even use of the edge has each cut."""
-    if problem.wear is None:
-        return None
-    price, share = problem.wear
-    rows = np.flatnonzero(price)
-    each = {"plus": price[rows, None], "minus": price[rows, None], "centre": share[rows, None]}
-    return _term("wear", problem, _lean_cosines, 1, rows=rows, data=problem.normal[rows], **each)
-
-
 # Every term of the problem; one that a problem doesn't need is None.
 TERMS: tuple[Callable[[Problem], Term | None], ...] = (
     limits,
@@ -364,7 +351,6 @@ TERMS: tuple[Callable[[Problem], Term | None], ...] = (
     waits,
     durations,
     acceleration_excess,
-    wear,
 )
 
 

@@ -1,6 +1,6 @@
 """Figures that are files of their own; the suffix of its file chooses a figure's format (`FORMATS`).
 
-The same data gives the same bytes: PNG is drawn from the SVG, with the letters of `fonts`.
+The same data gives the same bytes.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from html import escape
-from importlib.resources import as_file, files
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -45,9 +44,8 @@ if TYPE_CHECKING:
     from fiveaxis.energy.calibration_record import RunEnergy
     from fiveaxis.posture.strategy.front import Front
 
-DPI = 150
 NAMESPACE = "http://www.w3.org/2000/svg"
-FORMATS = (".svg", ".png", ".html")
+FORMATS = (".svg", ".html")
 # Of a table that is looked at.
 DRAWN_SUFFIXES = (".csv", *FORMATS)
 # A figure's page runs no script and fetches nothing.
@@ -84,11 +82,8 @@ def write_figure(chart: str, path: str | Path, title: str) -> Path:
     SettingError
         The suffix is another one, or the file can't be written.
     """
-    suffix = require_suffix(path, FORMATS, "a figure")
-    if suffix == ".html":
+    if require_suffix(path, FORMATS, "a figure") == ".html":
         return write_atomically(path, PAGE.format(title=escape(title), figure=chart))
-    if suffix == ".png":
-        return write_atomically(path, _pixels(standalone(chart)))
     return write_atomically(path, svg_file(chart))
 
 
@@ -103,22 +98,6 @@ def svg_file(chart: str) -> str:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{standalone(chart)}\n'
 
 
-def _pixels(document: str) -> bytes:
-    """Draw an SVG document as a PNG."""
-    from resvg_py import svg_to_bytes
-
-    with as_file(files("fiveaxis.report") / "fonts") as fonts:
-        # Letters of the computer would make figures differ, and there may be none.
-        faces = [str(path) for path in sorted(fonts.glob("*.ttf"))]
-        return svg_to_bytes(
-            svg_string=document,
-            dpi=DPI,
-            skip_system_fonts=True,
-            font_files=faces,
-            sans_serif_family="DejaVu Sans",
-        )
-
-
 class Drawn(HasColumns):
     """A table that is looked at: written as numbers or as a figure, and drawn in a notebook."""
 
@@ -129,7 +108,7 @@ class Drawn(HasColumns):
         """Draw the figure as an SVG element."""
 
     def write(self, path: str | Path) -> Path:
-        """Write the numbers (.csv) or the figure (.svg, .png or .html), replaced in one step.
+        """Write the numbers (.csv) or the figure (.svg or .html), replaced in one step.
 
         Raises
         ------
@@ -153,7 +132,7 @@ def write_calibration_figure(calibration: Calibration, path: str | Path) -> Path
     Parameters
     ----------
     calibration : of `calibrate_drive`
-    path : .svg, .png or .html, replaced in one step
+    path : .svg or .html, replaced in one step
 
     Raises
     ------
@@ -266,7 +245,7 @@ def write_front_figure(front: Front, path: str | Path) -> Path:
     Parameters
     ----------
     front : of `find_front`
-    path : .svg, .png or .html, replaced in one step
+    path : .svg or .html, replaced in one step
 
     Raises
     ------
@@ -298,7 +277,7 @@ def write_program_figure(
 
     Parameters
     ----------
-    path : .svg, .png or .html, replaced in one step
+    path : .svg or .html, replaced in one step
     names, energies : one per program
     times : (n,), s, of the blocks
     by_blocks : (n, k), J, ∫P dt of the blocks by axis

@@ -131,52 +131,6 @@ class EdgeUse:
         }
 
 
-@dataclass(frozen=True, eq=False)
-class EvenUse:
-    """Which contact angle each cut of a path has where together they use the edge evenly.
-
-    Of all ways to share out the angles it is the one that a use is nearest to: the cut at the smallest angle
-    gets the smallest one, and so on (the optimal transport of a line). Cuts of one bin of `EdgeUse` follow
-    each other in the order of the path, so that the lean drifts and doesn't jump.
-
-    Parameters
-    ----------
-    run : (m,), mm of cut up to a location
-    angle : (m,), rad, its share
-    """
-
-    run: Array
-    angle: Array
-
-    @classmethod
-    def nearest(cls, toolpath: Toolpath, axis: Array, bounds: TiltBounds) -> EvenUse:
-        """Share out the angles that bounds admit, from the least to the most, by how a path uses them.
-
-        Raises
-        ------
-        ToolpathError
-            A path without normals.
-        """
-        require_touching(toolpath, "how evenly its edge wears (even_wear)")
-        low, high = admitted(toolpath, bounds)
-        length = cut_lengths(toolpath)
-        cuts = np.flatnonzero(length)
-        cuts = cuts[np.argsort(np.floor(angle_between(axis, toolpath.normal)[cuts] / BIN), kind="stable")]
-        angle = np.empty(len(length))
-        angle[cuts] = low + (high - low) * (np.cumsum(length[cuts]) - length[cuts] / 2.0) / length.sum()
-        rows = np.sort(cuts)
-        return cls(_run(toolpath)[rows], angle[rows])
-
-    def cosines(self, toolpath: Toolpath) -> Array:
-        """Return the cosine of each location's share, (n,); the path may have others than the given ones."""
-        return np.asarray(np.cos(np.interp(_run(toolpath), self.run, self.angle)))
-
-    def missed(self, toolpath: Toolpath, axis: Array) -> float:
-        """Sum how far cuts are from their shares, mm of cut times cosine."""
-        length, cosine = cut_lengths(toolpath), np.sum(np.nan_to_num(toolpath.normal) * axis, axis=1)
-        return float(np.sum(length * np.abs(cosine - self.cosines(toolpath))))
-
-
 def admitted(toolpath: Toolpath, bounds: TiltBounds) -> tuple[float, float]:
     """Return the least and the largest angle to the normal that all bounds admit somewhere on a path, rad.
 
@@ -201,10 +155,6 @@ def cut_lengths(toolpath: Toolpath) -> Array:
     """Share out the lengths of cuts to the locations at their ends, half to each; (n,) mm."""
     half = np.where(toolpath.cutting, toolpath.lengths, 0.0) / 2.0
     return np.where(np.isfinite(toolpath.normal).all(axis=1), half + np.append(half[1:], 0.0), 0.0)
-
-
-def _run(toolpath: Toolpath) -> Array:
-    return np.cumsum(np.where(toolpath.cutting, toolpath.lengths, 0.0))
 
 
 def _lengths(toolpath: Toolpath, axis: Array, edges: Array) -> tuple[Array, float]:

@@ -245,28 +245,6 @@ def test_every_term_is_at_work(machine):
     assert max(changes) > 0.999
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_larger_price_of_wear_leaves_contacts_nearer_to_their_shares(machine, seed):
-    path = bumps(seed)
-    free = found(path, machine).problem
-    start = Objective(path, machine).best_on_grid()
-    share = np.cos(np.radians([12.0, 40.0, 20.0, 30.0]))
-    missed = []
-    for price in (0.1, 1.0, 10.0, 100.0):
-        problem = replace(free, wear=np.stack([np.full(len(path), price), share]))
-        own, other = (
-            refine(problem, start, iterations=200, barrier=4e-2, solver=solver)
-            for solver in ("structured", "ipopt")
-        )
-        assert own.cost <= other.cost * (1.0 + EXACT)
-        cosine = np.sum(tool_axes(machine, own.rotary) * path.normal, axis=1)
-        assert own.cost == pytest.approx(free.path_cost(own.rotary) + price * np.abs(cosine - share).sum())
-        missed.append(np.abs(cosine - share).sum())
-    # Of exact optima none is farther; the last barrier leaves 1e-4 of a cosine.
-    assert (np.diff(missed) <= 1e-4).all()
-    assert missed[-1] < missed[0]
-
-
 def swapped(machine: Machine) -> Machine:
     """The machine for which falling costs what rising did."""
     axes = tuple(

@@ -138,7 +138,7 @@ def test_the_public_mill_is_fitted_to_one_run_and_gives_the_others_as_the_page_s
         assert rows[axis][2].split()[0] == steady
         assert rows[axis][3].split()[0] == whole
         assert PERCENT.findall(rows[axis][4]) == PERCENT.findall(first)[:2]
-    assert {path.name for path in tmp_path.iterdir()} == {"umich-x.png", "umich-y.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {"umich-x.svg", "umich-y.svg"}
 
 
 def ran(script: Path, *arguments: str) -> str:

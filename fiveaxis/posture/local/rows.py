@@ -3,7 +3,7 @@
 A row ``r = C q`` of a term is ``Σ σ v`` of its *parts* v, each with its own bounds and price:
 
 - a row with prices is ``s − t``, ``s, t ≥ 0`` at ``W⁺s + W⁻t``; its bounds are the largest s and t;
-- with a band free of the price, or a centre, it is ``y + s − t`` with y in the band about it;
+- with a band free of the price it is ``y + s − t`` with y in the band;
 - a row with bounds alone is y within them; if they coincide the part is fixed, an equation.
 
 The directional cost is thus exact; a smoothed absolute value fails.
@@ -149,17 +149,16 @@ def _term_rows(term: Term, count: int, still: BoolArray, margin: float, elastic:
     slots, coefficients = term.coefficients(count)
     shape = coefficients.shape[:2]
 
-    figures = (term.low, term.high, term.free, term.centre, term.square, term.plus, term.minus)
-    low, high, free, centre, square, plus, minus = (np.broadcast_to(v, shape).ravel() for v in figures)
+    figures = (term.low, term.high, term.free, term.square, term.plus, term.minus)
+    low, high, free, square, plus, minus = (np.broadcast_to(v, shape).ravel() for v in figures)
     first = np.repeat(term.rows, shape[1])
     # (r, 3): y, s, t
     there = np.zeros((len(first), 3), dtype=bool)
     ends = np.zeros((len(first), 3, 2))
     if term.is_priced:
-        rise, fall = high - centre, centre - low
-        there[:, 0], there[:, 1:] = (free > 0.0) | (centre != 0.0), np.stack([rise, fall], axis=1) > NARROW
-        ends[:, 0] = np.stack([centre - free, centre + free], axis=1)
-        ends[:, 1, 1], ends[:, 2, 1] = rise, fall
+        there[:, 0], there[:, 1:] = free > 0.0, np.stack([high, -low], axis=1) > NARROW
+        ends[:, 0] = np.stack([-free, free], axis=1)
+        ends[:, 1, 1], ends[:, 2, 1] = high, -low
         # A forbidden step: an equation.
         there[:, 0] |= ~there.any(axis=1)
         needed = np.isfinite(free)

@@ -7,7 +7,7 @@ arithmetic on it.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.tape import play
 
 # A number or an array of them.
-Scalars = TypeVar("Scalars", float, Array)
 
 # What a move asks of a posture, columns of `moves`: a row of the model, the shift of its value, the multiple
 # of the largest turn added to it, and the end of a bound that it lies on (0 low, 1 high; -1 for none).
@@ -87,7 +86,6 @@ class Prices(NamedTuple):
     start : (2, n − 1, k), J, of an axis that didn't move this way in the step before
     bend : (n − 1,), J/rad²
     pace, time, delay : (k,) s/mm and s/rad at the highest speed; (n − 1,) s; J/s of what takes longer
-    wear : (2, n), as in `Problem`; (2, 0) for no price
     """
 
     standing: Array
@@ -100,7 +98,6 @@ class Prices(NamedTuple):
     pace: Array
     time: Array
     delay: float
-    wear: Array
 
 
 class Corridor(NamedTuple):
@@ -378,21 +375,6 @@ def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: floa
 
 
 @inner
-def wear_price(wear: Array, i: int, cosine: Scalars) -> Scalars:
-    """Price the wear of a posture of location i by the cosine of its contact angle, J; of arrays, too."""
-    return wear[0, i] * abs(cosine - wear[1, i])
-
-
-@inner
-def along_normal(locations: Locations, i: int, values: Array, j: int, at: int) -> float:
-    """Multiply the normal of location i by the vector in row j of values, from column `at` on."""
-    product = 0.0
-    for c in range(3):
-        product += locations.given[i, 3 + c] * values[j, at + c]
-    return product
-
-
-@inner
 def competes(found: Found, count: int, key: int, cost: float) -> int:
     """Look up the candidate that a cheaper one of its cell replaces; `count` for a new one, −1 for none."""
     mask = len(found.table) - 1
@@ -479,8 +461,7 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
     )
     axes, bounds = len(locations.low), locations.references.shape[1]
     rows, count, least = axes + 3, 0, np.inf
-    wears = prices.wear.shape[1] > 0
-    model = np.empty((axes + 2 * bounds + wears, 6))
+    model = np.empty((axes + 2 * bounds, 6))
     there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
     directions = np.empty((2 * bounds, 3))
     for b in range(bounds):
@@ -516,8 +497,6 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
                     + directions[b, 1] * bows[j, at + 1]
                     + directions[b, 2] * bows[j, at + 2]
                 )
-            if wears:
-                model[axes + 2 * bounds, d] = along_normal(locations, i + 1, bows, j, d * rows + axes)
         for v in range(BESIDE if near else 0, 0 if onlys else len(moves)):
             if onlys and v != ONTO:
                 continue
@@ -580,9 +559,6 @@ def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin:
             travelled(layer.positions, j, there, up, down)
             price, _ = step_price(prices, i, layer.moved[j], up, down, turned)
             cost = layer.cost[j] + price
-            if wears:
-                cosine = bowed(model, axes + 2 * bounds, turn1, turn2)
-                cost += wear_price(prices.wear, i + 1, cosine)
             if over > ROUNDING:
                 cost += BROKEN + PER_EXCESS * over
             if v != ONTO and cost > least + margin:
@@ -776,11 +752,6 @@ def solved(
             else:
                 travelled(layer.positions, j, there, up, down)
             price, moved = step_price(prices, i, layer.moved[j], up, down, turned)
-            if prices.wear.shape[1]:
-                cosine = along_normal(locations, i + 1, values, n, axes)
-                cosine += along_normal(locations, i + 1, values, n, rows + axes) * first
-                cosine += along_normal(locations, i + 1, values, n, 2 * rows + axes) * second
-                price += wear_price(prices.wear, i + 1, cosine)
             if over > ROUNDING:
                 price += BROKEN + PER_EXCESS * over
             then.rotary[size, 0], then.rotary[size, 1] = angle1, angle2

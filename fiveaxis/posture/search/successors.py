@@ -32,9 +32,8 @@ from fiveaxis.geometry import (
     every_pair,
     normalise,
     perpendicular,
-    product,
 )
-from fiveaxis.kinematics import rotary_angles, singular_direction, tool_axes
+from fiveaxis.kinematics import rotary_angles, singular_direction
 from fiveaxis.kinematics.windings import TURN, into_limits, one_turn_from
 from fiveaxis.motion import standing_speeds
 from fiveaxis.posture.problem import Problem
@@ -52,7 +51,6 @@ from fiveaxis.posture.search.successor_kernel import (
     keep_only,
     traced,
     trail_of,
-    wear_price,
 )
 from fiveaxis.posture.terms import location_tapes
 from fiveaxis.progress import Steps, uncounted
@@ -249,7 +247,7 @@ def _cheapest_path(
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
     trail = trail_of(task, first, start, states)
-    trail.layers[0].cost[: len(first)] = _wear(problem, 0, first)
+    trail.layers[0].cost[: len(first)] = 0.0
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
     if not _searched(problem, task, trail, states, admits, asked, steps):
@@ -324,7 +322,6 @@ def _bridged(
     rotary = np.ascontiguousarray(rotary[:: -(-len(rotary) // (most - size)) or 1])
     positions = problem.positions(np.full(len(rotary), i), rotary)
     cost, came, moved = cheapest_steps(task, here, before, i - 1, rotary, positions)
-    cost += _wear(problem, i, rotary)
     kept = np.flatnonzero(np.isfinite(cost))
     begin = int(trail.begin[i]) + size
     rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
@@ -504,13 +501,6 @@ def _inside(low: float, high: float) -> tuple[float, float]:
     return (least, most) if least < most else (low, high)
 
 
-def _wear(problem: Problem, i: int, rotary: Array) -> Array | float:
-    """Price the wear of postures, (m, 2) rad, of location i; (m,) J."""
-    if problem.wear is None:
-        return 0.0
-    return wear_price(problem.wear, i, product(tool_axes(problem.machine, rotary), problem.normal[i]))
-
-
 def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
     machine, time = problem.machine, problem.least_time
     pace = 1.0 / problem.top_speed
@@ -529,7 +519,6 @@ def _prices(problem: Problem, costs: BlockCosts, start: float) -> Prices:
         pace,
         time,
         problem.time_price,
-        np.empty((2, 0)) if problem.wear is None else problem.wear,
     )
 
 

@@ -48,7 +48,7 @@ WIDE, DETOUR = grain(0.5, 2.0, 400, 60.0), 12
 # From one round to the next, axes may turn farther in a block by this factor, and by as many rad.
 FARTHER, LITTLE = 1.5, np.radians(0.5)
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
-BESIDE = ("bends", "waits", "wear")
+BESIDE = ("bends", "waits")
 SEARCHING, FAIRING = "searching postures", "fairing"
 # rad: how far postures are moved to run smoothly.
 FARTHEST = tuple(np.radians([0.02, 0.05, 0.1, 0.2]))
@@ -445,7 +445,7 @@ class Delivery:
         return replace(program, energy=energy, cost=self.cost(energy) + beside, solved=solved)
 
     def _beside(self, rotary: Array) -> float:
-        """Sum the prices of bends, delay and wear of a path, (n, 2) rad, at the given locations, J."""
+        """Sum the prices of bends and delay of a path, (n, 2) rad, at the given locations, J."""
         terms = [term for term in self._given.problem.terms if term.name in BESIDE and term.has_price]
         if self.options.objective == "time" or not terms:
             return 0.0

@@ -155,7 +155,7 @@ def _by_clock(
     most = interrupted_cuts(solution, start)
     for number, price in enumerate(prices, start=1):
         if number == n - 1 and None not in speeds:
-            found = searched(objective="time", time_price=None, even_wear=0.0)
+            found = searched(objective="time", time_price=None)
         else:
             found = searched(time_price=price)
         own, rotary = solved(found)

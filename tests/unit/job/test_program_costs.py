@@ -300,7 +300,7 @@ def test_options_of_the_verb_are_the_librarys(tmp_path):
     assert skipped["energy"]["time"] < plain["energy"]["time"]
     assert "names an axis twice" in run("energy", path, *machine[:2], "--start", "X1,X2").stderr
     refused = run("energy", path, *machine[:2], "-o", tmp_path / "x.pdf")
-    assert "let it end in .csv, .svg, .png or .html" in refused.stderr
+    assert "let it end in .csv, .svg or .html" in refused.stderr
     assert not (tmp_path / "x.pdf").exists()
 
 

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import by_degrees
 import numpy as np
 import pytest
 from by_travel import optimise
@@ -13,7 +12,6 @@ from fiveaxis.geometry import angle_between
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
-from fiveaxis.toolpath.edge import EdgeUse
 from fiveaxis.verification import tool_poses as pinocchio_poses
 from fiveaxis.verification import verify
 
@@ -274,25 +272,3 @@ def test_a_cone_about_the_programmed_axis_keeps_a_bull_nose_on_its_corner(hayash
     assert np.degrees(np.arccos(np.sum(found * axis, axis=1).clip(-1, 1))).max() <= 20.0 + 1e-6
     touched = tool.cutter.contacts(given.tips(found), path.normal, found)
     np.testing.assert_allclose(touched, path.contact, atol=1e-8)
-
-
-def test_a_price_of_uneven_wear_spreads_the_contact_over_the_edge(hayashi):
-    turns, one = 2, ring(40, 0.3)
-    rise = np.linspace(0.0, 8.0, 40 * turns)[:, None] * [0.0, 0.0, 1.0]
-    path = Toolpath.from_contacts(
-        np.tile(one.contact, (turns, 1)) + rise, np.tile(one.normal, (turns, 1)), one.tool, feed_mm_min=1000
-    )
-
-    def solved(price):
-        found = by_degrees.optimise(path, hayashi, tilt=(15, 75), effort="quick", even_wear=price)
-        assert verify(found.motion, hayashi, found.toolpath, tilt=(15, 75)).ok
-        axis = tool_axes(hayashi, found.motion.positions[:, hayashi.rotary_columns])
-        return found, EdgeUse.of({"it": (found.toolpath, axis)}, within=tuple(np.radians([15.0, 75.0])))
-
-    (free, before), (even, after) = solved(0.0), solved(20.0)
-    assert after.peaks["it"] < 0.7 * before.peaks["it"]
-    assert after.unevenness["it"] < 0.4 * before.unevenness["it"]
-    assert even.energy.total < 1.25 * free.energy.total
-    assert [stage.name for stage in even.stages[-4:]] == [f"even wear, round {n}" for n in range(4)]
-    with pytest.raises(SettingError, match="even_wear can't be combined"):
-        optimise(path, hayashi, tilt=(15, 75), objective="time", even_wear=1.0)

@@ -34,8 +34,7 @@ def problem_of(machine: Machine, tool: Tool) -> Problem:
         time_price=300.0,
     )
     speeds, pushes = np.array([3.0, 3.0, 1.5, 0.2, 0.3]), np.array([1.0, 2.0, np.inf, 0.3, 0.2])
-    wear = np.stack([RNG.uniform(1.0, 9.0, N), RNG.uniform(0.3, 0.9, N)])
-    return replace(problem, top_speed=speeds, top_acceleration=pushes, wear=wear)
+    return replace(problem, top_speed=speeds, top_acceleration=pushes)
 
 
 MACHINES = {
@@ -129,7 +128,7 @@ def test_every_terms_coefficients_give_its_values(problem, rotary):
     axis = quantities(problem, rotary)[:, 5:]
     path = problem.quantities(positions, axis)
     names = {term.name for term in problem.terms}
-    assert names == {"limits", "leans", "travel", "bends", "waits", "durations", "acceleration", "wear"}
+    assert names == {"limits", "leans", "travel", "bends", "waits", "durations", "acceleration"}
     for term in problem.terms:
         places, coefficients = term.coefficients(path.shape[1])
         windows = np.stack([path[r : r + term.span].ravel() for r in term.rows])
@@ -150,8 +149,6 @@ def test_the_cost_of_a_path_is_that_of_its_formula(problem, rotary):
     between = (problem.least_time[1:] + problem.least_time[:-1])[:, None] / 2.0
     excess = np.maximum(np.abs(np.diff(speed, axis=0)) - between * problem.top_acceleration, 0.0)
     expected += (problem.excess_price * excess).sum()
-    cosine = (quantities(problem, rotary)[:, 5:] * problem.normal).sum(axis=1)
-    expected += (problem.wear[0] * np.abs(cosine - problem.wear[1])).sum()
     assert problem.cost(positions) == pytest.approx(expected, rel=1e-12)
     np.testing.assert_allclose(problem.delay(positions), late)
     np.testing.assert_allclose(problem.acceleration_excess(positions), excess)
@@ -166,9 +163,7 @@ def test_links_and_rapids_have_no_price_on_changes_of_speed(rotary):
 def test_terms_that_a_problem_doesnt_need_are_left_out():
     problem = problem_of(MACHINES["hayashi"], Tool.ball(6.0))
     endless = np.full(5, np.inf)
-    plain = replace(
-        problem, top_speed=endless, top_acceleration=endless, bend_price=np.zeros(N - 1), wear=None
-    )
+    plain = replace(problem, top_speed=endless, top_acceleration=endless, bend_price=np.zeros(N - 1))
     assert [term.name for term in plain.terms] == ["limits", "leans", "travel"]
 
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.stats import wasserstein_distance
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
-from fiveaxis.toolpath.edge import EdgeUse, EvenUse
+from fiveaxis.toolpath.edge import EdgeUse
 from fiveaxis.toolpath.edge import admitted as admitted_angles
 
 RPM = 2.0 * np.pi / 60.0
@@ -108,21 +107,6 @@ def test_a_speed_out_of_reach_or_without_a_spindle_is_refused():
 
 def test_a_cutting_speed_bounds_the_lean_also_where_nothing_else_does():
     assert Constraints.of_degrees(least_cutting_speed=60.0, spindle_speed=8000.0).bounds_lean
-
-
-@pytest.mark.parametrize(
-    "leans", [np.full(401, 50.0), np.linspace(70.0, 20.0, 401), 45.0 + 25.0 * np.sin(np.arange(401))]
-)
-def test_the_shares_of_an_even_use_are_as_near_as_any(leans):
-    """SciPy's distance between the use and the even one, over which 5 deg don't count."""
-    path = plane(401)
-    bounds = Constraints.of_degrees(tilt=(15.0, 75.0)).lean_bounds(path)
-    even = EvenUse.nearest(path, leaning(leans), bounds)
-    shares = np.degrees(np.arccos(even.cosines(path)))
-    np.testing.assert_allclose(np.sort(shares), np.linspace(15.0, 75.0, 401), atol=0.2)
-    least = wasserstein_distance(np.cos(np.radians(leans)), np.cos(np.radians(np.linspace(15.0, 75.0, 8001))))
-    assert 0.998 * least <= even.missed(path, leaning(leans)) / 100.0 <= least + np.radians(5.0)
-    assert even.missed(path, leaning(shares)) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_unevenness_is_how_far_a_mm_of_cut_is_from_even_use():
