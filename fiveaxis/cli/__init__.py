@@ -22,12 +22,8 @@ __all__ = ["app", "main"]
 
 def main() -> None:
     """Run the command line."""
-    import gc
-
     from fiveaxis.cli.process import run
 
-    # Imported modules leave nothing to collect, and looking for it takes a sixth of their time.
-    gc.set_threshold(50_000)
     run(lambda: __getattr__("app"))
 
 

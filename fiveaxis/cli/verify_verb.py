@@ -232,8 +232,7 @@ def load_checked(
         if path is not None:
             shape = options["path_shape"]
             toolpath = read_toolpath(path, tool=tool, machine=machine, path_shape=shape)
-    if options["control"] is not None:
-        machine = replace(machine, control=options["control"])
+    machine = machine.with_control(options["control"])
     tolerance = {} if gouge is None else {"gouge_tolerance": gouge}
     cutter = tool or (None if toolpath is None else toolpath.tool)
     if toolpath is not None and around is not None:

@@ -220,6 +220,7 @@ class _Search:
         middle = product(pose[:3, :3], (mover.low + mover.high) / 2.0) + pose[:3, 3]
         best = math.dist(middle, (other.low + other.high) / 2.0) + mover.size + other.size
         along, first = pose[:3, 2], FIRST
+        nearest = along
         directions = np.vstack([along, -along, DIRECTIONS])
         for angle in (0.0, *varied):
             for aside in directions:

@@ -188,8 +188,7 @@ def price_program(
     process: ProcessFigures | None = None,
 ) -> ProgramEnergy:
     """Compute the energy of a program's text as `program_energy` does that of a file."""
-    machine = machine if control is None else replace(machine, control=str(control))
-    machine, stands = set_up_as_stated(machine, source)
+    machine, stands = set_up_as_stated(machine.with_control(control), source)
     read = require_timed(load_program(source, machine, tool, reading).motion, machine, reading.get("rapid"))
     require(
         np.all(np.isfinite(read.positions), axis=1),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -95,7 +94,7 @@ def verify_program(
     FiveAxisError
         As `read_program`, `verify` and `find_contacts`; bounds that refer to a path or part that isn't given.
     """
-    machine = machine if control is None else replace(machine, control=str(control))
+    machine = machine.with_control(control)
     groups = Reading, ProgramBounds, Meshes, CadFile, Workpiece
     reading, bounds, meshes, cad, workpiece = parted(given, *groups)
     around = completed(Workpiece, workpiece)

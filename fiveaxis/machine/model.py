@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -218,6 +219,10 @@ class Machine(Posing, ShownAsTable):
             raise MachineError(f"tool length is {length:g} mm; tools have {low:g} to {high:g} mm: write mm")
         chain = self.chain.with_tool_length(length - self.tool_length)
         return replace(self, tool_length=length, has_tool_length=True, chain=chain)
+
+    def with_control(self, control: str | Path | None) -> Machine:
+        """Return this machine for programs of a control, by name or by its table's path; None for its own."""
+        return self if control is None else replace(self, control=str(control))
 
     def with_load(self, mass: float, centre: Triple = (0.0, 0.0, 0.0)) -> Machine:
         """Return this machine with another load on the table: workpiece, vice, fixture.

@@ -44,10 +44,9 @@ def check_joins(context: CheckContext, read: TracedProgram) -> Iterator[Result]:
         return
     back, retracted = withdrawn(context), -1
     operation = read.motion.operation
-    # LinuxCNC's change moves nothing but to a place that its configuration names.
-    control = "" if operation is None else operation.control
-    stays = control.startswith("linuxcnc")
-    moving = DIALECTS[control].moving_words if control in DIALECTS else ()
+    dialect = None if operation is None else DIALECTS.get(operation.control)
+    stays = dialect is not None and not dialect.reading.change_moves
+    moving = frozenset[str]() if dialect is None else dialect.moving_words
     for join in track.joins:
         length_off = join.word == LENGTH_OFF
         row = int(np.searchsorted(track.steps, join.step, side="right")) - 1

@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from fiveaxis.job import read_fixtures
 from fiveaxis.machine import Box
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "programs"
-TRT = "linuxcnc-xyzac-trt"
+IN_BOX, IN_CLAMPS = "15 mm into the fixture 'box'", "14.4 mm into the fixture 'two clamps'"
 CUT = "G21 G90 G94 G17 G40 G49 G80\nG54\nT1 M6\nS3000 M3\nG0 X0. Y0. Z60. A0. C0.\n"
 CUT += "G43.4 H1 Z50.\nG1 Z40. F500.\nX10. A-5.\n{}X20. A-6.\n{}G0 Z60.\nG91 G28 Z0.\nG90\nG49\nM5\n{}"
 NGC = "G21 G90 G17 G94 F100\nG0 X0 Y0 Z0 A0 C0\n{}\nM2\n"
@@ -41,54 +41,49 @@ class Row:
     title: str
     text: str
     says: str
-    machine: str = "hayashi-640123"
     control: str | None = "fanuc"
     fixtures: str = ""
     box: bool = False
     length: float | None = None
-    options: dict[str, Any] = field(default_factory=dict)
     suffix: str = ".nc"
 
 
-def fanuc(title: str, says: str, middle: str = "", end: str = "", last: str = "M30\n%\n", **more: Any) -> Row:
-    return Row(title, "%\nO1\n" + CUT.format(middle, end, last), says, **more)
+def fanuc(
+    title: str,
+    says: str,
+    middle: str = "",
+    end: str = "",
+    last: str = "M30\n%\n",
+    replaced: tuple[str, str] = ("", ""),
+) -> Row:
+    return Row(title, "%\nO1\n" + CUT.format(middle, end, last).replace(*replaced, 1), says)
 
 
 def linuxcnc(title: str, says: str, line: str) -> Row:
     return Row(title, NGC.format(line), says, control="linuxcnc", suffix=".ngc")
 
 
+def shared(title: str, name: str, says: str, **more: Any) -> Row:
+    return Row(title, f"{name}.ngc", says, control=None, **more)
+
+
 ROWS = (
-    Row(
-        "G43 H1 and --tool-length, a box in the way",
-        "g43_through_box.ngc",
-        "fixture-collision",
-        length=150.0,
-        box=True,
-    ),
-    Row("the same without --tool-length", "g43_through_box.ngc", "fixture-collision", box=True),
-    Row(
+    shared("G43 H1 and --tool-length, a box in the way", "g43_through_box", IN_BOX, length=150.0, box=True),
+    shared("the same without --tool-length", "g43_through_box", IN_BOX, box=True),
+    shared(
         "G81 with neither G98 nor G99, a clamp between",
-        "cycle_no_g98_g99.ngc",
-        "fixture-collision",
-        machine=TRT,
-        control=None,
+        "cycle_no_g98_g99",
+        "1.5 mm into the fixture 'clamp'",
         fixtures="cycle_clamp.toml",
     ),
     fanuc("a comment within a comment", "read-differently", "(G1 X11 (OLD) Z-20. A-96.5)\n"),
     linuxcnc("the same on LinuxCNC", "read-differently", "G1 X1\n(G1 X11 (OLD) Z-20.)\nX2"),
     fanuc("/ before a retract", "skipped-blocks", "/G0 Z50.\nG0 X30. A-6.\nG1 "),
     fanuc("/ before two cuts", "skipped-blocks", "/G1 X12. A-5.2\n/X14. A-5.4\n"),
-    Row(
-        "/ before G43.4, S M3, G54 and T M6",
-        "%\nO1\n"
-        + CUT.format("", "", "M30\n%\n")
-        .replace("G43.4", "/G43.4")
-        .replace("S3000", "/S3000")
-        .replace("G54", "/G54")
-        .replace("T1", "/T1"),
-        "skipped-blocks",
-    ),
+    fanuc("/ before G43.4", "skipped-blocks", replaced=("G43.4", "/G43.4")),
+    fanuc("/ before S M3", "skipped-blocks", replaced=("S3000", "/S3000")),
+    fanuc("/ before G54", "skipped-blocks", replaced=("G54", "/G54")),
+    fanuc("/ before T M6", "skipped-blocks", replaced=("T1", "/T1")),
     fanuc("% between the cuts", "program-end", "%\n"),
     fanuc("M30 missing", "program-end", last="%\n"),
     fanuc("M99 in its place", "program-end", last="M99\n%\n"),
@@ -96,11 +91,7 @@ ROWS = (
     fanuc("a dwell of 20 s in the cut", "dwell-in-cut", "G4 P20000\n"),
     fanuc("G4 P2000, 2 s on a Fanuc", "", "G4 P2000\n"),
     fanuc("a tool change after the last cut, TCP on", "tcp-state", end="T2 M6\n"),
-    Row(
-        "G49 without a retract before",
-        "%\nO1\n" + CUT.format("", "", "M30\n%\n").replace("G91 G28 Z0.\nG90\n", ""),
-        "length-off",
-    ),
+    fanuc("G49 without a retract before", "length-off", replaced=("G91 G28 Z0.\nG90\n", "")),
     fanuc("T, S, H, offsets beyond the table", "beyond-control", "S200000\n"),
     fanuc("% in a comment", "beyond-control", "(50% OF F)\n"),
     fanuc("a word without a decimal point", "whole-word", "X12 A-5.5\n"),
@@ -118,20 +109,8 @@ ROWS = (
     linuxcnc("ATAN2", "ATAN2", "G1 X[ATAN2[1]/[2]]"),
     linuxcnc("M94 C", "Heidenhain", "M94 C\nG1 X1"),
     linuxcnc("G92 E0", "3D printer", "G92 E0\nG1 X1"),
-    Row(
-        "an OBJ that counts back",
-        "obj_fixture.ngc",
-        "fixture-collision",
-        control=None,
-        fixtures="fix_neg.toml",
-    ),
-    Row(
-        "the same with plain numbers",
-        "obj_fixture.ngc",
-        "fixture-collision",
-        control=None,
-        fixtures="fix_pos.toml",
-    ),
+    shared("an OBJ that counts back", "obj_fixture", IN_CLAMPS, fixtures="fix_neg.toml"),
+    shared("the same with plain numbers", "obj_fixture", IN_CLAMPS, fixtures="fix_pos.toml"),
 )
 # Found in a program that is short and made up, whatever it is about.
 BESIDE = ("start-state", "approach-order", "spindle-off", "return-level")
@@ -142,14 +121,14 @@ def checked(row: Row, folder: Path) -> Iterator[tuple[Severity, str, str]]:
     file = DATA / row.text if row.text.endswith(".ngc") else folder / f"part{row.suffix}"
     if file.parent == folder:
         file.write_text(row.text)
-    machine = fx.load_machine(row.machine)
+    machine = fx.load_machine("hayashi-640123")
     machine = machine if row.length is None else machine.with_tool_length(row.length)
     named = read_fixtures(DATA / row.fixtures).get("fixture") if row.fixtures else []
     fixtures = [table.build() for table in named or ()]
     fixtures += [Fixture("box", Box((24.0, 24.0, 30.0), (0.0, 0.0, 15.0)))] if row.box else []
     try:
         report = fx.verify_program(
-            file, machine, tool=fx.Tool.flat(6), fixtures=tuple(fixtures), control=row.control, **row.options
+            file, machine, tool=fx.Tool.flat(6), fixtures=tuple(fixtures), control=row.control
         )
     except FiveAxisError as fault:
         yield Severity.ERROR, "refused", str(fault)

@@ -138,5 +138,5 @@ def program_dialect(source: Source, machine: Machine) -> Dialect | None:
 def dialect_of(source: Source, machine: Machine) -> Dialect | None:
     """Return `program_dialect`, or else what all tables with the file's suffix have in common, or None."""
     known = [d for d in DIALECTS.values() if source.name.lower().endswith(d.suffix)]
-    same = {(d.mixed_feed.degree, d.dwell) for d in known}
+    same = {(d.mixed_feed.degree, d.dwell, d.reading) for d in known}
     return program_dialect(source, machine) or (known[0] if len(same) == 1 else None)

@@ -40,8 +40,10 @@ class Moves(InterpreterState):
     def _move(self, axes: list[str], block: Block) -> None:
         motion, line = self.modes.motion, block.line
         if "G53" in block.g and self.modes.incremental:
-            # Fanuc doesn't move, Haas goes to the machine position, LinuxCNC stops: nothing is known after
-            # it.
+            control = self.modes.control
+            if control is not None and control.reading.machine_increments == "refused":
+                raise BlockError(f"{control.short_title} refuses G53 under G91; write G90 before")
+            # Fanuc doesn't move, Haas goes to the machine position: nothing is known after it.
             self._leave_at(dict.fromkeys(axes))
             return
         if motion is None and axes:

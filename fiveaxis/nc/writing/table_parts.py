@@ -172,6 +172,8 @@ class ReadingRules(StrictModel):
     whole_words : what axis words without a decimal point count: ``units``, mm and deg, or ``unknown`` where a
         setting may make them multiples of the increment
     whole_feed : the same for F
+    machine_increments : what it does with G53 under G91: ``accepted``, ``refused`` or ``unknown``
+    change_moves : whether the control itself moves axes at a tool change
     ends : words that end a program
     repeats : words that begin a main program again instead
     unknown : why keys are unknown
@@ -187,6 +189,8 @@ class ReadingRules(StrictModel):
     late_percent: Literal["accepted", "refused", "unknown"] = "unknown"
     whole_words: Literal["units", "unknown"] = "unknown"
     whole_feed: Literal["units", "unknown"] = "units"
+    machine_increments: Literal["accepted", "refused", "unknown"] = "unknown"
+    change_moves: bool = True
     ends: Lines = ("M2", "M30")
     repeats: Lines = ()
     unknown: str = "the control's table doesn't say it (reading)"

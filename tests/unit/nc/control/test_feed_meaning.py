@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,33 +10,20 @@ from interpreted import canonical, needs_rs274
 
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import load_machine
-from fiveaxis.nc import find_dialect, read_program
+from fiveaxis.nc import find_dialect
 
 MACHINE = load_machine("linuxcnc-xyzac-trt")
-
-
-@pytest.fixture
-def read(tmp_path):
-    def read_text(text, control="", name="part.nc", **options):
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        start = dict.fromkeys(MACHINE.letters, 0.0)
-        return read_program(
-            path, replace(MACHINE, control=control), **{"start": start, "rapid": 6e3} | options
-        )
-
-    return read_text
 
 
 def codes(motion):
     return [finding.code for finding in motion.findings]
 
 
-def test_fanuc_takes_the_time_that_its_manual_prints(read):
+def test_fanuc_takes_the_time_that_its_manual_prints(read_of):
     # B-63174EN/03, p. 55: G91 G01 X20.0 C40.0 F300.0 is distributed in 0.14907 min.
-    motion = read("G21 G91 G94\nG01 X20.0 C40.0 F300.0\n", "fanuc")
+    motion = read_of("G21 G91 G94\nG01 X20.0 C40.0 F300.0\n", "fanuc")
     assert motion.time[1] / 60.0 == pytest.approx(0.14907, abs=5e-6)
-    inches = read("G20 G91 G94\nG01 X2.0 C4.0 F30.0\n", "fanuc")
+    inches = read_of("G20 G91 G94\nG01 X2.0 C4.0 F30.0\n", "fanuc")
     assert inches.time[1] / 60.0 == pytest.approx(0.14907, abs=5e-6)
 
 
@@ -49,12 +35,12 @@ def test_fanuc_takes_the_time_that_its_manual_prints(read):
     ],
     ids=["named in a comment", "feed per revolution"],
 )
-def test_a_program_is_timed_alike_whoever_names_its_control(read, before, control, text):
-    motion = read(f"{before}G21 G91\n{text}\n", control)
+def test_a_program_is_timed_alike_whoever_names_its_control(read_of, before, control, text):
+    motion = read_of(f"{before}G21 G91\n{text}\n", control)
     assert motion.time[1] / 60.0 == pytest.approx(0.14907, abs=5e-6)
 
 
-def test_sinumerik_takes_the_times_that_its_manual_prints(read):
+def test_sinumerik_takes_the_times_that_its_manual_prints(read_of):
     # 6FC5398-1BP10-2BA0, p. 271: R1 to R9 in s. R8 is 10 mm at 2540 mm/min, 0.236 s: 0.288 is misprinted.
     program = """FGROUP(X,A)
 G91 G1 G710 F100
@@ -72,39 +58,39 @@ X0.001 A10
 M30
 """
     parts = program.split("G700")
-    metric = read(parts[0] + "M30\n", name="part.mpf").time[1:]
+    metric = read_of(parts[0] + "M30\n", name="part.mpf").time[1:]
     np.testing.assert_allclose(metric, [6.0, 8.485, 6.0, 6.0], atol=1e-3)
-    imperial = read("FGROUP(X,A)\nG91 G1 G700" + parts[1], name="part.mpf").time[1:]
+    imperial = read_of("FGROUP(X,A)\nG91 G1 G700" + parts[1], name="part.mpf").time[1:]
     np.testing.assert_allclose(imperial, [6.0, 6.005, 6.0, 0.236, 6.0], atol=1e-3)
 
 
-def test_sinumerik_without_a_group_counts_the_geometry_axes(read):
-    motion = read(
+def test_sinumerik_without_a_group_counts_the_geometry_axes(read_of):
+    motion = read_of(
         "G710 G90 G94\nG1 X10 C90 F1000\nFGROUP(X,Y,Z,C)\nX20 C180\nFGROUP()\nX30 C270\nM30\n", name="a.mpf"
     )
     np.testing.assert_allclose(motion.time[1:], [0.6, 0.06 * np.hypot(10, 90), 0.6], rtol=1e-9)
 
 
-def test_a_group_holds_under_tcp_too(read):
+def test_a_group_holds_under_tcp_too(read_of):
     text = "G710 G90 G94\nTRAORI\n{}G1 X10 Y0 Z0 A0 C0 F1000\nX20 C90\nM30\n"
-    alone, grouped = (read(text.format(w), name="a.mpf").time.sum() for w in ("", "FGROUP(X,Y,Z,C)\n"))
+    alone, grouped = (read_of(text.format(w), name="a.mpf").time.sum() for w in ("", "FGROUP(X,Y,Z,C)\n"))
     assert grouped - alone == pytest.approx(0.06 * (np.hypot(10, 90) - 10), rel=1e-6)
 
 
 @needs_rs274
-def test_linuxcnc_counts_what_its_own_interpreter_does(read, tmp_path):
+def test_linuxcnc_counts_what_its_own_interpreter_does(read_of, tmp_path):
     # It converts inverse time to F: F per minute is the block's length times that of G93.
     moves = ["X20 C40", "C80", "Y3 Z-4 A10", "A20 C100", "X-1 Y-2 Z-3 A4 C5"]
     path = tmp_path / "inverse.ngc"
     path.write_text("\n".join(["G21 G90 G93", *(f"G1 {move} F6" for move in moves), "M2", ""]))
     feeds = [float(f) for f in re.findall(r"SET_FEED_RATE\(([0-9.]+)\)", canonical(path))][: len(moves)]
     lines = "\n".join(f"G1 {move} F{feed}" for move, feed in zip(moves, feeds, strict=True))
-    motion = read(f"G21 G90 G94\n{lines}\nM2\n", "linuxcnc", name="again.ngc")
+    motion = read_of(f"G21 G90 G94\n{lines}\nM2\n", "linuxcnc", name="again.ngc")
     np.testing.assert_allclose(motion.time[1:], 10.0, rtol=1e-5)
 
 
-def test_where_no_control_is_known_both_times_are_told(read):
-    motion = read("G21 G91 G94\nG1 X20. C40. F300\nX20.\nC40.\nM30\n")
+def test_where_no_control_is_known_both_times_are_told(read_of):
+    motion = read_of("G21 G91 G94\nG1 X20. C40. F300\nX20.\nC40.\nM30\n")
     [finding] = [f for f in motion.findings if f.code == "feed-meaning"]
     assert (finding.place.line, codes(motion)) == (2, ["feed-meaning"])
     assert "4 s where F is along X, Y and Z alone" in finding.message
@@ -123,13 +109,13 @@ def test_where_no_control_is_known_both_times_are_told(read):
     ],
     ids=["inverse time", "one kind of axes", "a suffix of one control", "the header"],
 )
-def test_nothing_is_told_where_f_is_known(read, text, control, name):
-    assert "feed-meaning" not in codes(read(text, control, name))
+def test_nothing_is_told_where_f_is_known(read_of, text, control, name):
+    assert "feed-meaning" not in codes(read_of(text, control, name))
 
 
 @pytest.mark.parametrize("control", ["haas", "heidenhain"])
-def test_the_reason_of_the_table_is_told(read, control):
-    motion = read("G21 G91 G94\nG1 X20. C40. F300\n", control)
+def test_the_reason_of_the_table_is_told(read_of, control):
+    motion = read_of("G21 G91 G94\nG1 X20. C40. F300\n", control)
     [finding] = [f for f in motion.findings if f.code == "feed-meaning"]
     assert find_dialect(control).mixed_feed.unknown in finding.message
 
@@ -137,9 +123,9 @@ def test_the_reason_of_the_table_is_told(read, control):
 @pytest.mark.parametrize(
     ("word", "reason"), [("FUNCTION TCPM F CONT AXIS POS PATHCTRL AXIS", "F CONT"), ("L M116", "M116")]
 )
-def test_klartext_that_makes_f_one_of_the_axes_is_told(read, word, reason):
+def test_klartext_that_makes_f_one_of_the_axes_is_told(read_of, word, reason):
     text = f"BEGIN PGM A MM\n{word}\nL X+0 Y+0 Z+0 A+0 C+0 FMAX\nL X+10 C+90 F1000\nEND PGM A MM\n"
-    findings = [f for f in read(text, name="a.h").findings if f.code == "feed-meaning"]
+    findings = [f for f in read_of(text, name="a.h").findings if f.code == "feed-meaning"]
     assert any(reason in f.message and f.place.line == 2 for f in findings)
 
 
@@ -153,8 +139,8 @@ def test_klartext_that_makes_f_one_of_the_axes_is_told(read, word, reason):
         ("fanuc", "X1.5", 1.5),
     ],
 )
-def test_dwells_count_as_the_table_says(read, control, word, time):
-    assert read(f"G21 G94\nG1 X1. F60\nG4 {word}\nX2.\n", control).time[2] == pytest.approx(time)
+def test_dwells_count_as_the_table_says(read_of, control, word, time):
+    assert read_of(f"G21 G94\nG1 X1. F60\nG4 {word}\nX2.\n", control).time[2] == pytest.approx(time)
 
 
 def test_a_table_that_writes_f_of_axes_says_what_it_counts(tmp_path):
@@ -170,8 +156,8 @@ def test_a_table_that_writes_f_of_axes_says_what_it_counts(tmp_path):
 @pytest.mark.parametrize(
     ("words", "turn"), [("L C+180 F1000", -358.0), ("L C+180 F1000 M94", 2.0), ("M94 C\nL C+180 F1000", 2.0)]
 )
-def test_m94_counts_a_rotary_axis_from_below_a_turn(read, words, turn):
+def test_m94_counts_a_rotary_axis_from_below_a_turn(read_of, words, turn):
     # TNC 407, 5-43: from 538 to 180 deg the axis goes by -358 deg, and by 2 deg with M94.
     text = f"BEGIN PGM A MM\nL X+0 Y+0 Z+0 A+0 C+538 FMAX\n{words}\nL C+181\nEND PGM A MM\n"
-    angles = -np.degrees(read(text, name="a.h").positions[-2:, -1])  # this machine's control counts C so
+    angles = -np.degrees(read_of(text, name="a.h").positions[-2:, -1])  # this machine's control counts C so
     np.testing.assert_allclose(angles, [538.0 + turn, 539.0 + turn])

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import pytest
 from interpreted import interpret, needs_rs274
 
-from fiveaxis.errors import SettingError
+from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Severity
 from fiveaxis.machine import load_machine
-from fiveaxis.nc import find_dialect, read_program
+from fiveaxis.nc import find_dialect
 from fiveaxis.nc.writing.tables import DIALECTS
 
 MACHINE = load_machine("linuxcnc-xyzac-trt")
@@ -22,19 +21,6 @@ CYCLE = f"{HEAD}G81 X0 Y0 R2 Z-1 F100\nX30\nG80\nG0 Z30\nM2\n"
 IN_CUT = f"{HEAD}G1 Z-1 F100\nX10\n{{}}\nX20\nG0 Z15\nM2\n"
 NESTED = "(G1 X11 (OLD) Z-20. A-96.5)"
 BAD, DOUBTFUL = Severity.ERROR, Severity.WARNING
-
-
-@pytest.fixture
-def read(tmp_path):
-    def read_text(text, control="", name="part.nc", **options):
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        start = dict.fromkeys(MACHINE.letters, 0.0)
-        return read_program(
-            path, replace(MACHINE, control=control), **{"start": start, "rapid": 6e3} | options
-        )
-
-    return read_text
 
 
 def found(motion, code):
@@ -61,6 +47,7 @@ REFUSED = {
     "nested_comments": ("(a (b) c)\nM2", "(a b c)\nM2"),
     "numbered_skip": ("N5 /G1 X1 F100\nM2", "/G1 X1 F100\nM2"),
     "late_percent": ("G0 X1\n%\nG0 X2\nM2", "%\nG0 X1\n%\nG0 X2\nM2"),
+    "machine_increments": ("G91 G53 G0 X1\nM2", "G91 G0 X1\nG90 G53 G0 X1\nM2"),
 }
 
 
@@ -111,9 +98,17 @@ def test_linuxcnc_counts_words_without_a_point_in_units_as_its_table_says(tmp_pa
     assert interpreted("G1 X10 F100\nM2\n", tmp_path) == interpreted("G1 X10.0 F100.0\nM2\n", tmp_path)
 
 
+def test_g53_by_increments_is_refused_where_the_control_refuses_it(read_of):
+    text = f"{HEAD}G91 G53 G0 Z0\nM2\n"
+    with pytest.raises(ToolpathError, match="refuses G53 under G91"):
+        read_of(text, "linuxcnc")
+    # Where nobody says it, the move is left out, and the position that follows is written whole.
+    assert len(read_of(text.replace("M2", "G90 G0 X1 Y1 Z9\nG1 X2 F100\nM30"), "fanuc")) > 1
+
+
 def test_every_key_of_the_tables_has_a_value_a_test_or_a_reason():
     fields = set(type(LINUXCNC).model_fields) - {"source", "unknown", "ends", "repeats"}
-    assert fields == {*BEGINS, *REFUSED, "whole_words", "whole_feed"}
+    assert fields == {*BEGINS, *REFUSED, "whole_words", "whole_feed", "change_moves"}
     assert {name for name, d in DIALECTS.items() if d.reading.source} == {
         *RULED,
         "heidenhain-m128",
@@ -131,121 +126,123 @@ def test_a_table_states_the_source_of_its_rules(tmp_path):
 # The return level of cycles
 
 
-def test_a_cycle_without_a_level_returns_where_the_control_begins(read):
+def test_a_cycle_without_a_level_returns_where_the_control_begins(read_of):
     assert (
-        read(CYCLE, "linuxcnc").positions[:, 2].tolist()
-        == read(CYCLE.replace("G81", "G99 G81"), "linuxcnc").positions[:, 2].tolist()
+        read_of(CYCLE, "linuxcnc").positions[:, 2].tolist()
+        == read_of(CYCLE.replace("G81", "G99 G81"), "linuxcnc").positions[:, 2].tolist()
     )
     assert (
-        read(CYCLE, "haas").positions[:, 2].tolist()
-        == read(CYCLE.replace("G81", "G98 G81"), "haas").positions[:, 2].tolist()
+        read_of(CYCLE, "haas").positions[:, 2].tolist()
+        == read_of(CYCLE.replace("G81", "G98 G81"), "haas").positions[:, 2].tolist()
     )
-    assert "return-level" not in codes(read(CYCLE, "haas")) | codes(read(CYCLE, name="part.ngc"))
+    assert "return-level" not in codes(read_of(CYCLE, "haas")) | codes(read_of(CYCLE, name="part.ngc"))
 
 
-def test_where_controls_begin_at_different_levels_both_are_told_and_the_lower_is_taken(read):
-    severity, line, message = found(read(CYCLE), "return-level")
+def test_where_controls_begin_at_different_levels_both_are_told_and_the_lower_is_taken(read_of):
+    severity, line, message = found(read_of(CYCLE), "return-level")
     assert (severity, line) == (DOUBTFUL, 3)
     assert "Z 15 mm by G98 (Haas NGC), or at R, 2 mm, by G99 (LinuxCNC)" in message
-    assert read(CYCLE).positions[:, 2].tolist() == read(CYCLE, "linuxcnc").positions[:, 2].tolist()
-    assert "parameter 3402" in found(read(CYCLE, "fanuc"), "return-level")[2]
+    assert read_of(CYCLE).positions[:, 2].tolist() == read_of(CYCLE, "linuxcnc").positions[:, 2].tolist()
+    assert "parameter 3402" in found(read_of(CYCLE, "fanuc"), "return-level")[2]
     same = CYCLE.replace("Z15", "Z2")
-    assert "return-level" not in codes(read(same)) | codes(read(CYCLE.replace("G81", "G98 G81")))
+    assert "return-level" not in codes(read_of(same)) | codes(read_of(CYCLE.replace("G81", "G98 G81")))
 
 
-def test_what_a_fanuc_begins_in_is_told_where_the_program_relies_on_it(read):
+def test_what_a_fanuc_begins_in_is_told_where_the_program_relies_on_it(read_of):
     text = "G21\nG0 X0 Y0 Z5 A0 C0\nG90 G94 G1 X1 F100\nM30\n"
-    severity, line, message = found(read(text, "fanuc"), "mode-assumed")
+    severity, line, message = found(read_of(text, "fanuc"), "mode-assumed")
     assert (severity, line) == (DOUBTFUL, 2)
     assert "no G90 or G91 before this line" in message
-    assert "mode-assumed" not in codes(read("G90 G94 G17\n" + text, "fanuc")) | codes(read(text, "haas"))
+    assert "mode-assumed" not in codes(read_of("G90 G94 G17\n" + text, "fanuc")) | codes(
+        read_of(text, "haas")
+    )
     assert (
         "no G93 or G94"
-        in found(read(text.replace("G94 ", "").replace("G21", "G21 G90"), "fanuc"), "mode-assumed")[2]
+        in found(read_of(text.replace("G94 ", "").replace("G21", "G21 G90"), "fanuc"), "mode-assumed")[2]
     )
     arc = "G21 G90 G94\nG0 X0 Y0 Z5 A0 C0\nG2 X2 Y0 I1 J0 F100\nM30\n"
-    assert "no G17, G18 or G19" in found(read(arc, "fanuc"), "mode-assumed")[2]
+    assert "no G17, G18 or G19" in found(read_of(arc, "fanuc"), "mode-assumed")[2]
 
 
 # Lines that controls read differently
 
 
 @pytest.mark.parametrize("control", ["", "fanuc", "haas", "linuxcnc"])
-def test_a_comment_within_a_comment_is_an_error_in_a_cut(read, control):
-    severity, line, message = found(read(IN_CUT.format(NESTED), control), "read-differently")
+def test_a_comment_within_a_comment_is_an_error_in_a_cut(read_of, control):
+    severity, line, message = found(read_of(IN_CUT.format(NESTED), control), "read-differently")
     assert (severity, line) == (BAD, 5)
     assert ("LinuxCNC stops here" in message) == (control in ("", "linuxcnc"))
     assert ("reads 'Z-20.A-96.5)' as words" in message) == (control != "linuxcnc")
 
 
-def test_a_comment_within_a_comment_is_a_warning_elsewhere(read):
-    assert found(read(f"{NESTED}\n{IN_CUT.format('')}"), "read-differently")[:2] == (DOUBTFUL, 1)
+def test_a_comment_within_a_comment_is_a_warning_elsewhere(read_of):
+    assert found(read_of(f"{NESTED}\n{IN_CUT.format('')}"), "read-differently")[:2] == (DOUBTFUL, 1)
     plain = IN_CUT.format("(a b) X11 (c) (d)\n; (e (f) g)")
-    assert "read-differently" not in codes(read(plain)) | codes(read(plain, "linuxcnc"))
+    assert "read-differently" not in codes(read_of(plain)) | codes(read_of(plain, "linuxcnc"))
     # Behind the first bracket is no word: other controls do nothing else.
-    assert "read-differently" not in codes(read(IN_CUT.format("(T1 (BALL 8))"), "fanuc"))
+    assert "read-differently" not in codes(read_of(IN_CUT.format("(T1 (BALL 8))"), "fanuc"))
 
 
-def test_what_linuxcnc_refuses_is_told_of_its_programs_alone(read):
+def test_what_linuxcnc_refuses_is_told_of_its_programs_alone(read_of):
     for line in ("N7 /X11", "/2 X11"):
-        assert found(read(IN_CUT.format(line), "linuxcnc"), "read-differently")[0] == BAD
-        assert "read-differently" not in codes(read(IN_CUT.format(line), "fanuc"))
-    assert found(read(f"(part)\n%\n{IN_CUT.format('X11')}", "linuxcnc"), "read-differently")[:2] == (
+        assert found(read_of(IN_CUT.format(line), "linuxcnc"), "read-differently")[0] == BAD
+        assert "read-differently" not in codes(read_of(IN_CUT.format(line), "fanuc"))
+    assert found(read_of(f"(part)\n%\n{IN_CUT.format('X11')}", "linuxcnc"), "read-differently")[:2] == (
         DOUBTFUL,
         2,
     )
-    assert "read-differently" not in codes(read(f"%\n{IN_CUT.format('X11')}%\n", "linuxcnc"))
+    assert "read-differently" not in codes(read_of(f"%\n{IN_CUT.format('X11')}%\n", "linuxcnc"))
 
 
 # Ends
 
 
 @pytest.mark.parametrize("begin", ["", "%\n"])
-def test_moves_behind_a_percent_sign_in_a_cut_are_not_run_and_an_error(read, begin):
-    motion = read(begin + IN_CUT.format("%"))
+def test_moves_behind_a_percent_sign_in_a_cut_are_not_run_and_an_error(read_of, begin):
+    motion = read_of(begin + IN_CUT.format("%"))
     assert motion.positions[-1, 0] == 10.0
     severity, line, message = found(motion, "program-end")
     assert (severity, line) == (BAD, 5 + bool(begin))
     assert "2 lines of moves behind this % aren't run" in message
 
 
-def test_a_percent_sign_alone_does_not_stop_the_spindle(read):
-    severity, _, message = found(read(f"%\n{HEAD}G1 Z-1 F100\nG0 Z15\n%\n"), "program-end")
+def test_a_percent_sign_alone_does_not_stop_the_spindle(read_of):
+    severity, _, message = found(read_of(f"%\n{HEAD}G1 Z-1 F100\nG0 Z15\n%\n"), "program-end")
     assert severity == DOUBTFUL
     assert "no M2 or M30" in message
-    assert "program-end" not in codes(read(f"%\n{IN_CUT.format('')}%\nG1 X1\n"))
+    assert "program-end" not in codes(read_of(f"%\n{IN_CUT.format('')}%\nG1 X1\n"))
 
 
 @pytest.mark.parametrize("name", ["part.nc", "part.ngc", "part.mpf", "part.h"])
-def test_a_program_without_an_end_is_told(read, name):
+def test_a_program_without_an_end_is_told(read_of, name):
     texts = {
         "part.h": "BEGIN PGM part MM\nL X+0 Y+0 Z+5 A+0 C+0 FMAX\nL Z-1 F100\n{}",
         "part.mpf": "G71 G90 G54\nG0 X0 Y0 Z5 A0 C0\nG1 Z-1 F100\n{}",
     }
     text = texts.get(name, HEAD + "G1 Z-1 F100\n{}")
-    severity, line, _ = found(read(text.format(""), name=name), "program-end")
+    severity, line, _ = found(read_of(text.format(""), name=name), "program-end")
     assert (severity, line) == (DOUBTFUL, 3)
     end = "END PGM part MM\n" if name == "part.h" else "M30\n"
-    assert "program-end" not in codes(read(text.format(end), name=name))
+    assert "program-end" not in codes(read_of(text.format(end), name=name))
 
 
-def test_words_that_end_subprograms_are_told(read):
+def test_words_that_end_subprograms_are_told(read_of):
     text = f"{HEAD}G1 Z-1 F100\n"
-    assert "begins a main program again" in found(read(f"{text}M99\n", "fanuc"), "program-end")[2]
-    assert "ends no program" in found(read(f"{text}M17\n"), "program-end")[2]
+    assert "begins a main program again" in found(read_of(f"{text}M99\n", "fanuc"), "program-end")[2]
+    assert "ends no program" in found(read_of(f"{text}M17\n"), "program-end")[2]
     assert (
         "M17 ends a subprogram"
-        in found(read("G71 G90\nG0 X0 Y0 Z5 A0 C0\nRET\n", name="a.mpf"), "program-end")[2]
+        in found(read_of("G71 G90\nG0 X0 Y0 Z5 A0 C0\nRET\n", name="a.mpf"), "program-end")[2]
     )
 
 
 # Dwells
 
 
-def test_a_long_dwell_in_a_cut_is_told(read):
+def test_a_long_dwell_in_a_cut_is_told(read_of):
     text = IN_CUT.format("G4 P{}")
-    assert found(read(text.format(20), "linuxcnc"), "dwell-in-cut")[:2] == (DOUBTFUL, 5)
-    assert "dwell-in-cut" not in codes(read(text.format(2), "linuxcnc"))
-    assert "dwell-in-cut" not in codes(read(text.format(20), "fanuc"))
-    assert "dwell-in-cut" in codes(read(text.format(20000), "fanuc"))
-    assert "dwell-in-cut" not in codes(read(text.format(2).replace("M2", "G4 P20\nM2"), "linuxcnc"))
+    assert found(read_of(text.format(20), "linuxcnc"), "dwell-in-cut")[:2] == (DOUBTFUL, 5)
+    assert "dwell-in-cut" not in codes(read_of(text.format(2), "linuxcnc"))
+    assert "dwell-in-cut" not in codes(read_of(text.format(20), "fanuc"))
+    assert "dwell-in-cut" in codes(read_of(text.format(20000), "fanuc"))
+    assert "dwell-in-cut" not in codes(read_of(text.format(2).replace("M2", "G4 P20\nM2"), "linuxcnc"))
