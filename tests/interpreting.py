@@ -178,7 +178,7 @@ def read_moves(program: Path, machine: Machine, **options: object) -> Run:
     }
     start = dict.fromkeys(machine.letters, 0.0)
     try:
-        given = ReadOptions.of({"start": start, "zero": zeros, **options}, machine=machine)  # type: ignore[arg-type]
+        given = ReadOptions(machine=machine, **{"start": start, "zero": zeros, **options})  # type: ignore[arg-type]
         interpreter = run_program(load_source(program), machine, given)
     except FiveAxisError as fault:
         return Run([], str(fault), getattr(fault, "line", None) or 0)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 from fiveaxis.batch.ledger import own_folder
 from fiveaxis.batch.machine_page import write_machines
@@ -18,7 +18,7 @@ from fiveaxis.energy import Factors
 from fiveaxis.errors import JobError, SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.machine.files import READERS, machine_names
-from fiveaxis.options import Costs, completed, spelled_out
+from fiveaxis.options import Costs, keywords_of, options_of
 from fiveaxis.settings import read_document
 
 REPORT, JOB = "report.json", "job.toml"
@@ -226,18 +226,20 @@ def _state_accelerations(rivals: Sequence[Candidate]) -> str:
     return "run both programs: their times differ by less than they are known to"
 
 
-@spelled_out(Costs)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparing(Costs):
+    """All that `compare` takes as keywords."""
+
+    as_placed: bool = False
+    scheduler: str | None = None
+    workers: int | None = None
+    job_timeout: float | None = None
+    tell: Listener | None = None
+
+
+@keywords_of(Comparing)
 def compare(
-    job: str | Path,
-    machines: Sequence[str | Path],
-    folder: str | Path,
-    *,
-    as_placed: bool = False,
-    scheduler: str | None = None,
-    workers: int | None = None,
-    job_timeout: float | None = None,
-    tell: Listener | None = None,
-    **costs: Unpack[Costs],
+    job: str | Path, machines: Sequence[str | Path], folder: str | Path, options: Comparing
 ) -> MachineComparison:
     """Run a job on several machines, each with a place and postures of its own, and compare their programs.
 
@@ -264,15 +266,23 @@ def compare(
         raise SettingError(f"machines: {', '.join(names) or 'none'}; name at least two, or all")
     _require_names(names)
     data = read_document(Path(job), JobError)[1]
-    priced = _factors(data.get("factors"), completed(Costs, costs), costs)
+    priced = _factors(data.get("factors"), options)
     searched = isinstance(data.get("setup"), dict) and "search" in data["setup"]
     settings: dict[str, Any] = {}
-    if as_placed and searched:
+    if options.as_placed and searched:
         settings = {"setup.search": None}
-    elif not as_placed and not searched:
+    elif not options.as_placed and not searched:
         settings = {"setup.search": {"auto": True, "tries": TRIES}}
-    how: Any = {"scheduler": scheduler, "workers": workers, "job_timeout": job_timeout, "tell": tell}
-    batch = run_batch([job], folder, machines=names, settings=settings, **how)
+    batch = run_batch(
+        [job],
+        folder,
+        machines=names,
+        settings=settings,
+        scheduler=options.scheduler,
+        workers=options.workers,
+        job_timeout=options.job_timeout,
+        tell=options.tell,
+    )
     found = (_candidate(row, Path(job).absolute(), batch.folder, priced) for row in batch.rows)
     candidates = sorted(found, key=lambda c: (c.energy is None, c.energy or (0.0, 0.0), c.machine))
     done = MachineComparison(Path(job).stem, tuple(candidates), batch)
@@ -305,11 +315,12 @@ def _name_of(machine: str) -> str:
     return Path(machine).stem if Path(machine).suffix in READERS else machine
 
 
-def _factors(table: Any, known: Mapping[str, Any], given: Mapping[str, Any]) -> Factors:
+def _factors(table: Any, given: Costs) -> Factors:
     """Take the prices that are given, and the others from the job."""
     own = table if isinstance(table, dict) else {}
-    said = {name: value for name, value in given.items() if value is not None}
-    return Factors(**{name: said.get(name, own.get(name, default)) for name, default in known.items()})
+    both = [(name, getattr(given, name), own.get(name)) for name in options_of(Costs)]
+    taken = {name: told if said is None else said for name, said, told in both}
+    return Factors(**{name: value for name, value in taken.items() if value is not None})
 
 
 def _candidate(row: Row, job: Path, folder: Path, factors: Factors) -> Candidate:

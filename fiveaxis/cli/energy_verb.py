@@ -81,7 +81,8 @@ def energy(
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
             from fiveaxis.files import require_suffix
-            from fiveaxis.job import program_energy
+            from fiveaxis.job.program_costs import Pricing, price_program
+            from fiveaxis.nc.source import load_source
             from fiveaxis.report.plots import DRAWN_SUFFIXES
             from fiveaxis.toolpath import parse_tool
 
@@ -96,7 +97,7 @@ def energy(
                 for number, path in enumerate(programs):
                     for _, read in operations_apart(path, used, given):
                         step("computing the energy of programs", number, len(programs))
-                        yield program_energy(path, used, **read, **how)
+                        yield price_program(load_source(path), used, Pricing.of(read, **how))
 
             found = work.run(lambda step: list(compute(step)))
             for path in output or ():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,7 +19,7 @@ from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import Severity, group_findings
-from fiveaxis.options import Unit
+from fiveaxis.options import Reading, Unit, options_of
 
 if TYPE_CHECKING:
     from fiveaxis.machine import FormShapingCode
@@ -104,11 +104,11 @@ def info(
     with errors_explained(as_json):
         reading = reading_of(context.params)
         if machine is not None and code is None and Path(machine).suffix.lower() in CAD_SUFFIXES:
-            return print_faces(Path(machine), tool, reading.get("unit"), body, as_json=as_json)
+            return print_faces(Path(machine), tool, reading.unit, body, as_json=as_json)
         if machine is not None and code is None and _is_program(Path(machine)):
             return _print_operations(Path(machine), written_for, reading, as_json=as_json)
-        if reading or written_for is not None:
-            what = ", ".join(reading) or "--machine"
+        if reading != Reading() or written_for is not None:
+            what = ", ".join(name for name in options_of(Reading) if getattr(reading, name)) or "--machine"
             raise SettingError(f"{what} is for programs, and none is named; leave it out")
         if tool is not None or body is not None:
             raise SettingError("--tool and --body are for CAD files, and none is named; leave them out")
@@ -130,14 +130,15 @@ def _is_program(path: Path) -> bool:
     return path.suffix.lower() not in (".toml", ".ini", ".urdf", ".mch", ".xml") and holds_path(path)
 
 
-def _print_operations(path: Path, machine: str | None, reading: Mapping[str, Any], *, as_json: bool) -> None:
+def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_json: bool) -> None:
     """Print the operations of a program or CL file as a table."""
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import measure_operations
+    from fiveaxis.nc.options import ProgramReading
 
     with shown_work(err, hidden=as_json):
         used = None if machine is None else load_machine(machine)
-        found = measure_operations(path, machine=used, **reading)
+        found = measure_operations(path, ProgramReading.of(reading, machine=used))
     doubts = [finding for each in found for finding in each.findings if finding.severity != Severity.NOTE]
     print_causes(group_findings(dict.fromkeys(doubts)), err)
     if as_json:

@@ -98,7 +98,7 @@ def post(
                 settings=ProgramSettings(**read_flags(Framing, options, NC)),
                 unverified=True,
                 **writing,
-                **reading_of(options),
+                **vars(reading_of(options)),
             )
             return posted, told
 

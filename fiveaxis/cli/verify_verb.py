@@ -41,9 +41,10 @@ from fiveaxis.options import (
     OnMachine,
     Placing,
     ProgramBounds,
+    Reading,
     ReadProgram,
     Workpiece,
-    completed,
+    as_list,
 )
 from fiveaxis.progress import Progress
 
@@ -167,8 +168,8 @@ def _save_stock(reports: Iterable[Report], result: Path | None, picture: Path | 
 
 
 def operations_apart(
-    program: Path, machine: Machine, reading: Mapping[str, Any], *, whole: bool = False
-) -> list[tuple[Operation | None, dict[str, Any]]]:
+    program: Path, machine: Machine, reading: Reading, *, whole: bool = False
+) -> list[tuple[Operation | None, Reading]]:
     """List the operations of a program that holds several, all or the chosen ones, with how to read each.
 
     What can't be read is told and left out, unless it is chosen.
@@ -177,23 +178,25 @@ def operations_apart(
     ----------
     whole : whether the program is to be one: a path that it follows is that of one operation
     """
-    from fiveaxis.nc import read_operations
+    from fiveaxis.nc.formats import list_operations
+    from fiveaxis.nc.options import ProgramReading
+    from fiveaxis.nc.source import load_source
 
-    given: dict[str, Any] = {name: value for name, value in reading.items() if name != "operation"}
-    chosen = dict.fromkeys(reading.get("operation", ()))
+    given = replace(reading, operation=None)
+    chosen = dict.fromkeys(as_list(reading.operation) or ())
     one = whole or len(chosen) == 1 or program.suffix.lower() == ".csv"
     if one or not program.is_file():  # whoever reads it says that it is missing
-        return [(None, dict(reading))]
-    found = read_operations(program, machine=machine, **given)
+        return [(None, reading)]
+    found = list_operations(load_source(program), ProgramReading.of(given, machine=machine))
     if chosen:
         at = {operation.number: operation for operation in found}
-        return [(at.get(number), {**given, "operation": number}) for number in chosen]
+        return [(at.get(number), replace(given, operation=number)) for number in chosen]
     if len(found) < 2:
         return [(None, given)]
     for operation in found:
         if operation.kind == "unread":
             err.print(f"operation {operation.number} is left out: {operation}", markup=False, soft_wrap=True)
-    return [(o, {**given, "operation": o.number}) for o in found if o.kind != "unread"]
+    return [(o, replace(given, operation=o.number)) for o in found if o.kind != "unread"]
 
 
 def load_checked(
@@ -201,8 +204,8 @@ def load_checked(
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.contour import on_part
-    from fiveaxis.job import ProgramOptions, load_placed, load_surroundings, part_unit, read_job
-    from fiveaxis.job.verifying import singular_told
+    from fiveaxis.job import load_placed, load_surroundings, part_unit, read_job
+    from fiveaxis.job.verifying import Checking
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import read_toolpath
     from fiveaxis.toolpath import Constraints, parse_tool
@@ -211,6 +214,7 @@ def load_checked(
     tool = None if options["tool"] is None else parse_tool(options["tool"])
     around, toolpath, asked = _surroundings(options), None, None
     given = read_flags(ProgramBounds, options)
+    bounds = Checking(**given).bounds
     gouge = options["gouge_tolerance"]
     meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
     findings: tuple[Finding, ...] = ()
@@ -220,11 +224,12 @@ def load_checked(
         findings = tuple(finding for finding in toolpath.findings if finding.code == "part-placed")
         around = load_surroundings(job) if around is None else around
         if options["above_table"] is None:
-            around = replace(around, above_table=job.surrounding["above_table"])
-        given = job.bounds | given
-        gouge = gouge or job.surrounding["gouge_tolerance"]
-        meshes = {"crease": job.meshes["crease"], "part_unit": part_unit(job) or "mm"} | meshes
-        asked = ProgramOptions.of(job.nc, control=options["control"] or job.writing["control"])
+            around = replace(around, above_table=job.surrounding.above_table)
+        bounds = replace(job.bounds, **given)
+        gouge = gouge or job.surrounding.gouge_tolerance
+        meshes = {"crease": job.meshes.crease, "part_unit": part_unit(job) or "mm"} | meshes
+        asked = job.program_options
+        asked = replace(asked, control=options["control"] or asked.control)
     else:
         given_to = read_flags(OnMachine, options)
         machine = load_machine(require_machine(options["machine"]), given_to.get("assume"))
@@ -241,7 +246,7 @@ def load_checked(
         toolpath,
         cutter,
         around,
-        Constraints.of_degrees(**singular_told(given)),
+        Constraints.of(bounds),
         program=asked,
         **tolerance,
         **meshes,
@@ -253,8 +258,9 @@ def set_up(machine: Machine, options: Mapping[str, Any]) -> Machine:
     """Give a machine the tool length and the setup of the options, where there are any."""
     if options["tool_length"] is not None:
         machine = machine.with_tool_length(options["tool_length"])
-    placed = read_flags(Placing, options)
-    return machine.with_setup(*completed(Placing, placed).values()) if placed else machine
+    given = read_flags(Placing, options)
+    there = Placing(**given)
+    return machine.with_setup(there.offset, there.rotation) if given else machine
 
 
 def _moved(job: Job, options: Mapping[str, Any]) -> Job:
@@ -265,10 +271,10 @@ def _moved(job: Job, options: Mapping[str, Any]) -> Job:
     return job.model_copy(update=changed | {"setup": setup})
 
 
-def reading_of(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Collect the options for reading the program, as keywords of `read_program`."""
+def reading_of(options: Mapping[str, Any]) -> Reading:
+    """Collect the options for reading the program."""
     unit = {} if options["unit"] is None else {"unit": options["unit"]}
-    return unit | read_flags(ReadProgram, options)
+    return Reading(**unit | read_flags(ReadProgram, options))
 
 
 def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
@@ -276,25 +282,14 @@ def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     from fiveaxis.collision import Surroundings
     from fiveaxis.job import read_fixtures
 
-    part, stock, height = options["part"], options["stock"], options["above_table"]
-    if part is None and stock is None and options["fixtures"] is None:
-        return None if height is None else Surroundings(above_table=height)
+    near = Workpiece(**read_flags(Workpiece, options))
+    if near.part is None and near.stock is None and options["fixtures"] is None:
+        return None if near.above_table is None else Surroundings(above_table=near.above_table)
     found = {} if options["fixtures"] is None else read_fixtures(options["fixtures"])
     fixtures = tuple(table.build() for table in found.get("fixture") or ())
     clearance = found.get("clearance")
     clearances = None if clearance is None else clearance.build()
-    of_stock = {name: options[name] for name in ("stock_resolution", "stock_tolerance")}
-    near = completed(Workpiece, {name: value for name, value in of_stock.items() if value is not None})
-    return Surroundings.load(
-        part,
-        stock,
-        fixtures,
-        clearances,
-        unit=options["part_unit"],
-        above_table=height,
-        **{name: near[name] for name in of_stock},
-        **read_flags(CadFile, options),
-    )
+    return Surroundings.of(near, CadFile(**read_flags(CadFile, options)), fixtures, clearances)
 
 
 def _print_report(report: Report) -> None:

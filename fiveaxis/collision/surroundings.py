@@ -16,7 +16,7 @@ from fiveaxis.geometry import Array, normalise, product
 from fiveaxis.machine.bodies import Box, Cylinder, MeshShape, Shape
 from fiveaxis.machine.chain import Triple, as_triple
 from fiveaxis.mesh import Unit, load_mesh, read_solid, require_solid
-from fiveaxis.options import MESH_TOLERANCE, STOCK_TOLERANCE
+from fiveaxis.options import MESH_TOLERANCE, STOCK_TOLERANCE, CadFile, Workpiece
 from fiveaxis.settings import StrictModel
 from fiveaxis.stock import Blank, load_stock, mesh_of, names_mesh
 
@@ -219,6 +219,28 @@ class Surroundings:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise SettingError(f"two fixtures are called {twice[0]!r}; give each a name of its own")
+
+    @classmethod
+    def of(
+        cls,
+        workpiece: Workpiece,
+        cad: CadFile = CadFile(),
+        fixtures: tuple[Fixture, ...] = (),
+        clearances: Clearances | None = None,
+    ) -> Surroundings:
+        """Load part and stock as options give them, and the part's CAD file as `cad` says."""
+        return cls.load(
+            workpiece.part,
+            workpiece.stock,
+            fixtures,
+            clearances,
+            unit=workpiece.part_unit,
+            mesh_tolerance=cad.mesh_tolerance,
+            body=cad.body,
+            stock_resolution=workpiece.stock_resolution,
+            stock_tolerance=workpiece.stock_tolerance,
+            above_table=workpiece.above_table,
+        )
 
     @classmethod
     def load(

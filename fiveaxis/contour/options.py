@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Unpack
 
 import numpy as np
 
 from fiveaxis.contour.leaning import Leaning
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, product
-from fiveaxis.options import Direction, FlowAlong, Order, PlanContour, Strategy, completed, options_of
+from fiveaxis.options import Bounds, PlanContour, Unit, options_of
 from fiveaxis.toolpath import Constraints, Tool
-from fiveaxis.toolpath.bounds import Range
 
 # Least angle between a wall's normal and that of the section planes; on flatter faces the passes would be too
 # far apart. Faces within the same angle of straight down lie on the table.
@@ -59,56 +58,26 @@ class Walls:
         return wall & (normals[:, 2] <= -np.sin(LEAST_OVERHANG)) if self.overhang else wall
 
 
-@dataclass(frozen=True)
-class PlanOptions:
+@dataclass(frozen=True, kw_only=True)
+class PlanOptions(PlanContour):
     """The options of `plan_contour`, in the same units.
+
+    Parameters
+    ----------
+    unit : of the part's file
+    progress : called with the sections or lines done and their number
 
     Raises
     ------
     SettingError
-        Options that exclude each other.
+        An option out of range, an unknown word, options that exclude each other.
     """
 
-    strategy: Strategy
-    stepdown: float | None
-    stepover: float | None
-    scallop: float | None
-    raster_angle: float | None
-    flow_along: FlowAlong | None
-    faces: str | None
-    spacing: float
-    overhang: bool
-    spiral: bool
-    direction: Direction
-    order: Order
-    lead_in: float
-    lead_out: float
-    min_length: float
-    allow_open: bool
-    feed_mm_min: float
-    clearance: float
-    crease: float
-    mesh_tolerance: float
-    body: str | None
-    tilt: Range | None
-    lead: Range | None
-    lean: Range | None
-
-    @classmethod
-    def of(cls, **options: Unpack[PlanContour]) -> PlanOptions:
-        """Add the defaults to what is given.
-
-        Raises
-        ------
-        SettingError
-            An option out of range, an unknown word, options that exclude each other.
-        """
-        return cls(**completed(PlanContour, options))
+    unit: Unit | None = None
+    progress: Callable[[int, int], None] | None = None
 
     def __post_init__(self) -> None:
-        self._check_strategy()
-
-    def _check_strategy(self) -> None:
+        super().__post_init__()
         for name in FOREIGN[self.strategy]:
             value, unit = getattr(self, name), options_of(PlanContour)[name][1].unit
             if value is None or value is False:
@@ -165,7 +134,7 @@ class PlanOptions:
         ToolError
             As `Leaning.of`.
         """
-        found = Leaning.of(tool, Constraints.of_degrees(tilt=self.tilt, lead=self.lead, lean=self.lean))
+        found = Leaning.of(tool, Constraints.of(Bounds.of(self)))
         if found.turns_in_place:
             if self.scallop is not None and self.scallop >= found.ball:
                 raise SettingError(

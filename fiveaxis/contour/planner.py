@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn, Unpack
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -42,13 +42,12 @@ from fiveaxis.mesh import (
     take_mesh,
 )
 from fiveaxis.mesh.cad.choice import of_faces, uncut_findings
-from fiveaxis.options import PlanContour, spelled_out
+from fiveaxis.options import keywords_of
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, divide
 
 if TYPE_CHECKING:
     import trimesh
 
-Progress = Callable[[int, int], None]
 # Rings of spirals are sampled a little finer, because their descent lengthens every step.
 SPIRAL_SPACING = 0.97
 # Rounds of improving an order by islands.
@@ -70,14 +69,11 @@ class Plan:
     last: IntArray
 
 
-@spelled_out(PlanContour)
+@keywords_of(PlanOptions)
 def plan_contour(
     part: str | Path | trimesh.Trimesh,
     tool: Tool,
-    *,
-    unit: Unit | None = None,
-    progress: Progress | None = None,
-    **options: Unpack[PlanContour],
+    options: PlanOptions,
 ) -> Toolpath:
     """Plan finishing passes over a part's walls.
 
@@ -131,19 +127,16 @@ def plan_contour(
     ToolError
         The cutter is a drill, or several parts of its profile touch within the bounds.
     """
-    return plan_passes(part, tool, unit=unit, progress=progress, **options).toolpath
+    return plan_passes(part, tool, options).toolpath
 
 
 def plan_passes(
     part: str | Path | trimesh.Trimesh,
     tool: Tool,
-    *,
-    unit: Unit | None = None,
-    progress: Progress | None = None,
-    **given: Unpack[PlanContour],
+    options: PlanOptions,
 ) -> Plan:
     """Plan as `plan_contour` does, and return the rows of the passes too."""
-    options = PlanOptions.of(**given)
+    unit = options.unit
     leaning = options.leaning(tool)
     name = str(part) if isinstance(part, str | Path) else "mesh"
     mesh = take_mesh(
@@ -169,7 +162,7 @@ def plan_passes(
             file=name,
         )
     space = BallSpace(TriangleTree.build(surface.triangles), leaning.ball, model)
-    levels, farthest, left_out = _cut_levels(chosen, space, options, leaning, name, progress)
+    levels, farthest, left_out = _cut_levels(chosen, space, options, leaning, name)
     outer = leaning.outer
     linker = Linker(replace(space, radius=outer), surface.bounds, options.clearance, outer - space.radius)
     if options.spiral:
@@ -197,7 +190,6 @@ def _cut_levels(
     options: PlanOptions,
     leaning: Leaning,
     name: str,
-    progress: Progress | None,
 ) -> tuple[list[list[Pass]], list[float], LeftOut]:
     """Find the passes of every section or line, in cutting order, and how far apart neighbours may be, mm."""
     curves: Iterable[list[Contacts]]
@@ -225,8 +217,8 @@ def _cut_levels(
             passes += found
             left_out += lost
         levels.append(passes)
-        if progress is not None:
-            progress(done, len(farthest) + 1)
+        if options.progress is not None:
+            options.progress(done, len(farthest) + 1)
     return levels, farthest, left_out
 
 

@@ -102,7 +102,7 @@ def path_quality(
         The mesh can't be read.
     """
     mesh = take_mesh(part, unit=unit, allow_open=allow_open, mesh_tolerance=mesh_tolerance, body=body)
-    options = PlanOptions.of(strategy=strategy, raster_angle=raster_angle, overhang=overhang, faces=faces)
+    options = PlanOptions(strategy=strategy, raster_angle=raster_angle, overhang=overhang, faces=faces)
     measured = _Part.of(mesh, options)
     cuts = _Cuts.of(toolpath, measured)
     known = toolpath.zone.offset == 0.0 or cuts.strips is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray, IntArray, angle_between, perpendicular
 from fiveaxis.mesh import Surface, Unit, model_of, take_mesh, tree_of
 from fiveaxis.mesh.distance import AT_SURFACE, SignedSurface
-from fiveaxis.options import CREASE, SURFACE_TOLERANCE, CadFile, Meshes, completed, spelled_out
+from fiveaxis.options import CREASE, SURFACE_TOLERANCE, CadFile, Meshes
 from fiveaxis.toolpath import MoveKind, Toolpath, Zone
 from fiveaxis.toolpath.cutter import ROUNDING
 
@@ -76,7 +76,6 @@ def count_touching(toolpath: Toolpath, part: str | Path | trimesh.Trimesh, *, to
     return int((np.abs(touch.gap) <= tolerance).sum())
 
 
-@spelled_out(CadFile)
 def find_contacts(
     toolpath: Toolpath,
     part: str | Path | trimesh.Trimesh,
@@ -84,7 +83,8 @@ def find_contacts(
     tolerance: float = SURFACE_TOLERANCE,
     crease: float = CREASE,
     unit: Unit | None = None,
-    **cad: Unpack[CadFile],
+    mesh_tolerance: float = CadFile.mesh_tolerance,
+    body: str | None = None,
 ) -> Toolpath:
     """Find the surface normal at every cut of a programmed path.
 
@@ -102,6 +102,7 @@ def find_contacts(
     tolerance : mm, largest gap or depth between cutter and part that counts as touching
     crease : **degrees**; facets that meet at a smaller angle are one smooth surface
     unit : of a file: ``mm``, ``inch`` or ``m``; by default what it states, or mm; a mesh is in mm
+    mesh_tolerance, body : of a CAD file, as for `fiveaxis.mesh.load_mesh`
 
     Returns
     -------
@@ -122,9 +123,9 @@ def find_contacts(
         raise SettingError(f"surface tolerance is {tolerance:g} mm; it must be a number above 0")
     if not toolpath.has_axes:
         raise ToolpathError("has no tool axes, so where it touches isn't known", file=toolpath.name)
-    completed(Meshes, {"crease": crease})
+    Meshes(crease=crease, mesh_tolerance=mesh_tolerance, body=body)  # refuses what is out of range
     rows = np.flatnonzero(toolpath.cutting)
-    mesh = take_mesh(part, name="part", unit=unit, allow_open=True, **cad)
+    mesh = take_mesh(part, name="part", unit=unit, allow_open=True, mesh_tolerance=mesh_tolerance, body=body)
     model = model_of(mesh)
     surface = Surface.from_mesh(mesh, crease=math.radians(crease), model=model)
     touch = _touches(toolpath.at(rows), SignedSurface.of(mesh, model))

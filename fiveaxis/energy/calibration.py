@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Unpack
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from fiveaxis.energy.log_columns import LogColumns
 from fiveaxis.energy.motion_log import AxisLog, join_logs, read_axis_log, require_motion
 from fiveaxis.errors import InputError, SettingError
 from fiveaxis.geometry import product
-from fiveaxis.options import Calibrate, FitDrive, ReadLog, completed, options_of, spelled_out
+from fiveaxis.options import ReadLog, keywords_of
 
 # Share of the highest speed that the noise of a scale, or of a differentiated position, shows at rest.
 STILL_SHARE = 0.005
@@ -31,16 +30,19 @@ IDLE_NOISE = 3.0  # multiple of the noise below which a power at standstill coun
 Log = str | Path
 
 
-@spelled_out(Calibrate)
+@dataclass(frozen=True, kw_only=True)
+class Calibrating(AxisFacts, ReadLog):
+    """All that `calibrate_drive` takes as keywords."""
+
+    power: str
+    power_unit: str | None = None
+    hold_out: Log | Sequence[Log] = ()
+
+
+@keywords_of(Calibrating)
 def calibrate_drive(
     log: Log | Sequence[Log],
-    *,
-    axis: str,
-    model: str,
-    power: str,
-    power_unit: str | None = None,
-    hold_out: Log | Sequence[Log] = (),
-    **given: Unpack[Calibrate],
+    facts: Calibrating,
 ) -> Calibration:
     """Fit a drive model to logs of an axis.
 
@@ -76,11 +78,8 @@ def calibrate_drive(
     Directional: Hayashi et al. (2018), power table. Affine and weight: Edem & Balogun (2018), Eqs. (5) and
     (1). Fit and intervals: `drive_fits`.
     """
-    options = completed(Calibrate, given)
-    reading, fitting = ({n: options[n] for n in options_of(group)} for group in (ReadLog, FitDrive))
-    facts = AxisFacts.of(axis, model, **fitting)
-    columns = LogColumns.of(power, power_unit, rotary=facts.rotary, **reading)
-    logs, held_out = _listed(log), _listed(hold_out)
+    columns = LogColumns.of(facts.power, facts.power_unit, facts, rotary=facts.rotary)
+    logs, held_out = _listed(log), _listed(facts.hold_out)
     _require_choice(logs, held_out, columns, facts)
     runs = [read_axis_log(one, columns) for one in logs]
     others = [read_axis_log(one, columns) for one in held_out]

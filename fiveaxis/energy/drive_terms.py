@@ -5,52 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Unpack
 
 import numpy as np
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
 from fiveaxis.machine import AffineDrive, DirectionalDrive, Drive, FrictionDrive, WeightDrive
-from fiveaxis.options import FitDrive, completed
+from fiveaxis.options import FitDrive
 
 MODELS = ("friction", "affine", "weight", "directional")
 # What a log's power has at standstill beside a drive that then takes nothing; of friction drives it is hold.
 STANDING = "standing"
 
 
-@dataclass(frozen=True)
-class AxisFacts:
+@dataclass(frozen=True, kw_only=True)
+class AxisFacts(FitDrive):
     """What the caller of `calibrate_drive` knows of the axis, in the same units.
 
     Raises
     ------
     SettingError
-        The model needs an option that is missing, or one doesn't fit the axis.
+        An option is out of its range, the model needs one that is missing, or one doesn't fit the axis.
     """
 
     axis: str
     model: str
-    moved_mass: float | None
-    gravity: float | None
-    max_acceleration: float | None
-    standstill: float | None
-    efficiency: float
-    terms: Sequence[str] | None
-    proportional: bool
-
-    @classmethod
-    def of(cls, axis: str, model: str, **given: Unpack[FitDrive]) -> AxisFacts:
-        """Add the defaults to what is given.
-
-        Raises
-        ------
-        SettingError
-            An option is out of its range, the model needs one that is missing, or one doesn't fit the axis.
-        """
-        return cls(axis, model, **completed(FitDrive, given))
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.axis not in tuple("XYZABC"):
             raise SettingError(f"no axis {self.axis!r}; write one of X, Y, Z, A, B, C")
         if self.model not in MODELS:

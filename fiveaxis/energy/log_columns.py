@@ -11,15 +11,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack
 
 import numpy as np
 
 from fiveaxis.errors import InputError, SettingError
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.options import ReadLog, completed
+from fiveaxis.options import ReadLog
 
-QUANTITIES = ("power", "velocity", "acceleration", "position", "time")
 TURN = 2.0 * math.pi
 DEGREE = math.radians(1.0)
 SPIKES = 0.01  # share of rows above the bound up to which these rows are wrong, and not the unit
@@ -94,7 +92,6 @@ COMMON = {
     "load": Quantity("load", {"%": 1.0}, "%", least=2.0, most=500.0, usual=(5.0, 200.0)),
     "current": Quantity("current", {"A": 1.0}, "A", least=0.02, most=1000.0),
 }
-NOMINAL = ("nominal_power", "nominal_current", "voltage")
 # A step between rows, not a peak: slower logs don't show how an axis moves.
 STEP = Quantity(
     "time", {u: f for u, f in COMMON["time"].units.items() if u != DATES}, "s", 2e-5, 5.0, (2e-4, 2.0)
@@ -129,12 +126,13 @@ class LogColumns:
     voltage: float | None
 
     @classmethod
-    def of(cls, power: str, power_unit: str | None, *, rotary: bool, **given: Unpack[ReadLog]) -> LogColumns:
+    def of(cls, power: str, power_unit: str | None, log: ReadLog, *, rotary: bool) -> LogColumns:
         """Check columns and units, before any log is read.
 
         Parameters
         ----------
         power, power_unit : column of the power, load or current, and its unit
+        log : the other columns and their units
         rotary : whether the axis turns
 
         Raises
@@ -143,27 +141,33 @@ class LogColumns:
             An option is out of its range; a column lacks its unit or a unit its column; the columns don't
             determine the velocity, or give the time twice; nominal values don't fit the unit of the power.
         """
-        options = completed(ReadLog, given) | {"power": power, "power_unit": power_unit}
-        names = {quantity: options[quantity] for quantity in QUANTITIES}
-        units = {quantity: options[f"{quantity}_unit"] for quantity in QUANTITIES}
-        nominal, current, voltage = (options[n] for n in ("nominal_power", "nominal_current", "voltage"))
+        named = {
+            "power": (power, power_unit),
+            "velocity": (log.velocity, log.velocity_unit),
+            "acceleration": (log.acceleration, log.acceleration_unit),
+            "position": (log.position, log.position_unit),
+            "time": (log.time, log.time_unit),
+        }
+        nominal, current, voltage = log.nominal_power, log.nominal_current, log.voltage
+        of_current = None if current is None or voltage is None else current * voltage
         columns = cls(
-            names={quantity: name for quantity, name in names.items() if name is not None},
-            units={quantity: unit for quantity, unit in units.items() if unit is not None},
+            names={quantity: name for quantity, (name, _) in named.items() if name is not None},
+            units={quantity: unit for quantity, (_, unit) in named.items() if unit is not None},
             rotary=rotary,
-            rate=options["rate"],
-            longest_step=options["longest_step"],
-            nominal=nominal if nominal is not None or None in (current, voltage) else current * voltage,
+            rate=log.rate,
+            longest_step=log.longest_step,
+            nominal=of_current if nominal is None else nominal,
             voltage=voltage,
         )
-        for quantity in QUANTITIES:
+        for quantity in named:
             if quantity in columns.names:
                 columns.size(quantity)
             elif quantity in columns.units:
                 unit = columns.units[quantity]
                 raise SettingError(f"the {quantity} has a unit, {unit}, but no column; name its column")
         columns._require_time()
-        columns._require_nominal({name: options[name] for name in NOMINAL if options[name] is not None})
+        figures = {"nominal_power": nominal, "nominal_current": current, "voltage": voltage}
+        columns._require_nominal({name for name, figure in figures.items() if figure is not None})
         return columns
 
     @property
@@ -306,14 +310,14 @@ class LogColumns:
                 "velocity from position needs the time; name its column, or give the rate in Hz"
             )
 
-    def _require_nominal(self, given: Mapping[str, Any]) -> None:
+    def _require_nominal(self, given: set[str]) -> None:
         """Raise if nominal values are too many or too few; a load without any is refused when it was read."""
         wanted: tuple[set[str], ...] = (set(),)
         if self.is_load:
             wanted = (set(), {"nominal_power"}, {"nominal_current", "voltage"})
         elif not self.signed:
             wanted = ({"voltage"},)
-        if set(given) not in wanted:
+        if given not in wanted:
             ways = " or ".join(" and ".join(sorted(one)).replace("_", " ") for one in wanted if one)
             had = ", ".join(sorted(given)).replace("_", " ") or "none"
             raise SettingError(

@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Unpack
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from fiveaxis.job.solution import Solution
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
-from fiveaxis.options import Bounds, CadFile, Meshes, Search, Surrounding, completed, parted, spelled_out
+from fiveaxis.options import Bounds, Meshes, Search, Surrounding, keywords_of
 from fiveaxis.posture import Options, with_bound
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.posture import optimise as optimise_postures
@@ -57,25 +56,26 @@ class Cleared:
     rounds: int
 
 
-class Optimising(Bounds, Surrounding, Meshes, Search, total=False):
-    """Bounds on postures and turns, what stands around them, what is minimised, and how it is searched."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Optimising(Search, Meshes, Surrounding, Bounds):
+    """All that `optimise` takes as keywords: bounds, what stands around, what is minimised, and how."""
+
+    tool: Tool | str | None = None
+    path_shape: PathShape | None = None
+    fixtures: tuple[Fixture, ...] = ()
+    clearances: Clearances | None = None
+    mask: Mask | MaskFunction | None = None
+    control: str | Path | None = None
+    coordinates: Coordinates | None = None
+    start: Array | None = None
+    progress: Progress = unheard
 
 
-@spelled_out(Optimising)
+@keywords_of(Optimising)
 def optimise(
     toolpath: Toolpath | str | Path,
     machine: Machine | str | Path,
-    *,
-    tool: Tool | str | None = None,
-    path_shape: PathShape | None = None,
-    fixtures: tuple[Fixture, ...] = (),
-    clearances: Clearances | None = None,
-    mask: Mask | MaskFunction | None = None,
-    control: str | Path | None = None,
-    coordinates: Coordinates | None = None,
-    start: Array | None = None,
-    progress: Progress = unheard,
-    **given: Unpack[Optimising],
+    given: Optimising,
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
@@ -126,42 +126,23 @@ def optimise(
     FiveAxisError
         As `fiveaxis.posture.optimise`.
     """
-    bounds, search, surrounding, meshes, cad = parted(given, Bounds, Search, Surrounding, Meshes, CadFile)
-    constraints = Constraints.of_degrees(**bounds)
-    near, taken = completed(Surrounding, surrounding), completed(Meshes, meshes)
-    around = Surroundings.load(
-        near["part"],
-        near["stock"],
-        fixtures,
-        clearances,
-        unit=near["part_unit"],
-        stock_resolution=near["stock_resolution"],
-        stock_tolerance=near["stock_tolerance"],
-        above_table=near["above_table"],
-        **cad,
-    )
+    constraints = Constraints.of(given)
+    around = Surroundings.of(given, given, given.fixtures, given.clearances)
     machine = take_machine(machine)
-    path = take_path(toolpath, machine, tool, around, near["surface_tolerance"], taken["crease"])
-    path = path if path_shape is None else path.shaped(path_shape)
-    near_by = around if near["keep_clear"] else None
+    path = take_path(toolpath, machine, given.tool, around, given.surface_tolerance, given.crease)
+    path = path if given.path_shape is None else path.shaped(given.path_shape)
+    near_by = around if given.keep_clear else None
     path, machine = placed(path, machine, constraints, near_by)
-    if control is None:
-        clock = Clock(None, coordinates or "axes")
+    if given.control is None:
+        clock = Clock(None, given.coordinates or "axes")
         interpolation = Interpolation.JOINT if clock.coordinates == "axes" else Interpolation.TCP
     else:
-        wording = require_program(machine, control, coordinates)
+        wording = require_program(machine, given.control, given.coordinates)
         clock, interpolation = Clock(wording.dialect, wording.coordinates), wording.interpolation
-    options = Options(
-        **search,
-        mask=mask,
-        interpolation=interpolation,
-        clock=clock,
-        start=start,
-        progress=progress,
-    )
+    options = Options.of(given, interpolation=interpolation, clock=clock)
     path = on_part(constraints.zoned(path), around.part)
     cleared = solve_clear(path, machine, constraints, options, near_by)
-    return Solution.of(cleared.solution, constraints, around, near["gouge_tolerance"])
+    return Solution.of(cleared.solution, constraints, around, given.gouge_tolerance)
 
 
 def solve_clear(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
@@ -28,7 +29,6 @@ from fiveaxis.options import (
     Surrounding,
     Unit,
     Writing,
-    options_of,
     table_of,
 )
 from fiveaxis.settings import StrictModel
@@ -108,8 +108,7 @@ class _Searched(StrictModel):
 
 if TYPE_CHECKING:
 
-    class SetupTable(_Searched, Placing):  # noqa: D101 -- what mypy sees of the one below
-        pass
+    class SetupTable(_Searched, Placing): ...  # noqa: D101 -- what mypy sees of the one below
 
 else:
     SetupTable = table_of(Placing, _Searched)
@@ -150,11 +149,7 @@ class _Sourced(StrictModel):
 
 if TYPE_CHECKING:
 
-    class FactorsTable(_Sourced):  # noqa: D101 -- what mypy sees of the one below
-        price: float | None
-        hour: float | None
-        currency: str
-        co2: float | None
+    class FactorsTable(_Sourced, Costs): ...  # noqa: D101 -- what mypy sees of the one below
 
 else:
     FactorsTable = table_of(Costs, _Sourced)
@@ -171,7 +166,7 @@ class _Input(StrictModel):
 
 if TYPE_CHECKING:
 
-    class _Bounded(_Input, OnMachine): ...
+    class _Bounded(_Input, OnMachine, Bounds, Surrounding, Meshes, Search, Writing): ...
 
 else:
     _Bounded = reduce(
@@ -245,66 +240,56 @@ class Job(_Bounded):
         return job
 
     @property
-    def bounds(self) -> dict[str, Any]:
+    def bounds(self) -> Bounds:
         """The bounds on postures and turns as given, in degrees; the spindle's speed as the job states it."""
-        bounds = self._of(Bounds)
-        if bounds["spindle_speed"] is None:
-            process = None if self.process is None else self.process.spindle_rpm
-            bounds["spindle_speed"] = self.nc.spindle_rpm or process
-        return bounds
+        bounds = Bounds.of(self)
+        if bounds.spindle_speed is not None:
+            return bounds
+        process = None if self.process is None else self.process.spindle_rpm
+        return replace(bounds, spindle_speed=self.nc.spindle_rpm or process)
 
     @property
     def search(self) -> Search:
         """What is minimised, and how it is searched."""
-        return cast("Search", self._of(Search))
+        return Search.of(self)
 
     @property
     def surrounding(self) -> Surrounding:
         """Part and stock, by their files, and how near the tool comes to what stands around it."""
-        return cast("Surrounding", self._of(Surrounding))
+        return Surrounding.of(self)
 
     @property
     def meshes(self) -> Meshes:
         """How meshes are taken."""
-        return cast("Meshes", self._of(Meshes))
+        return Meshes.of(self)
 
     @property
     def reading(self) -> Reading:
         """How an input that is a program is read, and the unit of any input."""
-        return cast("Reading", self.program.model_dump(exclude={"machine"}) | {"unit": self.unit})
+        return Reading.of(self.program, unit=None if self.unit == "m" else self.unit)
 
     @property
     def stated_control(self) -> str | Path | None:
         """The control that the job names, or its machine; None where neither does."""
-        if "control" in self.model_fields_set:
-            return cast("str | Path", self._of(Writing)["control"])
-        machine = None if self.machine is None else load_machine(self.machine)
-        return None if machine is None or not machine.control else control_for(machine)
+        named = Writing.of(self).control
+        machine = None if named is not None or self.machine is None else load_machine(self.machine)
+        return named if machine is None or not machine.control else control_for(machine)
 
     @property
-    def writing(self) -> Writing:
-        """How the program is written.
+    def program_options(self) -> ProgramOptions:
+        """How the program is written, with its settings.
 
         Raises
         ------
         MachineError
             The job names no control, and its machine can't be read.
         """
-        control = self.stated_control
-        return cast("Writing", self._of(Writing) | ({} if control is None else {"control": control}))
-
-    @property
-    def program_options(self) -> ProgramOptions:
-        """How the program is written, with its settings as one record."""
-        return ProgramOptions.of(self.nc, **self.writing)
+        return ProgramOptions.of(self, control=self.stated_control, settings=self.nc, header=None)
 
     @property
     def planning(self) -> Planning:
         """How passes are planned."""
-        return cast("Planning", self.plan.model_dump())
-
-    def _of(self, group: type) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in options_of(group)}
+        return Planning.of(self.plan)
 
     @property
     def constraints(self) -> Constraints:
@@ -315,11 +300,11 @@ class Job(_Bounded):
         SettingError
             A bound out of its range.
         """
-        return Constraints.of_degrees(**self.bounds)
+        return Constraints.of(self.bounds)
 
     @model_validator(mode="after")
     def _turns_at_one_speed(self) -> Job:
-        own, program = self._of(Bounds)["spindle_speed"], self.nc.spindle_rpm
+        own, program = Bounds.of(self).spindle_speed, self.nc.spindle_rpm
         if own is not None and program is not None and own != program:
             raise ValueError(
                 f"spindle_speed = {own:g}, and nc.spindle_rpm = {program:g} rev/min; the cutting speed is "

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import operation_text
 from fiveaxis.job.program import MadeProgram
-from fiveaxis.job.program_costs import ProgramEnergy, price_program, word_rounding
+from fiveaxis.job.program_costs import Pricing, ProgramEnergy, price_program, word_rounding
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution
 from fiveaxis.kinematics import tool_poses
@@ -43,6 +42,7 @@ from fiveaxis.nc.source import Source, with_lines
 from fiveaxis.nc.traced_program import TracedProgram, load_program
 from fiveaxis.nc.writing.start_and_end import NO_ROW
 from fiveaxis.nc.writing.word_writer import WordWriter
+from fiveaxis.options import Reading
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
 from fiveaxis.toolpath import Toolpath
 from fiveaxis.verification import Against, check_read
@@ -75,7 +75,7 @@ class RevisedOperation:
     path: Toolpath
     machine: Machine
     wording: WordWriter
-    reading: Mapping[str, Any]
+    reading: Reading
 
     @classmethod
     def of(cls, job: Job, toolpath: Toolpath, machine: Machine) -> RevisedOperation:
@@ -115,7 +115,7 @@ class RevisedOperation:
             tcp = wording.interpolation is Interpolation.TCP
             toolpath = replace(toolpath, slack=own_slack(toolpath, machine, rotary, tcp=tcp))
         reading = timed_reading(job, machine)
-        if reading["rapid"] != job.reading["rapid"]:
+        if reading.rapid != job.reading.rapid:
             unknown = ", ".join(axis.letter for axis in machine.axes if axis.max_speed is None)
             message = (
                 f"machine {machine.name!r} states no highest speed of {unknown}: rapid moves are timed at "
@@ -139,7 +139,7 @@ class RevisedOperation:
     def price(self, revision: Revision | None = None) -> ProgramEnergy:
         """Price the operation's text, or a revised one, as `program_energy` does its file."""
         source = self.text.source if revision is None else revision.revised
-        return price_program(source, self.machine, self.reading)
+        return price_program(source, self.machine, Pricing.of(self.reading))
 
     def write(self, solution: Solution) -> Written:
         """Write a solution's postures into the operation.
@@ -214,9 +214,9 @@ class RevisedOperation:
         against = Against(
             toolpath=self.path, surroundings=solution.surroundings, constraints=solution.constraints
         )
-        gap = job.surrounding["surface_tolerance"]
+        gap = job.surrounding.surface_tolerance
         report = check_read(read, self.machine, against, gap, solution.tolerances)
-        return read, Gate.of(report, job.writing["override"])
+        return read, Gate.of(report, job.override)
 
     def _placement(self, solution: Solution, fill: Fill) -> Placement:
         """Return where the axes are to be at each location that gets a line."""
@@ -291,10 +291,10 @@ def _spent(priced: ProgramEnergy, lines: IntArray) -> Array:
     return found
 
 
-def timed_reading(job: Job, machine: Machine) -> Mapping[str, Any]:
+def timed_reading(job: Job, machine: Machine) -> Reading:
     """Return how a job's program is read to be priced: rapid moves of unknown speed at `RAPID`."""
-    unknown = job.reading["rapid"] is None and any(axis.max_speed is None for axis in machine.axes)
-    return {**job.reading, **({"rapid": RAPID} if unknown else {})}
+    unknown = job.reading.rapid is None and any(axis.max_speed is None for axis in machine.axes)
+    return replace(job.reading, rapid=RAPID) if unknown else job.reading
 
 
 def _stated_angles(path: Toolpath) -> Array | None:

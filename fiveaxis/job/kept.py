@@ -11,6 +11,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.job.description import Job
 from fiveaxis.job.reading import make_job
 from fiveaxis.nc import DIALECTS, Dialect, ProgramSettings, find_dialect
+from fiveaxis.options import USUAL_CONTROL
 from fiveaxis.toolpath import Operation, Toolpath
 
 # Code of the finding on what can't be kept.
@@ -88,7 +89,7 @@ def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
                 file=toolpath.name,
             )
         given["control"] = operation.control
-    dialect = find_dialect(given.get("control", job.writing["control"]))
+    dialect = find_dialect(given.get("control", job.stated_control or USUAL_CONTROL))
     coordinates = "tip" if operation.tcp else "axes"
     is_program = operation.language != "APT"
     if is_program and "coordinates" not in job.model_fields_set and coordinates in dialect.modes:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fiveaxis.collision import Surroundings
-from fiveaxis.contour import Plan, PlanReport, path_quality, plan_passes
+from fiveaxis.contour import Plan, PlanOptions, PlanReport, path_quality, plan_passes
 from fiveaxis.energy import Factors
 from fiveaxis.errors import JobError, SettingError
 from fiveaxis.job.description import TOOL_FILE, Job
@@ -22,13 +22,13 @@ from fiveaxis.machine.unknown import require_stated, unknown_figures
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import find_dialect, read_toolpath
-from fiveaxis.nc.formats import kind_of
+from fiveaxis.nc.formats import kind_of, read_path_of
 from fiveaxis.nc.languages.choice import control_of, find_language
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.own_header import stated_height
 from fiveaxis.nc.source import load_source
-from fiveaxis.options import CadFile, LeanBounds, Meshes, options_of, parted
+from fiveaxis.options import USUAL_CONTROL, CadFile
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
@@ -136,7 +136,11 @@ def take_path(
 def load_factors(job: Job) -> Factors | None:
     """Return a job's prices and its emission of a kWh; None where it gives none."""
     table = job.factors
-    return None if table is None else Factors(table.price, table.currency, table.co2, table.hour)
+    return (
+        None
+        if table is None
+        else Factors(table.price, table.currency or Factors.currency, table.co2, table.hour)
+    )
 
 
 def load_job_toolpath(job: Job, progress: Progress = unheard) -> Toolpath:
@@ -169,16 +173,16 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
     if revises(job):
         toolpath = operation_text(job, toolpath.tool).path_of(toolpath)
     around = job.surrounding
-    if around["part"] is None or toolpath.has_normals:
+    if around.part is None or toolpath.has_normals:
         return toolpath
-    given = {name for name, value in job.reading.items() if name in ("unit", "positions") and value}
+    given = {name for name in ("unit", "positions") if getattr(job.reading, name)}
     return find_settled_contacts(
         toolpath,
-        load_mesh(around["part"], unit=part_unit(job), allow_open=True, **cad_options(job)),
-        around["surface_tolerance"],
+        load_mesh(around.part, unit=part_unit(job), allow_open=True, **cad_options(job)),
+        around.surface_tolerance,
         lambda settings: _read_as(job, tool, settings),
         given,
-        crease=job.meshes["crease"],
+        crease=job.meshes.crease,
     )
 
 
@@ -199,8 +203,8 @@ def revises(job: Job) -> bool:
 
 def operation_text(job: Job, tool: Tool) -> OperationText:
     """Read the operation of a job's program beside its text, as `OperationText.of`."""
-    given: dict[str, Any] = {"tool": tool, "machine": program_machine(job), "feed_mm_min": job.feed}
-    return OperationText.of(load_source(job.input), ReadOptions.of(job.reading, **given))
+    options = ReadOptions.of(job.reading, tool=tool, machine=program_machine(job), feed_mm_min=job.feed)
+    return OperationText.of(load_source(job.input), options)
 
 
 def require_leanable(toolpath: Toolpath) -> None:
@@ -219,16 +223,15 @@ def require_leanable(toolpath: Toolpath) -> None:
 
 def _read_as(job: Job, tool: Tool | None, settings: Mapping[str, Any]) -> Toolpath:
     """Read a job's path, with `settings` in place of the job's."""
-    reading: dict[str, Any] = {**job.reading, **settings}
-    return read_toolpath(
-        job.input,
+    options = ReadOptions.of(
+        job.reading,
         tool=tool,
         feed_mm_min=job.feed,
         machine=program_machine(job),
         columns=job.columns,
         path_shape=job.path_shape,
-        **reading,
     )
+    return read_path_of(load_source(job.input), replace(options, **settings))
 
 
 def program_machine(job: Job) -> Machine | None:
@@ -262,12 +265,13 @@ def plan_mesh(job: Job, progress: Progress = unheard) -> Plan:
             "out",
             file=job.input,
         )
-    bounds = {name: job.bounds[name] for name in options_of(LeanBounds)}
-    options: dict[str, Any] = {**job.planning, **job.meshes, **bounds}
-    if job.feed is not None:
-        options["feed_mm_min"] = job.feed
-    report = partial(progress, "planning passes")
-    plan = plan_passes(job.input, parse_tool(job.tool), unit=job.unit, progress=report, **options)
+    options = PlanOptions.of(
+        *(job.planning, job.meshes, job.bounds),
+        unit=job.unit,
+        progress=partial(progress, "planning passes"),
+    )
+    options = options if job.feed is None else replace(options, feed_mm_min=job.feed)
+    plan = plan_passes(job.input, parse_tool(job.tool), options)
     return plan if job.path_shape is None else replace(plan, toolpath=plan.toolpath.shaped(job.path_shape))
 
 
@@ -277,12 +281,12 @@ def measure_plan(job: Job, toolpath: Toolpath) -> PlanReport:
     return path_quality(
         toolpath,
         job.input,
-        strategy=plan["strategy"],
-        raster_angle=plan["raster_angle"],
-        overhang=plan["overhang"],
-        faces=plan["faces"],
+        strategy=plan.strategy,
+        raster_angle=plan.raster_angle,
+        overhang=plan.overhang,
+        faces=plan.faces,
         unit=job.unit,
-        allow_open=plan["allow_open"],
+        allow_open=plan.allow_open,
         **cad_options(job),
     )
 
@@ -304,37 +308,29 @@ def load_surroundings(job: Job) -> Surroundings:
     """
     fixtures = tuple(table.build() for table in job.fixture)
     file, around = part_of(job), job.surrounding
-    unit = part_unit(job) if around["part"] else job.unit
+    unit = part_unit(job) if around.part else job.unit
     part = None if file is None else read_solid(file, unit, **cad_options(job))
-    height = around["above_table"]
+    height = around.above_table
     if height is None and not is_mesh(job.input) and job.program.machine is None:
         height = stated_height(load_source(job.input))
-    return Surroundings.load(
-        part,
-        around["stock"],
-        fixtures,
-        job.clearance.build(),
-        unit=part_unit(job),
-        stock_resolution=around["stock_resolution"],
-        stock_tolerance=around["stock_tolerance"],
-        above_table=height,
-    )
+    near = replace(around, part=part, part_unit=part_unit(job), above_table=height)
+    return Surroundings.of(near, fixtures=fixtures, clearances=job.clearance.build())
 
 
 def part_of(job: Job) -> Path | None:
     """Return the file of the part's mesh: the given one, else the one that passes are planned on."""
-    part = job.surrounding["part"]
+    part = job.surrounding.part
     return Path(str(part)) if part else job.input if is_mesh(job.input) else None
 
 
 def part_unit(job: Job) -> Unit | None:
     """Return the unit of a job's part and stock: the given one, else that of an input mesh, if any."""
-    return job.surrounding["part_unit"] or (job.unit if is_mesh(job.input) else None)
+    return job.surrounding.part_unit or (job.unit if is_mesh(job.input) else None)
 
 
 def cad_options(job: Job) -> dict[str, Any]:
     """Return how a job's CAD files are taken, as keywords of `load_mesh`."""
-    return parted(job.meshes, CadFile, Meshes)[0]
+    return vars(CadFile.of(job.meshes))
 
 
 def describe_inputs(job: Job) -> list[InputFile]:
@@ -356,7 +352,7 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
     if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
         files["tool"] = Path(job.tool)
     yield from ((use, path) for use, path in files.items() if path is not None)
-    control = str(job.writing["control"])
+    control = str(job.stated_control or USUAL_CONTROL)
     if control.lower().endswith(TOOL_FILE):
         find_dialect(control)  # refuses tables that are based on each other
         yield from (("control", path) for path in _tables(Path(control)))

@@ -99,7 +99,7 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
             return job.model_copy(update={"setup": job.setup.model_copy(update=stated)}), told
     bounds, around = job.constraints, None if said else kept_clear(job)
     if revises(job) and not said:
-        if job.reading["zero"] or (toolpath.operation is not None and not toolpath.operation.tcp):
+        if job.reading.zero or (toolpath.operation is not None and not toolpath.operation.tcp):
             return job, ()  # where the path lies on the part hangs on where the part stands
         # A program that is revised in its lines runs as it is, if this machine can take its postures at all.
         as_it_is = Constraints.of_degrees(cone=AS_IT_IS)
@@ -138,7 +138,7 @@ def with_ranges(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tu
 
 def kept_clear(job: Job) -> Surroundings | None:
     """Load what a job keeps clear of beside the machine; None where it keeps clear of nothing."""
-    return load_surroundings(job) if job.surrounding["keep_clear"] else None
+    return load_surroundings(job) if job.surrounding.keep_clear else None
 
 
 def placed(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Unpack
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Finding
 from fiveaxis.job.kept import stated_settings, with_stated
 from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_program
-from fiveaxis.job.program_options import Header, ProgramOptions
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate, require_report
 from fiveaxis.machine import Machine
 from fiveaxis.machine.unknown import require_stated
@@ -22,7 +21,7 @@ from fiveaxis.nc import Program, ProgramSettings, ReadMotion, control_for, find_
 from fiveaxis.nc.own_header import set_up_as_stated
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import load_program, load_text, trace_tool, with_feeds_of
-from fiveaxis.options import Reading, Writing, parted, spelled_out
+from fiveaxis.options import Reading, Writing, keywords_of
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification import NOTHING, Against, ReadBack, Report, check_read, check_table, check_text
@@ -57,20 +56,21 @@ class Posted:
         return (*self.motion.findings, *self.told, *self.made.findings)
 
 
-class Posting(Reading, Writing, total=False):
-    """How a program is read, and how the new one is written."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Posting(Reading, Writing):
+    """All that `post_program` takes as keywords: how a program is read, and how the new one is written."""
+
+    output: str | Path | None = None
+    against: Against = NOTHING
+    settings: ProgramSettings | None = None
+    unverified: bool = False
 
 
-@spelled_out(Posting)
+@keywords_of(Posting)
 def post_program(
     source: str | Path,
     machine: Machine,
-    *,
-    output: str | Path | None = None,
-    against: Against = NOTHING,
-    settings: ProgramSettings | None = None,
-    unverified: bool = False,
-    **given: Unpack[Posting],
+    given: Posting,
 ) -> Posted:
     """Read a motion and write it for a control, as a solution becomes a program.
 
@@ -101,12 +101,12 @@ def post_program(
     described = describe_input(source)
     text = load_source(source)
     machine, told = set_up_as_stated(machine, text)
-    reading, writing = parted(given, Reading, Writing)
-    read = load_program(text, machine, against.cutter, reading)
+    against, output = given.against, given.output
+    read = load_program(text, machine, against.cutter, given)
     motion = _of_known_ways(read.motion)
     against = against if against.is_nothing else against.of_program(motion)
     header = {"source": f"{described['name']} sha256 {described['sha256'][:16]}"}
-    settings = settings or ProgramSettings()
+    settings = given.settings or ProgramSettings()
     if (operation := motion.operation) is not None:
         if operation.kind == "drilling":
             raise ToolpathError(
@@ -115,10 +115,10 @@ def post_program(
                 file=source,
                 line=operation.first_line,
             )
-        dialect = find_dialect(control_for(machine, writing.get("control")))
+        dialect = find_dialect(control_for(machine, given.control))
         stated, lost = stated_settings(operation, dialect, settings, motion.name)
         settings, told = with_stated(settings, stated), (*told, *lost)
-    options = ProgramOptions.of(settings, header, machine, **writing)
+    options = ProgramOptions.of(given, settings=settings, header=header).on(machine)
     options = options.named(source.stem) if output is None else options.for_file(output)
     if read.by_control and against.toolpath is None:
         against = replace(against, toolpath=read.path)
@@ -131,7 +131,7 @@ def post_program(
         if fault.file is not None:
             raise
         raise ToolpathError(fault.message, file=source, line=fault.line) from None
-    path = None if output is None else made.write(output, unverified=unverified)
+    path = None if output is None else made.write(output, unverified=given.unverified)
     return Posted(motion, made, path, told)
 
 
@@ -157,18 +157,21 @@ def _of_known_ways(motion: ReadMotion) -> ReadMotion:
     return motion.part(slice(begin, end))
 
 
-@spelled_out(Writing)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MotionWriting(ProgramOptions):
+    """All that `write_program` takes as keywords."""
+
+    against: Against = NOTHING
+    report: Report | None = None
+    unverified: bool = False
+
+
+@keywords_of(MotionWriting)
 def write_program(
     motion: Motion,
     path: str | Path,
     machine: Machine,
-    *,
-    against: Against = NOTHING,
-    settings: ProgramSettings | None = None,
-    header: Header | None = None,
-    report: Report | None = None,
-    unverified: bool = False,
-    **writing: Unpack[Writing],
+    given: MotionWriting,
 ) -> Path:
     """Write a motion as an NC program; the file appears whole or not at all.
 
@@ -199,12 +202,12 @@ def write_program(
     FiveAxisError
         As `compose_program`.
     """
-    options = ProgramOptions.of(settings, header, machine, **writing).for_file(path)
-    made = make_of_motion(motion, machine, options, against)
-    if report is not None:
-        require_report(report, motion, machine)
-        Gate.of(report, options.writing["override"]).require_open()
-    return made.write(path, unverified=unverified)
+    options = ProgramOptions.of(given).on(machine).for_file(path)
+    made = make_of_motion(motion, machine, options, given.against)
+    if given.report is not None:
+        require_report(given.report, motion, machine)
+        Gate.of(given.report, options.override).require_open()
+    return made.write(path, unverified=given.unverified)
 
 
 def make_of_motion(

@@ -224,7 +224,7 @@ def make_program(
         ends = None if made.ends is None else planned.fill.rows_in(made.motion)[made.ends]
         return replace(made, fill=planned.fill, ends=ends)
 
-    if not (options.writing["thin"] and may_thin(wording)):
+    if not (options.thin and may_thin(wording)):
         return attempt(whole)
     few = whole.without_redundant(constraints, wording)
     made = attempt(few)
@@ -276,10 +276,10 @@ def compose_verified(
         return compose_program(
             motion,
             machine=machine,
-            control=options.writing["control"],
-            coordinates=options.writing["coordinates"],
+            control=options.control,
+            coordinates=options.coordinates,
             header=options.header,
-            winding=options.writing["winding"],
+            winding=options.winding,
             settings=options.settings,
             verdict=notes,
             # A verdict lists all positions beyond an axis's travel; without one the first is an error.
@@ -298,7 +298,7 @@ def compose_verified(
         text = compose((*priced, *NOT_VERIFIED))
         return MadeProgram(machine, text, motion, Gate.unverified(), run_time, blocks, rounding, energy)
     found, *more = verdict(back, draft)
-    gate = Gate.of(found.merge(*more, unsaid(back.read.motion.findings)), options.writing["override"])
+    gate = Gate.of(found.merge(*more, unsaid(back.read.motion.findings)), options.override)
     text = compose((*priced, *gate.notes))
     # The header is comments only; make sure that the rest reads the same.
     again = ReadBack.of(text, motion, wording, options.settings).motion
@@ -317,6 +317,6 @@ def _text_energy(back: ReadBack, text: Program) -> Energy | None:
     if back.is_list or back.read.by_control or not machine.has_powers:
         return None
     try:
-        return price_program(Source(f"program{text.suffix}", list(text.lines)), machine, {}).energy
+        return price_program(Source(f"program{text.suffix}", list(text.lines)), machine).energy
     except ToolpathError:  # a rapid move whose speed nobody states
         return None

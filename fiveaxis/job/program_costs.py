@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal, Unpack
+from typing import Any, Literal
 
 import numpy as np
 
@@ -38,7 +38,7 @@ from fiveaxis.nc.own_header import set_up_as_stated, stated_feed, stated_tool
 from fiveaxis.nc.rows import require
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.traced_program import load_program
-from fiveaxis.options import Coordinates, Reading, spelled_out
+from fiveaxis.options import Coordinates, Reading, keywords_of
 from fiveaxis.toolpath import MoveKind, Tool
 
 # Characters of a block's text that are shown.
@@ -131,17 +131,18 @@ class ProgramEnergy:
         }
 
 
-@spelled_out(Reading)
-def program_energy(
-    path: str | Path,
-    machine: Machine,
-    *,
-    tool: Tool | None = None,
-    corners: Corners = "control",
-    control: str | Path | None = None,
-    process: ProcessFigures | None = None,
-    **reading: Unpack[Reading],
-) -> ProgramEnergy:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pricing(Reading):
+    """All that `program_energy` takes as keywords."""
+
+    tool: Tool | None = None
+    corners: Corners = "control"
+    control: str | Path | None = None
+    process: ProcessFigures | None = None
+
+
+@keywords_of(Pricing)
+def program_energy(path: str | Path, machine: Machine, options: Pricing) -> ProgramEnergy:
     """Compute the energy that an NC program costs the feed drives, block by block and by axis.
 
     Time and energy of moves whose start or end isn't known are left out, with a finding.
@@ -173,23 +174,15 @@ def program_energy(
     ----------
     Edem & Balogun (2018), Eq. (1), for weight drives; Hayashi et al. (2018) for tables of power.
     """
-    how: Any = {"tool": tool, "corners": corners, "control": control, "process": process}
-    return price_program(load_source(path), machine, reading, **how)
+    return price_program(load_source(path), machine, options)
 
 
-def price_program(
-    source: Source,
-    machine: Machine,
-    reading: Mapping[str, Any],
-    *,
-    tool: Tool | None = None,
-    corners: Corners = "control",
-    control: str | Path | None = None,
-    process: ProcessFigures | None = None,
-) -> ProgramEnergy:
+def price_program(source: Source, machine: Machine, options: Pricing = Pricing()) -> ProgramEnergy:
     """Compute the energy of a program's text as `program_energy` does that of a file."""
+    corners, control, process = options.corners, options.control, options.process
     machine, stands = set_up_as_stated(machine.with_control(control), source)
-    read = require_timed(load_program(source, machine, tool, reading).motion, machine, reading.get("rapid"))
+    read = load_program(source, machine, options.tool, options).motion
+    read = require_timed(read, machine, options.rapid)
     require(
         np.all(np.isfinite(read.positions), axis=1),
         read.source,
@@ -207,7 +200,7 @@ def price_program(
         taken = programmed_time(read, machine)
     known = ~read.from_unknown
     texts = tuple(lines[line - 1].strip() if line > 0 else "" for line in read.source)
-    cutter = tool or stated_tool(source)
+    cutter = options.tool or stated_tool(source)
     # Under TCP F is the tip's.
     tool = None if read.tcp.any() else cutter
     rounding = word_rounding(read, texts)

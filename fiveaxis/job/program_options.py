@@ -5,59 +5,46 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Unpack, cast
+from typing import Self
 
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates
-from fiveaxis.nc import ProgramSettings, control_for, find_dialect, require_program
+from fiveaxis.nc import Dialect, ProgramSettings, control_for, find_dialect, require_program
 from fiveaxis.nc.formats import require_program_suffix
 from fiveaxis.nc.writing.start_and_end import RequiredTechnology
 from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.options import Writing, completed
+from fiveaxis.options import USUAL_CONTROL, Writing
 
 Header = Mapping[str, str]
 
 
-@dataclass(frozen=True)
-class ProgramOptions:
-    """How a motion becomes a program.
+@dataclass(frozen=True, kw_only=True)
+class ProgramOptions(Writing):
+    """How a motion becomes a program: all options of `Writing`, and what only code can give.
 
     Parameters
     ----------
-    writing : all options of the group
-    settings : of the program besides its moves
-    header : comments by name
+    settings : of the program besides its moves: tool, spindle, coolant, work offset and so on
+    header : name and value of further comments
     """
 
-    writing: Writing
-    settings: ProgramSettings
+    settings: ProgramSettings = ProgramSettings()
     header: Header | None = None
 
-    @classmethod
-    def of(
-        cls,
-        settings: ProgramSettings | None = None,
-        header: Header | None = None,
-        machine: Machine | None = None,
-        **writing: Unpack[Writing],
-    ) -> ProgramOptions:
-        """Make the record of what is given, with the defaults of the rest.
-
-        Parameters
-        ----------
-        machine : whose control is the default
+    def on(self, machine: Machine) -> Self:
+        """Return the same for the control of a machine, where none is named.
 
         Raises
         ------
-        SettingError
-            An unknown word.
         MachineError
             The machine's control is unknown.
         """
-        if machine is not None:
-            writing["control"] = control_for(machine, writing.get("control"))
-        every = cast("Writing", completed(Writing, writing))
-        return cls(every, settings or ProgramSettings(), header)
+        return replace(self, control=control_for(machine, self.control))
+
+    @property
+    def dialect(self) -> Dialect:
+        """The control's table."""
+        return find_dialect(self.control or USUAL_CONTROL)
 
     def wording(self, machine: Machine) -> WordWriter:
         """Check that the control can write a machine's motions so; return how positions become its words.
@@ -67,16 +54,14 @@ class ProgramOptions:
         FiveAxisError
             As `require_program`.
         """
-        words = self.writing
-        return require_program(
-            machine, words["control"], words["coordinates"], words["winding"], self.settings
-        )
+        control = self.control or USUAL_CONTROL
+        return require_program(machine, control, self.coordinates, self.winding, self.settings)
 
-    def named(self, name: str) -> ProgramOptions:
+    def named(self, name: str) -> Self:
         """Name the program, unless the settings do."""
         return replace(self, settings=self.settings.named(name))
 
-    def for_file(self, path: str | Path) -> ProgramOptions:
+    def for_file(self, path: str | Path) -> Self:
         """Name the program after its file, unless the settings do.
 
         Raises
@@ -84,7 +69,7 @@ class ProgramOptions:
         SettingError
             The file's suffix is that of no program.
         """
-        require_program_suffix(path, find_dialect(self.writing["control"]).suffix)
+        require_program_suffix(path, self.dialect.suffix)
         return self.named(Path(path).stem)
 
     def asked(self, machine: Machine, mode: Coordinates) -> RequiredTechnology | None:
@@ -95,10 +80,10 @@ class ProgramOptions:
         FiveAxisError
             As `require_program`.
         """
-        modes = find_dialect(self.writing["control"]).modes
+        modes = self.dialect.modes
         coordinates = mode if mode in modes else next(iter(modes))
-        writing: Writing = {**self.writing, "coordinates": coordinates}
-        asked = RequiredTechnology.of(replace(self, writing=writing).wording(machine), self.settings)
+        wording = replace(self, coordinates=coordinates).wording(machine)
+        asked = RequiredTechnology.of(wording, self.settings)
         if asked is None or mode in modes:
             return asked
         # What F means depends on the coordinates.

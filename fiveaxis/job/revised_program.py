@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 from fiveaxis.energy import Energy
 from fiveaxis.errors import AlreadyBetter, FiveAxisError, JobError
@@ -15,17 +15,18 @@ from fiveaxis.job.description import Job, Trade
 from fiveaxis.job.in_place import timed_reading
 from fiveaxis.job.loading import load_job_machine, operation_text, program_machine, revises
 from fiveaxis.job.placement import load_placed
-from fiveaxis.job.program_costs import price_program
+from fiveaxis.job.program_costs import Pricing, price_program
 from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.stages import Outcome
 from fiveaxis.machine import Machine
-from fiveaxis.nc.formats import read_operations
+from fiveaxis.nc.formats import list_operations
 from fiveaxis.nc.operation_text import OperationText
+from fiveaxis.nc.options import ProgramReading
 from fiveaxis.nc.revision import revised
 from fiveaxis.nc.source import Source, load_source, with_lines
 from fiveaxis.nc.stated_tools import stated_tools
-from fiveaxis.options import Bounds, Meshes, Reading, Search, Surrounding, parted, spelled_out
+from fiveaxis.options import Bounds, Meshes, Reading, ReadProgram, Search, Surrounding, keywords_of
 from fiveaxis.progress import Progress, unheard, within
 from fiveaxis.toolpath import Operation, Tool
 from fiveaxis.toolpath.tool import tools_by_number
@@ -154,21 +155,22 @@ class RevisedProgram:
         }
 
 
-class Revising(Bounds, Surrounding, Meshes, Search, Reading, total=False):
-    """Within what an operation is revised, and how its program is read."""
+@dataclass(frozen=True, kw_only=True)
+class Revising(Reading, Search, Meshes, Surrounding, Bounds):
+    """All that `revise_program` takes as keywords: within what, and how the program is read."""
+
+    tool: str | None = None
+    tool_length: float | None = None
+    drives: str | None = None
+    output: str | Path | None = None
+    allow: Sequence[Trade] = ()
 
 
-@spelled_out(Revising)
+@keywords_of(Revising)
 def revise_program(
     program: str | Path,
     machine: str | Path,
-    *,
-    tool: str | None = None,
-    tool_length: float | None = None,
-    drives: str | None = None,
-    output: str | Path | None = None,
-    allow: Sequence[Trade] = (),
-    **given: Unpack[Revising],
+    given: Revising,
 ) -> RevisedProgram:
     """Give operations of a program new postures in its own lines, as `fiveaxis optimise` does.
 
@@ -191,14 +193,12 @@ def revise_program(
     FiveAxisError
         What can't be read, or be put into the program's own words.
     """
-    reading, others = parted(given, Reading, Revising)
-    unit = reading.pop("unit", None)
-    settings: dict[str, Any] = {name: value for name, value in others.items() if name not in reading}
-    settings |= {"tool": tool, "tool_length": tool_length, "drives": drives, "unit": unit, "program": reading}
-    settings["allow"] = tuple(allow)
-    made = revise_operations(make_job(input=Path(program), machine=str(machine), **settings))
-    if output is not None and made.outcomes:
-        made.write(output)
+    reading = vars(ReadProgram.of(given))
+    settings = {name: value for name, value in vars(given).items() if name not in {*reading, "output"}}
+    settings |= {"input": Path(program), "machine": str(machine), "program": reading}
+    made = revise_operations(make_job(**settings | {"allow": tuple(given.allow)}))
+    if given.output is not None and made.outcomes:
+        made.write(given.output)
     return made
 
 
@@ -273,8 +273,8 @@ def takes_operations(job: Job) -> bool:
 
 
 def _operations(job: Job) -> tuple[Operation, ...]:
-    reading: Any = {name: value for name, value in job.reading.items() if name != "operation"}
-    return read_operations(job.input, machine=program_machine(job), **reading)
+    reading = ProgramReading.of(job.reading, operation=None, machine=program_machine(job))
+    return list_operations(load_source(job.input), reading)
 
 
 def _chosen(job: Job) -> tuple[int, ...]:
@@ -317,7 +317,7 @@ def _reason(job: Job, operation: Operation, tool: str | None) -> str:
 
 def _price(source: Source, machine: Machine, job: Job, number: int) -> Energy | None:
     """Price an operation's lines; None where they don't say what they cost."""
-    reading = {**timed_reading(job, machine), "operation": number}
+    reading = Pricing.of(timed_reading(job, machine), operation=number)
     try:
         return price_program(source, machine, reading).energy if machine.has_powers else None
     except FiveAxisError:

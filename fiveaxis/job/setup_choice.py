@@ -193,7 +193,7 @@ def _saving(found: Outcome, other: Outcome) -> float:
 def _full_cost(outcome: Outcome) -> float:
     """Compute what the program costs, J, with the price of its time."""
     energy, machine = outcome.solution.energy, outcome.solution.machine
-    price = outcome.job.search["time_price"]
+    price = outcome.job.search.time_price
     return energy.total + ((machine.base_power or 0.0) if price is None else price) * energy.time
 
 

@@ -103,11 +103,11 @@ class SetupCosts:
         bounds = job.constraints
         turn = None if bounds.max_turn is None else stride * bounds.max_turn
         self.constraints = replace(bounds, max_turn=turn if turn is None or turn < math.pi else 2.0 * math.pi)
-        price = job.search["time_price"]
+        price = job.search.time_price
         self.options = Options(
             # A thinned path has no program of its own.
             objective="travel",
-            up_penalty=job.search["up_penalty"],
+            up_penalty=job.search.up_penalty,
             time_price=price,
             effort="quick",
         )

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, Unpack
+from typing import TYPE_CHECKING, TypeVar
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Finding, group_findings
 from fiveaxis.job.program import MadeProgram, make_program
-from fiveaxis.job.program_options import Header, ProgramOptions
-from fiveaxis.nc import ProgramSettings
+from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.nc.own_header import tool_comments
-from fiveaxis.options import Writing, spelled_out
+from fiveaxis.options import keywords_of
 from fiveaxis.posture import Solution as Postures
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification import DEFAULT_TOLERANCES, CheckedInterpolation, Report, Tolerances
@@ -101,14 +100,8 @@ class Solution(Postures):
 
         return preview(self, surroundings=self.surroundings, open_browser=open_browser, port=port)
 
-    @spelled_out(Writing)
-    def program(
-        self,
-        *,
-        settings: ProgramSettings | None = None,
-        header: Header | None = None,
-        **writing: Unpack[Writing],
-    ) -> MadeProgram:
+    @keywords_of(ProgramOptions)
+    def program(self, options: ProgramOptions) -> MadeProgram:
         """Make the NC program of this solution, read its text back, and verify it.
 
         Parameters
@@ -121,7 +114,7 @@ class Solution(Postures):
         FiveAxisError
             A control that can't write it, or a text that can't be read back.
         """
-        return self.make(ProgramOptions.of(settings, header, self.machine, **writing))
+        return self.make(options)
 
     def make(self, options: ProgramOptions) -> MadeProgram:
         """Make the program as `program` does, with all options in one record."""
@@ -130,20 +123,16 @@ class Solution(Postures):
             self.machine,
             self.toolpath,
             self.constraints,
-            replace(options, header=tool_comments(self.toolpath.tool) | dict(options.header or {})),
+            replace(
+                options.on(self.machine),
+                header=tool_comments(self.toolpath.tool) | dict(options.header or {}),
+            ),
             around=self.surroundings,
             tolerances=self.tolerances,
         )
 
-    @spelled_out(Writing)
-    def write(
-        self,
-        path: str | Path,
-        *,
-        settings: ProgramSettings | None = None,
-        header: Header | None = None,
-        **writing: Unpack[Writing],
-    ) -> Report:
+    @keywords_of(ProgramOptions)
+    def write(self, path: str | Path, options: ProgramOptions) -> Report:
         """Write the verified program to a file, whole or not at all; options as for `program`.
 
         Returns
@@ -157,7 +146,6 @@ class Solution(Postures):
         FiveAxisError
             As `program`; a file that can't be written.
         """
-        options = ProgramOptions.of(settings, header, self.machine, **writing)
-        made = self.make(options.for_file(path))
+        made = self.make(options.on(self.machine).for_file(path))
         made.write(path)
         return made.report

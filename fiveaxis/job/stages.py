@@ -117,16 +117,12 @@ class Outcome:
             budget=self.budget,
             lines={c: program.line_of(at.block) if gate.is_open else None for c, at in changes.items()},
             kept_back=gate.kept,
-            overriding=Overriding(accepted, self.job.override_by, gate.unused)
-            if self.job.writing["override"]
-            else None,
+            overriding=Overriding(accepted, self.job.override_by, gate.unused) if self.job.override else None,
             part_size=None if self.part_size is None else tuple(self.part_size.round(6).tolist()),
             scallop=self.scallop,
             setup_search=self.setup_search,
             front=self.front_programs,
-            edge_use=_edge_use(self.solution, self.job.bounds["spindle_speed"])
-            if self.job.edge_use
-            else None,
+            edge_use=_edge_use(self.solution, self.job.bounds.spindle_speed) if self.job.edge_use else None,
             trades=() if self.chosen is None else self.chosen.comparison.trades,
             replaced_for=() if self.chosen is None else self.chosen.comparison.faults,
             # Where an approach by axes comes from is no position of the program.
@@ -209,13 +205,13 @@ def run_stages(
     around = load_surroundings(job)
     constraints = job.constraints
     toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
-    require_reached(toolpath, job.writing["override"])
+    require_reached(toolpath, job.override)
     if job.edge_use:
         require_touching(toolpath, "where on its edge it cuts (edge_use)")
     # A program's input files don't name the programs that it calls.
     checkpoint.about(toolpath.pivot, toolpath.normal, toolpath.axis, toolpath.feed, toolpath.kind)
     options = search_options(job, wording, progress, start, checkpoint)
-    gouge = job.surrounding["gouge_tolerance"]
+    gouge = job.surrounding.gouge_tolerance
     chosen = front = None
     if operation is None or job.front is not None:
         cleared, front = solve(job, constraints, toolpath, machine, options, around)
@@ -286,7 +282,7 @@ def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
     """
     able = [k for k, made in enumerate(outcomes) if made.gate.is_open] or list(range(len(outcomes)))
     delivered = [replace(front.points[k], energy=outcomes[k].solution.energy) for k in able]
-    objective = job.search["objective"]
+    objective = job.search.objective
     kept = undominated([point.figures(point.energy, objective) for point in delivered])
     members = tuple(outcomes[able[k]] for k in kept)
     points = tuple(delivered[k] for k in kept)
@@ -338,7 +334,7 @@ def _with_ridges(job: Job, solution: Solution) -> tuple[Solution, tuple[float, f
     -------
     The solution, with a finding where they are too high, and the height asked for and the largest one, mm
     """
-    path, asked = solution.toolpath, job.planning["scallop"]
+    path, asked = solution.toolpath, job.planning.scallop
     if asked is None or not path.zone.offset or not is_mesh(job.input):
         return solution, None
     axis = tool_axes(solution.machine, solution.motion.positions[:, solution.machine.rotary_columns])
@@ -356,7 +352,7 @@ def _with_ridges(job: Job, solution: Solution) -> tuple[Solution, tuple[float, f
 
 def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolpath:
     """Add the finding on a part of implausible size to a path that was read: the planner adds its own."""
-    file = job.surrounding["part"]
+    file = job.surrounding.part
     if around.part is None or file is None:
         return toolpath
     size, diameter = mesh_size(around.part), toolpath.tool.diameter
@@ -404,8 +400,8 @@ def search_options(
     checkpoint: Checkpoint,
 ) -> Options:
     """Return what a job minimises, and how."""
-    return Options(
-        **job.search,
+    return Options.of(
+        job.search,
         interpolation=wording.interpolation,
         clock=Clock(wording.dialect, wording.coordinates),
         start=start,
@@ -447,7 +443,7 @@ def solve(
         return fronts[-1].pick(job.pick or 1)
 
     cleared = solve_clear(
-        toolpath, machine, constraints, options, around if job.surrounding["keep_clear"] else None, find
+        toolpath, machine, constraints, options, around if job.surrounding.keep_clear else None, find
     )
     # Several paths may have been searched; take the front of the chosen one.
     motion = cleared.solution.motion

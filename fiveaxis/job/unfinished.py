@@ -31,7 +31,6 @@ from fiveaxis.job.description import Job
 from fiveaxis.job.loading import input_files
 from fiveaxis.machine import load_machine, machine_text
 from fiveaxis.machine.files import find_machine
-from fiveaxis.nc import find_dialect
 from fiveaxis.progress import UNKEPT, Checkpoint, Found
 
 logger = logging.getLogger(__name__)
@@ -170,7 +169,7 @@ def _hash_inputs(job: Job) -> Iterator[tuple[str, str]]:
     # The job, controls and machines are hashed by what they say, with the files that they name.
     yield from ((use, _hash_file(path)) for use, path in input_files(job) if use not in ("job", "control"))
     # A control table may be based on others; what counts is the table that results.
-    yield "control", _hash_data(find_dialect(job.writing["control"]).model_dump())
+    yield "control", _hash_data(job.program_options.dialect.model_dump())
     machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
     for key, name in machines.items():
         if name is not None:

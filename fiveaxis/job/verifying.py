@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import load_job_machine
-from fiveaxis.job.program_costs import price_program
+from fiveaxis.job.program_costs import Pricing, price_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.machine import Machine
-from fiveaxis.nc import ProgramSettings, control_for
+from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.control.axis_track import RAPID
 from fiveaxis.nc.source import load_source
 from fiveaxis.options import (
-    CadFile,
+    Bounds,
     Meshes,
     ProgramBounds,
     Reading,
+    SingularCone,
+    SingularRate,
     Workpiece,
-    completed,
-    parted,
-    spelled_out,
+    keywords_of,
 )
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, parse_tool
@@ -35,23 +35,31 @@ from fiveaxis.viewer.whole import ShownOperation, WholeProgram
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0
 
 
-class Checking(Workpiece, ProgramBounds, Meshes, Reading, total=False):
-    """The workpiece, bounds that are checked, and how meshes and programs are read."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Checking(Workpiece, ProgramBounds, Meshes, Reading):
+    """All that `verify_program` takes as keywords: workpiece, bounds, how files are read."""
+
+    tool: Tool | None = None
+    toolpath: Toolpath | None = None
+    fixtures: tuple[Fixture, ...] = ()
+    clearances: Clearances | None = None
+    tolerances: Tolerances = DEFAULT_TOLERANCES
+    settings: ProgramSettings | None = None
+    control: str | Path | None = None
+    singular_cone: SingularCone = SINGULAR_CONE
+    singular_rate: SingularRate = SINGULAR_RATE
+
+    @property
+    def bounds(self) -> Bounds:
+        """The bounds that are checked; the rate is that of a cone."""
+        return Bounds.of(self) if self.singular_cone is not None else Bounds.of(self, singular_rate=0.0)
 
 
-@spelled_out(Checking)
+@keywords_of(Checking)
 def verify_program(
     program: str | Path,
     machine: Machine,
-    *,
-    tool: Tool | None = None,
-    toolpath: Toolpath | None = None,
-    fixtures: tuple[Fixture, ...] = (),
-    clearances: Clearances | None = None,
-    tolerances: Tolerances = DEFAULT_TOLERANCES,
-    settings: ProgramSettings | None = None,
-    control: str | Path | None = None,
-    **given: Unpack[Checking],
+    given: Checking,
 ) -> Report:
     """Check an NC program, or the table of a motion, against its machine; part and path are optional.
 
@@ -94,48 +102,23 @@ def verify_program(
     FiveAxisError
         As `read_program`, `verify` and `find_contacts`; bounds that refer to a path or part that isn't given.
     """
-    machine = machine.with_control(control)
-    groups = Reading, ProgramBounds, Meshes, CadFile, Workpiece
-    reading, bounds, meshes, cad, workpiece = parted(given, *groups)
-    around = completed(Workpiece, workpiece)
-    constraints = Constraints.of_degrees(**singular_told(bounds))
-    program_asked = (
-        None if settings is None else ProgramOptions.of(settings, control=control_for(machine, control))
-    )
-    standing = Surroundings.load(
-        around["part"],
-        around["stock"],
-        fixtures,
-        clearances,
-        unit=around["part_unit"],
-        stock_resolution=around["stock_resolution"],
-        stock_tolerance=around["stock_tolerance"],
-        above_table=around["above_table"],
-        **cad,
-    )
+    machine, asked = machine.with_control(given.control), None
+    if given.settings is not None:
+        asked = ProgramOptions(control=given.control, settings=given.settings).on(machine)
     against = Against(
-        toolpath,
-        tool,
-        standing,
-        constraints,
-        program=program_asked,
-        part_unit=around["part_unit"] or "mm",
-        crease=completed(Meshes, meshes)["crease"],
+        given.toolpath,
+        given.tool,
+        Surroundings.of(given, given, given.fixtures, given.clearances),
+        Constraints.of(given.bounds),
+        program=asked,
+        part_unit=given.part_unit or "mm",
+        crease=given.crease,
     )
-    allowed = tolerances.with_gouge(around["gouge_tolerance"])
-    return check_program(program, machine, against, reading, around["surface_tolerance"], allowed)
+    allowed = given.tolerances.with_gouge(given.gouge_tolerance)
+    return check_program(program, machine, against, given, given.surface_tolerance, allowed)
 
 
-def singular_told(bounds: Mapping[str, Any]) -> dict[str, Any]:
-    """Add the cone in which turns of a program are told, unless the bounds have one, or None."""
-    if bounds.get("singular_cone", SINGULAR_CONE) is None:
-        return dict(bounds)
-    return {"singular_cone": SINGULAR_CONE, "singular_rate": SINGULAR_RATE, **bounds}
-
-
-def show_program(
-    job: Job, readings: Sequence[Mapping[str, Any]], progress: Progress = unheard
-) -> WholeProgram:
+def show_program(job: Job, readings: Sequence[Reading], progress: Progress = unheard) -> WholeProgram:
     """Read the operations of a job's program as they are.
 
     Rapid moves of axes without a known speed are shown at `RAPID`, unless the job states one.
@@ -143,7 +126,7 @@ def show_program(
     Parameters
     ----------
     job : its machine, setup and tools; what it bounds and minimises isn't used
-    readings : how each operation is read, as keywords of `read_program`
+    readings : how each operation is read
 
     Raises
     ------
@@ -156,7 +139,7 @@ def show_program(
     parts = []
     for number, reading in enumerate(readings):
         progress("reading the program", number, len(readings))
-        priced = price_program(source, machine, {**reading, "rapid": reading.get("rapid") or RAPID})
+        priced = price_program(source, machine, Pricing.of(reading, rapid=reading.rapid or RAPID))
         motion = priced.motion
         operation = "" if motion.operation is None else motion.operation.tool
         given = tools.get(operation, tools.get(""))

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path, PurePath
-from typing import Literal, Unpack
+from typing import Literal
 
 import numpy as np
 
@@ -15,19 +15,18 @@ from fiveaxis.errors import SeveralOperations, ToolpathError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
 from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
 from fiveaxis.nc.motion_table import read_motion_path
 from fiveaxis.nc.operations import SAME_AXIS, kind_of_work
-from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.options import PathReading, ProgramReading, ReadOptions
 from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import KNOWN, POSITION, fields_of, filled_lines, read_points
-from fiveaxis.options import Reading, spelled_out
-from fiveaxis.toolpath import Operation, PathShape, Tool, Toolpath
+from fiveaxis.options import keywords_of
+from fiveaxis.toolpath import Operation, Tool, Toolpath
 
 logger = logging.getLogger(__name__)
 
@@ -166,17 +165,8 @@ READERS: dict[Kind, Reader] = {
 }
 
 
-@spelled_out(Reading)
-def read_toolpath(
-    path: str | Path,
-    *,
-    tool: Tool | None = None,
-    feed_mm_min: float | None = None,
-    machine: Machine | None = None,
-    columns: tuple[str, ...] | None = None,
-    path_shape: PathShape | None = None,
-    **reading: Unpack[Reading],
-) -> Toolpath:
+@keywords_of(PathReading)
+def read_toolpath(path: str | Path, reading: PathReading) -> Toolpath:
     """Read a toolpath in the format of its content; a name in ``.gz`` means that the file is compressed.
 
     Parameters
@@ -205,15 +195,11 @@ def read_toolpath(
     ToolpathError
         A file of no known kind; one that can't be read completely, with file and line.
     """
-    others = {"tool": tool, "feed_mm_min": feed_mm_min, "machine": machine}
-    options = ReadOptions.of(reading, **others, columns=columns, path_shape=path_shape)
-    return read_path_of(load_source(path), options)
+    return read_path_of(load_source(path), ReadOptions.of(reading))
 
 
-@spelled_out(Reading)
-def read_operations(
-    path: str | Path, *, machine: Machine | None = None, **reading: Unpack[Reading]
-) -> tuple[Operation, ...]:
+@keywords_of(ProgramReading)
+def read_operations(path: str | Path, reading: ProgramReading) -> tuple[Operation, ...]:
     """List the operations of an NC program or CL file; none for a list of points.
 
     What can't be read, from one tool change to the next, is an operation of kind ``unread``.
@@ -227,9 +213,14 @@ def read_operations(
     FiveAxisError
         As `read_toolpath`.
     """
-    options = ReadOptions.of(reading, tool=Tool.ball(STAND_IN), machine=machine, around=True)
+    return list_operations(load_source(path), reading)
+
+
+def list_operations(source: Source, reading: ProgramReading) -> tuple[Operation, ...]:
+    """List the operations of a source as `read_operations` does those of a file."""
+    options = ReadOptions.of(reading, tool=Tool.ball(STAND_IN), around=True)
     try:
-        found = read_path_of(load_source(path), options)
+        found = read_path_of(source, options)
     except SeveralOperations as several:
         return several.operations
     return () if found.operation is None else (found.operation,)

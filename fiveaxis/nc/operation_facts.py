@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
 from fiveaxis.findings import Finding
 from fiveaxis.machine import Machine
-from fiveaxis.nc.formats import STAND_IN, kind_of, read_operations, read_path_of
+from fiveaxis.nc.formats import STAND_IN, kind_of, list_operations, read_path_of
 from fiveaxis.nc.languages.choice import bare_code
-from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.options import ProgramReading, ReadOptions
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.stated_tools import stated_tools
-from fiveaxis.options import Reading, as_list, spelled_out
+from fiveaxis.options import as_list
 from fiveaxis.toolpath import Operation, Tool
 
 # A rotary word: A-30, C=DC(90), B#5. Sinumerik's A3=0 is a component of a direction.
@@ -54,30 +54,28 @@ class OperationFacts:
         return self.operation.as_dict() | own
 
 
-@spelled_out(Reading)
-def measure_operations(
-    path: str | Path, *, machine: Machine | None = None, **reading: Unpack[Reading]
-) -> tuple[OperationFacts, ...]:
+def measure_operations(path: str | Path, reading: ProgramReading) -> tuple[OperationFacts, ...]:
     """List the operations of a program or CL file, all or the chosen ones, and how much each does.
 
     Parameters
     ----------
-    machine : that a program was written for; without it, how long cuts by axis words are isn't known while
-        rotary axes turn
+    reading : how it is read, and the machine that it was written for; without that, how long cuts by axis
+        words are isn't known while rotary axes turn
 
     Raises
     ------
     FiveAxisError
         As `read_toolpath`.
     """
-    given: dict[str, Any] = {name: value for name, value in reading.items() if name != "operation"}
+    given = replace(reading, operation=None)
     source, found = load_source(path), []
-    known = machine is not None or kind_of(source) != "program"
+    known = reading.machine is not None or kind_of(source) != "program"
     if not known:
         # Tips under TCP are on the table; which way a table turns shows nothing without its machine.
-        machine, given = _stand_in(source, given.get("start") or ()), {"positions": "table"} | given
-    operations = read_operations(path, machine=machine, **given)
-    chosen: Any = as_list(reading.get("operation"))
+        machine = _stand_in(source, reading.start or ())
+        given = replace(given, machine=machine, positions=reading.positions or "table")
+    operations = list_operations(source, given)
+    chosen: Sequence[int] | None = as_list(reading.operation)
     for number in chosen or ():
         if number > len(operations):
             raise source.error(f"has no operation {number}; it holds {len(operations)}")
@@ -87,8 +85,7 @@ def measure_operations(
         if operation.kind == "unread":
             found.append(OperationFacts(operation, name, 0, 0.0, 0.0))
             continue
-        numbered: Any = {**given, "operation": operation.number}
-        options = ReadOptions.of(numbered, tool=Tool.ball(STAND_IN), machine=machine)
+        options = ReadOptions.of(given, operation=operation.number, tool=Tool.ball(STAND_IN))
         one = read_path_of(source, options)
         cuts = one.cutting
         tip, feed = one.tips(one.axis), one.feed[cuts]

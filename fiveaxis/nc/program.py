@@ -24,7 +24,7 @@ from fiveaxis.nc.writing.start_and_end import NO_ROW, StartAndEnd, numbered
 from fiveaxis.nc.writing.tables import find_dialect
 from fiveaxis.nc.writing.turns import require_winding
 from fiveaxis.nc.writing.word_writer import WordWriter, require_expressible
-from fiveaxis.options import Winding, Writing, completed
+from fiveaxis.options import USUAL_CONTROL, Winding
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]
 
@@ -121,7 +121,7 @@ def control_for(machine: Machine, control: str | Path | None = None) -> str | Pa
         The machine's is unknown.
     """
     if control is not None or not machine.control:
-        return control or completed(Writing, {})["control"]
+        return control or USUAL_CONTROL
     try:
         find_dialect(machine.control)
     except SettingError as fault:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
 from fiveaxis.nc.source import Source
+from fiveaxis.options import Reading, options_of
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # mm: diameter of the ball that stands for the tip of an unknown tool.
@@ -85,7 +85,7 @@ class TracedProgram:
 
 
 def load_program(
-    source: Source, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
+    source: Source, machine: Machine, tool: Tool | None, reading: Reading = Reading()
 ) -> TracedProgram:
     """Read a program or the table of a motion, and trace its tool.
 
@@ -98,7 +98,7 @@ def load_program(
     source : a program, a list of cutter locations, or a table as `write_motion` writes it
     machine : on which it runs
     tool : None for the one that comments state, or else its tip alone
-    reading : as for `read_program`
+    reading : how the program is read
 
     Raises
     ------
@@ -107,7 +107,7 @@ def load_program(
     """
     if kind_of(source) == "motion":
         return _load_table(source, machine, tool, reading)
-    found = _load(source, machine, _options(machine, tool, reading))
+    found = _load(source, machine, ReadOptions.of(reading, tool=tool, machine=machine))
     # A program writes the moves of rewinds as feed moves; they are links.
     rewinding = find_rewinds(found.path, machine, found.motion.positions)
     kind = np.where(rewinding, MoveKind.LINK, found.path.kind)
@@ -133,7 +133,7 @@ def load_text(
         As `load_program`.
     """
     source = Source(f"program{text.suffix}", list(text.lines))
-    options = _options(machine, tool, {"start": start})
+    options = ReadOptions(start=start, tool=tool, machine=machine)
     return _load(source, machine, options, begin)
 
 
@@ -210,11 +210,6 @@ def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArra
     return found
 
 
-def _options(machine: Machine, tool: Tool | None, reading: Mapping[str, Any]) -> ReadOptions:
-    given: Any = {name: value for name, value in reading.items() if value is not None}
-    return ReadOptions.of(given, tool=tool, machine=machine)
-
-
 def _load(
     source: Source, machine: Machine, options: ReadOptions, begin: Array | None = None
 ) -> TracedProgram:
@@ -226,11 +221,9 @@ def _load(
     return TracedProgram(motion, path)
 
 
-def _load_table(
-    source: Source, machine: Machine, tool: Tool | None, reading: Mapping[str, Any]
-) -> TracedProgram:
+def _load_table(source: Source, machine: Machine, tool: Tool | None, reading: Reading) -> TracedProgram:
     motion = read_motion_table(source, machine, source_is_table=True)
-    given = sorted(key for key, value in reading.items() if value)
+    given = sorted(name for name in options_of(Reading) if getattr(reading, name))
     if given:
         raise SettingError(
             f"{', '.join(given)} is for NC programs, and this is the table of a motion", file=source.name

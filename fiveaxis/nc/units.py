@@ -10,8 +10,9 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
+from fiveaxis.options import LengthUnit
 
-UNIT_WORDS = {
+UNIT_WORDS: dict[str, LengthUnit] = {
     **dict.fromkeys(("MM", "MILLIMETER", "MILLIMETERS", "MILLIMETRES", "METRIC"), "mm"),
     **dict.fromkeys(("IN", "INCH", "INCHES"), "inch"),
 }
@@ -32,15 +33,15 @@ class Units:
     """
 
     source: Source
-    given: str | None
-    stated: str | None = None
+    given: LengthUnit | None
+    stated: LengthUnit | None = None
     stated_line: int | None = None
     used_line: int | None = None
     inch_feed_line: int | None = None
     overridden: tuple[str, int] | None = None
 
     @property
-    def now(self) -> str:
+    def now(self) -> LengthUnit:
         """The unit in force: ``mm`` or ``inch``."""
         return self.given or self.stated or "mm"
 
@@ -76,7 +77,7 @@ class Units:
         self.stated_line = self.stated_line if unit == self.stated else line
         self.stated = unit
 
-    def settle(self) -> str:
+    def settle(self) -> LengthUnit:
         """Return the unit of all positions.
 
         Raises
@@ -92,7 +93,7 @@ class Units:
             )
         return self.now
 
-    def judge(self, size: Size, machine: Machine | None) -> tuple[str, list[Finding]]:
+    def judge(self, size: Size, machine: Machine | None) -> tuple[LengthUnit, list[Finding]]:
         """Return the unit that the file is in, and findings: it isn't the file's, or doesn't fit the sizes.
 
         Where no unit is stated, it is inch if the sizes fit that and don't fit mm.
@@ -196,5 +197,5 @@ def _largest(machine: Machine | None) -> float:
     return travel if math.isfinite(travel) else LARGEST_EXTENT
 
 
-def _other(unit: str) -> str:
+def _other(unit: LengthUnit) -> LengthUnit:
     return "inch" if unit == "mm" else "mm"

@@ -1,14 +1,16 @@
 """Options, each said once: a field of a group, with type, default, unit, range and one sentence.
 
-A group is a `TypedDict`, or a dataclass where its options are passed on as one record. From it come the
-keywords of functions (`spelled_out`), which editors complete and mypy checks, the tables of job files
-(`table_of`), the flags of commands and the tables of the documentation.
+A group is a frozen record, which is passed on as it is. From it come the keywords of functions
+(`keywords_of`), which editors complete and mypy checks, the tables of job files (`table_of`), the flags of
+commands and the tables of the documentation.
 """
 
 from fiveaxis.options.bounds import USUAL_CONE as USUAL_CONE
 from fiveaxis.options.bounds import Bounds as Bounds
 from fiveaxis.options.bounds import LeanBounds as LeanBounds
 from fiveaxis.options.bounds import ProgramBounds as ProgramBounds
+from fiveaxis.options.bounds import SingularCone as SingularCone
+from fiveaxis.options.bounds import SingularRate as SingularRate
 from fiveaxis.options.calibration import Calibrate as Calibrate
 from fiveaxis.options.calibration import FitDrive as FitDrive
 from fiveaxis.options.calibration import ReadLog as ReadLog
@@ -19,15 +21,13 @@ from fiveaxis.options.meshes import CREASE as CREASE
 from fiveaxis.options.meshes import MESH_TOLERANCE as MESH_TOLERANCE
 from fiveaxis.options.meshes import CadFile as CadFile
 from fiveaxis.options.meshes import Meshes as Meshes
+from fiveaxis.options.option import Group as Group
 from fiveaxis.options.option import Option as Option
 from fiveaxis.options.option import as_list as as_list
-from fiveaxis.options.option import completed as completed
-from fiveaxis.options.option import defaults as defaults
 from fiveaxis.options.option import is_one_or_more as is_one_or_more
+from fiveaxis.options.option import keywords_of as keywords_of
 from fiveaxis.options.option import options_of as options_of
-from fiveaxis.options.option import parted as parted
 from fiveaxis.options.option import section_of as section_of
-from fiveaxis.options.option import spelled_out as spelled_out
 from fiveaxis.options.option import table_of as table_of
 from fiveaxis.options.option import words_of as words_of
 from fiveaxis.options.planning import HIGHEST_FEED as HIGHEST_FEED
@@ -37,6 +37,7 @@ from fiveaxis.options.planning import Order as Order
 from fiveaxis.options.planning import PlanContour as PlanContour
 from fiveaxis.options.planning import Planning as Planning
 from fiveaxis.options.planning import Strategy as Strategy
+from fiveaxis.options.reading import LengthUnit as LengthUnit
 from fiveaxis.options.reading import Positions as Positions
 from fiveaxis.options.reading import ProgramLanguage as ProgramLanguage
 from fiveaxis.options.reading import Reading as Reading
@@ -51,6 +52,7 @@ from fiveaxis.options.surroundings import MeshSource as MeshSource
 from fiveaxis.options.surroundings import Surrounding as Surrounding
 from fiveaxis.options.surroundings import Unit as Unit
 from fiveaxis.options.surroundings import Workpiece as Workpiece
+from fiveaxis.options.writing import USUAL_CONTROL as USUAL_CONTROL
 from fiveaxis.options.writing import Coordinates as Coordinates
 from fiveaxis.options.writing import Framing as Framing
 from fiveaxis.options.writing import Winding as Winding

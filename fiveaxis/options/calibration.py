@@ -2,43 +2,48 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypedDict
+from dataclasses import dataclass
+from typing import Annotated
 
-from fiveaxis.options.option import Option
+from fiveaxis.options.option import Group, Option
 
 
-class ReadLog(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class ReadLog(Group):
     """Columns of a log, and their units."""
 
-    velocity: Annotated[str | None, Option("column of the velocity; by default derived from position")]
+    velocity: Annotated[str | None, Option("column of the velocity; by default derived from position")] = None
     velocity_unit: Annotated[
         str | None, Option("mm/s, mm/min, m/min, m/s, inch/min or inch/s; deg/s, deg/min, rad/s or rev/min")
-    ]
+    ] = None
     acceleration: Annotated[
         str | None, Option("column of the acceleration; by default derived from velocity")
-    ]
-    acceleration_unit: Annotated[str | None, Option("mm/s2, m/s2, inch/s2 or g; deg/s2 or rad/s2")]
+    ] = None
+    acceleration_unit: Annotated[str | None, Option("mm/s2, m/s2, inch/s2 or g; deg/s2 or rad/s2")] = None
     position: Annotated[
         str | None, Option("column of the position; beside velocity and time it checks them and shows gaps")
-    ]
-    position_unit: Annotated[str | None, Option("mm, inch, m or um; deg, rad or rev")]
-    time: Annotated[str | None, Option("column of the time; steps may differ")]
-    time_unit: Annotated[str | None, Option("s, ms, us or min; iso for dates and times")]
-    rate: Annotated[float | None, Option("rows per second, in place of a time column", unit="Hz", above=0.0)]
+    ] = None
+    position_unit: Annotated[str | None, Option("mm, inch, m or um; deg, rad or rev")] = None
+    time: Annotated[str | None, Option("column of the time; steps may differ")] = None
+    time_unit: Annotated[str | None, Option("s, ms, us or min; iso for dates and times")] = None
+    rate: Annotated[
+        float | None, Option("rows per second, in place of a time column", unit="Hz", above=0.0)
+    ] = None
     longest_step: Annotated[
         float | None,
         Option("a longer step between rows is a gap; by default 10 median steps", unit="s", above=0.0),
-    ]
-    nominal_power: Annotated[float | None, Option("power of 100 % load", unit="W", above=0.0)]
+    ] = None
+    nominal_power: Annotated[float | None, Option("power of 100 % load", unit="W", above=0.0)] = None
     nominal_current: Annotated[
         float | None, Option("current of 100 % load; the voltage is needed with it", unit="A", above=0.0)
-    ]
+    ] = None
     voltage: Annotated[
         float | None, Option("of a DC supply, or √3 U cos φ of three phases", unit="V", above=0.0)
-    ]
+    ] = None
 
 
-class FitDrive(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class FitDrive(Group):
     """The axis, and which terms of its drive are fitted."""
 
     moved_mass: Annotated[
@@ -49,7 +54,7 @@ class FitDrive(TypedDict, total=False):
             unit="kg",
             above=0.0,
         ),
-    ]
+    ] = None
     gravity: Annotated[
         float | None,
         Option(
@@ -57,10 +62,10 @@ class FitDrive(TypedDict, total=False):
             "of a Z that lifts its mass, by default 0 for the other axes",
             unit="N or N·m",
         ),
-    ]
+    ] = None
     max_acceleration: Annotated[
         float | None, Option("rows that accelerate more aren't fitted", unit="mm/s² or deg/s²", above=0.0)
-    ]
+    ] = None
     standstill: Annotated[
         float | None,
         Option(
@@ -68,11 +73,11 @@ class FitDrive(TypedDict, total=False):
             unit="mm/s or deg/s",
             least=0.0,
         ),
-    ]
+    ] = None
     efficiency: Annotated[
         float,
-        Option("of a friction drive; a log doesn't show it", unit="W/W", default=1.0, above=0.0, most=1.0),
-    ]
+        Option("of a friction drive; a log doesn't show it", unit="W/W", above=0.0, most=1.0),
+    ] = 1.0
     terms: Annotated[
         tuple[str, ...] | None,
         Option(
@@ -81,16 +86,16 @@ class FitDrive(TypedDict, total=False):
             "copper and regeneration only if named",
             written="friction,viscous",
         ),
-    ]
+    ] = None
     proportional: Annotated[
         bool,
         Option(
             "a directional drive's power is in proportion to its speed",
-            default=False,
             flags="--proportional/--constant",
         ),
-    ]
+    ] = False
 
 
-class Calibrate(ReadLog, FitDrive, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Calibrate(ReadLog, FitDrive):
     """How logs of an axis are read, and how a drive is fitted to them."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, TypedDict
+from typing import Annotated
 
-from fiveaxis.options.option import Option
+from fiveaxis.options.option import Group, Option
 
 
-@dataclass
-class OnMachine:
+@dataclass(frozen=True, kw_only=True)
+class OnMachine(Group):
     """The machine, and what isn't in its file."""
 
     machine: Annotated[
@@ -25,7 +25,6 @@ class OnMachine:
         Option(
             "figures that the machine doesn't state, assumed for this run, as answers to questions of "
             "`fiveaxis machine new`; program and report name them",
-            default={},
             written="A.points=0,0,50",
             example={"A.points": "0,0,50", "C.counts": "table"},
         ),
@@ -47,8 +46,8 @@ class OnMachine:
     ] = None
 
 
-@dataclass
-class Placing:
+@dataclass(frozen=True, kw_only=True)
+class Placing(Group):
     """Where the workpiece stands on the table, with every axis at 0."""
 
     offset: Annotated[
@@ -66,12 +65,17 @@ class Placing:
     ] = (0.0, 0.0, 0.0)
 
 
-class Costs(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Costs(Group):
     """Prices and emission, for the cost of a job."""
 
-    price: Annotated[float | None, Option("price of 1 kWh, in the currency", least=0.0, flags="--kwh-price")]
+    price: Annotated[
+        float | None, Option("price of 1 kWh, in the currency", least=0.0, flags="--kwh-price")
+    ] = None
     hour: Annotated[
         float | None, Option("rate of the machine per hour, in the currency", least=0.0, flags="--hour-rate")
-    ]
-    currency: Annotated[str, Option("currency of the prices", default="EUR")]
-    co2: Annotated[float | None, Option("emission of the electricity", unit="kg of CO2 per kWh", least=0.0)]
+    ] = None
+    currency: Annotated[str | None, Option("currency of the prices; EUR by default", example="EUR")] = None
+    co2: Annotated[
+        float | None, Option("emission of the electricity", unit="kg of CO2 per kWh", least=0.0)
+    ] = None

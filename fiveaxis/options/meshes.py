@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypedDict
+from dataclasses import dataclass
+from typing import Annotated
 
-from fiveaxis.options.option import Option
+from fiveaxis.options.option import Group, Option
 
 # deg; mm
 CREASE, MESH_TOLERANCE = 30.0, 0.01
 
 
-class CadFile(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class CadFile(Group):
     """How a CAD file is taken."""
 
     mesh_tolerance: Annotated[
@@ -18,17 +20,17 @@ class CadFile(TypedDict, total=False):
         Option(
             "how far the mesh of a CAD file may be off its surfaces; contacts and normals stay exact",
             unit="mm",
-            default=MESH_TOLERANCE,
             least=0.001,
         ),
-    ]
+    ] = MESH_TOLERANCE
     body: Annotated[
         str | None,
         Option("name or number of the body of a CAD file that is the part; by default all", example="blade"),
-    ]
+    ] = None
 
 
-class Meshes(CadFile, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Meshes(CadFile):
     """How meshes are taken."""
 
     crease: Annotated[
@@ -36,8 +38,7 @@ class Meshes(CadFile, total=False):
         Option(
             "facets of a mesh that meet at a smaller angle are one smooth surface",
             unit="deg",
-            default=CREASE,
             above=0.0,
             most=90.0,
         ),
-    ]
+    ] = CREASE

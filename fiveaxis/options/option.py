@@ -5,17 +5,37 @@ from __future__ import annotations
 import inspect
 import math
 import operator
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
-from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, fields, replace
+from functools import cache, wraps
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    Concatenate,
+    Literal,
+    ParamSpec,
+    Protocol,
+    Self,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+    overload,
+)
 
 from fiveaxis.errors import SettingError
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-F = TypeVar("F", bound=Callable[..., Any])
+P = ParamSpec("P")
+A = TypeVar("A")
+B = TypeVar("B")
+C = TypeVar("C")
+R = TypeVar("R")
+S = TypeVar("S")
+R_co = TypeVar("R_co", covariant=True)
 
 
 @dataclass(frozen=True)
@@ -26,7 +46,7 @@ class Option:
     ----------
     about : what it says
     unit : of its numbers; empty where they have none
-    default : where nobody gives it
+    default : that of its field, which `options_of` sets
     above, least, below, most : open and closed ends of its range
     written : how a command line writes it, ``MIN:MAX`` or ``X,Y,Z``; empty for a plain number or word
     flags : of a command line, ``--on/--off`` or ``--long -l``; by default its name
@@ -58,37 +78,46 @@ def words_of(kind: Any) -> list[str]:
     ]
 
 
-@cache
-def options_of(group: type) -> dict[str, tuple[Any, Option]]:
-    """Return type and meaning of a group's options, by name."""
-    found = {}
-    for name, hint in get_type_hints(group, include_extras=True).items():
-        kind, option = get_args(hint)[:2]
-        # The default of a dataclass's field is the field's own.
-        found[name] = kind, replace(option, default=getattr(group, name, option.default))
-    return found
-
-
-def defaults(group: type) -> dict[str, Any]:
-    """Return the defaults of a group's options, by name."""
-    return {name: option.default for name, (_, option) in options_of(group).items()}
-
-
-def completed(group: type, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Add the defaults of a group to what is given.
+@dataclass(frozen=True, kw_only=True)
+class Group:
+    """Base of the groups of options: frozen records with a field ``name: Annotated[type, Option(…)]`` each.
 
     Raises
     ------
-    TypeError
-        An option that the group doesn't have.
     SettingError
         A value out of its range, or an unknown word.
     """
-    require_known(options_of(group), given)
-    for name, (kind, option) in options_of(group).items():
-        if given.get(name) is not None:
-            _require_valid(name, kind, option, given[name])
-    return defaults(group) | dict(given)
+
+    def __post_init__(self) -> None:
+        group: Any = type(self)
+        for name, (kind, option) in options_of(group).items():
+            value = getattr(self, name)
+            if value is not None:
+                _require_valid(name, kind, option, value)
+
+    @classmethod
+    def of(cls, *records: object, **others: Any) -> Self:
+        """Take the fields of this group that records have, the last one's where several do.
+
+        Parameters
+        ----------
+        others : fields by name, in place of those of the records
+        """
+        names = [field.name for field in fields(cls)]
+        taken = {name: getattr(each, name) for each in records for name in names if hasattr(each, name)}
+        return cls(**taken | others)
+
+
+@cache
+def options_of(group: Any) -> dict[str, tuple[Any, Option]]:
+    """Return type and meaning of a group's options, by name; fields without an `Option` aren't among them."""
+    hints, found = get_type_hints(group, include_extras=True), {}
+    for field in fields(group):
+        kind, *said = get_args(hints[field.name]) or (None,)
+        if said and isinstance(said[0], Option):
+            default = field.default if field.default_factory is MISSING else field.default_factory()
+            found[field.name] = kind, replace(said[0], default=default)
+    return found
 
 
 def _require_valid(name: str, kind: Any, option: Option, value: Any) -> None:
@@ -118,26 +147,6 @@ def _require_valid(name: str, kind: Any, option: Option, value: Any) -> None:
         raise SettingError(f"{wrong}; give a finite number")
 
 
-def require_known(known: Collection[str], given: Mapping[str, Any]) -> None:
-    """Raise `TypeError` for an option that isn't known."""
-    for name in given:
-        if name not in known:
-            raise TypeError(f"unexpected keyword argument {name!r}; there are {', '.join(known)}")
-
-
-def parted(given: Mapping[str, Any], *groups: type) -> tuple[dict[str, Any], ...]:
-    """Part what is given by the groups that it belongs to.
-
-    Raises
-    ------
-    TypeError
-        An option that no group has.
-    """
-    known = [options_of(group) for group in groups]
-    require_known({name for options in known for name in options}, given)
-    return tuple({name: given[name] for name in given if name in options} for options in known)
-
-
 def table_of(group: type, base: type[BaseModel]) -> type[BaseModel]:
     """Make a model of settings with a field for each option of a group, after those of a base."""
     from pydantic import BeforeValidator, Field, create_model
@@ -163,27 +172,46 @@ def as_list(value: Any) -> Any:
     return (value,) if isinstance(value, int) else value
 
 
-def section_of(group: type, heading: str) -> str:
+def section_of(group: Any, heading: str) -> str:
     """Write the section of a docstring that says each option of a group."""
     lines = [heading, "-" * len(heading)]
     lines += [f"{name} : {option.sentence}" for name, (_, option) in options_of(group).items()]
     return "\n".join(lines)
 
 
-def spelled_out(group: type) -> Callable[[F], F]:
-    """Let a function's signature and docstring name each option of a group that it takes as ``**``."""
+class Spread(Protocol[P, R_co]):
+    """Gives a function keywords in place of the record that it takes last."""
+
+    @overload
+    def __call__(self, function: Callable[[A, R_co], S], /) -> Callable[Concatenate[A, P], S]: ...
+    @overload
+    def __call__(self, function: Callable[[A, B, R_co], S], /) -> Callable[Concatenate[A, B, P], S]: ...
+    @overload
+    def __call__(self, function: Callable[[A, B, C, R_co], S], /) -> Callable[Concatenate[A, B, C, P], S]: ...
+
+
+def keywords_of(record: Callable[P, R]) -> Spread[P, R]:
+    """Let callers give the fields of the record that a function takes last as keywords.
+
+    Editors and type checkers read them from the record's constructor; signature and docstring name each.
+    """
+    group: Any = record
     section = section_of(group, "Other Parameters")
 
-    def spell(function: F) -> F:
-        before, raises, after = inspect.cleandoc(function.__doc__ or "").partition("\n\nRaises\n")
-        function.__doc__ = f"{before}\n\n{section}{raises}{after}"
-        own = inspect.signature(function)
-        named = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
-        named += [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=option.default, annotation=kind)
-            for name, (kind, option) in options_of(group).items()
-        ]
-        function.__signature__ = own.replace(parameters=named)  # type: ignore[attr-defined]
-        return function
+    def spread(function: Any) -> Any:
+        *own, last = inspect.signature(function).parameters.values()
 
-    return spell
+        @wraps(function)
+        def call(*args: Any, **given: Any) -> Any:
+            named = {each.name: given.pop(each.name) for each in own if each.name in given}
+            return function(*args, **named, **{last.name: group(**given)})
+
+        before, raises, after = inspect.cleandoc(function.__doc__ or "").partition("\n\nRaises\n")
+        call.__doc__ = f"{before}\n\n{section}{raises}{after}"
+        kinds = {name: kind for name, (kind, _) in options_of(group).items()}
+        keywords = inspect.signature(record).parameters.values()
+        spelled = [each.replace(annotation=kinds.get(each.name, each.annotation)) for each in keywords]
+        call.__signature__ = inspect.signature(function).replace(parameters=[*own, *spelled])  # type: ignore[attr-defined]
+        return call
+
+    return spread

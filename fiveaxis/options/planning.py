@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypedDict
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
 from fiveaxis.options.bounds import LeanBounds
 from fiveaxis.options.meshes import Meshes
-from fiveaxis.options.option import Option
+from fiveaxis.options.option import Group, Option
 
 Strategy = Literal["waterline", "raster", "flow"]
 FlowAlong = Literal["u", "v"]
@@ -16,20 +17,20 @@ Order = Literal["levels", "islands"]
 HIGHEST_FEED = 200_000.0
 
 
-class Planning(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Planning(Group):
     """How passes are planned on a mesh."""
 
     strategy: Annotated[
         Strategy,
         Option(
             "horizontal sections, vertical parallel ones, or lines along the faces of a CAD file",
-            default="waterline",
         ),
-    ]
+    ] = "waterline"
     stepdown: Annotated[
         float | None,
         Option("distance of waterlines in z; 1 unless a scallop is given", unit="mm", above=0.0, example=1),
-    ]
+    ] = None
     stepover: Annotated[
         float | None,
         Option(
@@ -39,7 +40,7 @@ class Planning(TypedDict, total=False):
             above=0.0,
             example=1,
         ),
-    ]
+    ] = None
     scallop: Annotated[
         float | None,
         Option(
@@ -49,10 +50,10 @@ class Planning(TypedDict, total=False):
             above=0.0,
             example=0.01,
         ),
-    ]
+    ] = None
     raster_angle: Annotated[
         float | None, Option("direction of a raster, from X towards Y; by default 0", unit="deg", example=0)
-    ]
+    ] = None
     flow_along: Annotated[
         FlowAlong | None,
         Option(
@@ -60,7 +61,7 @@ class Planning(TypedDict, total=False):
             "passes, or with the straighter ones where neither are longer by a quarter",
             example="u",
         ),
-    ]
+    ] = None
     faces: Annotated[
         str | None,
         Option(
@@ -69,53 +70,42 @@ class Planning(TypedDict, total=False):
             written="12,13",
             example="12,13",
         ),
-    ]
+    ] = None
     spacing: Annotated[
-        float, Option("largest distance of contact points along a pass", unit="mm", default=0.5, above=0.0)
-    ]
-    overhang: Annotated[
-        bool, Option("plan overhanging walls only", default=False, flags="--overhang/--all-walls")
-    ]
+        float, Option("largest distance of contact points along a pass", unit="mm", above=0.0)
+    ] = 0.5
+    overhang: Annotated[bool, Option("plan overhanging walls only", flags="--overhang/--all-walls")] = False
     spiral: Annotated[
         bool,
-        Option(
-            "join closed passes of waterlines or flow into spirals", default=False, flags="--spiral/--rings"
-        ),
-    ]
+        Option("join closed passes of waterlines or flow into spirals", flags="--spiral/--rings"),
+    ] = False
     direction: Annotated[
         Direction,
         Option(
             "cutting direction along the passes, for a spindle that turns clockwise; with zigzag open passes "
             "are cut in the direction with the shorter link",
-            default="climb",
         ),
-    ]
-    order: Annotated[Order, Option("level by level, or island by island, with short links", default="levels")]
-    lead_in: Annotated[
-        float, Option("radius of the arc at the start of a pass", unit="mm", default=0.0, least=0.0)
-    ]
-    lead_out: Annotated[
-        float, Option("radius of the arc at the end of a pass", unit="mm", default=0.0, least=0.0)
-    ]
-    min_length: Annotated[float, Option("shortest pass that is cut", unit="mm", default=0.0, least=0.0)]
-    allow_open: Annotated[
-        bool, Option("plan on a mesh that isn't watertight", default=False, flags="--allow-open")
-    ]
+    ] = "climb"
+    order: Annotated[Order, Option("level by level, or island by island, with short links")] = "levels"
+    lead_in: Annotated[float, Option("radius of the arc at the start of a pass", unit="mm", least=0.0)] = 0.0
+    lead_out: Annotated[float, Option("radius of the arc at the end of a pass", unit="mm", least=0.0)] = 0.0
+    min_length: Annotated[float, Option("shortest pass that is cut", unit="mm", least=0.0)] = 0.0
+    allow_open: Annotated[bool, Option("plan on a mesh that isn't watertight", flags="--allow-open")] = False
 
 
-class PlanContour(Planning, Meshes, LeanBounds, total=False):
+@dataclass(frozen=True, kw_only=True)
+class PlanContour(Planning, Meshes, LeanBounds):
     """How passes are planned on a mesh, and cut; the bounds are those that the postures will keep."""
 
     feed_mm_min: Annotated[
-        float, Option("of cuts and links", unit="mm/min", default=1000.0, above=0.0, most=HIGHEST_FEED)
-    ]
+        float, Option("of cuts and links", unit="mm/min", above=0.0, most=HIGHEST_FEED)
+    ] = 1000.0
     clearance: Annotated[
         float,
         Option(
             "between the part's top and the cutter while it crosses over; where there is room, it also "
             "lifts off the surface by this, but at most by its diameter",
             unit="mm",
-            default=5.0,
             above=0.0,
         ),
-    ]
+    ] = 5.0

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Literal, TypedDict
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from fiveaxis.options.option import Option
+from fiveaxis.options.option import Group, Option
 
 # Frame of a program's tip positions under TCP control.
 Positions = Literal["table", "machine"]
 # Meaning of rotary words of axes with more than a turn: unwrapped angles, or angles from 0 to 360 with the
 # shorter turn to them, or with a turn in the direction of the word's sign.
 Wrap = Literal["unwound", "shorter", "signed"]
+# Units of programs and lists of locations.
+LengthUnit = Literal["mm", "inch"]
 # Languages of programs; ISO is G-code of Fanuc, Haas, LinuxCNC and their kind.
 ProgramLanguage = Literal["iso", "klartext", "millplus", "sinumerik"]
 
 
-class ReadProgram(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class ReadProgram(Group):
     """How an NC program is read."""
 
     language: Annotated[
@@ -25,7 +29,7 @@ class ReadProgram(TypedDict, total=False):
             "language of the program; by default as its words, outside comments, or else its suffix show",
             example="klartext",
         ),
-    ]
+    ] = None
     positions: Annotated[
         Positions | None,
         Option(
@@ -33,7 +37,7 @@ class ReadProgram(TypedDict, total=False):
             "shows",
             example="table",
         ),
-    ]
+    ] = None
     start: Annotated[
         Mapping[str, float] | None,
         Option(
@@ -42,7 +46,7 @@ class ReadProgram(TypedDict, total=False):
             written="X18,Y74,Z0,A0,C90",
             example={"X": 0, "Z": 100, "C": 90},
         ),
-    ]
+    ] = None
     zero: Annotated[
         Mapping[str, float] | None,
         Option(
@@ -52,7 +56,7 @@ class ReadProgram(TypedDict, total=False):
             written="X100,Y50,Z-20",
             example={"X": 0, "Y": 0, "Z": 0},
         ),
-    ]
+    ] = None
     rapid: Annotated[
         float | None,
         Option(
@@ -61,7 +65,7 @@ class ReadProgram(TypedDict, total=False):
             above=0.0,
             example=10000,
         ),
-    ]
+    ] = None
     operation: Annotated[
         int | tuple[int, ...] | None,
         Option(
@@ -71,7 +75,7 @@ class ReadProgram(TypedDict, total=False):
             written="3,5",
             example=[3, 5],
         ),
-    ]
+    ] = None
     increment: Annotated[
         float | None,
         Option(
@@ -81,19 +85,16 @@ class ReadProgram(TypedDict, total=False):
             most=1.0,
             example=0.001,
         ),
-    ]
-    block_delete: Annotated[
-        bool, Option("skip blocks that begin with /", default=False, flags="--block-delete")
-    ]
+    ] = None
+    block_delete: Annotated[bool, Option("skip blocks that begin with /", flags="--block-delete")] = False
     harmless: Annotated[
         tuple[str, ...],
         Option(
             "M words of the machine's builder that move and switch nothing",
-            default=(),
             written="M56,M120",
             example=["M56"],
         ),
-    ]
+    ] = ()
     wrap: Annotated[
         Wrap | None,
         Option(
@@ -102,13 +103,14 @@ class ReadProgram(TypedDict, total=False):
             "WRAPPED_ROTARY); by default as the header of a program by fiveaxis says, else as written",
             example="shorter",
         ),
-    ]
+    ] = None
 
 
-class Reading(ReadProgram, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Reading(ReadProgram):
     """How an NC program is read, and its unit."""
 
     unit: Annotated[
-        Literal["mm", "inch"] | None,
+        LengthUnit | None,
         Option("unit of lengths, in place of the file's; mm where neither says it"),
-    ]
+    ] = None

@@ -2,47 +2,46 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypedDict
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from fiveaxis.options.option import Option
+from fiveaxis.options.option import Group, Option
 
 Objective = Literal["energy", "travel", "time"]
 
 
-class Search(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Search(Group):
     """What is minimised, and how it is searched."""
 
     objective: Annotated[
         Objective,
-        Option("what to minimise: energy or time of the program, or the travel metric", default="energy"),
-    ]
+        Option("what to minimise: energy or time of the program, or the travel metric"),
+    ] = "energy"
     up_penalty: Annotated[
         float,
         Option(
             "extra price of what linear axes lift against gravity, tool or table",
             unit="J/mm",
-            default=0.0,
             least=0.0,
         ),
-    ]
+    ] = 0.0
     smoothing: Annotated[
         float,
         Option(
             "price of squared turns of the rotary axes, for steadier postures",
             unit="J/rad2",
-            default=0.0,
             least=0.0,
         ),
-    ]
+    ] = 0.0
     steady: Annotated[
         float,
         Option(
             "share of the energy that may be spent on fewer starts and reversals of axes; 0 for none",
-            default=0.005,
             least=0.0,
             most=1.0,
         ),
-    ]
+    ] = 0.005
     time_price: Annotated[
         float | None,
         Option(
@@ -51,15 +50,15 @@ class Search(TypedDict, total=False):
             least=0.0,
             example=0,
         ),
-    ]
+    ] = None
     effort: Annotated[
         Literal["quick", "normal", "thorough"],
-        Option("how thorough the search for the best postures is", default="normal"),
-    ]
+        Option("how thorough the search for the best postures is"),
+    ] = "normal"
     solver: Annotated[
         Literal["structured", "ipopt"],
-        Option("solver that refines the postures; ipopt as a second opinion", default="structured"),
-    ]
+        Option("solver that refines the postures; ipopt as a second opinion"),
+    ] = "structured"
     bound: Annotated[
         bool | None,
         Option(
@@ -68,4 +67,4 @@ class Search(TypedDict, total=False):
             flags="--bound/--no-bound",
             example=True,
         ),
-    ]
+    ] = None

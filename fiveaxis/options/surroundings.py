@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
-from fiveaxis.options.option import Option
+from fiveaxis.options.option import Group, Option
 
 if TYPE_CHECKING:
     import trimesh
@@ -22,7 +23,8 @@ Unit = Literal["mm", "inch", "m"]
 SURFACE_TOLERANCE, GOUGE_TOLERANCE, STOCK_TOLERANCE = 0.05, 0.01, 0.05
 
 
-class Workpiece(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Workpiece(Group):
     """Part and stock, and how near the cutter comes to the part."""
 
     part: Annotated[
@@ -31,7 +33,7 @@ class Workpiece(TypedDict, total=False):
             "mesh of the finished part: for missing surface normals, the gouge check and the preview",
             example="part.stl",
         ),
-    ]
+    ] = None
     stock: Annotated[
         MeshSource | None,
         Option(
@@ -40,7 +42,7 @@ class Workpiece(TypedDict, total=False):
             "part+ALLOWANCE (mm)",
             example="stock.stl",
         ),
-    ]
+    ] = None
     stock_resolution: Annotated[
         float | None,
         Option(
@@ -49,17 +51,16 @@ class Workpiece(TypedDict, total=False):
             above=0.0,
             example=0.1,
         ),
-    ]
+    ] = None
     stock_tolerance: Annotated[
         float,
         Option(
             "distance of the cut stock from the part that counts as finished: in the check of what is left, "
             "and in the maps of report and preview",
             unit="mm",
-            default=STOCK_TOLERANCE,
             above=0.0,
         ),
-    ]
+    ] = STOCK_TOLERANCE
     above_table: Annotated[
         float | None,
         Option(
@@ -69,41 +70,39 @@ class Workpiece(TypedDict, total=False):
             least=0.0,
             example=60,
         ),
-    ]
+    ] = None
     part_unit: Annotated[
         Unit | None,
         Option(
             "unit of the files of part and stock; by default that of an input mesh, else mm", example="mm"
         ),
-    ]
+    ] = None
     surface_tolerance: Annotated[
         float,
         Option(
             "gap between cutter and part that counts as touching",
             unit="mm",
-            default=SURFACE_TOLERANCE,
             above=0.0,
         ),
-    ]
+    ] = SURFACE_TOLERANCE
     gouge_tolerance: Annotated[
         float,
         Option(
             "how deep the cutter may reach into the part at a location; 0.01 deeper in between",
             unit="mm",
-            default=GOUGE_TOLERANCE,
             above=0.0,
         ),
-    ]
+    ] = GOUGE_TOLERANCE
 
 
-class Surrounding(Workpiece, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Surrounding(Workpiece):
     """Part and stock, and how near the tool comes to what stands around it."""
 
     keep_clear: Annotated[
         bool,
         Option(
             "choose postures clear of collisions, or only report collisions",
-            default=True,
             flags="--keep-clear/--only-verify",
         ),
-    ]
+    ] = True

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, TypedDict
+from typing import Annotated, Literal
 
-from fiveaxis.options.option import Option
+from fiveaxis.options.option import Group, Option
 
 # What the words of a program are: positions of the axes; the tool's tip and the rotary angles (TCP); or the
 # tip and the tool's direction.
@@ -14,21 +14,24 @@ Coordinates = Literal["axes", "tip", "vector"]
 # How turns of rotary axes of more than one turn are written: unwrapped; from 0 to 360, with moves of half a
 # turn or more divided; or reset by whole turns where a link begins.
 Winding = Literal["unwound", "modulo", "rezero"]
+# Control of programs for which neither caller nor machine names one.
+USUAL_CONTROL = "linuxcnc"
 
 
-class Writing(TypedDict, total=False):
+@dataclass(frozen=True, kw_only=True)
+class Writing(Group):
     """How a motion becomes a program."""
 
     control: Annotated[
-        str | Path,
+        str | Path | None,
         Option(
-            "control that the program is for (`fiveaxis controls`), or a control table; that of the "
-            "machine's file, where it states one",
-            default="linuxcnc",
+            "control that the program is for (`fiveaxis controls`), or a control table; by default that of "
+            f"the machine's file, or else {USUAL_CONTROL}",
             written="NAME or FILE.toml",
             flags="--control -c",
+            example=USUAL_CONTROL,
         ),
-    ]
+    ] = None
     coordinates: Annotated[
         Coordinates | None,
         Option(
@@ -36,27 +39,22 @@ class Writing(TypedDict, total=False):
             "control chooses the angles; by default the first that the control has",
             example="axes",
         ),
-    ]
-    winding: Annotated[
-        Winding, Option("how the program counts turns of endless rotary axes", default="unwound")
-    ]
-    thin: Annotated[
-        bool, Option("remove redundant blocks, or keep all", default=True, flags="--thin/--keep-blocks")
-    ]
+    ] = None
+    winding: Annotated[Winding, Option("how the program counts turns of endless rotary axes")] = "unwound"
+    thin: Annotated[bool, Option("remove redundant blocks, or keep all", flags="--thin/--keep-blocks")] = True
     override: Annotated[
         tuple[str, ...],
         Option(
             "codes of errors that are accepted: the program is written despite them, and its header "
             "names each",
-            default=(),
             written="CODE,CODE",
             example=["axis-limit"],
         ),
-    ]
+    ] = ()
 
 
-@dataclass
-class Framing:
+@dataclass(frozen=True, kw_only=True)
+class Framing(Group):
     """Settings of a program besides its moves; what isn't set isn't written.
 
     `fiveaxis.nc.ProgramSettings` is the record that is made of it.

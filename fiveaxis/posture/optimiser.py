@@ -89,13 +89,12 @@ def optimise(
         the direction that the range refers to.
     SettingError
         Nothing bounds the tool's lean; a held axis that the machine doesn't have, or held outside its limits;
-        options that contradict each other (`Options.require_consistent`), or an unknown effort or solver.
+        an unknown effort.
     """
     if options.is_timed and options.start is None:
         options = replace(options, start=_of_least_energy(toolpath, machine, constraints, options))
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
-    options.require_consistent()
     effort = options.counts()
     cone = Cone.of(constraints)
     machine = holding.hold(with_powers(machine), constraints.hold)

@@ -3,41 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array
 from fiveaxis.motion import USUAL_CLOCK, Clock, Interpolation
-from fiveaxis.options import Objective, Search, completed, defaults
+from fiveaxis.options import Search
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.strategy.effort import Effort, effort_of
 from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
 
-SEARCH = cast("Search", defaults(Search))
 
-
-@dataclass(frozen=True, eq=False)
-class Options:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Options(Search):
     """What is minimised and how: the options of `fiveaxis.options.Search`, and what only code can give.
 
     Parameters
     ----------
+    effort : a word of `Search`, or how much is done
     mask : which postures are admissible; a function that `Mask.of` takes, too
     interpolation, clock : of the program
     start : (n, 2), rad, chain order, postures to begin from beside those that are searched
     holds_ends : whether the tool keeps the axis that the path has at its first and last location
     progress : called with what is being done, steps done and steps in all
     checkpoint : takes what long steps find
+
+    Raises
+    ------
+    SettingError
+        A value out of its range, or an unknown word; `time_price` with the objective ``time``.
     """
 
-    objective: Objective = SEARCH["objective"]
-    up_penalty: float = SEARCH["up_penalty"]
-    smoothing: float = SEARCH["smoothing"]
-    steady: float = SEARCH["steady"]
-    time_price: float | None = SEARCH["time_price"]
-    effort: str | Effort = SEARCH["effort"]
-    solver: str = SEARCH["solver"]
-    bound: bool | None = SEARCH["bound"]
+    effort: str | Effort = Search.effort  # type: ignore[assignment]  # wider than the words of `Search`
     mask: Mask | MaskFunction | None = None
     interpolation: Interpolation = Interpolation.JOINT
     clock: Clock = USUAL_CLOCK
@@ -66,16 +62,8 @@ class Options:
         """
         return effort_of(self.effort).having(solver=self.solver)
 
-    def require_consistent(self) -> None:
-        """Raise an error if options contradict each other.
-
-        Raises
-        ------
-        SettingError
-            A value out of its range, an unknown word; `time_price` with the objective ``time``.
-        """
-        own = {name: getattr(self, name) for name in SEARCH}
-        completed(Search, own | ({"effort": SEARCH["effort"]} if isinstance(self.effort, Effort) else {}))
+    def __post_init__(self) -> None:
+        super().__post_init__()
         if self.is_timed and self.time_price is not None:
             raise SettingError("time_price can't be combined with the objective time; leave one out")
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Unpack
 
 import numpy as np
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Place
 from fiveaxis.geometry import Array, angle_between
-from fiveaxis.options import Bounds, completed, spelled_out
+from fiveaxis.options import Bounds, keywords_of
 from fiveaxis.toolpath.bounds import (
     Range,
     TiltBounds,
@@ -65,8 +64,13 @@ class Constraints:
     spindle_speed: float | None = None
 
     @classmethod
-    @spelled_out(Bounds)
-    def of_degrees(cls, **bounds: Unpack[Bounds]) -> Constraints:
+    @keywords_of(Bounds)
+    def of_degrees(cls, bounds: Bounds) -> Constraints:
+        """Make the record of bounds in degrees and deg/mm, as `of` does."""
+        return cls.of(bounds)
+
+    @classmethod
+    def of(cls, bounds: Bounds) -> Constraints:
         """Convert bounds in degrees and deg/mm.
 
         Raises
@@ -76,18 +80,14 @@ class Constraints:
             −90…90°); a zero plane vector; a bound on turns that isn't positive; a singular rate without its
             cone, a least cutting speed without the spindle's.
         """
-        given = completed(Bounds, bounds)
-        tilt, cone, lead, lean, plane = (given[name] for name in ("tilt", "cone", "lead", "lean", "plane"))
-        max_turn, turn_rate = given["max_turn"], given["turn_rate"]
-        singular_cone, singular_rate = given["singular_cone"], given["singular_rate"]
-        if tilt is not None and cone is not None:
+        if bounds.tilt is not None and bounds.cone is not None:
             raise SettingError(EITHER)
-        if tilt is not None:
-            require_range(*tilt)
-        for name, ends in (("lead", lead), ("lean", lean)):
+        if bounds.tilt is not None:
+            require_range(*bounds.tilt)
+        for name, ends in (("lead", bounds.lead), ("lean", bounds.lean)):
             if ends is not None:
                 require_lead_lean(name, *ends)
-        across = None if plane is None else np.asarray(plane, dtype=float)
+        across = None if bounds.plane is None else np.asarray(bounds.plane, dtype=float)
         if across is not None and (
             across.shape != (3,) or not np.linalg.norm(across, axis=-1) > SHORTEST_DIRECTION
         ):
@@ -95,27 +95,28 @@ class Constraints:
                 f"plane is {tuple(across.tolist())}; give the three components of a vector at right angles "
                 "to the plane, not all 0"
             )
-        if singular_cone is None and singular_rate:
+        if bounds.singular_cone is None and bounds.singular_rate:
             raise SettingError(
-                f"singular_rate {singular_rate:g} deg/mm belongs to a singular cone; set singular_cone too"
+                f"singular_rate {bounds.singular_rate:g} deg/mm belongs to a singular cone; set "
+                "singular_cone too"
             )
-        cutting, spindle = given["least_cutting_speed"], given["spindle_speed"]
+        cutting, spindle = bounds.least_cutting_speed, bounds.spindle_speed
         if cutting is not None and spindle is None:
             raise SettingError(
                 f"least_cutting_speed {cutting:g} m/min needs the speed of the spindle; give spindle_speed "
                 "(--spindle-speed 8000), in rev/min"
             )
         return cls(
-            tilt=_radians_of(tilt),
-            cone=None if cone is None else math.radians(cone),
-            lead=_radians_of(lead),
-            lean=_radians_of(lean),
+            tilt=_radians_of(bounds.tilt),
+            cone=_radians(bounds.cone),
+            lead=_radians_of(bounds.lead),
+            lean=_radians_of(bounds.lean),
             plane=None if across is None else (float(across[0]), float(across[1]), float(across[2])),
-            hold={letter: math.radians(angle) for letter, angle in (given["hold"] or {}).items()},
-            max_turn=None if max_turn is None else math.radians(max_turn),
-            turn_rate=None if turn_rate is None else math.radians(turn_rate),
-            singular_cone=None if singular_cone is None else math.radians(singular_cone),
-            singular_rate=math.radians(singular_rate),
+            hold={letter: math.radians(angle) for letter, angle in (bounds.hold or {}).items()},
+            max_turn=_radians(bounds.max_turn),
+            turn_rate=_radians(bounds.turn_rate),
+            singular_cone=_radians(bounds.singular_cone),
+            singular_rate=math.radians(bounds.singular_rate),
             least_cutting_speed=None if cutting is None else 1000.0 * cutting / 60.0,
             spindle_speed=None if spindle is None else 2.0 * math.pi * spindle / 60.0,
         )
@@ -263,6 +264,10 @@ def require_range(low: float, high: float, name: str = "tilt") -> None:
             f"{name} range {low:g}…{high:g} deg is empty, reversed or outside 0…180 deg; "
             "write the smaller angle first, for example 15:75"
         )
+
+
+def _radians(angle: float | None) -> float | None:
+    return None if angle is None else math.radians(angle)
 
 
 def _radians_of(ends: Range | None) -> Range | None:

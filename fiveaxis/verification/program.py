@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import ToolpathError
@@ -17,7 +15,7 @@ from fiveaxis.motion import SPEED_TOLERANCE, Motion
 from fiveaxis.nc.own_header import set_up_as_stated, stated_height
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import TracedProgram, load_program, trace_table
-from fiveaxis.options import SURFACE_TOLERANCE
+from fiveaxis.options import SURFACE_TOLERANCE, Reading
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification.between import JOINT_ONLY, CheckedInterpolation
 from fiveaxis.verification.check_context import CheckContext, PathConstraints, Tolerances, make_context
@@ -89,7 +87,7 @@ def check_program(
     program: str | Path,
     machine: Machine,
     against: Against,
-    reading: Mapping[str, Any],
+    reading: Reading,
     surface_tolerance: float = SURFACE_TOLERANCE,
     tolerances: Tolerances | None = None,
 ) -> Report:
@@ -100,7 +98,7 @@ def check_program(
     machine : the program's header may state where the workpiece stands (`set_up_as_stated`), and how high
         over the table (`stated_height`)
     against : path, tool, surroundings and constraints
-    reading : keywords of `read_program`
+    reading : how the program is read
     surface_tolerance : mm, gap between cutter and part that counts as touching
     tolerances : bounds beyond which a difference is a finding; by default those of `against`
 
@@ -115,16 +113,16 @@ def check_program(
     if around.above_table is None and height is not None:
         against = replace(against, surroundings=replace(around, above_table=height))
 
-    def check(reading: Mapping[str, Any]) -> Report:
+    def check(reading: Reading) -> Report:
         read = load_program(source, machine, against.cutter, reading)
         read = replace(read, motion=replace(read.motion, findings=(*read.motion.findings, *stands)))
         return check_read(read, machine, against.of_program(read.motion), surface_tolerance, tolerances)
 
-    report, skips = check(reading), bool(reading.get("block_delete"))
+    report, skips = check(reading), reading.block_delete
     if "skipped-blocks" not in report.counts:
         return report
     try:
-        other = check({**reading, "block_delete": not skips})
+        other = check(replace(reading, block_delete=not skips))
     except ToolpathError:
         return report  # what can't be read in the other position is told
     known = {(f.code, f.place.line) for f in report.findings}

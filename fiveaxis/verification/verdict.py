@@ -5,8 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.findings import Gap, Severity
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Interpolation, Motion, located, motion_digest
-from fiveaxis.options import Bounds, CadFile, parted, spelled_out
+from fiveaxis.options import Bounds, CadFile, MeshSource, Workpiece, keywords_of
 from fiveaxis.toolpath import Constraints, MoveKind, Toolpath
 from fiveaxis.verification.between import CheckedInterpolation, check_gouges
 from fiveaxis.verification.check_context import (
@@ -47,7 +46,7 @@ from fiveaxis.verification.turns import (
 )
 
 if TYPE_CHECKING:
-    import trimesh
+    pass
 
 logger = logging.getLogger(__name__)
 
@@ -56,27 +55,30 @@ JERK = Gap("jerk, and acceleration in links")
 NOT_CHECKED = (Gap("tilt and axis limits between locations: checked at the locations"), JERK)
 
 
-class Verifying(Bounds, CadFile, total=False):
-    """Bounds on postures and turns, and how the part's file is taken."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Verifying(Bounds, CadFile):
+    """All that `verify` takes as keywords: bounds on postures and turns, what stands around, tolerances."""
+
+    part: MeshSource | None = None
+    surroundings: Surroundings | None = None
+    between: Interpolation | str | CheckedInterpolation | None = None
+    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge
+    tolerances: Tolerances = DEFAULT_TOLERANCES
 
 
-@spelled_out(Verifying)
+@keywords_of(Verifying)
 def verify(
     motion: Motion,
     machine: Machine,
     toolpath: Toolpath,
-    *,
-    part: str | Path | trimesh.Trimesh | None = None,
-    surroundings: Surroundings | None = None,
-    between: Interpolation | str | CheckedInterpolation | None = None,
-    gouge_tolerance: float = DEFAULT_TOLERANCES.gouge,
-    tolerances: Tolerances = DEFAULT_TOLERANCES,
-    **given: Unpack[Verifying],
+    options: Verifying,
 ) -> Report:
     """Check a motion against its machine, its path and its constraints, with independent kinematics.
 
     Constraints are given as for `optimise`. The tool poses are computed from the axis values by pinocchio
-    or a URDF (`fiveaxis.verification.model`), not by the equations that produced the axis values.
+    or a URDF (`fiveaxis.verification.model`), not by the equations that produced the axis values. Bounds of
+    postures and turns are in **degrees**; without `max_turn`, `Tolerances.jump` bounds the turn in a cutting
+    move.
 
     Parameters
     ----------
@@ -92,8 +94,6 @@ def verify(
     gouge_tolerance : mm, allowed depth of the cutter in the part at a location; within a move 0.01 mm more,
         as the move is the chord of a curve
     tolerances : bounds beyond which any other difference is a finding
-    given : bounds of postures and turns, **degrees** (`fiveaxis.options.Bounds`); without `max_turn`,
-        `Tolerances.jump` bounds the turn in a cutting move
 
     Returns
     -------
@@ -116,12 +116,10 @@ def verify(
     MeshError
         The part can't be read.
     """
-    bounds, cad = parted(given, Bounds, CadFile)
-    around = surroundings or Surroundings.load(part, **cad)
-    constraints, allowed = Constraints.of_degrees(**bounds), tolerances.with_gouge(gouge_tolerance)
-    return verify_within(
-        constraints, motion, machine, toolpath, around, CheckedInterpolation.of(between), allowed
-    )
+    around = options.surroundings or Surroundings.of(Workpiece(part=options.part), options)
+    allowed = options.tolerances.with_gouge(options.gouge_tolerance)
+    between = CheckedInterpolation.of(options.between)
+    return verify_within(Constraints.of(options), motion, machine, toolpath, around, between, allowed)
 
 
 def verify_within(

@@ -17,12 +17,12 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 from threading import Thread
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from fiveaxis.errors import SettingError
 from fiveaxis.files import write_atomically
 from fiveaxis.findings import Finding, group_findings
-from fiveaxis.options import CadFile, spelled_out
+from fiveaxis.options import CadFile
 from fiveaxis.viewer.moves import NO_LINE, ShownProgram, Side, choose_sides, shown_result
 from fiveaxis.viewer.payload import VIRIDIS, Recorder, describe_show, pack_payload
 from fiveaxis.viewer.scene import STOCK_COLOUR, Scene, build_scene
@@ -61,7 +61,6 @@ HEADERS = {
 }
 
 
-@spelled_out(CadFile)
 def write_preview(
     solution: Solution,
     path: str | Path,
@@ -70,7 +69,7 @@ def write_preview(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
-    **cad: Unpack[CadFile],
+    cad: CadFile = CadFile(),
 ) -> Path:
     """Write the simulation as one HTML page that works offline; the same solution gives the same bytes.
 
@@ -83,6 +82,7 @@ def write_preview(
     part : mesh of the part in mm, or its file; None takes that of the surroundings
     surroundings : stock and fixtures to show
     findings : of verification, on the solution's motion
+    cad : how a file of the part is taken
 
     Raises
     ------
@@ -92,7 +92,7 @@ def write_preview(
         The page can't be written there.
     """
     page = render_page(
-        solution, program=program, part=part, surroundings=surroundings, findings=findings, **cad
+        solution, program=program, part=part, surroundings=surroundings, findings=findings, cad=cad
     )
     logger.info("%s: %d kB", Path(path).name, len(page) // 1000)
     return write_atomically(path, page)
@@ -105,7 +105,7 @@ def render_page(
     part: str | Path | trimesh.Trimesh | None = None,
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
-    **cad: Unpack[CadFile],
+    cad: CadFile = CadFile(),
 ) -> str:
     """Return the text of the page that `write_preview` writes."""
     meshcat = load_meshcat()
@@ -114,7 +114,7 @@ def render_page(
     vis = meshcat.Visualizer(window=recorder)
     standing = None if program is None else program.report.standing
     scene = build_scene(
-        vis, solution, sides, part, surroundings=surroundings, findings=findings, standing=standing, **cad
+        vis, solution, sides, part, surroundings=surroundings, findings=findings, standing=standing, cad=cad
     )
     blank = None if surroundings is None else surroundings.blank
     cut = None if program is None else program.report.cut
@@ -335,7 +335,6 @@ class Preview:
         self.close()
 
 
-@spelled_out(CadFile)
 def preview(
     solution: Solution | WholeProgram,
     *,
@@ -345,7 +344,7 @@ def preview(
     findings: Sequence[Finding] = (),
     open_browser: bool | None = None,
     port: int = 0,
-    **cad: Unpack[CadFile],
+    cad: CadFile = CadFile(),
 ) -> Preview:
     """Show a solution in a browser on this computer, or inline in a notebook.
 
@@ -355,7 +354,7 @@ def preview(
 
     Parameters
     ----------
-    solution, program, part, surroundings, findings : as for `write_preview`; or a program as it is
+    solution, program, part, surroundings, findings, cad : as for `write_preview`; or a program as it is
     open_browser : open the page; by default not in IPython and notebooks
     port : of the loopback address; 0 chooses a free one
 
@@ -367,7 +366,7 @@ def preview(
         The port is taken.
     """
     page = render_page(
-        solution, program=program, part=part, surroundings=surroundings, findings=findings, **cad
+        solution, program=program, part=part, surroundings=surroundings, findings=findings, cad=cad
     )
     shown = Preview(page, port)
     logger.info("%d kB at %s", len(page) // 1000, shown.url())

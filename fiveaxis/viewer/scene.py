@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -125,7 +125,7 @@ def build_scene(
     surroundings: Surroundings | None = None,
     findings: Sequence[Finding] = (),
     standing: Standing | None = None,
-    **cad: Unpack[CadFile],
+    cad: CadFile = CadFile(),
 ) -> Scene:
     """Build the meshcat scene of a solution, every axis at 0.
 
@@ -138,6 +138,7 @@ def build_scene(
     surroundings : stock and fixtures
     findings : of verification, on the solution's motion; shown as marks at their locations
     standing : how the part stands over an assumed table, which is shown there
+    cad : how a file of the part is taken
 
     Raises
     ------
@@ -145,7 +146,7 @@ def build_scene(
         A mesh of the part, a fixture or the machine can't be read.
     """
     machine, path = solution.machine, solution.toolpath
-    mesh, around = gather(part, surroundings, **cad)
+    mesh, around = gather(part, surroundings, cad)
     points = path.pivot if mesh is None else np.vstack([path.pivot, mesh.vertices])
     part_box = Extent.of(points)
     workpiece = f"{STAGE}/workpiece"
@@ -231,7 +232,7 @@ def _set_stage(vis: Any, size: float) -> None:
 
 
 def gather(
-    part: str | Path | trimesh.Trimesh | None, surroundings: Surroundings | None, **cad: Unpack[CadFile]
+    part: str | Path | trimesh.Trimesh | None, surroundings: Surroundings | None, cad: CadFile = CadFile()
 ) -> tuple[trimesh.Trimesh | None, Surroundings]:
     """Return the part to show, and the surroundings without it.
 
@@ -239,6 +240,7 @@ def gather(
     ----------
     part : mesh in mm, or its file; takes precedence over that of the surroundings
     surroundings : of the job
+    cad : how a file of the part is taken
 
     Raises
     ------
@@ -247,7 +249,10 @@ def gather(
     """
     around = surroundings or Surroundings()
     shown = around.part if part is None else part
-    mesh = load_mesh(shown, allow_open=True, **cad) if isinstance(shown, str | Path) else shown
+    if isinstance(shown, str | Path):
+        mesh = load_mesh(shown, allow_open=True, mesh_tolerance=cad.mesh_tolerance, body=cad.body)
+    else:
+        mesh = shown
     return mesh, replace(around, part=None)
 
 

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from left_over import left_over
 
 import fiveaxis as fx
-from fiveaxis.contour import path_quality, plan_passes
+from fiveaxis.contour import PlanOptions, path_quality, plan_passes
 from fiveaxis.geometry import angle_between
 from fiveaxis.mesh import load_mesh, model_of
 
@@ -64,7 +64,7 @@ def measure(part: Path, faces: str | None, options: dict[str, object]) -> str:
     assert exact is not None
     chosen = range(len(exact.faces)) if faces is None else [int(number) - 1 for number in faces.split(",")]
     begun = time.perf_counter()
-    plan = plan_passes(mesh, fx.Tool.ball(6), strategy="flow", faces=faces, **options)
+    plan = plan_passes(mesh, fx.Tool.ball(6), PlanOptions(strategy="flow", faces=faces, **options))
     seconds, path = time.perf_counter() - begun, plan.toolpath
     contact, normal = path.contact[path.cutting], path.normal[path.cutting]
     foot = exact.nearest(contact)

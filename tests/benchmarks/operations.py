@@ -20,6 +20,7 @@ from haas import haas_trunnion  # noqa: E402
 
 import fiveaxis as fx  # noqa: E402
 from fiveaxis.nc import measure_operations  # noqa: E402
+from fiveaxis.nc.options import ProgramReading  # noqa: E402
 
 DATA = ROOT.parent / "shared" / "data" / "toolpaths"
 PAGE = ROOT / "docs" / "pages" / "formats" / "public.md"
@@ -80,7 +81,7 @@ def table_of(program: Public) -> Iterator[str]:
     yield ""
     yield "| | lines | tool | kind | locations | mm |"
     yield "|---|---|---|---|---|---|"
-    for each in measure_operations(DATA / program.name, machine=machine, **program.reading):
+    for each in measure_operations(DATA / program.name, ProgramReading(machine=machine, **program.reading)):
         at = each.operation
         kind = at.kind + ", TCP" * at.tcp + ", plane" * (at.plane is not None)
         figures = f"{each.locations} | {each.cut_length:.0f}"

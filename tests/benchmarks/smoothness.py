@@ -10,7 +10,7 @@ import argparse
 from paths import PATHS
 
 import fiveaxis as fx
-from fiveaxis.options import Search, defaults
+from fiveaxis.options import Search
 
 CASES = [name for name in PATHS if name.startswith("cone-")]
 CASES += ["dome-top", "vase", "dome", "wall", "example", "propeller"]
@@ -26,7 +26,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("cases", nargs="*", default=CASES)
     parser.add_argument("--shape", choices=("smooth", "chord"))
-    parser.add_argument("--steady", type=float, default=defaults(Search)["steady"])
+    parser.add_argument("--steady", type=float, default=Search.steady)
     parser.add_argument("--effort", default="normal")
     given = parser.parse_args()
     for name in given.cases:

@@ -28,6 +28,7 @@ from fiveaxis.machine.answers import BY_NAME
 from fiveaxis.mesh import load_mesh, require_solid
 from fiveaxis.mesh.cad.loading import load_model
 from fiveaxis.nc import find_dialect, read_motion, read_program, read_toolpath
+from fiveaxis.options import ReadLog
 from fiveaxis.settings import read_document
 from fiveaxis.toolpath import Tool, parse_tool
 from fuzzing import seeds
@@ -146,7 +147,7 @@ def _log(path: Path, rng: random.Random) -> object:
         given["time_unit"] = "iso"
     if "time" not in given and rng.random() < 0.7:
         given["rate"] = 10.0
-    columns = LogColumns.of("p", rng.choice(["W", "%"]), rotary=rotary, **given)
+    columns = LogColumns.of("p", rng.choice(["W", "%"]), ReadLog(**given), rotary=rotary)
     log = read_axis_log(path, columns)
     require_motion(log, columns)
     return log

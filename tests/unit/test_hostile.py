@@ -21,6 +21,7 @@ from fiveaxis.machine import load_machine
 from fiveaxis.mesh import check_mesh, load_mesh
 from fiveaxis.nc import find_dialect, read_motion, read_program, read_toolpath, source
 from fiveaxis.nc.source import load_source
+from fiveaxis.options import ReadLog
 from fiveaxis.report import describe_input
 from fiveaxis.toolpath import Tool, parse_tool
 
@@ -128,7 +129,7 @@ def test_settings_too_large_to_read_are_refused_with_the_limit(tmp_path):
         load_machine(str(path))
 
 
-LOG = LogColumns.of("p", "W", rotary=False, velocity="v", velocity_unit="mm/s")
+LOG = LogColumns.of("p", "W", ReadLog(velocity="v", velocity_unit="mm/s"), rotary=False)
 # Every reader that takes a path, with a suffix that it accepts.
 OPENERS = {
     "program.nc": lambda path: read_program(path, load_machine("hayashi-640123")),

@@ -12,7 +12,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.batch import run_batch
-from fiveaxis.options import Meshes, Search, Surrounding, defaults, options_of
+from fiveaxis.options import Meshes, Search, Surrounding, options_of
 from fiveaxis.posture import Options
 from fiveaxis.toolpath import Constraints
 
@@ -56,7 +56,7 @@ def test_optimise_says_each_of_its_options_with_its_type():
     program, decided = {"control", "coordinates"}, {"interpolation", "clock", "checkpoint", "holds_ends"}
     assert set(own) == clear | (set(options) - decided) | bounds | program
     assert bounds == set(inspect.signature(Constraints.of_degrees).parameters)
-    for name, default in defaults(Search).items():
+    for name, default in vars(Search()).items():
         assert own[name].default == options[name].default == default, name
     for parameter in own.values():
         assert parameter.kind is not inspect.Parameter.VAR_KEYWORD

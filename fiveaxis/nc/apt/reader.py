@@ -158,7 +158,7 @@ class _Reader:
         states, state = self.tools.states(len(lines))
         drilled = np.isin(lines, list(moves.drilled))
         work = Work(self.source, "APT", lines, kinds, axes, states, state, drilled, unit=unit)
-        operation, rows = work.take(options.operation)
+        operation, rows = work.take(options.number)
         positions, axes, feeds = positions[rows], axes[rows], feeds[rows]
         kinds, lines = kinds[rows], lines[rows]
         self.tools.use(rows.start + int(np.argmax(kinds == MoveKind.CUT)))

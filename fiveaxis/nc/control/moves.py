@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from fiveaxis.nc.control.interpreter_state import CUT, InterpreterState
 from fiveaxis.nc.control.modal import CYCLES, PLANES, DrillingCycle, Modes
 from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
-from fiveaxis.nc.writing.table_parts import Cycles, Unit
+from fiveaxis.nc.writing.table_parts import Cycles
 
 # Key of the counts: moves that a path on the workpiece can't contain.
 MACHINE_MOVES = "moves in machine coordinates"
@@ -385,7 +384,7 @@ def between(begin: Triple | None, end: Triple | None, share: float) -> Triple | 
 
 def _arc(modes: Modes, block: Block, begin: Pair, end: Pair, scale: float) -> Arc:
     letters, arcs = PLANES[modes.plane], {} if modes.control is None else modes.control.arcs
-    clockwise, bounds = modes.motion == "G2", arcs.get(cast("Unit", modes.units.now), USUAL)
+    clockwise, bounds = modes.motion == "G2", arcs.get(modes.units.now, USUAL)
     given = {c: block.words[c] * scale for c in "IJKR" if c in block.words}
     centre = block.centre
     wanted = [CENTRE[c] for c in letters]

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import require
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.words import control_values
-from fiveaxis.options import Reading, spelled_out
+from fiveaxis.options import Reading, keywords_of
 from fiveaxis.toolpath import MoveKind, Operation, Tool, divided_rows, interpolate
 
 NAMES_NO_AXES = "is a list of cutter locations, which names no axes"
@@ -99,8 +99,8 @@ class ReadMotion(Motion):
         return replace(self, technology=track, **arrays)
 
 
-@spelled_out(Reading)
-def read_program(path: str | Path, machine: Machine, **reading: Unpack[Reading]) -> ReadMotion:
+@keywords_of(Reading)
+def read_program(path: str | Path, machine: Machine, reading: Reading) -> ReadMotion:
     """Read an NC program.
 
     The first row is the start of the program's first move: `start`, or the position to which its first rapid

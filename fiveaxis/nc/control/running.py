@@ -78,7 +78,7 @@ def run_program(
 
     def read(options: ReadOptions) -> Interpreter:
         by = partial(_run_judged, machine=machine, options=options, stand_in=stand_in)
-        if options.operation is None and not options.around:
+        if options.number is None and not options.around:
             return by(source)
         found, unread = read_around(source, by)
         found.left_out, found.original = unread, source
@@ -195,7 +195,7 @@ def _run(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bo
     )
     coordinates = Coordinates(machine, offsets, stated_length(source))
     ignored: Counter[str] = Counter()
-    now = _begin(options.start, machine, coordinates.offsets)
+    now = _begin(options.start or {}, machine, coordinates.offsets)
     interpreter = Interpreter(
         source,
         modes,
@@ -275,7 +275,7 @@ def take_operation(interpreter: Interpreter, options: ReadOptions) -> tuple[Oper
         interpreter.modes.units.now,
         interpreter.left_out,
     )
-    operation, rows = work.take(options.operation)
+    operation, rows = work.take(options.number)
     _require_certain(interpreter, int(columns.lines[rows][np.argmax(kinds[rows] == MoveKind.CUT)]))
     # What is said of others' lines is about them.
     others = [o for o, _ in work.operations() if o.number != operation.number]

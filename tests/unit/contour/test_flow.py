@@ -11,7 +11,7 @@ import trimesh
 from leaned import leaned
 from left_over import left_over
 
-from fiveaxis.contour import path_quality, plan_contour, plan_passes
+from fiveaxis.contour import PlanOptions, path_quality, plan_contour, plan_passes
 from fiveaxis.errors import MeshError
 from fiveaxis.geometry import angle_between
 from fiveaxis.job import make_job, run_job
@@ -41,7 +41,7 @@ def model(path: Path) -> Model:
 
 def passes_of(part: Path, **options) -> list[tuple[np.ndarray, np.ndarray]]:
     """Contacts and normals of each pass, in cutting order."""
-    plan = plan_passes(part, Tool.ball(6), strategy="flow", **options)
+    plan = plan_passes(part, Tool.ball(6), PlanOptions(strategy="flow", **options))
     path, ends = plan.toolpath, zip(plan.first, plan.last, strict=True)
     return [(path.contact[a : b + 1], path.normal[a : b + 1]) for a, b in ends]
 
@@ -158,7 +158,7 @@ def test_a_blade_of_four_faces_is_cut_around(parts):
 def test_one_spiral_winds_around_a_blade_and_leaves_no_higher_ridges(parts):
     part = parts / "blade.step"
     options = {"strategy": "flow", "faces": BLADE, "scallop": 0.05}
-    plan = plan_passes(part, Tool.ball(6), spiral=True, **options)
+    plan = plan_passes(part, Tool.ball(6), PlanOptions(spiral=True, **options))
     assert len(plan.first) == 1
     path = plan.toolpath
     foot = model(part).nearest(path.contact[path.cutting])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.contour import plan_contour, plan_passes
+from fiveaxis.contour import PlanOptions, plan_contour, plan_passes
 from fiveaxis.errors import Infeasible, MeshError, SettingError
 from fiveaxis.geometry import angle_between
 from fiveaxis.mesh import TriangleTree, load_mesh
@@ -46,7 +46,7 @@ def sphere_path(sphere) -> Toolpath:
 
 
 def test_passes_of_a_plan_are_what_lies_between_the_links_of_its_path(sphere, sphere_path):
-    plan = plan_passes(sphere, Tool.ball(6), stepdown=4.0, spacing=0.5)
+    plan = plan_passes(sphere, Tool.ball(6), PlanOptions(stepdown=4.0, spacing=0.5))
     np.testing.assert_array_equal(plan.toolpath.pivot, sphere_path.pivot)
     inside = np.zeros(len(sphere_path), dtype=bool)
     for first, last in zip(plan.first, plan.last, strict=True):

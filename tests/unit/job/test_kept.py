@@ -54,9 +54,9 @@ def test_a_machine_s_own_control_comes_before_the_input_s_and_after_the_job_s(pl
     text = find_machine("dmu50ev").read_text(encoding="utf-8")
     mill.write_text(f'control = "heidenhain"\n{text}', encoding="utf-8")
     job = placed(FANUC, machine=str(mill)).job
-    assert (job.writing["control"], job.coordinates) == ("heidenhain", "tip")
+    assert (job.program_options.control, job.coordinates) == ("heidenhain", "tip")
     assert (job.nc.tool_number, job.nc.spindle_rpm, job.nc.work_offset) == (3, 12000, None)
-    assert placed(FANUC, machine=str(mill), control="sinumerik").job.writing["control"] == "sinumerik"
+    assert placed(FANUC, machine=str(mill), control="sinumerik").job.program_options.control == "sinumerik"
 
 
 def test_what_the_control_cannot_be_given_is_a_finding(placed):

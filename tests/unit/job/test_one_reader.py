@@ -13,6 +13,7 @@ from fiveaxis.job import post_program
 from fiveaxis.machine import Limits, Machine, load_machine, with_powers
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import load_program
+from fiveaxis.options import Reading
 
 # What only one view of the rows can say: long turns and kinds of work of a path, angles of a motion.
 OF_ONE_VIEW = {"long-turn", "long-turns", "no-simultaneous-path", "angles-assumed", "feed-assumed"}
@@ -53,7 +54,7 @@ def test_path_motion_and_energy_of_real_programs_are_of_the_same_rows(data, name
     for operation in {operations[0].number: operations[0], operations[-1].number: operations[-1]}.values():
         reading = {"operation": operation.number, **needed}
         path = fx.read_toolpath(file, tool=fx.Tool.ball(6), machine=machine, **reading)
-        read = load_program(load_source(file), machine, None, reading).motion
+        read = load_program(load_source(file), machine, None, Reading(**reading)).motion
         priced = fx.program_energy(file, machine, corners="programmed", **reading)
         assert path.operation == read.operation == priced.motion.operation == operation
         assert {operation.first_line, operation.last_line} <= set(path.source.tolist())

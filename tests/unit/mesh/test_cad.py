@@ -21,6 +21,7 @@ from fiveaxis.kinematics import tool_poses
 from fiveaxis.mesh import Model, check_mesh, load_mesh, model_of, tree_of
 from fiveaxis.mesh.cad import loading
 from fiveaxis.mesh.cad.choice import survey
+from fiveaxis.options import CadFile
 from fiveaxis.toolpath import parse_tool
 from fiveaxis.verification.check_context import Tolerances
 from fiveaxis.verification.cutting_body import CuttingBody
@@ -440,10 +441,10 @@ def test_every_call_that_takes_a_part_takes_a_body_of_its_file(parts, hayashi):
     assert np.abs(radii - 5.0).max() < 1e-5
     assert path_quality(path, two, **taken).part_size == pytest.approx([10.0, 10.0, 10.0], abs=0.2)
     for call in (
-        lambda: fx.optimise(path, hayashi, tilt=(15, 75), part=two, body="3"),
-        lambda: fx.verify(solution.motion, solution.machine, path, part=two, body="3"),
-        lambda: fx.verify_program("any.nc", hayashi, tool=path.tool, part=two, body="3"),
-        lambda: write_preview(solution, parts / "page.html", part=two, body="3"),
+        lambda: fx.optimise(path, hayashi, tilt=(15, 75), part=two, cad=CadFile(body="3")),
+        lambda: fx.verify(solution.motion, solution.machine, path, part=two, cad=CadFile(body="3")),
+        lambda: fx.verify_program("any.nc", hayashi, tool=path.tool, part=two, cad=CadFile(body="3")),
+        lambda: write_preview(solution, parts / "page.html", part=two, cad=CadFile(body="3")),
         lambda: fx.find_contacts(leaned, two, body="3"),
     ):
         with pytest.raises(MeshError, match="has no body '3'; there are 1"):

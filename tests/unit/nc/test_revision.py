@@ -30,9 +30,7 @@ class Case:
     def __init__(self, file, machine, number=None, **reading):
         self.file, self.machine = file, fx.load_machine(machine)
         given = {"operation": number, **reading}
-        self.text = OperationText.of(
-            load_source(file), ReadOptions.of(given, tool=BALL, machine=self.machine)
-        )
+        self.text = OperationText.of(load_source(file), ReadOptions(**given, tool=BALL, machine=self.machine))
         whole = fx.read_toolpath(file, tool=BALL, machine=self.machine, **given)
         self.path = self.text.path_of(whole)
 
