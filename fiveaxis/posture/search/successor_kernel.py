@@ -1,213 +1,102 @@
-"""Inner loop of the search over exact postures (`successors`), compiled.
+"""Loops of the search over exact postures (`successors`), compiled; `records` has what they read.
 
+From the states of location i to those of location i + 1 (`advance`):
+
+1. a model of second order about every state gives its successors (`candidates`): the turns of both axes by
+   which two rows of the model, axis values or cosines of the lean, get the values that a move asks of them;
+   of the candidates in one cell the cheapest competes on (`competes`);
+2. the cheapest ones are chosen, with one of every region of both angles among them (`kept`);
+3. those are solved on the chain itself, held to all bounds, and priced (`solved`).
+
+In names: i is a location and the step that begins there, j a state of it, a an axis, b a bound on the lean.
 States lie in arrays that are read by index: in compiled loops a view of an array costs as much as the
-arithmetic on it.
+arithmetic on it. All loops that the two compiled functions share are in this file, because numba compiles a
+function anew when its own file has changed, and no other.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from fiveaxis.compiled import compiled, inner
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics.windings import TURN
+from fiveaxis.posture.search.records import (
+    BESIDE_PATH,
+    BREACH_PRICE,
+    END,
+    EXCESS_PRICE,
+    LARGEST,
+    ONTO_PATH,
+    REGIONS,
+    ROUNDING,
+    ROW,
+    SHIFT,
+    Cells,
+    Corridor,
+    Found,
+    Layer,
+    Locations,
+    Prices,
+    SearchProblem,
+    Trail,
+)
 from fiveaxis.posture.tape import play
 
-# A number or an array of them.
-
-# What a move asks of a posture, columns of `moves`: a row of the model, the shift of its value, the multiple
-# of the largest turn added to it, and the end of a bound that it lies on (0 low, 1 high; -1 for none).
-ROW, SHIFT, FAR, END = range(4)
-# Moves of a corridor: to the path's posture, and to its spin angle with the level held.
-ONTO, BESIDE = -1, -2
-# Iterations of Newton's method; its largest steps, rad; a determinant, in mm/rad, that is none.
-MOST, STEEP, SINGULAR = 6, 1.2, 1e-6
-# rad: what is left after a step of this size is less than what a program's digits can say.
-CLOSE = 1e-5
-# Cosine by which the model of a candidate may be out of bounds, and share of the margin by which it may cost
-# more than the dearest state kept: both are decided exactly for those that are kept.
-ROUGHLY, SPARE = 2e-3, 1.2
-# mm, rad or cosine: excess that is rounding.
-ROUNDING = 1e-9
+# Newton's method: its steps; the largest turn of one, rad; a determinant, in mm/rad, that is none; and the
+# size of a step, rad, after which what is left is less than what a program's digits can say.
+NEWTON_STEPS, LONGEST_TURN, LEAST_DETERMINANT, CONVERGED = 6, 1.2, 1e-6, 1e-5
+# mm, rad or cosine by which the model of a candidate may be out of bounds, and share of the margin by which
+# it may cost more than the dearest state kept: both are decided exactly for those that are kept.
+MODEL_ERROR, MARGIN_FACTOR = 2e-3, 1.2
 # Cosine by which the lean may be out of its bounds halfway between two locations.
 HALFWAY = 1e-4
-# J, and J per mm, rad or cosine: prices of the path of a corridor where it breaks a bound.
-BROKEN, PER_EXCESS = 1e7, 1e6
-# Regions of both angles that keep their cheapest state, whatever it costs: their width, rad, their number in
-# a turn, and room for all of them.
-WIDE, AROUND, CELLS = np.radians(5.0), 72, 128
+# rad: width of a region of both angles, which keeps its cheapest state, whatever it costs; and their number
+# in a turn.
+REGION, REGIONS_PER_TURN = np.radians(5.0), 72
 # Makes numbers of cells positive.
-OFFSET = 1 << 24
+POSITIVE = 1 << 24
 # rad: a long turn is priced in parts of this size, and in no more than so many; and from so many states.
-PART, MOST_PARTS, MOST_COURSES = np.radians(20.0), 9, 64
-# A state of which nothing is known moved every axis, so that nothing starts.
-ALL_MOVE = (1 << 62) - 1
-
-
-class Locations(NamedTuple):
-    """What holds at n locations, for k axes and b bounds.
-
-    Parameters
-    ----------
-    given : (n, 6), pivot, mm, and normal
-    references : (n, b, 3); zero where the tool is free
-    within : (n, b, 2), smallest and largest cosine; infinite where the tool is free
-    low, high : (k,), mm and rad
-    rotary : (2,), columns of the rotary axes
-    turn : (n − 1, 2), rad, largest of each step
-    singular : (3,), direction of the tool axis along which the first rotary axis turns nothing but the part
-    cone : cosine of the angle to it within which that axis is bounded; above 1 for none
-    held : (n − 1,), rad, its largest turn there
-    """
-
-    given: Array
-    references: Array
-    within: Array
-    low: Array
-    high: Array
-    rotary: IntArray
-    turn: Array
-    singular: Array
-    cone: float
-    held: Array
-
-
-class Prices(NamedTuple):
-    """Prices of n − 1 steps; the first index is 0 while an axis value grows, and 1 while it falls.
-
-    Parameters
-    ----------
-    standing, slope : as in `BlockCosts`
-    slow, reach : (n − 1, k), 1/mm and 1/rad, inverse of its travel at the slowest and the fastest speed
-    least : (n − 1, k), mm and rad, travel that counts as none
-    start : (2, n − 1, k), J, of an axis that didn't move this way in the step before
-    bend : (n − 1,), J/rad²
-    pace, time, delay : (k,) s/mm and s/rad at the highest speed; (n − 1,) s; J/s of what takes longer
-    """
-
-    standing: Array
-    slope: Array
-    slow: Array
-    reach: Array
-    least: Array
-    start: Array
-    bend: Array
-    pace: Array
-    time: Array
-    delay: float
-
-
-class Corridor(NamedTuple):
-    """The path that a search stays near, (n, 2) rad, and how near, (2,) rad; (0, 2) for none.
-
-    Parameters
-    ----------
-    positions : (n, k), mm and rad, the path's axis values: what stands on it is counted so
-    excess : (n,), mm, rad and cosine, by which it breaks a bound that holds at a location
-    free : (n,), where the search may leave the path
-    """
-
-    path: Array
-    positions: Array
-    excess: Array
-    radius: Array
-    free: BoolArray
-
-
-class Cells(NamedTuple):
-    """Cells, of which each keeps the cheapest of its states.
-
-    Parameters
-    ----------
-    level : column of the costliest linear axis
-    spin : the rotary axis with the wider range, 0 or 1 in chain order
-    level_step, spin_step : mm and rad
-    around : cells of a turn of the spin axis; 0 for an axis with limits
-    phase : rad, where cells of the spin axis begin
-    """
-
-    level: int
-    spin: int
-    level_step: float
-    spin_step: float
-    around: int
-    phase: float
-
-
-class Task(NamedTuple):
-    """What is searched: `moves` is (m, 2, 4), see `ROW`; `slopes` and `bows` are those of `LocationTapes`."""
-
-    slopes: tuple[IntArray, Array, int]
-    bows: tuple[IntArray, Array, int]
-    locations: Locations
-    prices: Prices
-    corridor: Corridor
-    cells: Cells
-    moves: Array
-
-
-class Layer(NamedTuple):
-    """States of one location: angles (s, 2), axis values (s, k), cost so far (s,), axes that moved (s,)."""
-
-    rotary: Array
-    positions: Array
-    cost: Array
-    moved: IntArray
-
-
-class Found(NamedTuple):
-    """Candidates for the next location, and the cells that they compete in.
-
-    Parameters
-    ----------
-    cost : (m,), J
-    parent, move : (m,), the state that it comes from, and how
-    rotary : (m, 2), rad, by the model
-    key : (m,), its cell
-    table : (t,), by a hash of the cell, its candidate + 1; 0 for none
-    slots : (m,), the places used in the table
-    """
-
-    cost: Array
-    parent: IntArray
-    move: IntArray
-    rotary: Array
-    key: IntArray
-    table: IntArray
-    slots: IntArray
+COURSE_PART, MOST_COURSE_PARTS, MOST_COURSES = np.radians(20.0), 9, 64
 
 
 @inner
-def bowed(model: Array, e: int, first: float, second: float) -> float:
-    """Evaluate a row of a model of second order at turns of both axes, rad."""
-    bow = model[e, 3] * first * first + 2.0 * model[e, 4] * first * second + model[e, 5] * second * second
-    return float(model[e, 0] + model[e, 1] * first + model[e, 2] * second + 0.5 * bow)
+def second_order(model: Array, row: int, turn1: float, turn2: float) -> float:
+    """Evaluate a row of a model of second order (`set_model`) at turns of both axes, rad."""
+    value, slope1, slope2 = model[row, 0], model[row, 1], model[row, 2]
+    bend = model[row, 3] * turn1 * turn1 + 2.0 * model[row, 4] * turn1 * turn2 + model[row, 5] * turn2 * turn2
+    return float(value + slope1 * turn1 + slope2 * turn2 + 0.5 * bend)
 
 
 @inner
-def met(model: Array, e: int, aim: float, o: int, other: float) -> tuple[bool, float, float]:
-    """Find the turns, rad, at which two rows of a model have these values."""
-    first = second = size = 0.0
-    for _ in range(MOST):
-        f, g = bowed(model, e, first, second) - aim, bowed(model, o, first, second) - other
-        f1 = model[e, 1] + model[e, 3] * first + model[e, 4] * second
-        f2 = model[e, 2] + model[e, 4] * first + model[e, 5] * second
-        g1 = model[o, 1] + model[o, 3] * first + model[o, 4] * second
-        g2 = model[o, 2] + model[o, 4] * first + model[o, 5] * second
-        area = f1 * g2 - f2 * g1
-        if not abs(area) > SINGULAR:
-            return False, first, second
-        step1, step2 = (g2 * f - f2 * g) / area, (f1 * g - g1 * f) / area
+def gradient(model: Array, row: int, turn1: float, turn2: float) -> tuple[float, float]:
+    """Evaluate the derivatives of a row of a model of second order at turns of both axes, rad."""
+    by1 = model[row, 1] + model[row, 3] * turn1 + model[row, 4] * turn2
+    by2 = model[row, 2] + model[row, 4] * turn1 + model[row, 5] * turn2
+    return by1, by2
+
+
+@inner
+def turns_to(model: Array, row1: int, aim1: float, row2: int, aim2: float) -> tuple[bool, float, float]:
+    """Find the turns, rad, at which two rows of a model have these values, by Newton's method."""
+    turn1 = turn2 = size = 0.0
+    for _ in range(NEWTON_STEPS):
+        f, g = second_order(model, row1, turn1, turn2) - aim1, second_order(model, row2, turn1, turn2) - aim2
+        f1, f2 = gradient(model, row1, turn1, turn2)
+        g1, g2 = gradient(model, row2, turn1, turn2)
+        determinant = f1 * g2 - f2 * g1
+        if not abs(determinant) > LEAST_DETERMINANT:
+            return False, turn1, turn2
+        step1, step2 = (g2 * f - f2 * g) / determinant, (f1 * g - g1 * f) / determinant
         size = abs(step1) + abs(step2)
-        if size > STEEP:
-            return False, first, second
-        first, second = first - step1, second - step2
-        if size < CLOSE:
+        if size > LONGEST_TURN:
+            return False, turn1, turn2
+        turn1, turn2 = turn1 - step1, turn2 - step2
+        if size < CONVERGED:
             break
-    return size < STEEP / 8.0, first, second
+    return size < LONGEST_TURN / 8.0, turn1, turn2
 
 
 @inner
@@ -220,7 +109,7 @@ def travelled(here: Array, j: int, there: Array, up: Array, down: Array) -> None
 
 @inner
 def travelled_along(
-    task: Task,
+    problem: SearchProblem,
     layer: Layer,
     j: int,
     i: int,
@@ -233,21 +122,22 @@ def travelled_along(
 ) -> None:
     """Set how far axes travel up and down, (k,) each, along step i from state j, which turns far, rad.
 
-    `given` and `values` are work space for `MOST_PARTS` parts.
+    `given` and `values` are work space for `MOST_COURSE_PARTS` parts.
     """
-    locations, axes = task.locations, len(up)
-    parts = int(min(max(abs(turn1), abs(turn2)) // PART + 1, MOST_PARTS))
+    locations, axes = problem.locations, len(up)
+    parts = int(min(max(abs(turn1), abs(turn2)) // COURSE_PART + 1, MOST_COURSE_PARTS))
     for p in range(parts):
         share = (p + 1.0) / parts
         given[p, 0], given[p, 1] = layer.rotary[j, 0] + share * turn1, layer.rotary[j, 1] + share * turn2
         for d in range(6):
             given[p, 2 + d] = (1.0 - share) * locations.given[i, d] + share * locations.given[i + 1, d]
-    play(*task.slopes, given[:parts], values[:parts])
-    travelled(layer.positions, j, values[0, :axes], up, down)
-    for p in range(1, parts):
-        for a in range(axes):
-            travel = values[p, a] - values[p - 1, a]
+    play(*problem.first_order, given[:parts], values[:parts])
+    for a in range(axes):
+        before, up[a], down[a] = layer.positions[j, a], 0.0, 0.0
+        for p in range(parts):
+            travel = values[p, a] - before
             up[a], down[a] = up[a] + max(travel, 0.0), down[a] + max(-travel, 0.0)
+            before = values[p, a]
 
 
 @inner
@@ -277,7 +167,7 @@ def step_price(
 
 @compiled
 def cheapest_steps(
-    task: Task, layer: Layer, size: int, i: int, rotary: Array, positions: Array
+    problem: SearchProblem, layer: Layer, size: int, i: int, rotary: Array, positions: Array
 ) -> tuple[Array, IntArray, IntArray]:
     """Price the cheapest step i to given postures, (m, 2) rad, with axis values (m, k), however far they are.
 
@@ -289,10 +179,10 @@ def cheapest_steps(
     (m,) each: the cost there, infinite where every state would have to turn too far; the state that the step
     comes from; and the axes that it moves
     """
-    locations, turn, prices, cells = task.locations, task.locations.turn, task.prices, task.cells
+    locations, turn, prices, cells = problem.locations, problem.locations.turn, problem.prices, problem.cells
     spin, axes = locations.rotary[cells.spin], positions.shape[1]
     least, there, up, down = np.empty(size), np.empty(axes), np.empty(axes), np.empty(axes)
-    given, values = np.empty((MOST_PARTS, 8)), np.empty((MOST_PARTS, 3 * (axes + 3)))
+    given, values = np.empty((MOST_COURSE_PARTS, 8)), np.empty((MOST_COURSE_PARTS, 3 * (axes + 3)))
     cost, came, moved = (
         np.full(len(rotary), np.inf),
         np.zeros(len(rotary), np.int64),
@@ -311,7 +201,7 @@ def cheapest_steps(
             travelled(layer.positions, j, there, up, down)
             price, moves = step_price(prices, i, layer.moved[j], up, down, turned)
             price += layer.cost[j]
-            if max(abs(turn1), abs(turn2)) > PART:
+            if max(abs(turn1), abs(turn2)) > COURSE_PART:
                 least[j] = price
             elif price < cost[s]:
                 cost[s], came[s], moved[s] = price, j, moves
@@ -322,7 +212,7 @@ def cheapest_steps(
                 break
             least[j] = np.inf
             turn1, turn2, turns = shorter_turns(cells, layer.rotary, j, rotary, s)
-            travelled_along(task, layer, j, i, turn1, turn2, given, values, up, down)
+            travelled_along(problem, layer, j, i, turn1, turn2, given, values, up, down)
             turned = turn1 * turn1 + turn2 * turn2
             price, moves = step_price(prices, i, layer.moved[j], up, down, turned)
             if layer.cost[j] + price < cost[s]:
@@ -345,29 +235,24 @@ def shorter_turns(cells: Cells, here: Array, j: int, there: Array, s: int) -> tu
 
 
 @inner
-def turned_within(locations: Locations, bows: Array, j: int, i: int, turn1: float, turn2: float) -> float:
+def turned_within_cone(
+    locations: Locations, quantities: Array, j: int, i: int, turn1: float, turn2: float
+) -> float:
     """Compute by how much a move from state j turns the first axis too far within the cone, rad."""
-    over = abs(turn1) - locations.held[i]
+    over = abs(turn1) - locations.cone_turn[i]
     if over <= 0.0:
         return 0.0
-    axes = len(locations.low)
+    rows = len(locations.low) + 3
     for share in (0.0, 0.5, 1.0):
         first, second, cosine = share * turn1, share * turn2, 0.0
         for c in range(3):
-            along = 0.0
-            for d in range(6):
-                weight = 1.0
-                if d == 1:
-                    weight = first
-                elif d == 2:
-                    weight = second
-                elif d == 3:
-                    weight = 0.5 * first * first
-                elif d == 4:
-                    weight = first * second
-                elif d == 5:
-                    weight = 0.5 * second * second
-                along += weight * bows[j, d * (axes + 3) + axes + c]
+            at = rows - 3 + c
+            along = (
+                quantities[j, at] + first * quantities[j, rows + at] + second * quantities[j, 2 * rows + at]
+            )
+            along += 0.5 * first * first * quantities[j, 3 * rows + at]
+            along += first * second * quantities[j, 4 * rows + at]
+            along += 0.5 * second * second * quantities[j, 5 * rows + at]
             cosine += locations.singular[c] * along
         if abs(cosine) > locations.cone:
             return over
@@ -395,189 +280,228 @@ def cell(cells: Cells, level: float, spin: float) -> int:
     number = int(np.floor((spin - cells.phase) / cells.spin_step))
     if cells.around:
         number %= cells.around
-    return ((int(np.floor(level / cells.level_step)) + OFFSET) << 31) + number + OFFSET
+    return ((int(np.floor(level / cells.level_step)) + POSITIVE) << 31) + number + POSITIVE
 
 
 @inner
 def region(cells: Cells, first: float, second: float) -> int:
-    """Return the number of the wide cell of two angles, rad, below `CELLS`²."""
+    """Return the number of the wide cell of two angles, rad, below `REGIONS`²."""
     spin, other = (first, second) if cells.spin == 0 else (second, first)
-    turns = int(np.floor((spin - cells.phase) / WIDE))
-    return turns % AROUND * CELLS + int(np.floor(other / WIDE)) % CELLS
+    turns = int(np.floor((spin - cells.phase) / REGION))
+    return turns % REGIONS_PER_TURN * REGIONS + int(np.floor(other / REGION)) % REGIONS
 
 
 @inner
-def asked(locations: Locations, moves: Array, i: int) -> Array:
+def asked_of_rows(locations: Locations, moves: Array, i: int) -> Array:
     """Compute what moves ask of their rows at location i + 1, (m, 2); NaN where there is none.
 
     Where a move isn't to the end of a bound it is what is added to the state's own value.
     """
     values = np.empty((len(moves), 2))
-    for v in range(len(moves)):
+    for move in range(len(moves)):
         for which in range(2):
-            row, end = int(moves[v, which, ROW]), int(moves[v, which, END])
+            row, end = int(moves[move, which, ROW]), int(moves[move, which, END])
             if end >= 0:
-                value = locations.within[i + 1, row - len(locations.low), end]
-                values[v, which] = value if np.isfinite(value) else np.nan
+                value = locations.cosines[i + 1, row - len(locations.low), end]
+                values[move, which] = value if np.isfinite(value) else np.nan
                 continue
-            values[v, which] = moves[v, which, SHIFT]
-            if moves[v, which, FAR] != 0.0:
+            values[move, which] = moves[move, which, SHIFT]
+            if moves[move, which, LARGEST] != 0.0:
                 turn = locations.turn[i, 0 if row == locations.rotary[0] else 1]
-                values[v, which] += moves[v, which, FAR] * turn if np.isfinite(turn) else np.nan
+                values[move, which] += moves[move, which, LARGEST] * turn if np.isfinite(turn) else np.nan
     return values
 
 
 @inner
-def aimed(positions: Array, j: int, row: int, value: float) -> float:
-    """Compute what is asked of a row from state j of axis values, (s, k): an axis starts from its own."""
-    return value + positions[j, row] if row < positions.shape[1] else value
+def aim_of(positions: Array, j: int, row: int, asked: float) -> float:
+    """Compute the value that a row shall have from state j of axis values, (s, k): axes start from theirs."""
+    return asked + positions[j, row] if row < positions.shape[1] else asked
 
 
 @inner
-def keep_held(layer: Layer, j: int, moves: Array, v: int, there: Array) -> None:
+def keep_held(layer: Layer, j: int, moves: Array, move: int, there: Array) -> None:
     """Give axes that a move holds exactly the values that they have."""
     for which in range(2):
-        if moves[v, which, END] < 0.0 and moves[v, which, SHIFT] == 0.0 and moves[v, which, FAR] == 0.0:
-            row = int(moves[v, which, ROW])
+        asks = moves[move, which, END] >= 0.0 or moves[move, which, SHIFT] != 0.0
+        if not asks and moves[move, which, LARGEST] == 0.0:
+            row = int(moves[move, which, ROW])
             there[row] = layer.positions[j, row]
 
 
 @inner
-def candidates(task: Task, layer: Layer, size: int, bows: Array, i: int, margin: float, found: Found) -> int:
+def turned_too_far(
+    locations: Locations, quantities: Array, j: int, i: int, turn1: float, turn2: float
+) -> float:
+    """Compute by how much step i from state j turns an axis too far, rad; at most 0 where it doesn't."""
+    over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
+    if locations.cone <= 1.0:
+        over = max(over, turned_within_cone(locations, quantities, j, i, turn1, turn2))
+    return over
+
+
+@inner
+def bound_directions(locations: Locations, i: int) -> Array:
+    """Compute the directions that leans are measured from, (2 b, 3): at location i + 1, and halfway to it."""
+    bounds = locations.references.shape[1]
+    directions = np.empty((2 * bounds, 3))
+    for b in range(bounds):
+        square = 0.0
+        for c in range(3):
+            directions[b, c] = locations.references[i + 1, b, c]
+            directions[bounds + b, c] = locations.references[i, b, c] + locations.references[i + 1, b, c]
+            square += directions[bounds + b, c] ** 2
+        for c in range(3):
+            directions[bounds + b, c] /= math.sqrt(max(square, ROUNDING))
+    return directions
+
+
+@inner
+def reach_of_rows(locations: Locations, corridor: Corridor, i: int) -> Array:
+    """Bound how far rows of the model go in step i, (k + b,): rad and cosines: both turns together."""
+    axes, bounds = len(locations.low), locations.references.shape[1]
+    reach = np.full(axes + bounds, np.inf)
+    for r in range(2):
+        reach[locations.rotary[r]] = min(locations.turn[i, r] + ROUNDING, 2.0 * corridor.radius[r])
+    for b in range(bounds):
+        reach[axes + b] = reach[locations.rotary[0]] + reach[locations.rotary[1]]
+    return reach
+
+
+@inner
+def set_model(model: Array, quantities: Array, j: int, directions: Array) -> None:
+    """Set the model about state j: rows of axis values, then of cosines with the directions of bounds.
+
+    Columns are a value, its derivatives by both angles, and its second ones (11, 12, 22).
+    """
+    axes = len(model) - len(directions)
+    for d in range(6):
+        for a in range(axes):
+            model[a, d] = quantities[j, d * (axes + 3) + a]
+        for b in range(len(directions)):
+            at = d * (axes + 3) + axes
+            model[axes + b, d] = (
+                directions[b, 0] * quantities[j, at]
+                + directions[b, 1] * quantities[j, at + 1]
+                + directions[b, 2] * quantities[j, at + 2]
+            )
+
+
+@inner
+def leans_soundly(locations: Locations, model: Array, i: int, turn1: float, turn2: float) -> bool:
+    """Check by the model that the tool's lean keeps its bounds at location i + 1 and halfway to it."""
+    axes, bounds = len(locations.low), locations.references.shape[1]
+    for b in range(bounds):
+        low, high = locations.cosines[i + 1, b, 0], locations.cosines[i + 1, b, 1]
+        cosine = second_order(model, axes + b, turn1, turn2)
+        if cosine < low - MODEL_ERROR or cosine > high + MODEL_ERROR:
+            return False
+        # Halfway, the tool may be over a hole that the bound leaves.
+        cosine = second_order(model, axes + bounds + b, 0.5 * turn1, 0.5 * turn2)
+        low, high = max(locations.cosines[i, b, 0], low), min(locations.cosines[i, b, 1], high)
+        if not low - HALFWAY <= cosine <= high + HALFWAY:
+            return False
+    return True
+
+
+@inner
+def cell_of(cells: Cells, model: Array, level: float, spin: float, turn1: float, turn2: float) -> int:
+    """Return the number of a candidate's cell: where level and spin are, and whether the level rises.
+
+    That is with the other angle: two postures of one level and spin angle differ by it.
+    """
+    slope, by_first, by_second = (2, 4, 5) if cells.spin == 0 else (1, 3, 4)
+    rising = model[cells.level, slope] + model[cells.level, by_first] * turn1
+    rising += model[cells.level, by_second] * turn2
+    return 2 * cell(cells, level, spin) + (1 if rising > 0.0 else 0)
+
+
+@inner
+def candidates(
+    problem: SearchProblem, layer: Layer, size: int, quantities: Array, i: int, margin: float, found: Found
+) -> int:
     """Find candidates for location i + 1 by a model of second order about every state; return their number.
 
     Parameters
     ----------
     layer, size : the states of location i, and their number
-    bows : (s, 6 (k + 3)), the quantities of location i + 1 at their angles, with both derivatives
+    quantities : (s, 6 (k + 3)), those of location i + 1 at the states' angles, with both derivatives
     margin : J, by which a candidate may cost more than the cheapest
     """
-    locations, prices, corridor, cells, moves = (
-        task.locations,
-        task.prices,
-        task.corridor,
-        task.cells,
-        task.moves,
-    )
-    axes, bounds = len(locations.low), locations.references.shape[1]
-    rows, count, least = axes + 3, 0, np.inf
-    model = np.empty((axes + 2 * bounds, 6))
+    locations, prices, moves = problem.locations, problem.prices, problem.moves
+    corridor, cells = problem.corridor, problem.cells
+    axes, count, least = len(locations.low), 0, np.inf
     there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
-    directions = np.empty((2 * bounds, 3))
-    for b in range(bounds):
-        for c in range(3):
-            directions[b, c] = locations.references[i + 1, b, c]
-            # Halfway to the location.
-            directions[bounds + b, c] = locations.references[i, b, c] + locations.references[i + 1, b, c]
-        square = 0.0
-        for c in range(3):
-            square += directions[bounds + b, c] ** 2
-        for c in range(3):
-            directions[bounds + b, c] /= math.sqrt(max(square, ROUNDING))
-    # How far a row of the model can go: an angle as far as it may turn, a cosine as both angles together.
-    farthest = np.full(axes + bounds, np.inf)
-    for r in range(2):
-        most = locations.turn[i, r] + ROUNDING
-        farthest[locations.rotary[r]] = min(most, 2.0 * corridor.radius[r])
-    for b in range(bounds):
-        farthest[axes + b] = farthest[locations.rotary[0]] + farthest[locations.rotary[1]]
-    first_column, second_column = locations.rotary
-    near, aims = len(corridor.path) > 0, asked(locations, moves, i)
-    onlys = near and not corridor.free[i + 1]
+    directions, reach = bound_directions(locations, i), reach_of_rows(locations, corridor, i)
+    model, asked = np.empty((axes + len(directions), 6)), asked_of_rows(locations, moves, i)
+    near = len(corridor.path) > 0
+    only_path = near and not corridor.free[i + 1]
+    first_move = (ONTO_PATH if only_path else BESIDE_PATH) if near else 0
     for j in range(size):
         if layer.cost[j] > least + margin:
             continue
-        for d in range(6):
-            for a in range(axes):
-                model[a, d] = bows[j, d * rows + a]
-            for b in range(2 * bounds):
-                at = d * rows + axes
-                model[axes + b, d] = (
-                    directions[b, 0] * bows[j, at]
-                    + directions[b, 1] * bows[j, at + 1]
-                    + directions[b, 2] * bows[j, at + 2]
-                )
-        for v in range(BESIDE if near else 0, 0 if onlys else len(moves)):
-            if onlys and v != ONTO:
-                continue
-            if v < 0:
+        set_model(model, quantities, j, directions)
+        for move in range(first_move, 0 if only_path else len(moves)):
+            if move == ONTO_PATH:
                 turn1 = corridor.path[i + 1, 0] - layer.rotary[j, 0]
                 turn2 = corridor.path[i + 1, 1] - layer.rotary[j, 1]
-                if v == BESIDE:
-                    spun = first_column if cells.spin == 0 else second_column
-                    aim = corridor.path[i + 1, cells.spin]
-                    sound, turn1, turn2 = met(model, cells.level, layer.positions[j, cells.level], spun, aim)
-                    if not sound:
-                        continue
             else:
-                e, o = int(moves[v, 0, ROW]), int(moves[v, 1, ROW])
-                aim, other = (
-                    aimed(layer.positions, j, e, aims[v, 0]),
-                    aimed(layer.positions, j, o, aims[v, 1]),
-                )
-                # Most moves are too far: that is seen before they are solved.
-                if not abs(model[e, 0] - aim) <= farthest[e] or not abs(model[o, 0] - other) <= farthest[o]:
-                    continue
-                sound, turn1, turn2 = met(model, e, aim, o, other)
+                if move == BESIDE_PATH:
+                    row1, row2 = cells.level, locations.rotary[cells.spin]
+                    aim1, aim2 = layer.positions[j, row1], corridor.path[i + 1, cells.spin]
+                else:
+                    row1, row2 = int(moves[move, 0, ROW]), int(moves[move, 1, ROW])
+                    aim1 = aim_of(layer.positions, j, row1, asked[move, 0])
+                    aim2 = aim_of(layer.positions, j, row2, asked[move, 1])
+                    # Most moves are too far: that is seen before they are solved.
+                    if not (
+                        abs(model[row1, 0] - aim1) <= reach[row1]
+                        and abs(model[row2, 0] - aim2) <= reach[row2]
+                    ):
+                        continue
+                sound, turn1, turn2 = turns_to(model, row1, aim1, row2, aim2)
                 if not sound:
                     continue
+            over = turned_too_far(locations, quantities, j, i, turn1, turn2)
             angle1, angle2 = layer.rotary[j, 0] + turn1, layer.rotary[j, 1] + turn2
-            over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
-            if locations.cone <= 1.0:
-                over = max(over, turned_within(locations, bows, j, i, turn1, turn2))
-            if v == ONTO:
+            if move == ONTO_PATH:
                 over = max(over, corridor.excess[i + 1])
-            elif over > ROUNDING:
-                continue
-            if near and v != ONTO:
-                if abs(angle1 - corridor.path[i + 1, 0]) > corridor.radius[0]:
-                    continue
-                if abs(angle2 - corridor.path[i + 1, 1]) > corridor.radius[1]:
-                    continue
-            sound = True
-            for a in range(axes):
-                there[a] = corridor.positions[i + 1, a] if v == ONTO else bowed(model, a, turn1, turn2)
-                if there[a] < locations.low[a] - ROUGHLY or there[a] > locations.high[a] + ROUGHLY:
-                    sound = False
-            for b in range(bounds):
-                cosine = bowed(model, axes + b, turn1, turn2)
-                if (
-                    cosine < locations.within[i + 1, b, 0] - ROUGHLY
-                    or cosine > locations.within[i + 1, b, 1] + ROUGHLY
-                ):
-                    sound = False
-                # Halfway, the tool may be over a hole that the bound leaves.
-                cosine = bowed(model, axes + bounds + b, 0.5 * turn1, 0.5 * turn2)
-                low = max(locations.within[i, b, 0], locations.within[i + 1, b, 0])
-                high = min(locations.within[i, b, 1], locations.within[i + 1, b, 1])
-                sound = sound and low - HALFWAY <= cosine <= high + HALFWAY
-            if not sound and v != ONTO:
-                continue
-            if v >= 0:
-                keep_held(layer, j, moves, v, there)
-            turned = turn1 * turn1 + turn2 * turn2
-            travelled(layer.positions, j, there, up, down)
-            price, _ = step_price(prices, i, layer.moved[j], up, down, turned)
-            cost = layer.cost[j] + price
-            if over > ROUNDING:
-                cost += BROKEN + PER_EXCESS * over
-            if v != ONTO and cost > least + margin:
-                continue
-            key = cell(cells, there[cells.level], angle1 if cells.spin == 0 else angle2)
-            if cells.spin == 0:
-                rising = model[cells.level, 2] + model[cells.level, 4] * turn1 + model[cells.level, 5] * turn2
+                for a in range(axes):
+                    there[a] = corridor.positions[i + 1, a]
             else:
-                rising = model[cells.level, 1] + model[cells.level, 3] * turn1 + model[cells.level, 4] * turn2
-            key = 2 * key + (1 if rising > 0.0 else 0)
-            if v == ONTO:
-                key = -1
+                if over > ROUNDING:
+                    continue
+                if near and abs(angle1 - corridor.path[i + 1, 0]) > corridor.radius[0]:
+                    continue
+                if near and abs(angle2 - corridor.path[i + 1, 1]) > corridor.radius[1]:
+                    continue
+                sound = True
+                for a in range(axes):
+                    there[a] = second_order(model, a, turn1, turn2)
+                    if (
+                        there[a] < locations.low[a] - MODEL_ERROR
+                        or there[a] > locations.high[a] + MODEL_ERROR
+                    ):
+                        sound = False
+                if not sound or not leans_soundly(locations, model, i, turn1, turn2):
+                    continue
+                if move >= 0:
+                    keep_held(layer, j, moves, move, there)
+            travelled(layer.positions, j, there, up, down)
+            turned = turn1 * turn1 + turn2 * turn2
+            cost = layer.cost[j] + step_price(prices, i, layer.moved[j], up, down, turned)[0]
+            if over > ROUNDING:
+                cost += BREACH_PRICE + EXCESS_PRICE * over
+            key = -1
+            if move != ONTO_PATH:
+                if cost > least + margin:
+                    continue
+                spin = angle1 if cells.spin == 0 else angle2
+                key = cell_of(cells, model, there[cells.level], spin, turn1, turn2)
             at = competes(found, count, key, cost)
             if at < 0:
                 continue
-            if at == count:
-                count += 1
-            found.cost[at] = cost
-            found.parent[at], found.move[at], found.key[at] = j, v, key
+            count = max(count, at + 1)
+            found.cost[at], found.parent[at], found.move[at], found.key[at] = cost, j, move, key
             found.rotary[at, 0], found.rotary[at, 1] = angle1, angle2
             least = min(least, cost)
     return count
@@ -612,7 +536,7 @@ def kept(
             regions += 1
         if best < 0 or found.cost[at] < found.cost[best]:
             wide[number] = at + 1
-        if found.move[at] == ONTO:
+        if found.move[at] == ONTO_PATH:
             stays[at], size = True, 1
     for which in range(regions):
         at = wide[used[which]] - 1
@@ -624,7 +548,7 @@ def kept(
     for at in range(count):
         if not stays[at]:
             rest[at] = found.cost[at]
-    cut = smallest(rest, most - size - 1)
+    cut = value_of_rank(rest, most - size - 1)
     size = 0
     for at in range(count):
         if stays[at]:
@@ -638,7 +562,7 @@ def kept(
 
 
 @inner
-def smallest(values: Array, rank: int) -> float:
+def value_of_rank(values: Array, rank: int) -> float:
     """Return the value of a rank, 0 for the smallest; the values are put in another order.
 
     Hoare's selection. For `np.partition` numba would compile sorts, and errors with their texts.
@@ -664,113 +588,18 @@ def smallest(values: Array, rank: int) -> float:
 
 
 @inner
-def solved(
-    task: Task,
-    layer: Layer,
-    found: Found,
-    keep: IntArray,
-    i: int,
-    bows: Array,
-    then: Layer,
-    parents: IntArray,
-) -> int:
-    """Solve the candidates that were chosen exactly, and fill in the states of location i + 1; their number.
-
-    Newton's method on the chain itself; the last step is linear, and of at most `CLOSE`.
-    """
-    locations, prices, cells, moves = task.locations, task.prices, task.cells, task.moves
-    corridor, count = task.corridor, len(keep)
-    axes, bounds = len(locations.low), locations.references.shape[1]
-    rows, size = axes + 3, 0
-    given, values = np.empty((count, 8)), np.empty((count, 3 * rows))
-    unsolved = np.empty(count, np.int64)
-    for n in range(count):
-        unsolved[n] = n
-        given[n, 0], given[n, 1] = found.rotary[keep[n], 0], found.rotary[keep[n], 1]
-        for d in range(6):
-            given[n, 2 + d] = locations.given[i + 1, d]
-    there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
-    course, along_it = np.empty((MOST_PARTS, 8)), np.empty((MOST_PARTS, 3 * rows))
-    left, aims = count, asked(locations, moves, i)
-    for _ in range(MOST):
-        play(*task.slopes, given[:left], values[:left])
-        again = 0
-        for n in range(left):
-            at = keep[unsolved[n]]
-            j, v = found.parent[at], found.move[at]
-            first = second = 0.0
-            if v != ONTO:
-                if v == BESIDE:
-                    e, o = cells.level, locations.rotary[cells.spin]
-                    aim, other = layer.positions[j, e], corridor.path[i + 1, cells.spin]
-                else:
-                    e, o = int(moves[v, 0, ROW]), int(moves[v, 1, ROW])
-                    aim = aimed(layer.positions, j, e, aims[v, 0])
-                    other = aimed(layer.positions, j, o, aims[v, 1])
-                f, f1, f2 = residual(locations.references, i + 1, e, aim, values, n)
-                g, g1, g2 = residual(locations.references, i + 1, o, other, values, n)
-                area = f1 * g2 - f2 * g1
-                if not abs(area) > SINGULAR:
-                    continue
-                first, second = -(g2 * f - f2 * g) / area, -(f1 * g - g1 * f) / area
-                if abs(first) + abs(second) > STEEP:
-                    continue
-                if abs(first) + abs(second) > CLOSE:
-                    unsolved[again] = unsolved[n]
-                    given[again, 0], given[again, 1] = given[n, 0] + first, given[n, 1] + second
-                    again += 1
-                    continue
-            angle1, angle2 = given[n, 0] + first, given[n, 1] + second
-            turn1, turn2 = angle1 - layer.rotary[j, 0], angle2 - layer.rotary[j, 1]
-            over = max(abs(turn1) - locations.turn[i, 0], abs(turn2) - locations.turn[i, 1])
-            if locations.cone <= 1.0:
-                over = max(over, turned_within(locations, bows, j, i, turn1, turn2))
-            for a in range(axes):
-                there[a] = values[n, a] + values[n, rows + a] * first + values[n, 2 * rows + a] * second
-                if v != ONTO:
-                    over = max(over, there[a] - locations.high[a], locations.low[a] - there[a])
-            if v == ONTO:
-                over = max(over, corridor.excess[i + 1])
-            for b in range(0 if v == ONTO else bounds):
-                cosine = 0.0
-                for c in range(3):
-                    at_axis = axes + c
-                    along = values[n, at_axis] + values[n, rows + at_axis] * first
-                    along += values[n, 2 * rows + at_axis] * second
-                    cosine += locations.references[i + 1, b, c] * along
-                over = max(over, locations.within[i + 1, b, 0] - cosine)
-                over = max(over, cosine - locations.within[i + 1, b, 1])
-            if over > ROUNDING and v != ONTO:
-                continue
-            if v >= 0:
-                keep_held(layer, j, moves, v, there)
-            elif v == BESIDE:
-                there[cells.level] = layer.positions[j, cells.level]
-            turned = turn1 * turn1 + turn2 * turn2
-            if max(abs(turn1), abs(turn2)) > PART:
-                travelled_along(task, layer, j, i, turn1, turn2, course, along_it, up, down)
-            else:
-                travelled(layer.positions, j, there, up, down)
-            price, moved = step_price(prices, i, layer.moved[j], up, down, turned)
-            if over > ROUNDING:
-                price += BROKEN + PER_EXCESS * over
-            then.rotary[size, 0], then.rotary[size, 1] = angle1, angle2
-            then.cost[size], then.moved[size] = layer.cost[j] + price, moved
-            for a in range(axes):
-                then.positions[size, a] = there[a]
-            parents[size] = j
-            size += 1
-        left = again
-        if not left:
-            break
-    return size
+def linear(values: Array, n: int, column: int, first: float, second: float) -> float:
+    """Evaluate a quantity of row n, (3 (k + 3),) with its derivatives by both angles, at small turns, rad."""
+    rows = values.shape[1] // 3
+    slope1, slope2 = values[n, rows + column], values[n, 2 * rows + column]
+    return float(values[n, column] + slope1 * first + slope2 * second)
 
 
 @inner
 def residual(
     references: Array, i: int, row: int, aim: float, values: Array, n: int
 ) -> tuple[float, float, float]:
-    """Compute what a row of the model lacks of what is asked of it at location i, and its slopes."""
+    """Compute what a row of the model lacks of what is asked of it at location i, and its derivatives."""
     rows = values.shape[1] // 3
     axes = rows - 3
     if row < axes:
@@ -784,80 +613,114 @@ def residual(
     return value, slope1, slope2
 
 
-class Trail(NamedTuple):
-    """All states kept, and work space: those of location i are rows ``begin[i]`` to ``begin[i + 1]``.
+@inner
+def lean_excess(locations: Locations, i: int, values: Array, n: int, first: float, second: float) -> float:
+    """Compute by how much the cosine of the tool's lean at location i is out of a bound; below 0 for none."""
+    axes, over = len(locations.low), -np.inf
+    for b in range(locations.references.shape[1]):
+        cosine = 0.0
+        for c in range(3):
+            cosine += locations.references[i, b, c] * linear(values, n, axes + c, first, second)
+        over = max(over, locations.cosines[i, b, 0] - cosine, cosine - locations.cosines[i, b, 1])
+    return over
 
-    Parameters
-    ----------
-    states, parents : (t, 2) rad, and (t,), row of the state that each comes from
-    begin : (n + 1,)
-    layers : states of the last two locations; those of location i are in ``layers[i % 2]``
-    found, wide, used, keep, origin : see `candidates`, `kept` and `solved`
-    given, bows : inputs and values of the model of second order
+
+@inner
+def solved(
+    problem: SearchProblem,
+    layer: Layer,
+    found: Found,
+    keep: IntArray,
+    i: int,
+    quantities: Array,
+    then: Layer,
+    parents: IntArray,
+) -> int:
+    """Solve the candidates that were chosen exactly, and fill in the states of location i + 1; their number.
+
+    Newton's method on the chain itself; the last step is linear, and of at most `CONVERGED`.
     """
-
-    states: Array
-    parents: IntArray
-    begin: IntArray
-    layers: tuple[Layer, Layer]
-    found: Found
-    wide: IntArray
-    used: IntArray
-    keep: IntArray
-    origin: IntArray
-    given: Array
-    bows: Array
-
-
-def trail_of(task: Task, first: Array, start: Array, most: int) -> Trail:
-    """Make room for a search over the `most` best states of each location.
-
-    Parameters
-    ----------
-    first, start : (s, 2) rad and (s, k), postures of the first location, and their axis values
-    """
-    n, axes, size = len(task.locations.given), len(task.locations.low), len(first)
-    room = max(most, size)
-    here, then = (
-        Layer(np.empty((room, 2)), np.empty((room, axes)), np.empty(room), np.empty(room, np.int64))
-        for _ in range(2)
-    )
-    here.rotary[:size], here.positions[:size], here.cost[:size], here.moved[:size] = (
-        first,
-        start,
-        0.0,
-        ALL_MOVE,
-    )
-    states, begin = np.empty((size + (n - 1) * most, 2)), np.zeros(n + 1, np.int64)
-    states[:size], begin[1] = first, size
-    many = room * (len(task.moves) + 2)
-    places = 1 << int(2 * many).bit_length()
-    found = Found(
-        np.empty(many),
-        np.empty(many, np.int64),
-        np.empty(many, np.int64),
-        np.empty((many, 2)),
-        np.empty(many, np.int64),
-        np.zeros(places, np.int64),
-        np.empty(many, np.int64),
-    )
-    return Trail(
-        states,
-        np.empty(len(states), np.int32),
-        begin,
-        (here, then),
-        found,
-        np.zeros(CELLS * CELLS, np.int64),
-        np.empty(CELLS * CELLS, np.int64),
-        np.empty(room, np.int64),
-        np.empty(room, np.int64),
-        np.empty((room, 8)),
-        np.empty((room, 6 * (axes + 3))),
-    )
+    locations, prices, moves = problem.locations, problem.prices, problem.moves
+    corridor, cells = problem.corridor, problem.cells
+    axes, count, size = len(locations.low), len(keep), 0
+    given, values = np.empty((count, 8)), np.empty((count, 3 * (axes + 3)))
+    unsolved = np.empty(count, np.int64)
+    for n in range(count):
+        unsolved[n] = keep[n]
+        given[n, 0], given[n, 1] = found.rotary[keep[n], 0], found.rotary[keep[n], 1]
+        for d in range(6):
+            given[n, 2 + d] = locations.given[i + 1, d]
+    there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
+    course, along_it = np.empty((MOST_COURSE_PARTS, 8)), np.empty((MOST_COURSE_PARTS, 3 * (axes + 3)))
+    left, asked = count, asked_of_rows(locations, moves, i)
+    for _ in range(NEWTON_STEPS):
+        play(*problem.first_order, given[:left], values[:left])
+        again = 0
+        for n in range(left):
+            j, move = found.parent[unsolved[n]], found.move[unsolved[n]]
+            first = second = 0.0
+            if move != ONTO_PATH:
+                if move == BESIDE_PATH:
+                    row1, row2 = cells.level, locations.rotary[cells.spin]
+                    aim1, aim2 = layer.positions[j, row1], corridor.path[i + 1, cells.spin]
+                else:
+                    row1, row2 = int(moves[move, 0, ROW]), int(moves[move, 1, ROW])
+                    aim1 = aim_of(layer.positions, j, row1, asked[move, 0])
+                    aim2 = aim_of(layer.positions, j, row2, asked[move, 1])
+                f, f1, f2 = residual(locations.references, i + 1, row1, aim1, values, n)
+                g, g1, g2 = residual(locations.references, i + 1, row2, aim2, values, n)
+                determinant = f1 * g2 - f2 * g1
+                if not abs(determinant) > LEAST_DETERMINANT:
+                    continue
+                first, second = -(g2 * f - f2 * g) / determinant, -(f1 * g - g1 * f) / determinant
+                if abs(first) + abs(second) > LONGEST_TURN:
+                    continue
+                if abs(first) + abs(second) > CONVERGED:
+                    unsolved[again] = unsolved[n]
+                    given[again, 0], given[again, 1] = given[n, 0] + first, given[n, 1] + second
+                    again += 1
+                    continue
+            angle1, angle2 = given[n, 0] + first, given[n, 1] + second
+            turn1, turn2 = angle1 - layer.rotary[j, 0], angle2 - layer.rotary[j, 1]
+            over = turned_too_far(locations, quantities, j, i, turn1, turn2)
+            for a in range(axes):
+                there[a] = linear(values, n, a, first, second)
+            if move == ONTO_PATH:
+                over = max(over, corridor.excess[i + 1])
+            else:
+                for a in range(axes):
+                    over = max(over, there[a] - locations.high[a], locations.low[a] - there[a])
+                over = max(over, lean_excess(locations, i + 1, values, n, first, second))
+                if over > ROUNDING:
+                    continue
+            if move >= 0:
+                keep_held(layer, j, moves, move, there)
+            elif move == BESIDE_PATH:
+                there[cells.level] = layer.positions[j, cells.level]
+            if max(abs(turn1), abs(turn2)) > COURSE_PART:
+                travelled_along(problem, layer, j, i, turn1, turn2, course, along_it, up, down)
+            else:
+                travelled(layer.positions, j, there, up, down)
+            turned = turn1 * turn1 + turn2 * turn2
+            price, moved = step_price(prices, i, layer.moved[j], up, down, turned)
+            if over > ROUNDING:
+                price += BREACH_PRICE + EXCESS_PRICE * over
+            then.rotary[size, 0], then.rotary[size, 1] = angle1, angle2
+            then.cost[size], then.moved[size] = layer.cost[j] + price, moved
+            for a in range(axes):
+                then.positions[size, a] = there[a]
+            parents[size] = j
+            size += 1
+        left = again
+        if not left:
+            break
+    return size
 
 
 @compiled
-def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: float) -> tuple[int, float]:
+def advance(
+    problem: SearchProblem, trail: Trail, begin: int, end: int, most: int, margin: float
+) -> tuple[int, float]:
     """Search on from location `begin`, whose states are known, to location `end`.
 
     Parameters
@@ -869,7 +732,7 @@ def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: f
     -------
     The last location that has states, and the margin there
     """
-    locations, found = task.locations, trail.found
+    locations, found = problem.locations, trail.found
     for i in range(begin, end):
         here, then = trail.layers[i % 2], trail.layers[(i + 1) % 2]
         size = trail.begin[i + 1] - trail.begin[i]
@@ -877,10 +740,10 @@ def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: f
             trail.given[j, 0], trail.given[j, 1] = here.rotary[j, 0], here.rotary[j, 1]
             for d in range(6):
                 trail.given[j, 2 + d] = locations.given[i + 1, d]
-        play(*task.bows, trail.given[:size], trail.bows[:size])
-        count = candidates(task, here, size, trail.bows, i, margin, found)
-        chosen = kept(task.cells, found, count, most, trail.wide, trail.used, trail.keep)
-        size = solved(task, here, found, trail.keep[:chosen], i, trail.bows, then, trail.origin)
+        play(*problem.second_order, trail.given[:size], trail.quantities[:size])
+        count = candidates(problem, here, size, trail.quantities, i, margin, found)
+        chosen = kept(problem.cells, found, count, most, trail.wide, trail.used, trail.keep)
+        size = solved(problem, here, found, trail.keep[:chosen], i, trail.quantities, then, trail.origin)
         for at in range(count):
             found.table[found.slots[at]] = 0
         if not size:
@@ -888,31 +751,10 @@ def advance(task: Task, trail: Trail, begin: int, end: int, most: int, margin: f
         least, dearest = np.inf, -np.inf
         for j in range(size):
             least, dearest = min(least, then.cost[j]), max(dearest, then.cost[j])
-        margin = SPARE * (dearest - least) if chosen == most else np.inf
+        margin = MARGIN_FACTOR * (dearest - least) if chosen == most else np.inf
         at = trail.begin[i + 1]
         for j in range(size):
             trail.states[at + j, 0], trail.states[at + j, 1] = then.rotary[j, 0], then.rotary[j, 1]
             trail.parents[at + j] = trail.begin[i] + trail.origin[j]
         trail.begin[i + 2] = at + size
     return end, margin
-
-
-def keep_only(trail: Trail, i: int, stays: BoolArray) -> None:
-    """Keep some of the states of location i, the last one; (s,)."""
-    begin, size = int(trail.begin[i]), int(np.count_nonzero(stays))
-    rows = begin + np.flatnonzero(stays)
-    for column in (trail.states, trail.parents):
-        column[begin : begin + size] = column[rows]
-    for column in trail.layers[i % 2]:
-        column[:size] = column[: len(stays)][stays]
-    trail.begin[i + 1] = begin + size
-
-
-def traced(trail: Trail, n: int) -> Array:
-    """Trace the cheapest path back, (n, 2) rad."""
-    size = int(trail.begin[n] - trail.begin[n - 1])
-    at = int(trail.begin[n - 1]) + int(np.argmin(trail.layers[(n - 1) % 2].cost[:size]))
-    path = np.empty((n, 2))
-    for i in range(n - 1, -1, -1):
-        path[i], at = trail.states[at], int(trail.parents[at])
-    return path

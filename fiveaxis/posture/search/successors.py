@@ -37,21 +37,20 @@ from fiveaxis.kinematics import rotary_angles, singular_direction
 from fiveaxis.kinematics.windings import TURN, into_limits, one_turn_from
 from fiveaxis.motion import standing_speeds
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.successor_kernel import (
-    BROKEN,
+from fiveaxis.posture.search.records import (
+    BREACH_PRICE,
     ROUNDING,
     Cells,
     Corridor,
     Locations,
     Prices,
-    Task,
+    SearchProblem,
     Trail,
-    advance,
-    cheapest_steps,
     keep_only,
     traced,
     trail_of,
 )
+from fiveaxis.posture.search.successor_kernel import advance, cheapest_steps
 from fiveaxis.posture.terms import location_tapes
 from fiveaxis.progress import Steps, uncounted
 from fiveaxis.toolpath import divided_rows
@@ -236,7 +235,7 @@ def _cheapest_path(
     tapes = location_tapes(machine, problem.zone)
     states = max(min(grain.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
-    task = Task(
+    searched = SearchProblem(
         tapes.slopes.parts,
         tapes.bows.parts,
         locations,
@@ -246,11 +245,11 @@ def _cheapest_path(
         _moves(problem, cells),
     )
     start = problem.positions(np.zeros(len(first), dtype=np.int64), first)
-    trail = trail_of(task, first, start, states)
+    trail = trail_of(searched, first, start, states)
     trail.layers[0].cost[: len(first)] = 0.0
     if len(path) and corridor.excess[0] > ROUNDING:
-        trail.layers[0].cost[0] = BROKEN
-    if not _searched(problem, task, trail, states, admits, asked, steps):
+        trail.layers[0].cost[0] = BREACH_PRICE
+    if not _searched(problem, searched, trail, states, admits, asked, steps):
         return None
     # A held axis keeps its angle to the last digit.
     return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary])
@@ -258,7 +257,7 @@ def _cheapest_path(
 
 def _searched(
     problem: Problem,
-    task: Task,
+    searched: SearchProblem,
     trail: Trail,
     most: int,
     admits: Admits | None,
@@ -266,11 +265,11 @@ def _searched(
     steps: Steps,
 ) -> bool:
     """Search from the first location to the last, if possible, with a mask asked of some of them, (n,)."""
-    last = len(task.locations.given) - 1
-    known, margin, i = task.corridor.path, np.inf, 0
+    last = len(searched.locations.given) - 1
+    known, margin, i = searched.corridor.path, np.inf, 0
     # In links, axes turn as far as they like.
     stops = asked.copy() if admits else np.zeros(last + 1, dtype=bool)
-    everywhere = not np.isfinite(task.corridor.radius).any()
+    everywhere = not np.isfinite(searched.corridor.radius).any()
     linked = np.append(False, ~problem.strict & everywhere)
     stops |= linked
     told = max(AT_ONCE // most, 1)
@@ -289,10 +288,10 @@ def _searched(
         if i == last or trail.begin[i + 1] == trail.begin[i]:
             return bool(trail.begin[i + 1] > trail.begin[i])
         following = min(i + 1 + int(np.argmax(np.append(stops[i + 1 :], True))), last)
-        reached, margin = advance(task, trail, i, following, most, margin)
+        reached, margin = advance(searched, trail, i, following, most, margin)
         if everywhere and (reached < following or linked[following]):
             reached, margin = min(reached + 1, following), np.inf
-            if not _bridged(problem, task, trail, reached, most, samples):
+            if not _bridged(problem, searched, trail, reached, most, samples):
                 return False
         if reached < following and not everywhere:
             return False
@@ -300,7 +299,7 @@ def _searched(
 
 
 def _bridged(
-    problem: Problem, task: Task, trail: Trail, i: int, most: int, samples: dict[int, Array]
+    problem: Problem, searched: SearchProblem, trail: Trail, i: int, most: int, samples: dict[int, Array]
 ) -> bool:
     """Add sampled postures to the states of location i: no move leads there, or from afar.
 
@@ -321,7 +320,7 @@ def _bridged(
     rotary = samples[row]
     rotary = np.ascontiguousarray(rotary[:: -(-len(rotary) // (most - size)) or 1])
     positions = problem.positions(np.full(len(rotary), i), rotary)
-    cost, came, moved = cheapest_steps(task, here, before, i - 1, rotary, positions)
+    cost, came, moved = cheapest_steps(searched, here, before, i - 1, rotary, positions)
     kept = np.flatnonzero(np.isfinite(cost))
     begin = int(trail.begin[i]) + size
     rows, at = slice(begin, begin + len(kept)), slice(size, size + len(kept))
@@ -528,7 +527,7 @@ def _inverse(travel: Array) -> Array:
 
 
 def _moves(problem: Problem, cells: Cells) -> Array:
-    """List the moves, (m, 2, 4): what each asks of two rows of the model (`successor_kernel.ROW`)."""
+    """List the moves, (m, 2, 4): what each asks of two rows of the model (`records.ROW`)."""
     machine, axes = problem.machine, len(problem.machine.axes)
     linear, rotary, level = machine.linear_columns, machine.rotary_columns, cells.level
     spin = rotary[cells.spin]
