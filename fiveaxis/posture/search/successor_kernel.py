@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from fiveaxis.compiled import compiled, inner
+from fiveaxis.compiled import compiled, inner, innermost
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.search.records import (
@@ -62,7 +62,7 @@ POSITIVE = 1 << 24
 COURSE_PART, MOST_COURSE_PARTS, MOST_COURSES = np.radians(20.0), 9, 64
 
 
-@inner
+@innermost
 def second_order(model: Array, row: int, turn1: float, turn2: float) -> float:
     """Evaluate a row of a model of second order (`set_model`) at turns of both axes, rad."""
     value, slope1, slope2 = model[row, 0], model[row, 1], model[row, 2]
@@ -70,7 +70,7 @@ def second_order(model: Array, row: int, turn1: float, turn2: float) -> float:
     return float(value + slope1 * turn1 + slope2 * turn2 + 0.5 * bend)
 
 
-@inner
+@innermost
 def gradient(model: Array, row: int, turn1: float, turn2: float) -> tuple[float, float]:
     """Evaluate the derivatives of a row of a model of second order at turns of both axes, rad."""
     by1 = model[row, 1] + model[row, 3] * turn1 + model[row, 4] * turn2
@@ -78,7 +78,7 @@ def gradient(model: Array, row: int, turn1: float, turn2: float) -> tuple[float,
     return by1, by2
 
 
-@inner
+@innermost
 def turns_to(model: Array, row1: int, aim1: float, row2: int, aim2: float) -> tuple[bool, float, float]:
     """Find the turns, rad, at which two rows of a model have these values, by Newton's method."""
     turn1 = turn2 = size = 0.0
@@ -99,7 +99,7 @@ def turns_to(model: Array, row1: int, aim1: float, row2: int, aim2: float) -> tu
     return size < LONGEST_TURN / 8.0, turn1, turn2
 
 
-@inner
+@innermost
 def travelled(here: Array, j: int, there: Array, up: Array, down: Array) -> None:
     """Set how far axes travel up and down, (k,) each, from state j of `here`, (s, k), to `there`, (k,)."""
     for a in range(len(there)):
@@ -107,7 +107,7 @@ def travelled(here: Array, j: int, there: Array, up: Array, down: Array) -> None
         up[a], down[a] = max(travel, 0.0), max(-travel, 0.0)
 
 
-@inner
+@innermost
 def travelled_along(
     problem: SearchProblem,
     layer: Layer,
@@ -140,7 +140,7 @@ def travelled_along(
             before = values[p, a]
 
 
-@inner
+@innermost
 def step_price(
     prices: Prices, i: int, before: int, up: Array, down: Array, turned: float
 ) -> tuple[float, int]:
@@ -224,7 +224,7 @@ def cheapest_steps(
     return cost, came, moved
 
 
-@inner
+@innermost
 def shorter_turns(cells: Cells, here: Array, j: int, there: Array, s: int) -> tuple[float, float, float]:
     """Find the turns of both axes from posture j to posture s; and the whole turns left out of the second."""
     turn1, turn2, turns = there[s, 0] - here[j, 0], there[s, 1] - here[j, 1], 0.0
@@ -234,7 +234,7 @@ def shorter_turns(cells: Cells, here: Array, j: int, there: Array, s: int) -> tu
     return turn1, turn2, turns
 
 
-@inner
+@innermost
 def turned_within_cone(
     locations: Locations, quantities: Array, j: int, i: int, turn1: float, turn2: float
 ) -> float:
@@ -259,7 +259,7 @@ def turned_within_cone(
     return 0.0
 
 
-@inner
+@innermost
 def competes(found: Found, count: int, key: int, cost: float) -> int:
     """Look up the candidate that a cheaper one of its cell replaces; `count` for a new one, −1 for none."""
     mask = len(found.table) - 1
@@ -274,7 +274,7 @@ def competes(found: Found, count: int, key: int, cost: float) -> int:
     return count
 
 
-@inner
+@innermost
 def cell(cells: Cells, level: float, spin: float) -> int:
     """Return the number of the cell of a level, mm, and a spin angle, rad."""
     number = int(np.floor((spin - cells.phase) / cells.spin_step))
@@ -283,7 +283,7 @@ def cell(cells: Cells, level: float, spin: float) -> int:
     return ((int(np.floor(level / cells.level_step)) + POSITIVE) << 31) + number + POSITIVE
 
 
-@inner
+@innermost
 def region(cells: Cells, first: float, second: float) -> int:
     """Return the number of the wide cell of two angles, rad, below `REGIONS`²."""
     spin, other = (first, second) if cells.spin == 0 else (second, first)
@@ -312,13 +312,13 @@ def asked_of_rows(locations: Locations, moves: Array, i: int) -> Array:
     return values
 
 
-@inner
+@innermost
 def aim_of(positions: Array, j: int, row: int, asked: float) -> float:
     """Compute the value that a row shall have from state j of axis values, (s, k): axes start from theirs."""
     return asked + positions[j, row] if row < positions.shape[1] else asked
 
 
-@inner
+@innermost
 def keep_held(layer: Layer, j: int, moves: Array, move: int, there: Array) -> None:
     """Give axes that a move holds exactly the values that they have."""
     for which in range(2):
@@ -328,7 +328,7 @@ def keep_held(layer: Layer, j: int, moves: Array, move: int, there: Array) -> No
             there[row] = layer.positions[j, row]
 
 
-@inner
+@innermost
 def turned_too_far(
     locations: Locations, quantities: Array, j: int, i: int, turn1: float, turn2: float
 ) -> float:
@@ -367,7 +367,7 @@ def reach_of_rows(locations: Locations, corridor: Corridor, i: int) -> Array:
     return reach
 
 
-@inner
+@innermost
 def set_model(model: Array, quantities: Array, j: int, directions: Array) -> None:
     """Set the model about state j: rows of axis values, then of cosines with the directions of bounds.
 
@@ -386,7 +386,7 @@ def set_model(model: Array, quantities: Array, j: int, directions: Array) -> Non
             )
 
 
-@inner
+@innermost
 def leans_soundly(locations: Locations, model: Array, i: int, turn1: float, turn2: float) -> bool:
     """Check by the model that the tool's lean keeps its bounds at location i + 1 and halfway to it."""
     axes, bounds = len(locations.low), locations.references.shape[1]
@@ -403,7 +403,7 @@ def leans_soundly(locations: Locations, model: Array, i: int, turn1: float, turn
     return True
 
 
-@inner
+@innermost
 def cell_of(cells: Cells, model: Array, level: float, spin: float, turn1: float, turn2: float) -> int:
     """Return the number of a candidate's cell: where level and spin are, and whether the level rises.
 
@@ -561,7 +561,7 @@ def kept(
     return size
 
 
-@inner
+@innermost
 def value_of_rank(values: Array, rank: int) -> float:
     """Return the value of a rank, 0 for the smallest; the values are put in another order.
 
@@ -587,7 +587,7 @@ def value_of_rank(values: Array, rank: int) -> float:
     return float(values[rank])
 
 
-@inner
+@innermost
 def linear(values: Array, n: int, column: int, first: float, second: float) -> float:
     """Evaluate a quantity of row n, (3 (k + 3),) with its derivatives by both angles, at small turns, rad."""
     rows = values.shape[1] // 3
@@ -595,7 +595,7 @@ def linear(values: Array, n: int, column: int, first: float, second: float) -> f
     return float(values[n, column] + slope1 * first + slope2 * second)
 
 
-@inner
+@innermost
 def residual(
     references: Array, i: int, row: int, aim: float, values: Array, n: int
 ) -> tuple[float, float, float]:
@@ -613,7 +613,7 @@ def residual(
     return value, slope1, slope2
 
 
-@inner
+@innermost
 def lean_excess(locations: Locations, i: int, values: Array, n: int, first: float, second: float) -> float:
     """Compute by how much the cosine of the tool's lean at location i is out of a bound; below 0 for none."""
     axes, over = len(locations.low), -np.inf
