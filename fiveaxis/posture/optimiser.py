@@ -181,7 +181,7 @@ def optimise(
         found, rank, breach = delivered(found, delivery, others)
         rotary, fault = found.motion.positions[found.motion.given][:, machine.rotary_columns], None
         if not delivery.admits(rotary):
-            fault = without_path(delivery.given_problem, rotary, delivery.given)
+            fault = without_path(delivery.given_problem, delivery.given, rotary)
         elif mask is not None:
             refused = ~mask.admits(np.arange(len(toolpath)), rotary)
             if refused.any():

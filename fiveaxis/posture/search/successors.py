@@ -167,7 +167,7 @@ def cheapest_path(
     admits: Admits | None = None,
     holding: Holding | None = None,
     steps: Steps = uncounted,
-) -> Array | None:
+) -> Array:
     """Find the cheapest path by the price of blocks.
 
     Parameters
@@ -184,7 +184,7 @@ def cheapest_path(
 
     Returns
     -------
-    (n, 2), rad; None where the search found no sequence of postures
+    (m, 2), rad; m < n where no posture of location m was reached
     """
     free = np.ones(len(problem), dtype=bool) if known is None or free is None else free
     # Away from what is in the way, a mask would be asked of thousands of postures for nothing. Near a known
@@ -192,7 +192,7 @@ def cheapest_path(
     asked = np.full(len(problem), grain.asks_all or known is not None)
     while admits is not None and np.count_nonzero(asked) <= MOST_ASKED * len(problem):
         found = _cheapest_path(problem, costs, grain, known, free, admits, holding, steps, asked)
-        if found is None:
+        if len(found) < len(problem):
             break
         turned = np.diff(found, axis=0, prepend=found[:1])
         refused = ~asked & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
@@ -212,7 +212,7 @@ def _cheapest_path(
     holding: Holding | None,
     steps: Steps,
     asked: BoolArray,
-) -> Array | None:
+) -> Array:
     """Find the cheapest path with the mask asked of some of the locations, (n,); otherwise as above."""
     n, machine = len(problem), problem.machine
     linear, rotary = machine.linear_columns, machine.rotary_columns
@@ -232,7 +232,7 @@ def _cheapest_path(
         radius = np.where(np.arange(2) == spin, 2.0, 1.0) * grain.radius
     first = _first_states(problem, locations, cells, path, radius, bool(free[0]))
     if not len(first):
-        return None
+        return first
     tapes = location_tapes(machine, problem.zone)
     states = max(min(grain.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
@@ -250,10 +250,11 @@ def _cheapest_path(
     trail.layers[0].cost[: len(first)] = 0.0
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
-    if not _searched(problem, task, trail, states, admits, asked, steps):
-        return None
+    reached = _searched(problem, task, trail, states, admits, asked, steps)
     # A held axis keeps its angle to the last digit.
-    return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary])
+    return np.clip(
+        traced(trail, reached) if reached else first[:0], machine.low[rotary], machine.high[rotary]
+    )
 
 
 def _searched(
@@ -264,8 +265,8 @@ def _searched(
     admits: Admits | None,
     asked: BoolArray,
     steps: Steps,
-) -> bool:
-    """Search from the first location to the last, if possible, with a mask asked of some of them, (n,)."""
+) -> int:
+    """Search from the first location on, with a mask asked of some of them, (n,); how many were reached."""
     last = len(task.locations.given) - 1
     known, margin, i = task.corridor.path, np.inf, 0
     # In links, axes turn as far as they like.
@@ -287,15 +288,15 @@ def _searched(
                 stays |= (np.abs(here - known[i]) < SAME).all(axis=1)
             keep_only(trail, i, stays)
         if i == last or trail.begin[i + 1] == trail.begin[i]:
-            return bool(trail.begin[i + 1] > trail.begin[i])
+            return i + int(trail.begin[i + 1] > trail.begin[i])
         following = min(i + 1 + int(np.argmax(np.append(stops[i + 1 :], True))), last)
         reached, margin = advance(task, trail, i, following, most, margin)
         if everywhere and (reached < following or linked[following]):
             reached, margin = min(reached + 1, following), np.inf
             if not _bridged(problem, task, trail, reached, most, samples):
-                return False
+                return reached
         if reached < following and not everywhere:
-            return False
+            return reached + 1
         i = reached
 
 
@@ -366,7 +367,7 @@ def path_anywhere(
     admits: Admits | None = None,
     holding: Holding | None = None,
     steps: Steps = uncounted,
-) -> Array | None:
+) -> Array:
     """Search the whole range of postures, more finely where no sequence of them is found.
 
     Parameters
@@ -375,7 +376,7 @@ def path_anywhere(
 
     Returns
     -------
-    (n, 2), rad; None where none is found
+    (m, 2), rad; m < n where no posture of location m, counted from the end where a search begins, was reached
     """
     if grain.backwards:
         problem, costs = problem.backwards(), costs.backwards()
@@ -384,9 +385,9 @@ def path_anywhere(
         admits = None if given is None else lambda rows, rotary: given(last - rows, rotary)
     for finer in (grain, *grain.finer):
         found = cheapest_path(problem, costs, finer, admits=admits, holding=holding, steps=steps)
-        if found is not None:
+        if len(found) == len(problem):
             return _begun_near_zero(problem, found[::-1]) if grain.backwards else found
-    return None
+    return found
 
 
 def _begun_near_zero(problem: Problem, path: Array) -> Array:

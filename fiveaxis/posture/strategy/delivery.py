@@ -17,9 +17,10 @@ from typing import TypeVar
 import numpy as np
 
 from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
+from fiveaxis.errors import NoBaseline
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.motion import Filling, feed_times, follow
-from fiveaxis.posture.baselines import NoBaseline, require_blocks
+from fiveaxis.posture.baselines import require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem

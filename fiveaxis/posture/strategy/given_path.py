@@ -14,8 +14,8 @@ from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import Admits, path_anywhere
-from fiveaxis.posture.solution import Baseline, Solution, Stage
+from fiveaxis.posture.search.successors import path_anywhere
+from fiveaxis.posture.solution import Solution, Stage
 from fiveaxis.posture.strategy.effort import Effort
 from fiveaxis.posture.strategy.infeasibility import unreachable, without_path
 from fiveaxis.toolpath import TiltBounds, Toolpath
@@ -62,16 +62,19 @@ def solve_given(
         missing = missing | refused
 
     def searched() -> Array:
-        kept = _cheapest(problem, baselines)
-        if kept is not None:
-            return kept
+        paths = [b.motion.positions[:, machine.rotary_columns] for b in baselines.values()]
+        sound = [path for path in paths if problem.violation(path) <= ALLOWED]
+        if sound:
+            return min(sound, key=problem.path_cost)
         progress("searching postures", 0, 1)
-        found = by_travel(problem, effort, None if mask is None else mask.roughly_admits)
-        if found is not None and problem.violation(found) <= ALLOWED:
-            return found
-        if kept is None:
-            raise without_path(problem, found, toolpath)
-        return kept
+        costs = BlockCosts.of_travel(problem.plus, problem.minus)
+        admits = None if mask is None else mask.roughly_admits
+        found = path_anywhere(problem, costs, effort.everywhere[0], admits)
+        if len(found) == len(problem):
+            found = refined(problem, found, effort)
+            if problem.violation(found) <= ALLOWED:
+                return found
+        raise without_path(problem, toolpath, found, mask)
 
     rotary = known
     if rotary is None and start is not None:
@@ -83,28 +86,6 @@ def solve_given(
     logger.info("%d locations on %s: %.1f J to begin with", len(toolpath), machine.name, energy.total)
     stages = (Stage("path to begin with", "found", 0, None, problem.path_cost(rotary)),)
     return Solution(machine, toolpath, bounds, motion, energy, compared, missing, stages, problem)
-
-
-def _cheapest(problem: Problem, compared: dict[str, Baseline]) -> Array | None:
-    """Find the rotary angles, (n, 2) rad, of the cheapest baseline that keeps all bounds."""
-    paths = [b.motion.positions[:, problem.machine.rotary_columns] for b in compared.values()]
-    return min((p for p in paths if problem.violation(p) <= ALLOWED), key=problem.path_cost, default=None)
-
-
-def by_travel(problem: Problem, effort: Effort, admits: Admits | None = None) -> Array | None:
-    """Search the whole range of postures for the path that travels least, and refine it.
-
-    Parameters
-    ----------
-    admits : what a mask admits
-
-    Returns
-    -------
-    (n, 2), rad; None where no sequence of postures was found. It may break bounds
-    """
-    costs = BlockCosts.of_travel(problem.plus, problem.minus)
-    found = path_anywhere(problem, costs, effort.everywhere[0], admits)
-    return None if found is None else refined(problem, found, effort)
 
 
 def refined(problem: Problem, start: Array, effort: Effort) -> Array:

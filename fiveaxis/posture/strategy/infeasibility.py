@@ -1,4 +1,4 @@
-"""Why a path is infeasible: locations without a posture, moves that turn too far, and what would help."""
+"""Why a path is infeasible: locations without a posture, a step that isn't possible, and what would help."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, arccos, every_pair, perpendicular, product
+from fiveaxis.geometry import Array, BoolArray, arccos, perpendicular, product
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.kinematics.windings import DECIMALS, ON_LIMIT, outwards
+from fiveaxis.kinematics.windings import DECIMALS, ON_LIMIT, TURN, nearest_turn, outwards
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import INSIDE, nearest_held, nearest_to_reference, postures
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import sampled, spin_angles
+from fiveaxis.posture.search.successors import sampled
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -33,11 +33,7 @@ BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0,
 INSETS, DRAWN_STRIDE = np.radians([0.5, 0.02]), 29
 # Most locations for which a remedy is sought.
 MOST_ADVISED = 100
-# Turns: grid of both rotary angles (rad): a share of the bound, between these limits.
-SHARE, FINEST, COARSEST = 1.0 / 3.0, np.radians(3.0), np.radians(5.0)
-# Longer paths aren't analysed: each pair of locations costs the square of its postures.
-MOST_LOCATIONS = 3000
-# Postures tried at a location before it is reported to have none that the mask admits.
+# Postures of a location that a mask is asked of, and from which a step is measured.
 SAMPLES = 400
 
 
@@ -58,48 +54,48 @@ def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[
     else:
         rows = np.flatnonzero(nearest_to_reference(toolpath, machine, tilt)[1])
         rows = rows[~_leaning_elsewhere(toolpath.at(rows), machine, tilt.at(rows))] if len(rows) else rows
-    return list(_blocked(toolpath, machine, tilt, rows))
+    found: list[Finding] = []
+    for row in rows.tolist():
+        advising = len(found) < MOST_ADVISED
+        tried = _try(toolpath, machine, tilt, row, advising)
+        if tried.admitted.any():
+            continue
+        nearest, overrun = _nearest_miss(machine, tried)
+        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried)]
+        remedies += [
+            f"leaving out {bound.text}"
+            for number, bound in enumerate(tilt.beside, start=1)
+            if tried.violates_only(number).any()
+        ]
+        advice = f"{' or '.join(remedies)} would do; or " if remedies and advising else ""
+        message = (
+            f"no tool axis within {' and '.join(b.text for b in tilt.all)} keeps the axis limits; "
+            f"{nearest}; {advice}widen the tilt range or set the part up differently"
+        )
+        found.append(Finding(Severity.ERROR, "no-posture", message, toolpath.place(row), overrun))
+    return found
 
 
 def _leaning_elsewhere(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> BoolArray:
     """Check which locations are reached with one of a few leans around the reference, (n,)."""
     reached = np.zeros(len(toolpath), dtype=bool)
     angles = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, FEW_RINGS)
-    across = perpendicular(tilt.reference)
-    beside = np.cross(tilt.reference, across)
-    turns = np.linspace(0.0, 2.0 * np.pi, FEW_AXES, endpoint=False)
+    turns = np.linspace(0.0, TURN, FEW_AXES, endpoint=False)
     for angle, turn in itertools.product(angles, turns):
         rows = np.flatnonzero(~reached)
         if not len(rows):
             break
-        aside = np.cos(turn) * across[rows] + np.sin(turn) * beside[rows]
-        axis = np.cos(angle) * tilt.reference[rows] + np.sin(angle) * aside
+        axis = _leaning(tilt.reference[rows], angle, turn)
         reached[rows] = tilt.admits(axis, rows)
         reached[rows] &= postures(machine, toolpath.at(rows), axis).allowed.any(axis=0)
     return reached
 
 
-def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntArray) -> Iterator[Finding]:
-    advised = 0
-    for row in rows:
-        advising = advised < MOST_ADVISED
-        tried = _try(toolpath, machine, tilt, int(row), advising)
-        if tried.admitted.any():
-            continue
-        advised += 1
-        nearest, overrun = _nearest_miss(machine, tried)
-        omitted = [b.text for k, b in enumerate(tilt.beside, start=1) if tried.violates_only(k).any()]
-        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried)]
-        remedies += [f"leaving out {text}" for text in omitted]
-        advice = f"{' or '.join(remedies)} would do; or " if remedies and advising else ""
-        yield Finding(
-            Severity.ERROR,
-            "no-posture",
-            f"no tool axis within {' and '.join(b.text for b in tilt.all)} keeps the axis limits; "
-            f"{nearest}; {advice}widen the tilt range or set the part up differently",
-            toolpath.place(int(row)),
-            overrun,
-        )
+def _leaning(reference: Array, angle: Array | float, turn: Array | float) -> Array:
+    """Lean tool axes from directions, (..., 3), by angles, towards a side that turns about them; rad."""
+    across = perpendicular(reference)
+    aside = np.cos(turn) * across + np.sin(turn) * np.cross(reference, across)
+    return np.asarray(np.cos(angle) * reference + np.sin(angle) * aside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +140,9 @@ def _try(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far: 
         zone, by_normal = toolpath.zone, tilt.name == "normal"
         # A wider range doesn't help where the cutter doesn't touch.
         least, most = (zone.least, zone.high) if by_normal else (0.0, math.pi)
-        axis = ring_axes(
-            tilt.reference[row], _angles(tilt, least, most) if far else _angles(tilt, math.pi, 0.0)
-        )
+        angles = _angles(tilt, least, most) if far else _angles(tilt, math.pi, 0.0)
+        turns = np.linspace(0.0, TURN, AXES_PER_RING, endpoint=False)
+        axis = _leaning(tilt.reference[row], angles[:, None, None], turns[:, None]).reshape(-1, 3)
         if tilt.beside:
             some = axis[::DRAWN_STRIDE]
             axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)))])
@@ -182,16 +178,6 @@ def _drawn(axis: Array, bounds: TiltBounds) -> Iterator[Array]:
             yield replace(first, beside=tuple(others)).draw_in(axis, inset)
 
 
-def ring_axes(reference: Array, angles: Array) -> Array:
-    """Sample tool axes, (r · axes, 3), at angles, (r,) rad, around a reference direction, (3,)."""
-    across = perpendicular(reference)
-    third = np.cross(reference, across)
-    angle = angles[:, None, None]
-    turn = np.linspace(0.0, 2.0 * np.pi, AXES_PER_RING, endpoint=False)[None, :, None]
-    around = np.cos(turn) * across + np.sin(turn) * third
-    return (np.cos(angle) * reference + np.sin(angle) * around).reshape(-1, 3)
-
-
 def _nearest_miss(machine: Machine, tried: _Tried) -> tuple[str, float]:
     """Name the axis that exceeds its limit in the nearest posture within the bounds; also by how much."""
     inside = ~tried.outside.any(axis=0)
@@ -200,10 +186,7 @@ def _nearest_miss(machine: Machine, tried: _Tried) -> tuple[str, float]:
     overrun, shown = tried.overrun[inside], tried.positions[inside]
     best = int(np.argmin(overrun.max(axis=1)))
     column = int(np.argmax(overrun[best]))
-    axis, value = machine.axes[column], shown[best, column]
-    limits = [axis.shown(end) for end in (axis.limits.low, axis.limits.high)]
-    limit = limits[0] if value < limits[0] else limits[1]
-    text = f"the nearest needs {axis.letter} ({value:.3f} {axis.unit}, limit {limit:g} {axis.unit})"
+    text = f"the nearest needs {_past_limit(machine, shown[best], column)}"
     return text, float(overrun[best, column])
 
 
@@ -238,132 +221,76 @@ def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
         yield f"{axis.letter} to {outwards(value, side)} {axis.unit}"
 
 
-# Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,).
-_Layer = tuple[Array, Array, IntArray]
+def _past_limit(machine: Machine, shown: Array, column: int) -> str:
+    """Say where an axis is beyond its limit, of axis values, (k,) mm and deg."""
+    axis, value = machine.axes[column], shown[column]
+    low, high = axis.shown(axis.limits.low), axis.shown(axis.limits.high)
+    return f"{axis.letter} ({value:.3f} {axis.unit}, limit {low if value < low else high:g} {axis.unit})"
 
 
-def long_turns(problem: Problem, toolpath: Toolpath) -> list[Finding]:
-    """List the cutting moves on which a rotary axis has to turn farther than allowed, at their ends.
+def without_path(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | None = None) -> Infeasible:
+    """Say where no sequence of postures leads on, or what the best one breaks.
 
-    They are those of the path through a grid of admissible postures with the smallest sum of squares of turns
-    beyond their bounds. The grid is coarse: angles are accurate to a few degrees. There is no finding if it
-    is too coarse, or has a path within the bounds.
+    Parameters
+    ----------
+    found : (m, 2), rad, chain order: as far as a search came, or a whole path that breaks bounds
+    mask : within which it was searched; None without one
+
+    Returns
+    -------
+    With findings of code ``no-posture``: one at the location that can't be reached, or one for each bound
+    that is broken at a location
     """
-    bounds = problem.max_turn[problem.strict]
-    smallest = float(bounds.min(initial=np.inf))
-    step = SHARE * smallest
-    if not FINEST <= step < np.inf or len(problem) > MOST_LOCATIONS:
-        return []
-    # In links axes turn as far as they like.
-    bound = np.flatnonzero(problem.bound_rows)
-    layers = _layers(problem, bound, min(step, COARSEST))
-    if layers is None:
-        return []
-    path = np.full((len(problem), 2), np.nan)
-    path[bound] = _traced(layers)
-    turns = _turns(problem, path[:-1, None], path[1:, None])[:, 0]
-    past = (turns - problem.max_turn).max(axis=1)
-    rows = np.flatnonzero(problem.strict & (past > ALLOWED))
-    needed = math.ceil(max((float(np.degrees(turns[row].max())) for row in rows), default=0.0))
-    return [_finding(problem, toolpath, int(row), np.degrees(turns[row]), needed) for row in rows]
-
-
-def _finding(problem: Problem, toolpath: Toolpath, row: int, turns: Array, needed: int) -> Finding:
-    column = problem.machine.rotary_columns[int(np.argmax(turns))]
-    letter = problem.machine.axes[column].letter
-    most = np.degrees(problem.max_turn[row].min())
-    return Finding(
-        Severity.ERROR,
-        "no-posture",
-        f"no posture here is within {most:g} deg of an admissible one at location {row}: {letter} has to "
-        f"turn by about {turns.max():.0f} deg in between; allow turns of {needed} deg (--max-turn {needed}) "
-        "or put the locations closer together",
-        toolpath.place(row + 1),
-        float(turns.max()),
-    )
-
-
-def _layers(problem: Problem, rows: IntArray, step: float) -> list[_Layer] | None:
-    """Find the postures of locations, (m,), with the least cost to reach each; None if one has none."""
-    grids = [spin_angles(problem, axis, step) for axis in (0, 1)]
-    every = every_pair(*grids).reshape(-1, 2)
-    layers: list[_Layer] = []
-    bound = problem.bound_rows
-    for row in rows.tolist():
-        positions, excess = problem.placed(np.array([row]), every[None])
-        rotary = every[(excess[0] <= ALLOWED) & (problem.limit_excess(positions[0]) <= ALLOWED)]
-        if not len(rotary):
-            return None
-        if not layers:
-            layers.append((rotary, np.zeros(len(rotary)), np.zeros(len(rotary), dtype=np.int64)))
-            continue
-        before, cost, _ = layers[-1]
-        if not (bound[row - 1] and problem.strict[row - 1]):
-            cheapest = np.full(len(rotary), np.argmin(cost))
-            layers.append((rotary, cost[cheapest], cheapest))
-            continue
-        past = (_turns(problem, before[None], rotary[:, None]) - problem.max_turn[row - 1]).max(axis=-1)
-        total = cost + np.maximum(past, 0.0) ** 2
-        # Of equals the one with the smallest turn.
-        came = np.argmin(total + 1e-9 * np.maximum(past + np.pi, 0.0), axis=1)
-        layers.append((rotary, total[np.arange(len(rotary)), came], came))
-    return layers
-
-
-def _turns(problem: Problem, here: Array, there: Array) -> Array:
-    """Compute turns between angles, (..., 2) rad, the shorter ones for axes with at least a full turn."""
-    turns = np.abs(there - here)
-    columns = problem.machine.rotary_columns
-    wraps = problem.machine.high[columns] - problem.machine.low[columns] >= 2.0 * np.pi
-    around = np.mod(turns, 2.0 * np.pi)
-    return np.where(wraps, np.minimum(around, 2.0 * np.pi - around), turns)
-
-
-def _traced(layers: list[_Layer]) -> Array:
-    """Trace the cheapest path back, (n, 2) rad."""
-    path = np.empty((len(layers), 2))
-    state = int(np.argmin(layers[-1][1]))
-    for row in range(len(layers) - 1, -1, -1):
-        rotary, _, came = layers[row]
-        path[row], state = rotary[state], int(came[state])
-    return path
-
-
-def without_path(problem: Problem, found: Array | None, toolpath: Toolpath) -> Infeasible:
-    """Say where no sequence of postures was found; the best path, (n, 2) rad, breaks bounds."""
-    turning = long_turns(problem, toolpath)
-    if turning:
-        share = f"{len(turning)} of {len(toolpath) - 1} moves"
-        return Infeasible(
-            f"no sequence of postures along the path: {share} exceed the largest turn (--max-turn) in the "
-            "best one found",
-            turning,
-        )
-    if found is None:
-        return Infeasible(
-            "every location has an admissible posture, but the search found no sequence of them along "
-            "the path; allow larger turns between locations (--max-turn), put the locations closer "
-            "together, or widen the tilt range",
-            (),
-        )
+    if len(found) < len(problem):
+        finding = _no_step(problem, toolpath, found, mask)
+        return Infeasible(f"no sequence of postures leads along the path: {finding.message}", [finding])
+    machine = problem.machine
     positions, excess = problem.placed(slice(None), found)
-    broken = {
-        "the tilt range": excess > ALLOWED,
-        "an axis limit": problem.limit_excess(positions) > ALLOWED,
-        "the largest rotary step": np.concatenate([[0.0], problem.turn_excess(found)]) > ALLOWED,
-    }
+    past = machine.limit_excess(positions)
+    facts = [(row, "the tool leans out of its bounds") for row in np.flatnonzero(excess > ALLOWED)]
+    for row in np.flatnonzero(np.any(past > ALLOWED, axis=1)):
+        where = _past_limit(machine, machine.shown(positions[row]), int(np.argmax(past[row])))
+        facts.append((row, f"an axis exceeds its limit, {where}"))
+    for move in np.flatnonzero(problem.turn_excess(found) > ALLOWED):
+        facts.append((move + 1, _too_far(problem, int(move), found[move + 1] - found[move])))
     findings = [
         Finding(
             Severity.ERROR,
             "no-posture",
-            f"no posture was found that keeps {what} and can be reached from its neighbours; allow larger "
-            "turns (--max-turn), put the locations closer together, or widen the tilt range",
+            f"in the best sequence of postures found {fact}; allow larger turns (--max-turn), put the "
+            "locations closer together, or widen the tilt range",
             toolpath.place(int(row)),
         )
-        for what, rows in broken.items()
-        for row in np.flatnonzero(rows)
+        for row, fact in facts
     ]
-    return Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)
+    return Infeasible(f"the best sequence of postures breaks a bound {len(findings)} times", findings)
+
+
+def _no_step(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | None) -> Finding:
+    """Say how far the axes would have to turn from where a search stopped, by the nearest sampled posture."""
+    row, machine = len(found), problem.machine
+    text, value = f"no posture here can be reached from location {row - 1}", None
+    remedy = "widen the tilt range" if mask is None else mask.wording.remedy
+    here, columns = sampled(problem, row), machine.rotary_columns
+    if row and len(here):
+        turns = nearest_turn(here, found[-1], machine.low[columns], machine.high[columns]) - found[-1]
+        turn = turns[np.argmin((np.abs(turns) - problem.max_turn[row - 1]).max(axis=1))]
+        if problem.strict[row - 1] and (np.abs(turn) > problem.max_turn[row - 1] + ALLOWED).any():
+            text, value = _too_far(problem, row - 1, turn), float(np.degrees(np.abs(turn).max()))
+    text = f"{text}; allow larger turns (--max-turn), put the locations closer together, or {remedy}"
+    return Finding(Severity.ERROR, "no-posture", text, toolpath.place(row), value)
+
+
+def _too_far(problem: Problem, move: int, turn: Array) -> str:
+    """Say which axis turns too far in a move, of its turns, (2,) rad, and which bound would be enough."""
+    which = int(np.argmax(np.abs(turn) - problem.max_turn[move]))
+    letter = problem.machine.axes[problem.machine.rotary_columns[which]].letter
+    degrees, most = np.degrees([abs(turn[which]), problem.max_turn[move, which]])
+    enough = math.ceil(degrees)
+    return (
+        f"from location {move} {letter} has to turn by {degrees:.1f} deg, and {most:g} deg are allowed: "
+        f"--max-turn {enough} would do for this move"
+    )
 
 
 def refusal(

@@ -117,13 +117,14 @@ class Near:
         admits = None if mask is None else mask.admits
         holding = self._holding(posed)
         found = cheapest_path(posed.problem, costs, grain, start, free, admits, holding, steps)
-        return start if found is None else found
+        return found if len(found) == len(start) else start
 
     def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain, steps: Steps) -> Array | None:
         """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found."""
         mask = self._along(posed)
         rough = None if mask is None else mask.roughly_admits
-        return path_anywhere(posed.problem, costs, grain, rough, self._holding(posed), steps)
+        found = path_anywhere(posed.problem, costs, grain, rough, self._holding(posed), steps)
+        return found if len(found) == len(posed.problem) else None
 
     def refused(self, posed: Posed, rotary: Array) -> BoolArray:
         """Find the postures, (n, 2) rad, that the mask refuses; (n,)."""

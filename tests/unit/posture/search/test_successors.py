@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,13 +20,20 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import feed_times, standing_speeds
 from fiveaxis.posture import Problem
 from fiveaxis.posture.problem import ALLOWED
-from fiveaxis.posture.search.successors import Grain, cheapest_path, path_anywhere
+from fiveaxis.posture.search import successors
+from fiveaxis.posture.search.successors import Grain, path_anywhere
 from fiveaxis.posture.search.successors import sampled as postures_of
 from fiveaxis.toolpath import Toolpath
 
 DEGREE = np.pi / 180.0
 ANYWHERE = Grain(1.0, 5.0 * DEGREE, 300)
 NEAR = Grain(0.2, 0.7 * DEGREE, 24, 6.0 * DEGREE)
+
+
+def cheapest_path(problem: Problem, *task: Any, **options: Any) -> np.ndarray | None:
+    """Search, and take whole paths only."""
+    found = successors.cheapest_path(problem, *task, **options)
+    return found if len(found) == len(problem) else None
 
 
 def posed(
@@ -146,7 +154,7 @@ def test_a_search_ends_where_its_listener_interrupts_it(hayashi, monkeypatch):
         cheapest_path(problem, costs, ANYWHERE, steps=interrupt)
 
 
-def test_no_sequence_of_postures_is_none(hayashi):
+def test_a_search_says_how_far_it_came(hayashi):
     path = sampled(SHAPES["wave"], 40, rings=1)
     machine = replace(
         hayashi,
@@ -154,7 +162,13 @@ def test_no_sequence_of_postures_is_none(hayashi):
             a if a.is_rotary else replace(a, limits=fx.machine.Limits(-1.0, 1.0)) for a in hayashi.axes
         ),
     )
-    assert cheapest_path(*posed(path, machine), ANYWHERE) is None
+    problem, costs = posed(path, machine)
+    found = successors.cheapest_path(problem, costs, ANYWHERE)
+    assert len(found) < len(problem)
+    narrow, costs = posed(sampled(SHAPES["ellipse"], 40, rings=1), hayashi, most=1.0)
+    stopped = successors.cheapest_path(narrow, costs, ANYWHERE)
+    assert 1 < len(stopped) < len(narrow)
+    assert narrow.between(0, len(stopped) - 1).violation(stopped) <= ALLOWED
 
 
 @pytest.mark.slow
