@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -54,7 +54,7 @@ from fiveaxis.posture.search.successor_kernel import (
 )
 from fiveaxis.posture.terms import location_tapes
 from fiveaxis.progress import Steps, uncounted
-from fiveaxis.toolpath import divided_rows
+from fiveaxis.toolpath import StepTable, divided_rows, per_step
 
 # A rotary axis with no more turns than this is searched over its whole range, including its ends.
 MOST_TURNS = 2
@@ -100,8 +100,8 @@ ASKED_BESIDE, MOST_ASKED = 8, 0.25
 Admits = Callable[[IntArray, Array], BoolArray]
 
 
-@dataclass(frozen=True)
-class Holding:
+@dataclass(frozen=True, eq=False)
+class Holding(StepTable):
     """Directions about the singular one within which the first rotary axis is bounded.
 
     Parameters
@@ -111,15 +111,7 @@ class Holding:
     """
 
     angle: float
-    turns: Array
-
-    def thinned(self, rows: IntArray) -> Holding:
-        """Return the bounds of moves between some of the locations, (m,)."""
-        return replace(self, turns=np.add.reduceat(self.turns[: rows[-1]], rows[:-1]))
-
-    def backwards(self) -> Holding:
-        """Return the bounds of the path from its last location to its first."""
-        return replace(self, turns=np.ascontiguousarray(self.turns[::-1]))
+    turns: Array = field(metadata=per_step())
 
 
 @dataclass(frozen=True)
