@@ -22,13 +22,14 @@ from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.successors import Grain, Holding, cheapest_path, path_anywhere, widened
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
-from fiveaxis.posture.strategy.given_path import BARRIER
 from fiveaxis.posture.strategy.program_path import Posed
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
 from fiveaxis.progress import Steps
 from fiveaxis.toolpath import TiltBounds
 from fiveaxis.toolpath.bounds import INSIDE_OF
 
+# First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
+BARRIER, WHOLE_ITERATIONS = 1e-2, 120
 # IPOPT's iterations near a path, and the structured method's last barrier parameter, J; that of a path that
 # will be solved again, with other prices.
 ITERATIONS, LAST, ROUGH = 25, 1e-5, 5e-3
@@ -54,6 +55,18 @@ APART = 0.01 * DEGREE
 
 # Refines a problem from a start, (n, 2) rad, with each end held or free.
 Solver = Callable[[Problem, Array, tuple[bool, bool]], Array]
+
+
+def refined(problem: Problem, start: Array, effort: Effort) -> Array:
+    """Refine a path, (n, 2) rad; the start itself if that is no improvement."""
+    return refine(
+        problem.eased(start),
+        start,
+        iterations=WHOLE_ITERATIONS,
+        barrier=BARRIER,
+        last=effort.last_barrier,
+        solver=effort.solver,
+    ).rotary
 
 
 @dataclass(frozen=True, eq=False)
