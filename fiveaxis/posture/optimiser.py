@@ -301,7 +301,7 @@ class Attempts:
             return None
         columns = self.machine.rotary_columns
         best = delivery.run(found.motion.positions[:, columns], everywhere=True)
-        run, location = np.cumsum(path.lengths), best.posed.location
+        run, location = np.cumsum(path.lengths), best.instance.location
         at = np.interp(location, np.arange(len(rows)), run[rows])
         rotary = np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)
         # Where the pivot stands still, several locations are at the same length.

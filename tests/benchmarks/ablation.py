@@ -29,7 +29,7 @@ CASES = ("vase", "wall", "dome-top", *SHAPES)
 def parts(effort: Effort) -> dict[str, Effort]:
     """Leave out each part of an effort that it has, the smaller effort aside."""
     forwards = tuple(one for one in effort.everywhere if not one.backwards)
-    priced = tuple(one for one in effort.everywhere if not one.by_other)
+    priced = tuple(one for one in effort.everywhere if not one.by_other_price)
     without = {
         "no search from the end": replace(effort, everywhere=forwards),
         "no search by travel": replace(effort, everywhere=priced),

@@ -80,7 +80,7 @@ LONG, MOST_OF_LONG = 3.0, 16
 BESIDE_CONE = np.radians(0.05)
 # Excess that a posture counts as which a mask refuses.
 REFUSED = 1.0
-# rad: after a turn that is no larger, a mask is asked at its end alone.
+# rad: after a turn that is no larger, a mask is queried at its end alone.
 SMALL_TURN = np.radians(0.5)
 # rad: postures no farther apart are one.
 SAME = 1e-9
@@ -90,12 +90,12 @@ FULL_SPEED = 1e12
 WITH_AZIMUTH = 1e-3
 # A search with fewer states a location isn't one; with more in all it would take too much memory.
 FEWEST, MOST = 8, 8_000_000
-# States of one compiled call, after which progress is told, and the search can be interrupted: some 0.1 s.
+# States of one compiled call, after which progress is reported and the search can be stopped: some 0.1 s.
 AT_ONCE = 20_000
 
-# Locations to each side of a refused one that a mask is asked of with it; above the share of locations it is
-# asked of all.
-ASKED_BESIDE, MOST_ASKED = 8, 0.25
+# Locations to each side of a refused one at which a mask is queried, too; above that share of locations it is
+# queried at all.
+QUERIED_BESIDE, MOST_QUERIED = 8, 0.25
 # Which postures, (m, 2) rad, at locations, (m,), a mask admits; (m,).
 Admits = Callable[[IntArray, Array], BoolArray]
 
@@ -115,7 +115,7 @@ class Holding(StepTable):
 
 
 @dataclass(frozen=True)
-class Grain:
+class Resolution:
     """How finely a search looks.
 
     Parameters
@@ -127,8 +127,8 @@ class Grain:
     rows : about the fewest locations of a search everywhere
     backwards : whether a search everywhere begins at the last location: which states look cheap on the way
         depends on where it comes from
-    by_other : whether a search everywhere is priced otherwise than what is minimised, for another start
-    asks_all : whether a mask is asked of all postures, not only where the cheapest path without it is refused
+    by_other_price : whether a search everywhere is priced otherwise than what is minimised, for another start
+    queries_all : whether a mask is queried everywhere, not only where the cheapest path without it is refused
     """
 
     level: float
@@ -138,11 +138,11 @@ class Grain:
     start: float = 0.02
     rows: int = 250
     backwards: bool = False
-    by_other: bool = False
-    asks_all: bool = False
+    by_other_price: bool = False
+    queries_all: bool = False
 
     @property
-    def finer(self) -> tuple[Grain, ...]:
+    def finer(self) -> tuple[Resolution, ...]:
         """What to try where a search found no sequence of postures."""
         return tuple(
             replace(self, level=self.level / by, spin=self.spin / by, states=round(1.6 * by * self.states))
@@ -153,7 +153,7 @@ class Grain:
 def cheapest_path(
     problem: Problem,
     costs: BlockCosts,
-    grain: Grain,
+    resolution: Resolution,
     known: Array | None = None,
     free: BoolArray | None = None,
     admits: Admits | None = None,
@@ -166,10 +166,10 @@ def cheapest_path(
     ----------
     problem : bounds, limits and largest turns of n locations
     costs : of its n − 1 steps
-    known : (n, 2), rad, chain order, a path to stay near (`Grain.radius`); None for a search everywhere
+    known : (n, 2), rad, chain order, a path to stay near (`Resolution.radius`); None for a search everywhere
     free : (n,), where the search may leave the known path; everywhere by default
     admits : what a mask admits; where it refuses the known path, that counts as a broken bound. Without a
-        known path it is asked where the cheapest path without it is refused, and of all locations only if
+        known path it is queried where the cheapest path without it is refused, and of all locations only if
         that doesn't do
     holding : bounds near the singular direction
     steps : called with the locations done and their number
@@ -179,60 +179,60 @@ def cheapest_path(
     (m, 2), rad; m < n where no posture of location m was reached
     """
     free = np.ones(len(problem), dtype=bool) if known is None or free is None else free
-    # Away from what is in the way, a mask would be asked of thousands of postures for nothing. Near a known
-    # path it is asked of few, and what it refuses has to be seen.
-    asked = np.full(len(problem), grain.asks_all or known is not None)
-    while admits is not None and np.count_nonzero(asked) <= MOST_ASKED * len(problem):
-        found = _cheapest_path(problem, costs, grain, known, free, admits, holding, steps, asked)
+    # Away from what is in the way, a mask would be queried at thousands of postures for nothing. Near a known
+    # path it is queried at few, and what it refuses has to be seen.
+    queried = np.full(len(problem), resolution.queries_all or known is not None)
+    while admits is not None and np.count_nonzero(queried) <= MOST_QUERIED * len(problem):
+        found = _cheapest_path(problem, costs, resolution, known, free, admits, holding, steps, queried)
         if len(found) < len(problem):
             break
         turned = np.diff(found, axis=0, prepend=found[:1])
-        refused = ~asked & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
+        refused = ~queried & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
         if not refused.any():
             return found
-        asked |= widened(refused, ASKED_BESIDE)
-    return _cheapest_path(problem, costs, grain, known, free, admits, holding, steps, free)
+        queried |= widened(refused, QUERIED_BESIDE)
+    return _cheapest_path(problem, costs, resolution, known, free, admits, holding, steps, free)
 
 
 def _cheapest_path(
     problem: Problem,
     costs: BlockCosts,
-    grain: Grain,
+    resolution: Resolution,
     known: Array | None,
     free: BoolArray,
     admits: Admits | None,
     holding: Holding | None,
     steps: Steps,
-    asked: BoolArray,
+    queried: BoolArray,
 ) -> Array:
-    """Find the cheapest path with the mask asked of some of the locations, (n,); otherwise as above."""
+    """Find the cheapest path with the mask queried at some of the locations, (n,); otherwise as above."""
     n, machine = len(problem), problem.machine
     linear, rotary = machine.linear_columns, machine.rotary_columns
     spin = int(np.argmax(machine.high[rotary] - machine.low[rotary]))
     dear = costs.standing if costs.standing.any() else costs.slope
     level = linear[int(np.argmax(dear[..., linear].sum(axis=(0, 1))))]
     endless = not np.isfinite(machine.high[rotary[spin]] - machine.low[rotary[spin]])
-    around = round(TURN / grain.spin) if endless else 0
-    step, phase = (TURN / around, _phase(problem, spin)) if around else (grain.spin, 0.0)
+    around = round(TURN / resolution.spin) if endless else 0
+    step, phase = (TURN / around, _phase(problem, spin)) if around else (resolution.spin, 0.0)
     # Samples begin at the phase, where rounding mustn't decide which cell is theirs.
-    cells = Cells(level, spin, grain.level, step, around, phase - BESIDE_END * step if around else 0.0)
+    cells = Cells(level, spin, resolution.level, step, around, phase - BESIDE_END * step if around else 0.0)
     locations = _locations(problem, holding)
     if known is None:
         path, radius = np.empty((0, 2)), np.full(2, np.inf)
     else:
         path = np.ascontiguousarray(known)
-        radius = np.where(np.arange(2) == spin, 2.0, 1.0) * grain.radius
+        radius = np.where(np.arange(2) == spin, 2.0, 1.0) * resolution.radius
     first = _first_states(problem, locations, cells, path, radius, bool(free[0]))
     if not len(first):
         return first
     tapes = location_tapes(machine, problem.zone)
-    states = max(min(grain.states, MOST // n), FEWEST)
+    states = max(min(resolution.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
     task = Task(
         tapes.slopes.parts,
         tapes.bows.parts,
         locations,
-        _prices(problem, costs, grain.start),
+        _prices(problem, costs, resolution.start),
         corridor,
         cells,
         _moves(problem, cells),
@@ -242,7 +242,7 @@ def _cheapest_path(
     trail.layers[0].cost[: len(first)] = 0.0
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BROKEN
-    reached = _searched(problem, task, trail, states, admits, asked, steps)
+    reached = _searched(problem, task, trail, states, admits, queried, steps)
     # A held axis keeps its angle to the last digit.
     return np.clip(
         traced(trail, reached) if reached else first[:0], machine.low[rotary], machine.high[rotary]
@@ -255,24 +255,24 @@ def _searched(
     trail: Trail,
     most: int,
     admits: Admits | None,
-    asked: BoolArray,
+    queried: BoolArray,
     steps: Steps,
 ) -> int:
-    """Search from the first location on, with a mask asked of some of them, (n,); how many were reached."""
+    """Search from the first location on, with a mask queried at some of them, (n,); how many were reached."""
     last = len(task.locations.given) - 1
     known, margin, i = task.corridor.path, np.inf, 0
     # In links, axes turn as far as they like.
-    stops = asked.copy() if admits else np.zeros(last + 1, dtype=bool)
+    stops = queried.copy() if admits else np.zeros(last + 1, dtype=bool)
     everywhere = not np.isfinite(task.corridor.radius).any()
     linked = np.append(False, ~problem.strict & everywhere)
     stops |= linked
-    told = max(AT_ONCE // most, 1)
-    stops[::told] = True
+    interval = max(AT_ONCE // most, 1)
+    stops[::interval] = True
     samples: dict[int, Array] = {}
     while True:
-        if i % told == 0:
+        if i % interval == 0:
             steps(i, last + 1)
-        if admits and asked[i]:
+        if admits and queried[i]:
             stays = _admitted(trail, i, admits)
             if len(known):
                 # The path itself stays, at a price.
@@ -337,10 +337,10 @@ def _admitted_ways(rows: IntArray, rotary: Array, turned: Array, admits: Admits)
     """Find the postures, (m, 2) rad, at locations, (m,), that a mask admits, and halfway to them; (m,)."""
     far = np.flatnonzero(np.abs(turned).max(axis=1, initial=0.0) > SMALL_TURN)
     halfway = rotary[far] - turned[far] / 2.0
-    # Locations may be inserted, where both neighbours have to admit a posture. A mask is asked once for all.
-    asked = np.concatenate([rows, rows[far], rows[far] - 1])
+    # Locations may be inserted, where both neighbours have to admit a posture. All are queried at once.
+    queried = np.concatenate([rows, rows[far], rows[far] - 1])
     stays, *both = np.split(
-        admits(asked, np.concatenate([rotary, halfway, halfway])), np.cumsum([len(rows), len(far)])
+        admits(queried, np.concatenate([rotary, halfway, halfway])), np.cumsum([len(rows), len(far)])
     )
     stays[far] &= both[0] & both[1]
     return stays
@@ -355,7 +355,7 @@ def widened(marked: BoolArray, reach: int) -> BoolArray:
 def path_anywhere(
     problem: Problem,
     costs: BlockCosts,
-    grain: Grain,
+    resolution: Resolution,
     admits: Admits | None = None,
     holding: Holding | None = None,
     steps: Steps = uncounted,
@@ -370,15 +370,15 @@ def path_anywhere(
     -------
     (m, 2), rad; m < n where no posture of location m, counted from the end where a search begins, was reached
     """
-    if grain.backwards:
+    if resolution.backwards:
         problem, costs = problem.backwards(), costs.backwards()
         holding = None if holding is None else holding.backwards()
         given, last = admits, len(problem) - 1
         admits = None if given is None else lambda rows, rotary: given(last - rows, rotary)
-    for finer in (grain, *grain.finer):
+    for finer in (resolution, *resolution.finer):
         found = cheapest_path(problem, costs, finer, admits=admits, holding=holding, steps=steps)
         if len(found) == len(problem):
-            return _begun_near_zero(problem, found[::-1]) if grain.backwards else found
+            return _begun_near_zero(problem, found[::-1]) if resolution.backwards else found
     return found
 
 

@@ -33,7 +33,7 @@ BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0,
 INSETS, DRAWN_STRIDE = np.radians([0.5, 0.02]), 29
 # Most locations for which a remedy is sought.
 MOST_ADVISED = 100
-# Postures of a location that a mask is asked of, and from which a step is measured.
+# Postures of a location at which a mask is queried.
 SAMPLES = 400
 
 

@@ -6,10 +6,10 @@ from rings import ring
 
 from fiveaxis.errors import SettingError
 from fiveaxis.posture import Effort
-from fiveaxis.posture.strategy.effort import effort_of, grain
+from fiveaxis.posture.strategy.effort import effort_of, resolution
 
-ONE = Effort((grain(2.0, 8.0, 60),))
-MANY = Effort((grain(1.0, 5.0, 200),), contains=ONE)
+ONE = Effort((resolution(2.0, 8.0, 60),))
+MANY = Effort((resolution(1.0, 5.0, 200),), contains=ONE)
 
 
 def test_each_effort_contains_the_smaller_one():
