@@ -17,9 +17,7 @@ def optimise(path: Toolpath, machine, **options: Any) -> posture.Solution:
     return posture.optimise(path, machine, _taken(options), posture.Options(**QUICK | options))
 
 
-def find_front(
-    path: Toolpath, machine, n: int = 8, smoothest=None, feed_share=None, **options: Any
-) -> posture.Front:
+def find_front(path: Toolpath, machine, n: int = 8, feed_share=None, **options: Any) -> posture.Front:
     """Find a front; `options` as for `optimise`."""
     bounds = _taken(options)
     return posture.find_front(
@@ -28,7 +26,6 @@ def find_front(
         bounds,
         n,
         posture.Options(**QUICK | options),
-        smoothest=smoothest,
         feed_share=feed_share,
     )
 

@@ -21,7 +21,7 @@ def found(hayashi):
     return find_front(ring(60), hayashi, 5, tilt=(15, 75))
 
 
-def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
+def test_the_ends_are_the_optimum_and_the_smoothest(found):
     assert found.points[0].smoothing == 0.0
     assert found.points[0].energy.as_dict() == found.solution.energy.as_dict()
     assert found.points[-1].smoothing == pytest.approx(max(p.smoothing for p in found.points))
@@ -178,8 +178,6 @@ def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
     ("options", "what"),
     [
         ({"n": 1}, "two ends"),
-        ({"smoothest": 0.0}, "above 0"),
-        ({"smoothest": float("nan")}, "above 0"),
         ({"smoothing": 3.0}, "its own smoothing"),
         ({"feed_share": 1.0}, "below 1"),
         ({"feed_share": 0.7}, "the objective is travel"),
