@@ -27,7 +27,7 @@ from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import path_anywhere
 from fiveaxis.posture.solution import Solution, Stage
 from fiveaxis.posture.strategy import holding
-from fiveaxis.posture.strategy.delivery import Delivery, delivered
+from fiveaxis.posture.strategy.delivery import Delivery
 from fiveaxis.posture.strategy.effort import ROUGH, Effort
 from fiveaxis.posture.strategy.infeasibility import refusal, unreachable, without_path
 from fiveaxis.posture.strategy.least_time import time_findings
@@ -271,7 +271,7 @@ class Attempts:
         start, columns = self.options.start, self.machine.rotary_columns
         found, delivery = self._begun(narrow, mask, self.toolpath, start, self._at_knots(narrow, mask))
         others = {} if start is None else {"the start given": start}
-        found, rank, breach = delivered(found, delivery, others)
+        found, rank, breach = delivery.delivered(found, others)
         rotary, fault = found.motion.positions[found.motion.given][:, columns], None
         if not delivery.admits(rotary):
             fault = without_path(delivery.given_problem, delivery.given, rotary)

@@ -19,7 +19,7 @@ import numpy as np
 from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
 from fiveaxis.errors import NoBaseline
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.motion import Filling, feed_times, follow
+from fiveaxis.motion import AxisPlanes, Filling, feed_times, follow
 from fiveaxis.posture.baselines import require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
@@ -86,6 +86,95 @@ class Delivery:
     by_length: bool = False
     at_knots: bool = False
     stages: list[Stage] = field(default_factory=list)
+
+    def delivered(
+        self, solution: Solution, candidates: Mapping[str, Array]
+    ) -> tuple[Solution, tuple[float, float], Breach | None]:
+        """Solve a solution again on the locations of its program; its energies are then those of programs.
+
+        Every baseline is priced as its own program, and given on the locations of the result; one that no
+        program can follow is missing. A baseline that is cheaper than the result is refined and replaces it.
+
+        Parameters
+        ----------
+        solution : on the given locations, with its problem
+        candidates : further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs least
+
+        Returns
+        -------
+        The solution; its rank (`Delivered.rank`); and what the path that was solved still breaks between its
+        locations, even if a baseline took its place
+        """
+        machine, columns = solution.machine, solution.machine.rotary_columns
+        best = self.run(solution.motion.positions[:, columns], everywhere=True)
+        breach = best.breach
+        energies, planes, missing = self._baselines(solution)
+        others = dict(candidates)
+        for name in sorted(energies, key=lambda name: self.cost(energies[name])):
+            if self.cost(energies[name]) < best.cost:
+                others[f"baseline {name}"] = solution.compared[name].motion.positions[:, columns]
+        for name, rotary in others.items():
+            if self.admits(rotary):
+                before = len(self.stages)
+                best = min(best, self.run(rotary), key=rank)
+                named = [replace(one, name=f"{one.name}, from {name}") for one in self.stages[before:]]
+                self.stages[before:] = named
+        best = min([best, *self.faired(best)], key=rank)
+        path = best.instance.path
+        location = None if len(path) == len(self.given) else best.instance.location
+        compared = {}
+        for number, (name, own) in enumerate(planes.items(), start=len(solution.compared)):
+            self._pricing(number, 2 * len(solution.compared))
+            baseline, energy = solution.compared[name], energies[name]
+            motion = baseline.motion
+            if not self.admits(motion.positions[:, columns]):
+                note = "; ".join(filter(None, (baseline.note, "it breaks bounds that are asked for")))
+                baseline = replace(baseline, note=note, admitted=False)
+            if location is not None:
+                motion = follow(path, machine, own.rotary_at(location))
+                # Priced as it is given, so that everyone who prices it finds the same.
+                energy = program_energy(machine, path, motion, self.filling, self.options.clock)
+            compared[name] = replace(baseline, motion=motion, energy=energy)
+        motion = replace(follow(path, machine, best.rotary), location=location)
+        findings = best.findings(self.near.mask or Mask())
+        found = replace(
+            solution,
+            toolpath=replace(path, findings=(*path.findings, *findings)),
+            tilt=best.instance.bounds,
+            motion=motion,
+            energy=program_energy(machine, path, motion, self.filling, self.options.clock),
+            compared=compared,
+            missing=missing,
+            stages=(*solution.stages, *self.stages),
+            problem=best.solved,
+            filling=self.filling,
+            clock=self.options.clock,
+        )
+        return found, best.rank, breach
+
+    def _baselines(
+        self, solution: Solution
+    ) -> tuple[dict[str, Energy], dict[str, AxisPlanes], Mapping[str, str]]:
+        """Price baselines as programs: energies and axis planes by name; of those without one, the reason."""
+        machine, missing = solution.machine, dict(solution.missing)
+        energies: dict[str, Energy] = {}
+        planes: dict[str, AxisPlanes] = {}
+        for number, (name, baseline) in enumerate(solution.compared.items()):
+            self._pricing(number, 2 * len(solution.compared))
+            try:
+                fill = require_blocks(self.filling.fill(self.given, machine, baseline.motion))
+            except NoBaseline as reason:
+                missing[name] = str(reason)
+                continue
+            blocks, planes[name] = self.filling.thin(fill).blocks, fill.planes
+            energies[name] = timed_energy(machine, blocks, self.options.clock(blocks, machine))
+            del fill, blocks  # a path may be long
+        return energies, planes, missing
+
+    @property
+    def _pricing(self) -> Steps:
+        """Takes the baselines that have been priced, and their number."""
+        return partial(self.options.progress, "pricing baselines as programs")
 
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
@@ -428,7 +517,7 @@ class Delivery:
             fill = self.filling.thin(fill)
         taken = self.options.clock(fill.blocks, machine)
         energy = timed_energy(machine, fill.blocks, taken)
-        cost = self.cost(energy) + self._beside(rotary[np.isin(instance.location, self._every)])
+        cost = self._priced_at(instance, rotary, energy)
         times = fill.times(taken.times)
         solved = solved or instance.problem
         refused, turned = self.near.refused(denser, between), self.near.turned(denser, between)
@@ -454,16 +543,18 @@ class Delivery:
         if self.options.objective != "time" and solved is program.instance.problem:
             # It was searched: of these prices it is an optimum, as far as it is one.
             solved = self._repriced(program.instance, program.rotary, self._costs(program.instance))
-        beside = self._beside(program.rotary[np.isin(program.instance.location, self._every)])
-        return replace(program, energy=energy, cost=self.cost(energy) + beside, solved=solved)
+        cost = self._priced_at(program.instance, program.rotary, energy)
+        return replace(program, energy=energy, cost=cost, solved=solved)
 
-    def _beside(self, rotary: Array) -> float:
-        """Sum the prices of bends and delay of a path, (n, 2) rad, at the given locations, J."""
-        terms = [term for term in self._given.problem.terms if term.name in BESIDE and term.has_price]
+    def _priced_at(self, instance: Instance, rotary: Array, energy: Energy) -> float:
+        """Compute what a program costs, J, with the prices of bends and delay at its given locations."""
+        problem = self._given.problem
+        terms = [term for term in problem.terms if term.name in BESIDE and term.has_price]
         if self.options.objective == "time" or not terms:
-            return 0.0
-        quantities = self._given.problem.quantities(self._given.problem.positions(slice(None), rotary))
-        return sum(term.cost(term.values(quantities)) for term in terms)
+            return self.cost(energy)
+        at_given = rotary[np.isin(instance.location, self._every)]
+        quantities = problem.quantities(problem.positions(slice(None), at_given))
+        return self.cost(energy) + sum(term.cost(term.values(quantities)) for term in terms)
 
     def cost(self, energy: Energy) -> float:
         """Compute what a program costs by the objective, J, without the prices `BESIDE` it."""
@@ -550,84 +641,3 @@ class Candidate:
         return np.stack(
             [np.interp(self.instance.location, self.few.location, angle) for angle in self.path.T], axis=1
         )
-
-
-def delivered(
-    solution: Solution, delivery: Delivery, candidates: Mapping[str, Array]
-) -> tuple[Solution, tuple[float, float], Breach | None]:
-    """Solve a solution again on the locations of its program; its energies are then those of programs.
-
-    Every baseline is priced as its own program, and given on the locations of the result; one that no program
-    can follow is missing. A baseline that is cheaper than the result is refined and replaces it.
-
-    Parameters
-    ----------
-    solution : on the given locations, with its problem
-    delivery : what solves it
-    candidates : further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs least
-
-    Returns
-    -------
-    The solution; its rank (`Delivered.rank`); and what the path that was solved still breaks between its
-    locations, even if a baseline took its place
-    """
-    machine, filling, given = solution.machine, delivery.filling, solution.toolpath
-    columns = machine.rotary_columns
-    best = delivery.run(solution.motion.positions[:, columns], everywhere=True)
-    breach = best.breach
-    priced = partial(delivery.options.progress, "pricing baselines as programs")
-    energies, planes, missing = {}, {}, dict(solution.missing)
-    for number, (name, b) in enumerate(solution.compared.items()):
-        priced(number, 2 * len(solution.compared))
-        try:
-            fill = require_blocks(filling.fill(given, machine, b.motion))
-        except NoBaseline as reason:
-            missing[name] = str(reason)
-            continue
-        blocks, planes[name] = filling.thin(fill).blocks, fill.planes
-        energies[name] = timed_energy(machine, blocks, delivery.options.clock(blocks, machine))
-        del fill, blocks  # a path may be long
-    others = dict(candidates)
-    for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
-        baseline = solution.compared[name]
-        if delivery.cost(energies[name]) < best.cost:
-            others[f"baseline {name}"] = baseline.motion.positions[:, columns]
-    for name, rotary in others.items():
-        if not delivery.admits(rotary):
-            continue
-        before = len(delivery.stages)
-        best = min(best, delivery.run(rotary), key=rank)
-        named = [replace(stage, name=f"{stage.name}, from {name}") for stage in delivery.stages[before:]]
-        delivery.stages[before:] = named
-    best = min([best, *delivery.faired(best)], key=rank)
-    path = best.instance.path
-    location = None if len(path) == len(given) else best.instance.location
-    compared = {}
-    for number, name in enumerate(planes, start=len(solution.compared)):
-        priced(number, 2 * len(solution.compared))
-        baseline, energy = solution.compared[name], energies[name]
-        motion = baseline.motion
-        if not delivery.admits(motion.positions[:, columns]):
-            note = "; ".join(filter(None, (baseline.note, "it breaks bounds that are asked for")))
-            baseline = replace(baseline, note=note, admitted=False)
-        if location is not None:
-            motion = follow(path, machine, planes[name].rotary_at(location))
-            # Priced as it is given, so that everyone who prices it finds the same.
-            energy = program_energy(machine, path, motion, filling, delivery.options.clock)
-        compared[name] = replace(baseline, motion=motion, energy=energy)
-    motion = replace(follow(path, machine, best.rotary), location=location)
-    findings = best.findings(delivery.near.mask or Mask())
-    found = replace(
-        solution,
-        toolpath=replace(path, findings=(*path.findings, *findings)),
-        tilt=best.instance.bounds,
-        motion=motion,
-        energy=program_energy(machine, path, motion, filling, delivery.options.clock),
-        compared=compared,
-        missing=missing,
-        stages=(*solution.stages, *delivery.stages),
-        problem=best.solved,
-        filling=filling,
-        clock=delivery.options.clock,
-    )
-    return found, best.rank, breach
