@@ -25,7 +25,7 @@ from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import path_anywhere
-from fiveaxis.posture.solution import Solution, Stage
+from fiveaxis.posture.solution import Optimum, SolverStep
 from fiveaxis.posture.strategy import holding
 from fiveaxis.posture.strategy.delivery import Delivery
 from fiveaxis.posture.strategy.effort import ROUGH, Effort
@@ -53,12 +53,12 @@ HELD = np.radians(0.02)
 SAME_TURN = 1e-6
 
 logger = logging.getLogger(__name__)
-Found = TypeVar("Found", bound=Solution)
+Found = TypeVar("Found", bound=Optimum)
 
 
-def optimise(
+def optimise_postures(
     toolpath: Toolpath, machine: Machine, constraints: Constraints, options: Options = DEFAULTS
-) -> Solution:
+) -> Optimum:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
     Exact postures are searched, by the price of the program's blocks and by the travel metric
@@ -128,7 +128,7 @@ def _of_least_energy(
     """
     cheap = replace(options, objective="energy", bound=False)
     try:
-        found = optimise(toolpath, machine, constraints, cheap)
+        found = optimise_postures(toolpath, machine, constraints, cheap)
     except Infeasible:
         return None
     rotary = found.motion.positions[found.motion.given][:, machine.rotary_columns]
@@ -186,7 +186,7 @@ class Attempt:
     fault : why it can't be delivered; None where it can
     """
 
-    found: Solution
+    found: Optimum
     mask: Mask | None
     rank: tuple[float, float]
     breach: Breach | None
@@ -201,7 +201,7 @@ class Attempts:
     ----------
     toolpath : with its zone and findings
     machine : with powers and held axes
-    constraints, options : as for `optimise`
+    constraints, options : as for `optimise_postures`
     effort : of the options
     """
 
@@ -241,7 +241,7 @@ class Attempts:
         stages = [stage for attempt in attempts for stage in attempt.found.stages]
         return replace(best, found=replace(best.found, stages=tuple(stages)))
 
-    def rewound(self, attempt: Attempt) -> Solution:
+    def rewound(self, attempt: Attempt) -> Optimum:
         """Bring a solution into the limits of axes that it turns farther than they go."""
         found, mask = attempt.found, attempt.mask
         if found.machine is self.machine:
@@ -315,7 +315,7 @@ class Attempts:
         path: Toolpath,
         start: Array | None,
         known: Array | None = None,
-    ) -> tuple[Solution, Delivery]:
+    ) -> tuple[Optimum, Delivery]:
         """Find the baselines and a path to begin with, and what will solve that for its program.
 
         Parameters
@@ -350,8 +350,8 @@ class Attempts:
         motion = follow(path, machine, rotary)
         energy = motion_energy(machine, motion)
         logger.info("%d locations on %s: %.1f J to begin with", len(path), machine.name, energy.total)
-        stages = (Stage("path to begin with", "found", 0, None, problem.path_cost(rotary)),)
-        found = Solution(machine, path, bounds, motion, energy, compared, missing, stages, problem)
+        stages = (SolverStep("path to begin with", "found", 0, None, problem.path_cost(rotary)),)
+        found = Optimum(machine, path, bounds, motion, energy, compared, missing, stages, problem)
 
         def rebuild(again: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
             return (problem, bounds) if again is path else self._problem(narrow, again, location)
@@ -426,7 +426,7 @@ def with_bound(
         return replace(found, toolpath=replace(path, findings=(*path.findings, finding)))
 
 
-def _largest_turns(found: Solution, constraints: Constraints) -> Array | None:
+def _largest_turns(found: Optimum, constraints: Constraints) -> Array | None:
     """Largest turn in each move of a solution, rad; on links, and where an axis rewinds, there is none."""
     if found.unwrapped is not None:
         return None

@@ -32,7 +32,7 @@ MOST_MEASURED = 50_000
 
 
 @dataclass(frozen=True)
-class Stage:
+class SolverStep:
     """Record of one step of the solver.
 
     Parameters
@@ -123,7 +123,7 @@ class Unwrapped:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(ShownAsTable, HasColumns):
+class Optimum(ShownAsTable, HasColumns):
     """The cheapest motion that was found, and its baselines.
 
     Parameters
@@ -150,7 +150,7 @@ class Solution(ShownAsTable, HasColumns):
     energy: Energy
     compared: Mapping[str, Baseline]
     missing: Mapping[str, str]
-    stages: tuple[Stage, ...]
+    stages: tuple[SolverStep, ...]
     problem: Problem | None = None
     unwrapped: Unwrapped | None = None
     filling: Filling = field(default_factory=Filling)

@@ -19,7 +19,7 @@ from paths import PATHS
 from shapes import SHAPES, sampled
 
 import fiveaxis as fx
-from fiveaxis.posture import Effort, Options, optimise
+from fiveaxis.posture import Effort, Options, optimise_postures
 from fiveaxis.posture.strategy.effort import effort_of
 from fiveaxis.toolpath import Constraints
 
@@ -55,7 +55,7 @@ def main() -> None:
         first = None
         for what, effort in {given.effort: whole, **parts(whole)}.items():
             began = time.process_time()
-            joules = optimise(path, machine, bounds, Options(effort=effort, steady=0.0)).energy.total
+            joules = optimise_postures(path, machine, bounds, Options(effort=effort, steady=0.0)).energy.total
             first = joules if first is None else first
             seconds = time.process_time() - began
             print(

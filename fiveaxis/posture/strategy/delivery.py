@@ -25,7 +25,7 @@ from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import Resolution, sparse_rows, turning_rows, widened
-from fiveaxis.posture.solution import Solution, Stage, program_energy, timed_energy
+from fiveaxis.posture.solution import Optimum, SolverStep, program_energy, timed_energy
 from fiveaxis.posture.strategy.effort import resolution
 from fiveaxis.posture.strategy.fairing import faired
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
@@ -85,11 +85,11 @@ class Delivery:
     options: Options
     by_length: bool = False
     at_knots: bool = False
-    stages: list[Stage] = field(default_factory=list)
+    stages: list[SolverStep] = field(default_factory=list)
 
     def delivered(
-        self, solution: Solution, candidates: Mapping[str, Array]
-    ) -> tuple[Solution, tuple[float, float], Breach | None]:
+        self, solution: Optimum, candidates: Mapping[str, Array]
+    ) -> tuple[Optimum, tuple[float, float], Breach | None]:
         """Solve a solution again on the locations of its program; its energies are then those of programs.
 
         Every baseline is priced as its own program, and given on the locations of the result; one that no
@@ -153,7 +153,7 @@ class Delivery:
         return found, best.rank, breach
 
     def _baselines(
-        self, solution: Solution
+        self, solution: Optimum
     ) -> tuple[dict[str, Energy], dict[str, AxisPlanes], Mapping[str, str]]:
         """Price baselines as programs: energies and axis planes by name; of those without one, the reason."""
         machine, missing = solution.machine, dict(solution.missing)
@@ -271,7 +271,7 @@ class Delivery:
         for farthest in FARTHEST:
             rotary = faired(program.instance.problem, program.rotary, farthest)
             here = self._final(self.priced(rotary, program.instance))
-            self.stages.append(Stage(FAIRING, self._status(here), 0, program.cost, here.cost))
+            self.stages.append(SolverStep(FAIRING, self._status(here), 0, program.cost, here.cost))
             yield here
 
     def _bare(self, program: Delivered) -> Delivered:
@@ -354,7 +354,7 @@ class Delivery:
         if path is None:
             return None
         cost = self._repriced(few, path, costs, 0.0).priced(path)
-        self.stages.append(Stage(name, f"{len(path)} locations", 0, None, cost))
+        self.stages.append(SolverStep(name, f"{len(path)} locations", 0, None, cost))
         refused = int(np.count_nonzero(self.near.refused(few, path)))
         return Candidate(instance, few, costs, path, (refused, cost))
 
@@ -399,7 +399,9 @@ class Delivery:
                 self.priced(path, instance, replace(problem, max_turn=instance.problem.max_turn)),
             )
             was = None if before is None else before.cost
-            self.stages.append(Stage(f"program, round {number + 1}", self._status(here), 0, was, here.cost))
+            self.stages.append(
+                SolverStep(f"program, round {number + 1}", self._status(here), 0, was, here.cost)
+            )
             saves = best is None or (here.broken, (1.0 + WORTHWHILE) * here.cost) < rank(best)
             best = here if best is None else min(best, here, key=rank)
             if (number + 1 >= len(sharpness) or self._is_flat) and not saves:
@@ -439,7 +441,7 @@ class Delivery:
         path = self.options.checkpoint.found(search)
         here = self.priced(path, instance)
         name = f"corridor of {np.degrees(resolution.radius):.3g} deg"
-        self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
+        self.stages.append(SolverStep(name, self._status(here), 0, before, here.cost))
         return here
 
     def _steadied(self, found: Sequence[Delivered], before: Delivered | None) -> Delivered:

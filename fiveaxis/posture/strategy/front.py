@@ -17,10 +17,10 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, follow, peak_rates
 from fiveaxis.options import Objective
-from fiveaxis.posture.optimiser import optimise
+from fiveaxis.posture.optimiser import optimise_postures
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Solution, program_energy
+from fiveaxis.posture.solution import Optimum, program_energy
 from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.toolpath import Constraints, Toolpath
 
@@ -53,15 +53,15 @@ class Front:
 
     points: tuple[FrontPoint, ...]
     dominated: int
-    solution: Solution
-    others: tuple[Solution, ...] = ()
+    solution: Optimum
+    others: tuple[Optimum, ...] = ()
 
     @property
-    def solutions(self) -> tuple[Solution, ...]:
+    def solutions(self) -> tuple[Optimum, ...]:
         """The solution of each point."""
         return (self.solution, *self.others)
 
-    def pick(self, number: int) -> Solution:
+    def pick(self, number: int) -> Optimum:
         """Return a solution by its number; 1 is the cheapest, a number too large gives the last."""
         return self.solutions[min(number, len(self.solutions)) - 1]
 
@@ -81,16 +81,16 @@ def find_front(
 ) -> Front:
     """Find solutions between the cheapest program and the fastest or smoothest one.
 
-    The first is what `optimise` finds. Where the control's clock is known, the others are searched with
-    increasing prices of time, and the last for least time. Elsewhere steadiness stands for time, by prices of
-    bends. None interrupts more cuts than the first to rewind an axis.
+    The first is what `optimise_postures` finds. Where the control's clock is known, the others are searched
+    with increasing prices of time, and the last for least time. Elsewhere steadiness stands for time, by
+    prices of bends. None interrupts more cuts than the first to rewind an axis.
 
     Parameters
     ----------
-    toolpath, machine, constraints : as for `optimise`
+    toolpath, machine, constraints : as for `optimise_postures`
     n : how many solutions are sought, at least two
-    options : as for `optimise`, without `smoothing` and `bound`; the stage ``front`` of its progress counts
-        the runs
+    options : as for `optimise_postures`, without `smoothing` and `bound`; the stage ``front`` of its progress
+        counts the runs
     feed_share : least share of the feed to which cuts may be slowed where that saves energy; by default they
         keep their feed
 
@@ -104,7 +104,7 @@ def find_front(
         Fewer than two solutions; a price that isn't positive; ``smoothing`` given; a share outside 0…1, or
         with another objective than energy.
     Infeasible, MachineError, ToolError, ToolpathError
-        As `optimise`.
+        As `optimise_postures`.
     """
     _require_sense(n, options, feed_share)
     by_clock = not options.is_timed and not options.clock.is_programmed(machine)
@@ -113,10 +113,10 @@ def find_front(
     def tell(stage: str, step: int, steps: int) -> None:
         progress(f"front, run {done + 1} of {n}: {stage}", step, steps)
 
-    def searched(**changes: Any) -> Solution:
+    def searched(**changes: Any) -> Optimum:
         nonlocal done
         own = replace(options, bound=False, progress=tell, **changes)
-        found = optimise(toolpath, machine, constraints, own)
+        found = optimise_postures(toolpath, machine, constraints, own)
         done += 1
         progress("front", done, n)
         return found
@@ -139,9 +139,7 @@ def find_front(
     return Front(tuple(p for p, _ in kept), len(members) - len(kept), solutions[0], solutions[1:])
 
 
-def _by_clock(
-    solution: Solution, n: int, options: Options, searched: Callable[..., Solution]
-) -> list[Member]:
+def _by_clock(solution: Optimum, n: int, options: Options, searched: Callable[..., Optimum]) -> list[Member]:
     """Search solutions with an increasing price of time, the last for least time where speeds are known."""
     path, problem, start = solved(solution)
     least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
@@ -165,9 +163,7 @@ def _by_clock(
     return members
 
 
-def _by_bends(
-    solution: Solution, n: int, options: Options, searched: Callable[..., Solution]
-) -> list[Member]:
+def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..., Optimum]) -> list[Member]:
     """Search solutions with an increasing price of bends, J/rad²; at each price the best of all stays.
 
     The first price is 0; the others are a geometric series about the one at which the bends of the first
@@ -242,15 +238,15 @@ def undominated(figures: Sequence[Sequence[float]]) -> list[int]:
     return sorted(kept, key=lambda i: tuple(figures[i]))
 
 
-def _mean_power(solution: Solution) -> float:
+def _mean_power(solution: Optimum) -> float:
     """Return the drives' mean power, W; 0 of a path of one location."""
     energy = solution.energy
     return energy.total / energy.time if energy.time > 0.0 else 0.0
 
 
 def _slower(
-    point: FrontPoint, solution: Solution, share: float, patience: float
-) -> tuple[FrontPoint, Solution] | None:
+    point: FrontPoint, solution: Optimum, share: float, patience: float
+) -> tuple[FrontPoint, Optimum] | None:
     """Return a point whose cuts are slowed down where that saves energy; None where none is."""
     found = slowed(solution, share, patience * _mean_power(solution))
     if found is None:
@@ -319,10 +315,10 @@ class FrontPoint:
 
 
 # A point of a front, and its solution.
-Member = tuple[FrontPoint, Solution]
+Member = tuple[FrontPoint, Optimum]
 
 
-def solved(solution: Solution) -> tuple[Toolpath, Problem, Array]:
+def solved(solution: Optimum) -> tuple[Toolpath, Problem, Array]:
     """Return path, problem and postures, (n, 2) rad, of a solution; before rewinds if it has any."""
     unwrapped, problem = solution.unwrapped, solution.problem
     if unwrapped is not None:
@@ -332,14 +328,14 @@ def solved(solution: Solution) -> tuple[Toolpath, Problem, Array]:
     return solution.toolpath, problem, solution.motion.positions[:, solution.machine.rotary_columns]
 
 
-def interrupted_cuts(solution: Solution, rotary: Array) -> int:
+def interrupted_cuts(solution: Optimum, rotary: Array) -> int:
     """Count the cuts that a path, (n, 2) rad, interrupts to rewind an axis."""
     rewinds = with_path(solution, rotary)[1]
     return 0 if rewinds is None else sum(r.in_cut for r in rewinds.rewinds)
 
 
 def measured(
-    solution: Solution, rotary: Array, smoothing: float, problem: Problem, unpriced: Problem
+    solution: Optimum, rotary: Array, smoothing: float, problem: Problem, unpriced: Problem
 ) -> FrontPoint:
     """Evaluate a path, (n, 2) rad; its turns are those without rewinds, which don't cut."""
     other, rewinds = with_path(solution, rotary)
@@ -367,7 +363,7 @@ def _bend(path: Toolpath, rotary: Array) -> float:
     return float((np.diff(rotary[~path.inserted], axis=0) ** 2).sum())
 
 
-def slowed(solution: Solution, share: float, price: float) -> Solution | None:
+def slowed(solution: Optimum, share: float, price: float) -> Optimum | None:
     """Slow the cuts of a solution down where that saves energy.
 
     Of each move between given locations the cheapest of some feeds is taken, by the drives' power at the mean

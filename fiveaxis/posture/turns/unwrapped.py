@@ -23,7 +23,7 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Baseline, Solution, Unwrapped, program_energy
+from fiveaxis.posture.solution import Baseline, Optimum, Unwrapped, program_energy
 from fiveaxis.posture.strategy.singular import Cone, turning_within
 from fiveaxis.posture.turns.rewinding import Rewind, Rewound, insert_rewinds
 from fiveaxis.posture.turns.stops import CUT_PRICE, find_turn_changes, keep_lean
@@ -63,7 +63,7 @@ def path_check(
     return lambda path: turned(path) <= most and (mask is None or bool(np.all(mask.admits(rows, path))))
 
 
-def rewind_solution(solution: Solution, machine: Machine, refine: Refine, keeps: PathCheck) -> Solution:
+def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: PathCheck) -> Optimum:
     """Convert a solution on the endless machine to the machine itself.
 
     The path, the path with one turn less (`fewer_turns`) and the baselines that keep all bounds are rewound;
@@ -126,7 +126,7 @@ def _is_admissible(problem: Problem, rotary: Array, location: Array | None) -> b
     return max(excess.max(), problem.limit_excess(positions).max(), turned.max(initial=0.0)) <= ALLOWED
 
 
-def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | None]:
+def with_path(solution: Optimum, rotary: Array) -> tuple[Optimum, Rewound | None]:
     """Replace the path of a solution.
 
     Parameters

@@ -34,10 +34,10 @@ def test_a_cheaper_path_found_at_another_price_is_the_solution(found, hayashi, m
 
     def optimise_badly(path, machine, constraints, options):
         price = options.smoothing or 3000.0
-        poor = posture.optimise(path, machine, constraints, replace(options, smoothing=price))
+        poor = posture.optimise_postures(path, machine, constraints, replace(options, smoothing=price))
         return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
 
-    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", optimise_badly)
+    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise_postures", optimise_badly)
     bounds = Constraints.of_degrees(tilt=(15, 75), max_turn=15.0)
     poor = optimise_badly(ring(60), hayashi, bounds, posture.Options(objective="travel", effort="quick"))
     front = find_front(ring(60), hayashi, 3, tilt=(15, 75))
@@ -256,8 +256,8 @@ def test_the_solution_of_such_a_front_keeps_its_bounds_and_reports_its_own_rewin
 
 def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
     def bare(*args):
-        return replace(posture.optimise(*args), problem=None)
+        return replace(posture.optimise_postures(*args), problem=None)
 
-    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", bare)
+    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise_postures", bare)
     with pytest.raises(SettingError, match="put together by hand"):
         find_front(ring(60), hayashi, 3, tilt=(15, 75))

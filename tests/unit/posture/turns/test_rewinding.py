@@ -20,7 +20,7 @@ from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import compose_program
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.posture.turns.rewinding import CLEARANCE, insert_rewinds
 from fiveaxis.posture.turns.stops import find_stops, with_turn_changes
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
@@ -243,7 +243,7 @@ def helix(hayashi):
     """Solve the helix of 1.6 turns on a machine with C from one angle to another, deg."""
 
     @cache
-    def solved(low: float, high: float) -> Solution:
+    def solved(low: float, high: float) -> Optimum:
         path, _ = turns_round(1.6, 36)
         return optimise(path, ranged(hayashi, low, high), tilt=(15, 75))
 
