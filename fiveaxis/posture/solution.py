@@ -19,6 +19,7 @@ from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optima import Optimality, optimality
 from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.turns.rewinding import Rewind
 from fiveaxis.toolpath import TiltBounds, Toolpath
 from fiveaxis.toolpath.bounds import lead_lean
 
@@ -110,16 +111,16 @@ class Unwrapped:
     Parameters
     ----------
     toolpath : without rewinds
-    tilt : bounds on the lean at its locations
     problem : on the machine with axes of unlimited travel; or, where the path was squeezed into fewer turns,
         within those
     rotary : (n, 2), rad, chain order
+    rewinds : that take its axes back into their limits, in path order
     """
 
     toolpath: Toolpath
-    tilt: TiltBounds
     problem: Problem
     rotary: Array
+    rewinds: tuple[Rewind, ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,6 @@ from fiveaxis.posture.optimiser import optimise_postures
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Optimum, program_energy
-from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.toolpath import Constraints, Toolpath
 
 # How many shares of the feed are tried in each move.
@@ -141,25 +140,21 @@ def find_front(
 
 def _by_clock(solution: Optimum, n: int, options: Options, searched: Callable[..., Optimum]) -> list[Member]:
     """Search solutions with an increasing price of time, the last for least time where speeds are known."""
-    path, problem, start = solved(solution)
+    problem = solved(solution)[1]
     least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
     power, (faintest, strongest) = _mean_power(solution), DELAYS
     # The last is the strongest, also of one.
     shares = np.linspace(1.0, 0.0, n - 1)[::-1].tolist()
     prices = [least + power * faintest * (strongest / faintest) ** share for share in shares]
     speeds = [axis.max_speed for axis in solution.machine.axes if not axis.limits.is_fixed]
-    members = [(measured(solution, start, 0.0, problem, problem), solution)]
-    most = interrupted_cuts(solution, start)
+    members = [(measured(solution, problem.time_price, problem), solution)]
     for number, price in enumerate(prices, start=1):
         if number == n - 1 and None not in speeds:
             found = searched(objective="time", time_price=None)
         else:
             found = searched(time_price=price)
-        path, own, rotary = solved(found)
-        if interrupted_cuts(found, rotary) > most:
-            continue
-        point = measured(found, rotary, 0.0, replace(own, time_price=price), _unpriced(path, own, problem))
-        members.append((point, found))
+        if interrupted_cuts(found) <= interrupted_cuts(solution):
+            members.append((measured(found, price, _unpriced(*solved(found)[:2], problem)), found))
     return members
 
 
@@ -178,21 +173,22 @@ def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..
     prices = [0.0, *(STRONGEST * middle * (FAINTEST / STRONGEST) ** share for share in shares)]
     least = base if options.time_price is None else options.time_price
     power = _mean_power(solution) if np.isfinite(problem.top_speed).any() else 0.0
-    found, most = [(solution, path, problem, start)], interrupted_cuts(solution, start)
+    found = [solution]
     for price in prices[1:]:
         delay = {} if options.is_timed else {"time_price": least + power * price * STRONGEST / prices[-1]}
         other = searched(smoothing=price, **delay)
-        if interrupted_cuts(other, solved(other)[2]) <= most:
-            found.append((other, *solved(other)))
+        if interrupted_cuts(other) <= interrupted_cuts(solution):
+            found.append(other)
     points = []
-    for one, path, own, rotary in found:
+    for one in found:
+        path, own, _ = solved(one)
         unpriced = replace(own, bend_price=0.0 * own.bend_price)
         unpriced = unpriced if options.is_timed else _unpriced(path, own, problem)
-        points.append(measured(one, rotary, 0.0, own, unpriced))
+        points.append(measured(one, own.time_price, unpriced))
     members = []
     for price in prices:
         best = min(range(len(points)), key=lambda k: points[k].cost + price * points[k].bend)
-        members.append((replace(points[best], smoothing=price), found[best][0]))
+        members.append((replace(points[best], smoothing=price), found[best]))
     return members
 
 
@@ -328,30 +324,31 @@ def solved(solution: Optimum) -> tuple[Toolpath, Problem, Array]:
     return solution.toolpath, problem, solution.motion.positions[:, solution.machine.rotary_columns]
 
 
-def interrupted_cuts(solution: Optimum, rotary: Array) -> int:
-    """Count the cuts that a path, (n, 2) rad, interrupts to rewind an axis."""
-    rewinds = with_path(solution, rotary)[1]
-    return 0 if rewinds is None else sum(r.in_cut for r in rewinds.rewinds)
+def interrupted_cuts(solution: Optimum) -> int:
+    """Count the cuts that a solution interrupts to rewind an axis."""
+    return 0 if solution.unwrapped is None else sum(r.in_cut for r in solution.unwrapped.rewinds)
 
 
-def measured(
-    solution: Optimum, rotary: Array, smoothing: float, problem: Problem, unpriced: Problem
-) -> FrontPoint:
-    """Evaluate a path, (n, 2) rad; its turns are those without rewinds, which don't cut."""
-    other, rewinds = with_path(solution, rotary)
-    path = solved(solution)[0]
-    driven = other.motion if rewinds is None else follow(path, unpriced.machine, rotary)
+def measured(solution: Optimum, time_price: float, unpriced: Problem) -> FrontPoint:
+    """Evaluate a solution; its turns are those without rewinds, which don't cut.
+
+    Parameters
+    ----------
+    time_price : W, price of delay with which it was found
+    unpriced : its problem, without the prices that differ from point to point
+    """
+    path, _, rotary = solved(solution)
+    driven = solution.motion if solution.unwrapped is None else follow(path, unpriced.machine, rotary)
+    rewinds = () if solution.unwrapped is None else solution.unwrapped.rewinds
+    spent, lasting = sum(r.energy for r in rewinds), sum(r.time for r in rewinds)
     turn = np.abs(np.diff(rotary, axis=0, prepend=rotary[:1])).max(axis=1)
     cuts = path.cutting & (path.lengths > SHORTEST_MOVE)
-    cost = unpriced.cost(driven.positions)
-    if rewinds is not None:
-        cost += rewinds.energy + unpriced.time_price * rewinds.time
     return FrontPoint(
-        smoothing=smoothing,
-        time_price=problem.time_price,
-        motion=other.motion,
-        energy=other.energy,
-        cost=cost,
+        smoothing=0.0,
+        time_price=time_price,
+        motion=solution.motion,
+        energy=solution.energy,
+        cost=unpriced.cost(driven.positions) + spent + unpriced.time_price * lasting,
         bend=_bend(path, rotary),
         steepest=float(np.max(turn[cuts] / path.lengths[cuts], initial=0.0)),
         fastest=max(rate.speed for rate in peak_rates(solution.machine, driven).values()),

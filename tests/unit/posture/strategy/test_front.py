@@ -12,7 +12,6 @@ from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Limits
 from fiveaxis.posture.strategy.front import FrontPoint, undominated
-from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, refined
 
 
@@ -249,9 +248,7 @@ def test_the_solution_of_such_a_front_keeps_its_bounds_and_reports_its_own_rewin
     assert max(solution.residuals().values()) <= 1e-9
     found = [f for f in solution.toolpath.findings if f.code == "rewind"]
     assert np.count_nonzero(np.diff(solution.toolpath.cutting.astype(int)) < 0) == len(found)
-    again, rewinds = with_path(solution, solution.unwrapped.rotary)
-    assert rewinds.rewinds
-    np.testing.assert_array_equal(again.motion.positions, solution.motion.positions)
+    assert len(solution.unwrapped.rewinds) == len(found)
 
 
 def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
