@@ -101,7 +101,7 @@ Admits = Callable[[IntArray, Array], BoolArray]
 
 
 @dataclass(frozen=True, eq=False)
-class Holding(StepTable):
+class ConeLimit(StepTable):
     """Directions about the singular one within which the first rotary axis is bounded.
 
     Parameters
@@ -157,7 +157,7 @@ def cheapest_path(
     known: Array | None = None,
     free: BoolArray | None = None,
     admits: Admits | None = None,
-    holding: Holding | None = None,
+    cone_limit: ConeLimit | None = None,
     steps: Steps = uncounted,
 ) -> Array:
     """Find the cheapest path by the price of blocks.
@@ -171,7 +171,7 @@ def cheapest_path(
     admits : what a mask admits; where it refuses the known path, that counts as a broken bound. Without a
         known path it is queried where the cheapest path without it is refused, and of all locations only if
         that doesn't do
-    holding : bounds near the singular direction
+    cone_limit : bounds near the singular direction
     steps : called with the locations done and their number
 
     Returns
@@ -183,7 +183,7 @@ def cheapest_path(
     # path it is queried at few, and what it refuses has to be seen.
     queried = np.full(len(problem), resolution.queries_all or known is not None)
     while admits is not None and np.count_nonzero(queried) <= MOST_QUERIED * len(problem):
-        found = _cheapest_path(problem, costs, resolution, known, free, admits, holding, steps, queried)
+        found = _cheapest_path(problem, costs, resolution, known, free, admits, cone_limit, steps, queried)
         if len(found) < len(problem):
             break
         turned = np.diff(found, axis=0, prepend=found[:1])
@@ -191,7 +191,7 @@ def cheapest_path(
         if not refused.any():
             return found
         queried |= widened(refused, QUERIED_BESIDE)
-    return _cheapest_path(problem, costs, resolution, known, free, admits, holding, steps, free)
+    return _cheapest_path(problem, costs, resolution, known, free, admits, cone_limit, steps, free)
 
 
 def _cheapest_path(
@@ -201,7 +201,7 @@ def _cheapest_path(
     known: Array | None,
     free: BoolArray,
     admits: Admits | None,
-    holding: Holding | None,
+    cone_limit: ConeLimit | None,
     steps: Steps,
     queried: BoolArray,
 ) -> Array:
@@ -216,7 +216,7 @@ def _cheapest_path(
     step, phase = (TURN / around, _phase(problem, spin)) if around else (resolution.spin, 0.0)
     # Samples begin at the phase, where rounding mustn't decide which cell is theirs.
     cells = Cells(level, spin, resolution.level, step, around, phase - BESIDE_END * step if around else 0.0)
-    locations = _locations(problem, holding)
+    locations = _locations(problem, cone_limit)
     if known is None:
         path, radius = np.empty((0, 2)), np.full(2, np.inf)
     else:
@@ -229,8 +229,8 @@ def _cheapest_path(
     states = max(min(resolution.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
     task = Task(
-        tapes.slopes.parts,
-        tapes.bows.parts,
+        tapes.gradients.parts,
+        tapes.second_derivatives.parts,
         locations,
         _prices(problem, costs, resolution.start),
         corridor,
@@ -357,14 +357,14 @@ def path_anywhere(
     costs: BlockCosts,
     resolution: Resolution,
     admits: Admits | None = None,
-    holding: Holding | None = None,
+    cone_limit: ConeLimit | None = None,
     steps: Steps = uncounted,
 ) -> Array:
     """Search the whole range of postures, more finely where no sequence of them is found.
 
     Parameters
     ----------
-    problem, costs, admits, holding, steps : as for `cheapest_path`
+    problem, costs, admits, cone_limit, steps : as for `cheapest_path`
 
     Returns
     -------
@@ -372,11 +372,11 @@ def path_anywhere(
     """
     if resolution.backwards:
         problem, costs = problem.backwards(), costs.backwards()
-        holding = None if holding is None else holding.backwards()
+        cone_limit = None if cone_limit is None else cone_limit.backwards()
         given, last = admits, len(problem) - 1
         admits = None if given is None else lambda rows, rotary: given(last - rows, rotary)
     for finer in (resolution, *resolution.finer):
-        found = cheapest_path(problem, costs, finer, admits=admits, holding=holding, steps=steps)
+        found = cheapest_path(problem, costs, finer, admits=admits, cone_limit=cone_limit, steps=steps)
         if len(found) == len(problem):
             return _begun_near_zero(problem, found[::-1]) if resolution.backwards else found
     return found
@@ -467,7 +467,7 @@ def _corridor(
     return Corridor(path, positions, excess, radius, free)
 
 
-def _locations(problem: Problem, holding: Holding | None) -> Locations:
+def _locations(problem: Problem, cone_limit: ConeLimit | None) -> Locations:
     machine, n = problem.machine, len(problem)
     references = np.stack([bound.reference for bound in problem.bounds], axis=1)
     tied = np.isfinite(references).all(axis=2, keepdims=True)
@@ -482,8 +482,8 @@ def _locations(problem: Problem, holding: Holding | None) -> Locations:
         np.array(machine.rotary_columns, dtype=np.int64),
         np.ascontiguousarray(turn),
         singular_direction(machine),
-        2.0 if holding is None else float(np.cos(holding.angle + BESIDE_CONE)),
-        np.full(max(n - 1, 0), np.inf) if holding is None else holding.turns,
+        2.0 if cone_limit is None else float(np.cos(cone_limit.angle + BESIDE_CONE)),
+        np.full(max(n - 1, 0), np.inf) if cone_limit is None else cone_limit.turns,
     )
 
 

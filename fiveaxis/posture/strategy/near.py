@@ -20,7 +20,7 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.successors import Holding, Resolution, cheapest_path, path_anywhere, widened
+from fiveaxis.posture.search.successors import ConeLimit, Resolution, cheapest_path, path_anywhere, widened
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
 from fiveaxis.posture.strategy.program_path import Instance
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
@@ -71,7 +71,7 @@ def refined(problem: Problem, start: Array, effort: Effort) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """Refinements and searches of instance locations.
+    """Refinements and searches of problem instances.
 
     Parameters
     ----------
@@ -128,8 +128,8 @@ class Near:
         """Search a corridor about a start, (n, 2) rad, where that is free to change."""
         mask = self._along(instance)
         admits = None if mask is None else mask.admits
-        holding = self._holding(instance)
-        found = cheapest_path(instance.problem, costs, resolution, start, free, admits, holding, steps)
+        cone_limit = self._cone_limit(instance)
+        found = cheapest_path(instance.problem, costs, resolution, start, free, admits, cone_limit, steps)
         return found if len(found) == len(start) else start
 
     def found_anywhere(
@@ -138,7 +138,7 @@ class Near:
         """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found."""
         mask = self._along(instance)
         rough = None if mask is None else mask.roughly_admits
-        found = path_anywhere(instance.problem, costs, resolution, rough, self._holding(instance), steps)
+        found = path_anywhere(instance.problem, costs, resolution, rough, self._cone_limit(instance), steps)
         return found if len(found) == len(instance.problem) else None
 
     def refused(self, instance: Instance, rotary: Array) -> BoolArray:
@@ -157,11 +157,11 @@ class Near:
     def _along(self, instance: Instance) -> Mask | None:
         return None if self.mask is None else self.mask.along(instance.location)
 
-    def _holding(self, instance: Instance) -> Holding | None:
+    def _cone_limit(self, instance: Instance) -> ConeLimit | None:
         if self.cone is None:
             return None
         most = np.where(instance.path.cutting[1:], self.cone.rate * instance.path.lengths[1:], np.inf)
-        return Holding(self.cone.angle, most)
+        return ConeLimit(self.cone.angle, most)
 
     def _within_cone(self, instance: Instance, problem: Problem, start: Array) -> Problem:
         if self.cone is None:

@@ -2,8 +2,8 @@
 
 With the tool along the first rotary axis, that axis turns the part without changing the tool's direction;
 near it a small change of direction takes a large turn, ``1/sin`` of the angle. Searches hold the axis within
-the cone or lead the path round it (`fiveaxis.posture.search.successors.Holding`); a refinement holds it where
-its start passes the cone.
+the cone or lead the path round it (`ConeLimit` of `fiveaxis.posture.search.successors`); a refinement holds
+it where its start passes the cone.
 """
 
 from __future__ import annotations
