@@ -321,7 +321,7 @@ class Delivery:
         def search() -> Array | None:
             if known is not None:
                 return interpolate(known, few.location)
-            prices = self._other_costs(instance).thinned(rows) if resolution.by_other_price else costs
+            prices = self._costs(instance, other=True).thinned(rows) if resolution.by_other_price else costs
             return self.near.found_anywhere(few, prices, resolution, self._steps)
 
         name = "path to begin with" if known is not None else "search of all postures"
@@ -565,25 +565,25 @@ class Delivery:
             return TIME_PRICE * round(energy.time, 6)
         return energy.total if self.options.objective == "energy" else energy.travel
 
-    def _costs(self, instance: Instance, program: Delivered | None = None) -> BlockCosts:
-        """Compute what blocks cost, at the feed or as long as the control takes for those of a program."""
-        if self.options.objective != "energy":
-            return BlockCosts.of_travel(instance.problem.plus, instance.problem.minus)
-        slowed = program is not None and not self.options.clock.is_programmed(instance.problem.machine)
-        return self._energy_costs(instance, program.times if program is not None and slowed else None)
+    def _costs(
+        self, instance: Instance, program: Delivered | None = None, *, other: bool = False
+    ) -> BlockCosts:
+        """Compute what blocks cost: energy where that is minimised, else in proportion to travel.
 
-    def _other_costs(self, instance: Instance) -> BlockCosts:
-        """Compute what blocks cost otherwise: their travel or, where travel or time is minimised, energy."""
-        if self.options.objective != "energy":
-            return self._energy_costs(instance)
-        return BlockCosts.of_travel(instance.problem.plus, instance.problem.minus)
-
-    def _energy_costs(self, instance: Instance, times: Array | None = None) -> BlockCosts:
-        machine, times = instance.problem.machine, feed_times(instance.path) if times is None else times
+        Parameters
+        ----------
+        program : whose times the blocks take; they are at the feed by default, or where no clock is known
+        other : whether to take the other of both
+        """
+        problem, path = instance.problem, instance.path
+        if (self.options.objective == "energy") == other:
+            return BlockCosts.of_travel(problem.plus, problem.minus)
+        slowed = program is not None and not self.options.clock.is_programmed(problem.machine)
+        times = program.times if program is not None and slowed else feed_times(path)
         # The duration of rapid moves depends on the posture.
-        lasting = np.where(instance.path.rapid, 0.0, times)[1:]
-        costs = block_costs(machine, instance.path.feed[1:], instance.path.rapid[1:], time=lasting)
-        up, down = lifting_costs(machine, self.options.up_penalty)
+        lasting = np.where(path.rapid, 0.0, times)[1:]
+        costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=lasting)
+        up, down = lifting_costs(problem.machine, self.options.up_penalty)
         return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
     def _local(self, instance: Instance, rotary: Array, sharpness: float, costs: BlockCosts) -> Problem:
