@@ -21,7 +21,7 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import compose_program
 from fiveaxis.posture import Optimum
-from fiveaxis.posture.turns.rewinding import CLEARANCE, insert_rewinds
+from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.stops import find_stops, with_turn_changes
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
@@ -56,7 +56,7 @@ def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
     column = machine.column("C")
     limits = machine.axes[column].limits
     course = with_turn_changes(path, machine, rotary, [column])
-    stops = find_stops(course, machine, column, CLEARANCE, 0.0)
+    stops = find_stops(course, machine, column, 0.0)
     angles = course.rotary[:, 0]
     every = np.arange(-9, 10)
     unwrapped = angles[:, None] + TURN * every
