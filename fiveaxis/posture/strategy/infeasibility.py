@@ -56,23 +56,16 @@ def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[
         rows = rows[~_leaning_elsewhere(toolpath.at(rows), machine, tilt.at(rows))] if len(rows) else rows
     found: list[Finding] = []
     for row in rows.tolist():
-        advising = len(found) < MOST_ADVISED
-        tried = _try(toolpath, machine, tilt, row, advising)
-        if tried.admitted.any():
-            continue
-        nearest, overrun = _nearest_miss(machine, tried)
-        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried)]
-        remedies += [
-            f"leaving out {bound.text}"
-            for number, bound in enumerate(tilt.beside, start=1)
-            if tried.violates_only(number).any()
-        ]
-        advice = f"{' or '.join(remedies)} would do; or " if remedies and advising else ""
-        message = (
-            f"no tool axis within {' and '.join(b.text for b in tilt.all)} keeps the axis limits; "
-            f"{nearest}; {advice}widen the tilt range or set the part up differently"
-        )
-        found.append(Finding(Severity.ERROR, "no-posture", message, toolpath.place(row), overrun))
+        tried = _Tried.at(toolpath, machine, tilt, row, far=len(found) < MOST_ADVISED)
+        if (tried.excess > 0.0).any(axis=1).all():
+            nearest, overrun = tried.nearest()
+            remedies = [*tried.remedies()] if len(found) < MOST_ADVISED else []
+            advice = f"{' or '.join(remedies)} would do; or " if remedies else ""
+            message = (
+                f"no tool axis within {' and '.join(b.text for b in tilt.all)} keeps the axis limits; "
+                f"{nearest}; {advice}widen the tilt range or set the part up differently"
+            )
+            found.append(Finding(Severity.ERROR, "no-posture", message, toolpath.place(row), overrun))
     return found
 
 
@@ -104,62 +97,92 @@ class _Tried:
 
     Parameters
     ----------
-    angle : (m,), rad, to the first bound's reference
-    outside : (b, m), whether a bound on the lean is violated
+    machine, bounds : the limits, and the b bounds on the lean
+    angles : (m, b), deg, to the bounds' references
     positions : (m, k), mm and deg
-    overrun : (m, k), mm and deg, past the limits
+    excess : (m, b + k), mm and deg, beyond each bound and each axis's limits; 0 within
     """
 
-    angle: Array
-    outside: BoolArray
+    machine: Machine
+    bounds: tuple[TiltBounds, ...]
+    angles: Array
     positions: Array
-    overrun: Array
+    excess: Array
 
-    @property
-    def admitted(self) -> BoolArray:
-        """(m,), postures that violate nothing."""
-        return ~self.outside.any(axis=0) & self.reached
+    @classmethod
+    def at(cls, toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, *, far: bool) -> _Tried:
+        """Try tool axes of the tilt range, if `far` also beyond it, or all angles that held axes leave."""
+        if is_holding(machine):
+            rotary = free_angles(machine)
+            axis = tool_axes(machine, rotary)
+            positions = follow(toolpath.at(np.full(len(rotary), row)), machine, rotary).positions
+        else:
+            zone, by_normal = toolpath.zone, tilt.name == "normal"
+            # A wider range doesn't help where the cutter doesn't touch.
+            least, most = (zone.least, zone.high) if by_normal else (0.0, math.pi)
+            angles = _angles(tilt, least, most) if far else _angles(tilt, math.pi, 0.0)
+            turns = np.linspace(0.0, TURN, AXES_PER_RING, endpoint=False)
+            axis = _leaning(tilt.reference[row], angles[:, None, None], turns[:, None]).reshape(-1, 3)
+            if tilt.beside:
+                some = axis[::DRAWN_STRIDE]
+                axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)))])
+            found = postures(machine, toolpath.at(np.full(len(axis), row)), axis)
+            axis = np.tile(axis, (len(found.positions), 1))
+            positions = found.positions.reshape(-1, found.positions.shape[-1])
+        known = np.isfinite(positions).all(axis=1)
+        axis, positions = axis[known], positions[known]
+        bounds = tuple(replace(bound.at(np.array([row])), beside=()) for bound in tilt.all)
+        lean = np.stack([arccos(np.clip(product(axis, b.reference[0]), -1.0, 1.0)) for b in bounds], axis=1)
+        outside = np.stack([~bound.admits(axis[None])[0] for bound in bounds], axis=1)
+        low, high = np.array([(bound.low, bound.high) for bound in bounds]).T
+        leaning = np.where(outside, np.maximum(np.maximum(low - lean, lean - high), ON_LIMIT), 0.0)
+        past = machine.limit_excess(positions)
+        overrun = machine.shown(np.where(past > ON_LIMIT, past, 0.0))
+        excess = np.hstack([np.degrees(leaning), overrun])
+        return cls(machine, bounds, np.degrees(lean), machine.shown(positions), excess)
 
-    @property
-    def reached(self) -> BoolArray:
-        """(m,), postures inside all axis limits."""
-        return np.all(self.overrun <= 0.0, axis=1)
+    def nearest(self) -> tuple[str, float]:
+        """Name the axis that exceeds its limit in the nearest posture within the bounds; also by how much."""
+        inside = np.flatnonzero(~(self.excess[:, : len(self.bounds)] > 0.0).any(axis=1))
+        if not len(inside):
+            return "the rotary axes can't give one, whatever their limits", math.inf
+        overrun = self.excess[inside, len(self.bounds) :]
+        best = int(np.argmin(overrun.max(axis=1)))
+        column = int(np.argmax(overrun[best]))
+        where = _past_limit(self.machine, self.positions[inside[best]], column)
+        return f"the nearest needs {where}", float(overrun[best, column])
 
-    def violates_only(self, bound: int) -> BoolArray:
-        """(m,), postures inside the limits that violate this bound and no other."""
-        return self.outside[bound] & (self.outside.sum(axis=0) == 1) & self.reached
+    def remedies(self) -> Iterator[str]:
+        """Name the least change of the tilt range, a rotary axis, a linear one and the other bounds.
 
+        Each is enough for a posture that was tried, all else being kept.
+        """
+        count, violated = len(self.bounds), self.excess > 0.0
+        alone = np.where(violated & (violated.sum(axis=1) == 1)[:, None], self.excess, np.inf)
+        rotary, linear = self.machine.rotary_columns, self.machine.linear_columns
+        axes = [[count + column for column in columns] for columns in (rotary, linear)]
+        for columns in ([0], *axes, *([number] for number in range(1, count))):
+            if not np.isfinite(alone[:, columns]).any():
+                continue
+            best, which = np.unravel_index(int(np.argmin(alone[:, columns])), (len(alone), len(columns)))
+            column = columns[which]
+            if column >= count:
+                yield self._wider_limit(self.positions[best, column - count], column - count)
+            elif column:
+                yield f"leaving out {self.bounds[column].text}"
+            else:
+                name = "cone" if self.bounds[0].name == "programmed axis" else "tilt"
+                angle = self.angles[best, 0]
+                side = 1.0 if angle > np.degrees(self.bounds[0].high) else -1.0
+                yield f"{name} {'up' if side > 0.0 else 'down'} to {outwards(angle, side)} deg"
 
-def _try(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far: bool) -> _Tried:
-    """Try tool axes of the tilt range, if `far` also beyond it, or all angles that held axes leave."""
-    if is_holding(machine):
-        rotary = free_angles(machine)
-        axis = tool_axes(machine, rotary)
-        positions = follow(toolpath.at(np.full(len(rotary), row)), machine, rotary).positions
-    else:
-        zone, by_normal = toolpath.zone, tilt.name == "normal"
-        # A wider range doesn't help where the cutter doesn't touch.
-        least, most = (zone.least, zone.high) if by_normal else (0.0, math.pi)
-        angles = _angles(tilt, least, most) if far else _angles(tilt, math.pi, 0.0)
-        turns = np.linspace(0.0, TURN, AXES_PER_RING, endpoint=False)
-        axis = _leaning(tilt.reference[row], angles[:, None, None], turns[:, None]).reshape(-1, 3)
-        if tilt.beside:
-            some = axis[::DRAWN_STRIDE]
-            axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)))])
-        found = postures(machine, toolpath.at(np.full(len(axis), row)), axis)
-        axis = np.tile(axis, (len(found.positions), 1))
-        positions = found.positions.reshape(-1, found.positions.shape[-1])
-    known = np.isfinite(positions).all(axis=1)
-    axis, positions = axis[known], positions[known]
-    past = machine.limit_excess(positions)
-    alone = [replace(bound.at(np.array([row])), beside=()) for bound in tilt.all]
-    outside = [~bound.admits(axis[None])[0] for bound in alone]
-    return _Tried(
-        arccos(np.clip(product(axis, tilt.reference[row]), -1.0, 1.0)),
-        np.array(outside),
-        machine.shown(positions),
-        machine.shown(np.where(past > ON_LIMIT, past, 0.0)),
-    )
+    def _wider_limit(self, value: float, column: int) -> str:
+        """Say how far an axis would have to go, mm or deg."""
+        axis = self.machine.axes[column]
+        if axis.limits.is_fixed:
+            return f"{axis.letter} held at {value:.{DECIMALS}f} deg"
+        side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
+        return f"{axis.letter} to {outwards(value, side)} {axis.unit}"
 
 
 def _angles(tilt: TiltBounds, least: float, most: float) -> Array:
@@ -176,49 +199,6 @@ def _drawn(axis: Array, bounds: TiltBounds) -> Iterator[Array]:
         first, *others = (replace(b, beside=()) for b in kept)
         for inset in INSETS:
             yield replace(first, beside=tuple(others)).draw_in(axis, inset)
-
-
-def _nearest_miss(machine: Machine, tried: _Tried) -> tuple[str, float]:
-    """Name the axis that exceeds its limit in the nearest posture within the bounds; also by how much."""
-    inside = ~tried.outside.any(axis=0)
-    if not inside.any():
-        return "the rotary axes can't give one, whatever their limits", math.inf
-    overrun, shown = tried.overrun[inside], tried.positions[inside]
-    best = int(np.argmin(overrun.max(axis=1)))
-    column = int(np.argmax(overrun[best]))
-    text = f"the nearest needs {_past_limit(machine, shown[best], column)}"
-    return text, float(overrun[best, column])
-
-
-def _wider_tilt(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
-    """Name the angle to which the first bound would have to extend, all else being kept."""
-    name = "cone" if tilt.name == "programmed axis" else "tilt"
-    angle = np.degrees(tried.angle[tried.violates_only(0)])
-    low, high = np.degrees([tilt.low, tilt.high])
-    above, below = angle[angle > high], angle[angle < low]
-    ends = []
-    if len(above):
-        ends.append((above.min() - high, f"{name} up to {outwards(above.min(), 1.0)} deg"))
-    if len(below):
-        ends.append((low - below.max(), f"{name} down to {outwards(below.max(), -1.0)} deg"))
-    if ends:
-        yield min(ends)[1]
-
-
-def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
-    """Name how far a rotary and a linear axis would have to go, all else being kept."""
-    single = ~tried.outside.any(axis=0) & ((tried.overrun > 0.0).sum(axis=1) == 1)
-    for columns in (machine.rotary_columns, machine.linear_columns):
-        overrun = np.where(single[:, None] & (tried.overrun > 0.0), tried.overrun, np.inf)[:, columns]
-        if not np.isfinite(overrun).any():
-            continue
-        best, at = np.unravel_index(int(np.argmin(overrun)), overrun.shape)
-        axis, value = machine.axes[columns[at]], tried.positions[best, columns[at]]
-        if axis.limits.is_fixed:
-            yield f"{axis.letter} held at {value:.{DECIMALS}f} deg"
-            continue
-        side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
-        yield f"{axis.letter} to {outwards(value, side)} {axis.unit}"
 
 
 def _past_limit(machine: Machine, shown: Array, column: int) -> str:
