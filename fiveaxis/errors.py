@@ -21,6 +21,7 @@
     ├── LostWorkers              workers of a batch that don't start              (exit code 4)
     ├── Unverified               a program with errors that nobody accepts        (exit code 1)
     ├── Infeasible               no admissible posture, or contacts out of reach  (exit code 3)
+    ├── NoBaseline               a motion to compare with that doesn't exist      (exit code 2)
     └── AlreadyBetter            a program that stays: nothing better was found   (exit code 0)
 
 A message reads ``place: fact with value, bound and unit; what to do``. Many problems at once are
@@ -213,6 +214,10 @@ class Infeasible(_WithFindings):
     """Locations have no admissible posture, or no pass reaches them; findings say why."""
 
     exit_code = 3
+
+
+class NoBaseline(FiveAxisError):
+    """A motion to compare with doesn't exist for a path; the message is the reason, which reports give."""
 
 
 class Unverified(_WithFindings):

@@ -12,14 +12,12 @@ QUICK = {"effort": "quick"}
 BOUNDS = tuple(field.name for field in fields(Constraints))
 
 
-def optimise(path: Toolpath, machine, **options: Any) -> posture.Solution:
+def optimise(path: Toolpath, machine, **options: Any) -> posture.Optimum:
     """Choose postures; `options` are constraints in degrees and fields of `fiveaxis.posture.Options`."""
-    return posture.optimise(path, machine, _taken(options), posture.Options(**QUICK | options))
+    return posture.optimise_postures(path, machine, _taken(options), posture.Options(**QUICK | options))
 
 
-def find_front(
-    path: Toolpath, machine, n: int = 8, smoothest=None, feed_share=None, **options: Any
-) -> posture.Front:
+def find_front(path: Toolpath, machine, n: int = 8, feed_share=None, **options: Any) -> posture.Front:
     """Find a front; `options` as for `optimise`."""
     bounds = _taken(options)
     return posture.find_front(
@@ -28,7 +26,6 @@ def find_front(
         bounds,
         n,
         posture.Options(**QUICK | options),
-        smoothest=smoothest,
         feed_share=feed_share,
     )
 

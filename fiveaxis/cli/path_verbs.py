@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from fiveaxis.energy import Energy
     from fiveaxis.job import Job, Outcome, RevisedProgram
     from fiveaxis.job.revised_program import Part
-    from fiveaxis.posture import Solution
+    from fiveaxis.posture import Optimum
     from fiveaxis.report import Answer, ReportDocument
     from fiveaxis.report.facts import FrontPrograms, SetupSearched
     from fiveaxis.toolpath import Toolpath
@@ -451,7 +451,7 @@ def _print_front(front: FrontPrograms) -> None:
     out.print(table)
 
 
-def _print_energies(solution: Solution) -> None:
+def _print_energies(solution: Optimum) -> None:
     """Print whole programs side by side: energy by axis and by kind of move, time, and travel metric."""
     from fiveaxis.energy import DRAWN
 
@@ -488,7 +488,7 @@ def _print_energies(solution: Solution) -> None:
         out.print(solution.energy.band, soft_wrap=True)
 
 
-def _print_times(solution: Solution) -> None:
+def _print_times(solution: Optimum) -> None:
     """Print how long the control takes for the programs' blocks, where accelerations are known."""
     if solution.energy.timing == "programmed":
         return

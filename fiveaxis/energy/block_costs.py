@@ -5,7 +5,7 @@ A block costs a constant part while the axis moves at a measured speed, and a pa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,15 +18,16 @@ from fiveaxis.energy.drives import (
     travel_costs,
 )
 from fiveaxis.errors import MachineError
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.machine import AffineDrive, Axis, DirectionalDrive, Drive, FrictionDrive, Machine, WeightDrive
+from fiveaxis.toolpath import StepTable, per_step
 
 # Share of a block's cost that is rounding.
 ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class BlockCosts:
+class BlockCosts(StepTable):
     """Energy of n blocks by axis: ``slope |Δ| + standing · max(min(1, |Δ| / slow), |Δ| / measured)``.
 
     The measured power of a linear drive doesn't depend on its speed: between the slowest and the fastest
@@ -44,32 +45,17 @@ class BlockCosts:
     step : (n, k), mm and rad, travel at the programmed feed
     """
 
-    slope: Array
-    standing: Array
-    slow: Array
-    measured: Array
-    step: Array
+    slope: Array = field(metadata=per_step(axis=1, spread=1))
+    standing: Array = field(metadata=per_step(axis=1))
+    slow: Array = field(metadata=per_step())
+    measured: Array = field(metadata=per_step())
+    step: Array = field(metadata=per_step())
 
     @classmethod
     def of_travel(cls, plus: Array, minus: Array) -> BlockCosts:
         """Make costs in proportion to travel, (n, k) J/mm and J/rad."""
         none = np.zeros_like(plus)
         return cls(np.stack([plus, minus]), np.zeros((2, *plus.shape)), none, none, none)
-
-    def thinned(self, rows: IntArray) -> BlockCosts:
-        """Return the costs of moves between some of the locations, (m,), each of several blocks."""
-
-        def summed(steps: Array) -> Array:
-            return np.add.reduceat(steps[..., : rows[-1], :], rows[:-1], axis=-2)
-
-        slope = summed(self.slope) / np.diff(rows)[:, None]
-        return BlockCosts(slope, *map(summed, (self.standing, self.slow, self.measured, self.step)))
-
-    def backwards(self) -> BlockCosts:
-        """Return the costs of the same blocks on the way back, the last one first."""
-        steps = np.arange(len(self.step))[::-1]
-        slope, standing = (np.ascontiguousarray(part[::-1, steps]) for part in (self.slope, self.standing))
-        return BlockCosts(slope, standing, self.slow[steps], self.measured[steps], self.step[steps])
 
     @property
     def has_constant_power(self) -> bool:

@@ -22,17 +22,15 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
 from fiveaxis.options import Bounds, Meshes, Search, Surrounding, keywords_of
-from fiveaxis.posture import Options, with_bound
-from fiveaxis.posture import Solution as Postures
-from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis.posture import Optimum, Options, optimise_postures, with_bound
 from fiveaxis.posture.mask import Mask, MaskFunction, Spots
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, PathShape, Tool, Toolpath
 
 # Solves a path with a mask or None.
-Solve = Callable[[Toolpath, Mask | None], Postures]
-# Solves a path on a machine within constraints, as `fiveaxis.posture.optimise` does.
-Find = Callable[[Toolpath, Machine, Constraints, Options], Postures]
+Solve = Callable[[Toolpath, Mask | None], Optimum]
+# Solves a path on a machine within constraints, as `fiveaxis.posture.optimise_postures` does.
+Find = Callable[[Toolpath, Machine, Constraints, Options], Optimum]
 logger = logging.getLogger(__name__)
 
 # How often the mask of a path that collides between locations is tightened and the path searched again.
@@ -51,7 +49,7 @@ class Cleared:
     rounds : how often it was tightened and the path searched again
     """
 
-    solution: Postures
+    solution: Optimum
     admits: Accessibility | None
     rounds: int
 
@@ -124,7 +122,7 @@ def optimise(
     MeshError
         A mesh that can't be read, or is unusable.
     FiveAxisError
-        As `fiveaxis.posture.optimise`.
+        As `fiveaxis.posture.optimise_postures`.
     """
     constraints = Constraints.of(given)
     around = Surroundings.of(given, given, given.fixtures, given.clearances)
@@ -158,15 +156,15 @@ def solve_clear(
     Parameters
     ----------
     around : part, stock and fixtures; None to keep clear of nothing
-    find : what solves it, as `fiveaxis.posture.optimise`
+    find : what solves it, as `fiveaxis.posture.optimise_postures`
 
     Raises
     ------
     FiveAxisError
-        As `fiveaxis.posture.optimise`.
+        As `fiveaxis.posture.optimise_postures`.
     """
 
-    def solve(path: Toolpath, own: Mask | None) -> Postures:
+    def solve(path: Toolpath, own: Mask | None) -> Optimum:
         return find(path, machine, constraints, replace(options, mask=own, bound=False))
 
     own, progress = Mask.of(options.mask), options.progress
@@ -244,7 +242,7 @@ def keep_clear(
     return Cleared(best, _if_same_rows(admits, best), rounds)
 
 
-def _if_same_rows(admits: Accessibility | None, solution: Postures) -> Accessibility | None:
+def _if_same_rows(admits: Accessibility | None, solution: Optimum) -> Accessibility | None:
     """Return the mask if it was made for the solution's given locations, else None."""
     same = admits is not None and len(admits.toolpath) == solution.toolpath.count_given
     return admits if same and solution.unwrapped is None else None

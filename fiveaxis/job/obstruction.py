@@ -14,7 +14,7 @@ from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.reach import spread
 from fiveaxis.machine import Machine
-from fiveaxis.posture import Solution as Postures
+from fiveaxis.posture import Optimum
 from fiveaxis.posture.baselines.branches import postures
 from fiveaxis.posture.mask import Wording
 from fiveaxis.toolpath import Constraints, Tool
@@ -107,7 +107,7 @@ def has_pairs(machine: Machine, tool: Tool, around: Surroundings) -> bool:
     return bool(choose_pairs(build_scene(machine, tool, around), around.clearances)[0])
 
 
-def colliding_rows(solution: Postures, around: Surroundings) -> IntArray:
+def colliding_rows(solution: Optimum, around: Surroundings) -> IntArray:
     """Find the locations where a solution's motion collides, or next to a move that collides.
 
     A ball that gouges does so in any posture; gouges of other cutters count too.

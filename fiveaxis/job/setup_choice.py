@@ -9,7 +9,7 @@ from itertools import count
 
 import numpy as np
 
-from fiveaxis.errors import Infeasible
+from fiveaxis.errors import Infeasible, NoBaseline
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
@@ -19,7 +19,7 @@ from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.posture.baselines import NoBaseline, follow_axes
+from fiveaxis.posture.baselines import follow_axes
 from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard, within
 from fiveaxis.report.facts import SetupSearched, TriedSetup
 

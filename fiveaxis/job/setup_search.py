@@ -19,7 +19,7 @@ from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupSearch, SetupTable
 from fiveaxis.machine import Machine
-from fiveaxis.posture import Options, optimise
+from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Toolpath
 
@@ -135,7 +135,9 @@ class SetupCosts:
         return self.machine.with_setup(setup.offset, setup.rotation)
 
     def _price(self, machine: Machine, mask: Any) -> float:
-        energy = optimise(self.toolpath, machine, self.constraints, replace(self.options, mask=mask)).energy
+        energy = optimise_postures(
+            self.toolpath, machine, self.constraints, replace(self.options, mask=mask)
+        ).energy
         return energy.travel + self.price * energy.time
 
 

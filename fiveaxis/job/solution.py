@@ -12,7 +12,7 @@ from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.options import keywords_of
-from fiveaxis.posture import Solution as Postures
+from fiveaxis.posture import Optimum
 from fiveaxis.toolpath import Constraints
 from fiveaxis.verification import DEFAULT_TOLERANCES, CheckedInterpolation, Report, Tolerances
 from fiveaxis.verification.verdict import verify_within
@@ -20,7 +20,7 @@ from fiveaxis.verification.verdict import verify_within
 if TYPE_CHECKING:
     from fiveaxis.viewer import Preview
 
-Found = TypeVar("Found", bound=Postures)
+Found = TypeVar("Found", bound=Optimum)
 
 
 def add_findings(solution: Found, *findings: Finding) -> Found:
@@ -30,7 +30,7 @@ def add_findings(solution: Found, *findings: Finding) -> Found:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Solution(Postures):
+class Solution(Optimum):
     """Postures with what they were chosen within, which also applies to the programs made of them.
 
     Parameters
@@ -46,7 +46,7 @@ class Solution(Postures):
 
     @classmethod
     def of(
-        cls, postures: Postures, constraints: Constraints, surroundings: Surroundings, gouge_tolerance: float
+        cls, postures: Optimum, constraints: Constraints, surroundings: Surroundings, gouge_tolerance: float
     ) -> Solution:
         """Add to postures what they were chosen within.
 
@@ -59,7 +59,7 @@ class Solution(Postures):
         SettingError
             A gouge tolerance that isn't finite and above 0.
         """
-        own = {f.name: getattr(postures, f.name) for f in fields(Postures)}
+        own = {f.name: getattr(postures, f.name) for f in fields(Optimum)}
         tolerances = DEFAULT_TOLERANCES.with_gouge(gouge_tolerance)
         return cls(**own, constraints=constraints, surroundings=surroundings, tolerances=tolerances)
 

@@ -45,9 +45,7 @@ from fiveaxis.motion import Clock, Filling, Interpolation
 from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.nc.revision import Revision
 from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.posture import RESULT, Front, Options, find_front
-from fiveaxis.posture import Solution as Postures
-from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis.posture import RESULT, Front, Optimum, Options, find_front, optimise_postures
 from fiveaxis.posture.solution import Baseline, blocks_energy
 from fiveaxis.posture.strategy.front import undominated
 from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
@@ -226,7 +224,7 @@ def run_stages(
         cleared = chosen.cleared
     inputs = describe_inputs(job)
 
-    def finish(postures: Postures) -> Outcome:
+    def finish(postures: Optimum) -> Outcome:
         solution, scallop = _with_ridges(job, Solution.of(postures, constraints, around, gouge))
         revision, taken = None, chosen
         if operation is None:
@@ -301,7 +299,7 @@ def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
     )
 
 
-def _edge_use(solution: Postures, rpm: float | None) -> EdgeUse:
+def _edge_use(solution: Optimum, rpm: float | None) -> EdgeUse:
     """Find where on the cutter's edge a solution and its baselines cut."""
     motions = {RESULT: (solution.toolpath, solution.motion)}
     motions |= {
@@ -316,7 +314,7 @@ def _edge_use(solution: Postures, rpm: float | None) -> EdgeUse:
     return EdgeUse.of(programs, spindle, admitted(solution.toolpath, solution.tilt))
 
 
-def _rounded_alike(solution: Postures, filling: Filling, rounding: float) -> dict[str, Baseline]:
+def _rounded_alike(solution: Optimum, filling: Filling, rounding: float) -> dict[str, Baseline]:
     """Count the baselines' starts as the text's: moves within the rounding of its words, mm, are none."""
     machine, path = solution.machine, solution.toolpath
 
@@ -372,7 +370,7 @@ def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
             )
 
 
-def program_header(solution: Postures, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:
+def program_header(solution: Optimum, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:
     """Return the comments of a job's program, which name its inputs.
 
     Parameters
@@ -436,7 +434,7 @@ def solve(
         )
     fronts: list[Front] = []
 
-    def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Postures:
+    def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Optimum:
         if job.front is None:
             return optimise_postures(path, machine, constraints, chosen)
         fronts.append(find_front(path, machine, constraints, job.front, chosen, feed_share=job.feed_share))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import logging
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import power_findings
+from fiveaxis.energy import BlockCosts, motion_energy, power_findings
 from fiveaxis.errors import Infeasible, MachineError, ToolpathError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
@@ -19,18 +19,19 @@ from fiveaxis.machine import Machine, with_powers
 from fiveaxis.motion import Filling, Interpolation, follow
 from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
 from fiveaxis.options import Objective
+from fiveaxis.posture.baselines import find_baselines, moved_clear
 from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import DEFAULTS, Options
-from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Solution
+from fiveaxis.posture.problem import ALLOWED, Problem
+from fiveaxis.posture.search.successors import path_anywhere
+from fiveaxis.posture.solution import Optimum, SolverStep
 from fiveaxis.posture.strategy import holding
-from fiveaxis.posture.strategy.delivery import Delivery, delivered
-from fiveaxis.posture.strategy.effort import ROUGH
-from fiveaxis.posture.strategy.given_path import refined, solve_given
-from fiveaxis.posture.strategy.infeasibility import refusal, without_path
+from fiveaxis.posture.strategy.delivery import Delivery
+from fiveaxis.posture.strategy.effort import ROUGH, Effort
+from fiveaxis.posture.strategy.infeasibility import refusal, unreachable, without_path
 from fiveaxis.posture.strategy.least_time import time_findings
-from fiveaxis.posture.strategy.near import Near
+from fiveaxis.posture.strategy.near import Near, refined
 from fiveaxis.posture.strategy.program_path import Breach
 from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
@@ -51,12 +52,13 @@ HELD = np.radians(0.02)
 # rad: rounding of a turn.
 SAME_TURN = 1e-6
 
-Found = TypeVar("Found", bound=Solution)
+logger = logging.getLogger(__name__)
+Found = TypeVar("Found", bound=Optimum)
 
 
-def optimise(
+def optimise_postures(
     toolpath: Toolpath, machine: Machine, constraints: Constraints, options: Options = DEFAULTS
-) -> Solution:
+) -> Optimum:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
     Exact postures are searched, by the price of the program's blocks and by the travel metric
@@ -96,114 +98,22 @@ def optimise(
     if not toolpath.cutting.any():
         raise ToolpathError("has links only; there is no cut to choose a posture for", file=toolpath.name)
     effort = options.counts()
-    cone = Cone.of(constraints)
     machine = holding.hold(with_powers(machine), constraints.hold)
     toolpath = constraints.zoned(toolpath)
     toolpath = replace(toolpath, findings=(*toolpath.findings, *power_findings(machine)))
     if options.is_timed:
         toolpath = replace(toolpath, findings=(*toolpath.findings, *time_findings(machine)))
 
-    def build(narrow: Narrow, path: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-        bounds = constraints.lean_bounds(path)
-        if options.holds_ends:
-            bounds = replace(bounds, beside=(*bounds.beside, _held_ends(path, narrow.machine)))
-        built = Problem.build(
-            path,
-            narrow.machine,
-            bounds,
-            up_penalty=options.up_penalty,
-            max_turn=turn_bounds(path, narrow.constraints, location, narrow.turning),
-            time_price=(machine.base_power or 0.0) if options.time_price is None else options.time_price,
-            bend_price=options.smoothing,
-        )
-        return built, bounds
-
-    starting = effort.nested[0].having(last_barrier=ROUGH)
-    own, filling = Mask.of(options.mask), Filling.of(constraints, options.interpolation)
-
-    def solved(narrow: Narrow) -> _Attempt:
-        """Solve within narrower bounds, if possible within the turns that the axes have."""
-        winding = winding_columns(narrow.machine)
-        try:
-            attempt = solved_on(narrow, own)
-            if attempt.fault is None or not winding:
-                return attempt
-        except Infeasible:
-            if not winding:
-                raise
-        # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
-        mask = None if own is None else own.wrapped(machine)
-        attempt = solved_on(replace(narrow, machine=endless(narrow.machine)), mask)
-        return replace(attempt, found=replace(attempt.found, machine=endless(machine)))
-
-    def posed_on(
-        narrow: Narrow, mask: Mask | None, path: Toolpath, start: Array | None, known: Array | None = None
-    ) -> tuple[Solution, Delivery]:
-        """Find a path to begin with, unless one is known, and what will solve it for its program."""
-        problem, bounds = build(narrow, path)
-        found = solve_given(problem, path, bounds, starting, mask, replace(options, start=start), known)
-
-        def rebuild(again: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
-            return (problem, bounds) if again is path else build(narrow, again, location)
-
-        near, by_length = Near(effort, cone, mask), constraints.turn_rate is not None
-        delivery = Delivery(found.toolpath, rebuild, near, filling, options, by_length, known is not None)
-        return found, delivery
-
-    def at_knots(narrow: Narrow, mask: Mask | None) -> Array | None:
-        """Solve at the knots of a long path; (n, 2) rad, None where that is no less work, or impossible."""
-        # The turn that a move may take is no bound on many moves, and least time hangs on each.
-        by_moves = narrow.constraints.max_turn is not None or options.objective == "time"
-        if len(toolpath) <= LONG or by_moves:
-            return None
-        rows = knots(toolpath, APART, TILTED, MOVES)
-        if len(rows) > SPARSE * len(toolpath):
-            return None
-        few = replace(toolpath.at(rows), numbers=toolpath.numbered[rows])
-        mask = None if mask is None else mask.along(rows.astype(float))
-        start = None if options.start is None else options.start[rows]
-        try:
-            found, delivery = posed_on(narrow, mask, few, start)
-        except Infeasible:  # the moves between the knots may be too far, or the mask too narrow there
-            return None
-        best = delivery.run(found.motion.positions[:, machine.rotary_columns], everywhere=True)
-        run, location = np.cumsum(toolpath.lengths), best.posed.location
-        at = np.interp(location, np.arange(len(rows)), run[rows])
-        rotary = np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)
-        # Where the pivot stands still, several locations are at the same length.
-        rotary[rows] = best.rotary[location == np.floor(location)]
-        return rotary
-
-    def solved_on(narrow: Narrow, mask: Mask | None) -> _Attempt:
-        """Solve on the machine of the bounds."""
-        found, delivery = posed_on(narrow, mask, toolpath, options.start, at_knots(narrow, mask))
-        others = {} if options.start is None else {"the start given": options.start}
-        found, rank, breach = delivered(found, delivery, others)
-        rotary, fault = found.motion.positions[found.motion.given][:, machine.rotary_columns], None
-        if not delivery.admits(rotary):
-            fault = without_path(delivery.given_problem, rotary, delivery.given)
-        elif mask is not None:
-            refused = ~mask.admits(np.arange(len(toolpath)), rotary)
-            if refused.any():
-                raise refusal(delivery.given_problem, toolpath, rotary, refused, mask)
-        # Without the narrower limits.
-        return _Attempt(replace(found, machine=machine), mask, rank, breach, fault)
-
     # The linear solvers work on small blocks, for which threads of the BLAS only wait for each other.
     with threadpool_limits(limits=1):
+        attempts = Attempts(toolpath, machine, constraints, options, effort)
         try:
-            attempt = _best_attempt(solved, Narrow(machine, constraints))
+            best = attempts.best(Narrow(machine, constraints))
         except Infeasible:
             if constraints.max_turn is not None or not toolpath.has_axes:
                 raise
-            attempt = _best_attempt(solved, Narrow(machine, constraints, turning=machine))
-        found, mask = attempt.found, attempt.mask
-        if found.machine is not machine:
-            rotary = found.motion.positions[:, machine.rotary_columns]
-            mask = None if mask is None else mask.along(found.motion.location)
-            keeps = path_check(found.toolpath, found.machine, rotary, cone, mask)
-            found = rewind_solution(found, machine, partial(refined, effort=effort), keeps)
-        found = with_findings(found, cone)
+            best = attempts.best(Narrow(machine, constraints, turning=machine))
+        found = with_findings(attempts.rewound(best), attempts.cone)
         if options.is_bounded:
             found = with_bound(found, constraints, options.objective, options.progress)
         return found
@@ -218,7 +128,7 @@ def _of_least_energy(
     """
     cheap = replace(options, objective="energy", bound=False)
     try:
-        found = optimise(toolpath, machine, constraints, cheap)
+        found = optimise_postures(toolpath, machine, constraints, cheap)
     except Infeasible:
         return None
     rotary = found.motion.positions[found.motion.given][:, machine.rotary_columns]
@@ -265,7 +175,7 @@ class Narrow:
 
 
 @dataclass(frozen=True, eq=False)
-class _Attempt:
+class Attempt:
     """A solution within some bounds.
 
     Parameters
@@ -276,32 +186,217 @@ class _Attempt:
     fault : why it can't be delivered; None where it can
     """
 
-    found: Solution
+    found: Optimum
     mask: Mask | None
     rank: tuple[float, float]
     breach: Breach | None
     fault: Infeasible | None
 
 
-def _best_attempt(solved: Callable[[Narrow], _Attempt], given: Narrow) -> _Attempt:
-    """Solve again within narrower bounds while one is broken between locations; return the best of all.
+@dataclass(frozen=True, eq=False)
+class Attempts:
+    """Attempts to solve a path, within bounds that may have to be narrower than those that are given.
 
-    Directions that keep a least angle to the normal surround a hole, over which a turn within one move hops;
-    and blocks between two locations at the end of an axis's travel may go some micrometres beyond it.
+    Parameters
+    ----------
+    toolpath : with its zone and findings
+    machine : with powers and held axes
+    constraints, options : as for `optimise_postures`
+    effort : of the options
     """
-    attempts = [solved(given)]
-    narrow = given
-    while attempts[-1].breach is not None and len(attempts) <= MOST_ATTEMPTS:
-        narrow = narrow.within(given.machine, attempts[-1].breach)
+
+    toolpath: Toolpath
+    machine: Machine
+    constraints: Constraints
+    options: Options
+    effort: Effort
+
+    @cached_property
+    def cone(self) -> Cone | None:
+        """Where the first rotary axis is bounded."""
+        return Cone.of(self.constraints)
+
+    @cached_property
+    def filling(self) -> Filling:
+        """How blocks are inserted."""
+        return Filling.of(self.constraints, self.options.interpolation)
+
+    def best(self, given: Narrow) -> Attempt:
+        """Solve a path, again within narrower bounds where bounds are broken between its locations.
+
+        Directions that keep a least angle to the normal surround a hole, over which a turn within one move
+        hops; and blocks between two locations at the end of an axis's travel may go some micrometres beyond.
+        """
+        attempts = [self._on_turns(given)]
+        narrow = given
+        while attempts[-1].breach is not None and len(attempts) <= MOST_ATTEMPTS:
+            narrow = narrow.within(given.machine, attempts[-1].breach)
+            try:
+                attempts.append(self._on_turns(narrow))
+            except Infeasible:
+                break
+        best = min(attempts, key=lambda one: one.rank)
+        if best.fault is not None:
+            raise best.fault
+        stages = [stage for attempt in attempts for stage in attempt.found.stages]
+        return replace(best, found=replace(best.found, stages=tuple(stages)))
+
+    def rewound(self, attempt: Attempt) -> Optimum:
+        """Bring a solution into the limits of axes that it turns farther than they go."""
+        found, mask = attempt.found, attempt.mask
+        if found.machine is self.machine:
+            return found
+        rotary = found.motion.positions[:, self.machine.rotary_columns]
+        mask = None if mask is None else mask.along(found.motion.location)
+        keeps = path_check(found.toolpath, found.machine, rotary, self.cone, mask)
+        return rewind_solution(found, self.machine, partial(refined, effort=self.effort), keeps)
+
+    def _on_turns(self, narrow: Narrow) -> Attempt:
+        """Solve within the turns that the axes have, if possible, or else without an end of them."""
+        mask, winding = Mask.of(self.options.mask), winding_columns(narrow.machine)
         try:
-            attempts.append(solved(narrow))
+            attempt = self._within(narrow, mask)
+            if attempt.fault is None or not winding:
+                return attempt
         except Infeasible:
-            break
-    best = min(attempts, key=lambda one: one.rank)
-    if best.fault is not None:
-        raise best.fault
-    stages = [stage for attempt in attempts for stage in attempt.found.stages]
-    return replace(best, found=replace(best.found, stages=tuple(stages)))
+            if not winding:
+                raise
+        # The axis turns as far as the path needs; afterwards it is rewound where that is cheap.
+        mask = None if mask is None else mask.wrapped(self.machine)
+        attempt = self._within(replace(narrow, machine=endless(narrow.machine)), mask)
+        return replace(attempt, found=replace(attempt.found, machine=endless(self.machine)))
+
+    def _within(self, narrow: Narrow, mask: Mask | None) -> Attempt:
+        """Solve on the machine of some bounds."""
+        start, columns = self.options.start, self.machine.rotary_columns
+        found, delivery = self._begun(narrow, mask, self.toolpath, start, self._at_knots(narrow, mask))
+        others = {} if start is None else {"the start given": start}
+        found, rank, breach = delivery.delivered(found, others)
+        rotary, fault = found.motion.positions[found.motion.given][:, columns], None
+        if not delivery.admits(rotary):
+            fault = without_path(delivery.given_problem, delivery.given, rotary)
+        elif mask is not None:
+            refused = ~mask.admits(np.arange(len(self.toolpath)), rotary)
+            if refused.any():
+                raise refusal(delivery.given_problem, self.toolpath, rotary, refused, mask)
+        # Without the narrower limits.
+        return Attempt(replace(found, machine=self.machine), mask, rank, breach, fault)
+
+    def _at_knots(self, narrow: Narrow, mask: Mask | None) -> Array | None:
+        """Solve at the knots of a long path; (n, 2) rad, None where that is no less work, or impossible."""
+        path = self.toolpath
+        # The turn that a move may take is no bound on many moves, and least time hangs on each.
+        by_moves = narrow.constraints.max_turn is not None or self.options.is_timed
+        if len(path) <= LONG or by_moves:
+            return None
+        rows = knots(path, APART, TILTED, MOVES)
+        if len(rows) > SPARSE * len(path):
+            return None
+        few = replace(path.at(rows), numbers=path.numbered[rows])
+        mask = None if mask is None else mask.along(rows.astype(float))
+        start = None if self.options.start is None else self.options.start[rows]
+        try:
+            found, delivery = self._begun(narrow, mask, few, start)
+        except Infeasible:  # the moves between the knots may be too far, or the mask too narrow there
+            return None
+        columns = self.machine.rotary_columns
+        best = delivery.run(found.motion.positions[:, columns], everywhere=True)
+        run, location = np.cumsum(path.lengths), best.instance.location
+        at = np.interp(location, np.arange(len(rows)), run[rows])
+        rotary = np.stack([np.interp(run, at, angle) for angle in best.rotary.T], axis=1)
+        # Where the pivot stands still, several locations are at the same length.
+        rotary[rows] = best.rotary[location == np.floor(location)]
+        return rotary
+
+    def _begun(
+        self,
+        narrow: Narrow,
+        mask: Mask | None,
+        path: Toolpath,
+        start: Array | None,
+        known: Array | None = None,
+    ) -> tuple[Optimum, Delivery]:
+        """Find the baselines and a path to begin with, and what will solve that for its program.
+
+        Parameters
+        ----------
+        mask : which the path to begin with needn't pass
+        start : (n, 2), rad, a path that is refined instead of a search
+        known : (n, 2), rad, a path that takes the place of both
+
+        Raises
+        ------
+        Infeasible
+            Locations out of reach; moves that turn too far.
+        """
+        problem, bounds = self._problem(narrow, path)
+        machine, options = problem.machine, self.options
+        blocked = unreachable(path, machine, bounds)
+        if blocked:
+            share = f"{len(blocked)} of {len(path)} locations"
+            raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
+        options.progress("computing baselines", 0, 1)
+        baselines, missing = find_baselines(path, machine, bounds, options.checkpoint)
+        compared = baselines
+        if mask is not None:
+            compared, refused = moved_clear(baselines, problem, path, bounds, mask)
+            missing = missing | refused
+        rotary = known
+        if rotary is None and start is not None:
+            rotary = options.checkpoint.found(partial(refined, problem, start, self._starting))
+        if rotary is None or (known is None and problem.violation(rotary) > ALLOWED):
+            paths = [b.motion.positions[:, machine.rotary_columns] for b in baselines.values()]
+            rotary = options.checkpoint.found(partial(self._sound, problem, path, paths, mask))
+        motion = follow(path, machine, rotary)
+        energy = motion_energy(machine, motion)
+        logger.info("%d locations on %s: %.1f J to begin with", len(path), machine.name, energy.total)
+        stages = (SolverStep("path to begin with", "found", 0, None, problem.path_cost(rotary)),)
+        found = Optimum(machine, path, bounds, motion, energy, compared, missing, stages, problem)
+
+        def rebuild(again: Toolpath, location: Array | None = None) -> tuple[Problem, TiltBounds]:
+            return (problem, bounds) if again is path else self._problem(narrow, again, location)
+
+        near, by_length = Near(self.effort, self.cone, mask), self.constraints.turn_rate is not None
+        return found, Delivery(path, rebuild, near, self.filling, options, by_length, known is not None)
+
+    @property
+    def _starting(self) -> Effort:
+        """The effort of what will be solved again, with other prices."""
+        return self.effort.nested[0].having(last_barrier=ROUGH)
+
+    def _sound(self, problem: Problem, path: Toolpath, known: list[Array], mask: Mask | None) -> Array:
+        """Return the known path of least cost that keeps all bounds, or else search one of little travel."""
+        sound = [rotary for rotary in known if problem.violation(rotary) <= ALLOWED]
+        if sound:
+            return min(sound, key=problem.path_cost)
+        self.options.progress("searching postures", 0, 1)
+        costs = BlockCosts.of_travel(problem.plus, problem.minus)
+        admits = None if mask is None else mask.roughly_admits
+        found = path_anywhere(problem, costs, self._starting.everywhere[0], admits)
+        if len(found) == len(problem):
+            found = refined(problem, found, self._starting)
+            if problem.violation(found) <= ALLOWED:
+                return found
+        raise without_path(problem, path, found, mask)
+
+    def _problem(
+        self, narrow: Narrow, path: Toolpath, location: Array | None = None
+    ) -> tuple[Problem, TiltBounds]:
+        """Build the problem of a path, whose locations have fractional indices, (n,), in the given one."""
+        bounds, options = self.constraints.lean_bounds(path), self.options
+        if options.holds_ends:
+            bounds = replace(bounds, beside=(*bounds.beside, _held_ends(path, narrow.machine)))
+        price = options.time_price
+        built = Problem.build(
+            path,
+            narrow.machine,
+            bounds,
+            up_penalty=options.up_penalty,
+            max_turn=turn_bounds(path, narrow.constraints, location, narrow.turning),
+            time_price=(self.machine.base_power or 0.0) if price is None else price,
+            bend_price=options.smoothing,
+        )
+        return built, bounds
 
 
 def with_bound(
@@ -331,7 +426,7 @@ def with_bound(
         return replace(found, toolpath=replace(path, findings=(*path.findings, finding)))
 
 
-def _largest_turns(found: Solution, constraints: Constraints) -> Array | None:
+def _largest_turns(found: Optimum, constraints: Constraints) -> Array | None:
     """Largest turn in each move of a solution, rad; on links, and where an axis rewinds, there is none."""
     if found.unwrapped is not None:
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from fiveaxis.motion import least_times
 from fiveaxis.motion.timing import axis_bounds
 from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.terms import OTHERS, Term, terms_of
-from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
+from fiveaxis.toolpath import PER_LOCATION, StepTable, TiltBounds, Toolpath, Zone, per_step
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would skip postures that the path has to pass through and that weren't checked.
@@ -36,7 +36,7 @@ Rows = IntArray | slice
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(StepTable):
     """Choose two rotary angles for every location so that the objective is minimal.
 
     ``Σ_i [Σ_a (W⁺_a Δq⁺_a + W⁻_a Δq⁻_a) + P (τ_i − L_i/F_i) + μ_i ‖Δρ_i‖²]`` subject to the bounds on the
@@ -69,21 +69,22 @@ class Problem:
     """
 
     machine: Machine
-    pivot: Array
-    normal: Array
+    pivot: Array = field(metadata=PER_LOCATION)
+    normal: Array = field(metadata=PER_LOCATION)
     zone: Zone
-    bounds: tuple[TiltBounds, ...]
-    plus: Array
-    minus: Array
-    max_turn: Array
-    strict: BoolArray
-    least_time: Array
+    bounds: tuple[TiltBounds, ...] = field(metadata=PER_LOCATION)
+    plus: Array = field(metadata=per_step(spread=1, opposite="minus"))
+    minus: Array = field(metadata=per_step(spread=1, opposite="plus"))
+    max_turn: Array = field(metadata=per_step())
+    strict: BoolArray = field(metadata=per_step())
+    least_time: Array = field(metadata=per_step())
     top_speed: Array
     top_acceleration: Array
     excess_price: Array
     time_price: float
-    bend_price: Array
-    ramps: Array | None = None
+    # A turn spread over m steps bends 1/m as much as the same turn in one.
+    bend_price: Array = field(metadata=per_step(spread=2))
+    ramps: Array | None = field(default=None, metadata=per_step(axis=1))
 
     @classmethod
     def build(
@@ -165,52 +166,10 @@ class Problem:
 
         Costs are averaged over each gap; bounds on rotary steps add up over it, up to `LONGEST_HOP`.
         """
-        spans = np.diff(rows)[:, None]
-
-        def summed(steps: Array) -> Array:
-            return np.add.reduceat(steps[: rows[-1]], rows[:-1], axis=0) if len(spans) else steps[:0]
-
         largest = np.max(self.max_turn, initial=0.0, where=np.isfinite(self.max_turn))
-        turns, longest = summed(self.max_turn), np.maximum(LONGEST_HOP, largest)
-        return replace(
-            self,
-            pivot=self.pivot[rows],
-            normal=self.normal[rows],
-            bounds=tuple(b.at(rows) for b in self.bounds),
-            plus=summed(self.plus) / spans,
-            minus=summed(self.minus) / spans,
-            max_turn=np.where(np.isfinite(turns), np.minimum(turns, longest), np.inf),
-            strict=summed(self.strict[:, None].astype(float))[:, 0] > 0.0,
-            least_time=summed(self.least_time[:, None])[:, 0],
-            # A turn spread over m steps bends 1/m as much as the same turn in one.
-            bend_price=summed(self.bend_price[:, None])[:, 0] / spans[:, 0] ** 2,
-            ramps=None,
-        )
-
-    def between(self, first: int, last: int) -> Problem:
-        """Return the part from one location to another, both included."""
-        rows, steps = slice(first, last + 1), slice(first, last)
-        ramps = None if self.ramps is None else self.ramps[:, steps]
-        return replace(self._taken(rows, steps), plus=self.plus[steps], minus=self.minus[steps], ramps=ramps)
-
-    def backwards(self) -> Problem:
-        """Return the problem of the path from its last location to its first, at the same cost."""
-        rows, steps = np.arange(len(self))[::-1], np.arange(len(self) - 1)[::-1]
-        taken = self._taken(rows, steps)
-        return replace(taken, plus=self.minus[steps], minus=self.plus[steps], ramps=None)
-
-    def _taken(self, rows: Rows, steps: Rows) -> Problem:
-        """Return the problem at some locations, joined by some of its steps, but for directions of travel."""
-        return replace(
-            self,
-            pivot=self.pivot[rows],
-            normal=self.normal[rows],
-            bounds=tuple(b.at(rows) for b in self.bounds),
-            max_turn=self.max_turn[steps],
-            strict=self.strict[steps],
-            least_time=self.least_time[steps],
-            bend_price=self.bend_price[steps],
-        )
+        few = super().thinned(rows)
+        turns = np.minimum(few.max_turn, np.maximum(LONGEST_HOP, largest))
+        return replace(few, max_turn=np.where(np.isfinite(few.max_turn), turns, np.inf), ramps=None)
 
     def eased(self, rotary: Array) -> Problem:
         """Return the problem with wider bounds on links on which a path, (n, 2) rad, turns too far."""

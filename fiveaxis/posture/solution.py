@@ -19,6 +19,7 @@ from fiveaxis.notebook import HasColumns, ShownAsTable, Table
 from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optima import Optimality, optimality
 from fiveaxis.posture.problem import Problem
+from fiveaxis.posture.turns.rewinding import Rewind
 from fiveaxis.toolpath import TiltBounds, Toolpath
 from fiveaxis.toolpath.bounds import lead_lean
 
@@ -32,7 +33,7 @@ MOST_MEASURED = 50_000
 
 
 @dataclass(frozen=True)
-class Stage:
+class SolverStep:
     """Record of one step of the solver.
 
     Parameters
@@ -110,20 +111,20 @@ class Unwrapped:
     Parameters
     ----------
     toolpath : without rewinds
-    tilt : bounds on the lean at its locations
     problem : on the machine with axes of unlimited travel; or, where the path was squeezed into fewer turns,
         within those
     rotary : (n, 2), rad, chain order
+    rewinds : that take its axes back into their limits, in path order
     """
 
     toolpath: Toolpath
-    tilt: TiltBounds
     problem: Problem
     rotary: Array
+    rewinds: tuple[Rewind, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(ShownAsTable, HasColumns):
+class Optimum(ShownAsTable, HasColumns):
     """The cheapest motion that was found, and its baselines.
 
     Parameters
@@ -150,7 +151,7 @@ class Solution(ShownAsTable, HasColumns):
     energy: Energy
     compared: Mapping[str, Baseline]
     missing: Mapping[str, str]
-    stages: tuple[Stage, ...]
+    stages: tuple[SolverStep, ...]
     problem: Problem | None = None
     unwrapped: Unwrapped | None = None
     filling: Filling = field(default_factory=Filling)

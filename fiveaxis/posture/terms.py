@@ -171,26 +171,26 @@ class LocationTapes:
             return self._tape(self.quantities)
 
     @cached_property
-    def slopes(self) -> Tape:
+    def gradients(self) -> Tape:
         """The same → values, then their derivatives by the first and by the second angle, (k + 3) each."""
         with WRITING:
-            return self._tape(self.quantities, *self._slopes())
+            return self._tape(self.quantities, *self._gradients())
 
     @cached_property
-    def bows(self) -> Tape:
+    def second_derivatives(self) -> Tape:
         """The same → values, derivatives 1 and 2, second derivatives 11, 12 and 22, (k + 3) each."""
         with WRITING:
-            slopes = self._slopes()
-            return self._tape(self.quantities, *slopes, *self._bows(slopes))
+            gradients = self._gradients()
+            return self._tape(self.quantities, *gradients, *self._second(gradients))
 
     @cached_property
     def derivatives(self) -> Tape:
         """(The same, weights (k + 3)) → values; each one's derivatives 1 and 2; weighted sum's 11, 12, 22."""
         with WRITING:
-            weights, slopes = ca.SX.sym("weights", self.quantities.numel()), self._slopes()
-            bent = [ca.dot(weights, bow) for bow in self._bows(slopes)]
+            weights, gradients = ca.SX.sym("weights", self.quantities.numel()), self._gradients()
+            bent = [ca.dot(weights, second) for second in self._second(gradients)]
             argument = ca.vertcat(self.rotary, self.given, weights)
-            pairs = ca.vec(ca.horzcat(*slopes).T)
+            pairs = ca.vec(ca.horzcat(*gradients).T)
             return Tape.of(argument, ca.vertcat(self.quantities, pairs, *bent))
 
     @cached_property
@@ -201,11 +201,11 @@ class LocationTapes:
                 "location", [ca.vertcat(self.rotary, self.given)], [ca.densify(self.quantities)]
             )
 
-    def _slopes(self) -> list[ca.SX]:
+    def _gradients(self) -> list[ca.SX]:
         return [ca.jtimes(self.quantities, self.rotary, ahead) for ahead in AHEAD]
 
-    def _bows(self, slopes: list[ca.SX]) -> list[ca.SX]:
-        return [ca.jtimes(slopes[i], self.rotary, AHEAD[j]) for i, j in ((0, 0), (0, 1), (1, 1))]
+    def _second(self, gradients: list[ca.SX]) -> list[ca.SX]:
+        return [ca.jtimes(gradients[i], self.rotary, AHEAD[j]) for i, j in ((0, 0), (0, 1), (1, 1))]
 
     def _tape(self, *values: ca.SX) -> Tape:
         return Tape.of(ca.vertcat(self.rotary, self.given), ca.vertcat(*values))

@@ -22,7 +22,7 @@ from fiveaxis.findings import Cause, Finding, count_codes, group_findings, witho
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import axis_uses, peak_rates
-from fiveaxis.posture import RESULT, Solution
+from fiveaxis.posture import RESULT, Optimum
 from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report.facts import FrontPrograms, InputFile, Overriding, ProgramFigures, SetupSearched
 from fiveaxis.report.questions import Answers, answers
@@ -77,7 +77,7 @@ class ReportDocument:
     reached : (m, k), mm and rad, axis values of the whole program with leads and retract, if there is one
     """
 
-    solution: Solution
+    solution: Optimum
     verdict: Report
     inputs: Sequence[InputFile] = ()
     program: ProgramFigures | None = None

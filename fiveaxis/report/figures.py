@@ -12,7 +12,7 @@ from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Axis
 from fiveaxis.motion import Motion
-from fiveaxis.posture import RESULT, Solution
+from fiveaxis.posture import RESULT, Optimum
 from fiveaxis.report.chart import (
     AFTER,
     BEFORE,
@@ -41,7 +41,7 @@ STEP_BUCKETS = 400
 PATH, TIME = "location", "time in s"
 
 
-def energy_bars(solution: Solution, baseline: str | None) -> str:
+def energy_bars(solution: Optimum, baseline: str | None) -> str:
     """Draw the energy of each axis before and after, with the figures on the bars.
 
     Parameters
@@ -63,7 +63,7 @@ def energy_bars(solution: Solution, baseline: str | None) -> str:
     return svg(panel.bottom + BELOW, parts, f"Bar chart: energy of each axis, {' and '.join(series)}")
 
 
-def spending_lines(solution: Solution, baseline: str | None) -> str:
+def spending_lines(solution: Optimum, baseline: str | None) -> str:
     """Draw the energy added up along the path: it is spent where the line is steep."""
     series, last = series_of(solution, baseline), len(solution.toolpath) - 1
     spent = {}
@@ -81,7 +81,7 @@ def spending_lines(solution: Solution, baseline: str | None) -> str:
     return svg(panel.bottom + BELOW, [heading(series, title), drawn], _line_chart(title, series), PATH)
 
 
-def axis_lines(solution: Solution, baseline: str | None) -> str:
+def axis_lines(solution: Optimum, baseline: str | None) -> str:
     """Draw every axis and the tilt along the path, before and after, one band each."""
     machine, series = solution.machine, series_of(solution, baseline)
     shown = []
@@ -106,7 +106,7 @@ def axis_lines(solution: Solution, baseline: str | None) -> str:
     return svg(panel.bottom + BELOW, parts, _line_chart(title, series), PATH)
 
 
-def speed_lines(solution: Solution, baseline: str | None) -> str:
+def speed_lines(solution: Optimum, baseline: str | None) -> str:
     """Draw every axis's mean speed in each move over time, with its highest speed dotted if it comes near.
 
     Parameters
@@ -125,7 +125,7 @@ def speed_lines(solution: Solution, baseline: str | None) -> str:
     return _bands(solution, baseline, "Speed of every axis, mean over each move", names, speeds, bounds)
 
 
-def power_lines(solution: Solution, baseline: str | None) -> str:
+def power_lines(solution: Optimum, baseline: str | None) -> str:
     """Draw the power of every feed drive over time, at the mean speed of each move, and their sum."""
     powers = {name: drive_powers(solution, name) for name in series_of(solution, baseline)}
     names = [f"{letter} (W)" for letter in (*solution.machine.letters, "all")]
@@ -150,7 +150,7 @@ def cut_lines(course: CutCourse) -> str:
     return svg(panel.bottom + BELOW, parts, _line_chart(title, {RESULT: AFTER}), TIME)
 
 
-def drive_powers(solution: Solution, name: str) -> Array:
+def drive_powers(solution: Optimum, name: str) -> Array:
     """Compute the power of each drive in each move, and in the last row their sum, (k + 1, n) W."""
     powers = move_powers(solution.machine, solution.timed(name)).T
     return np.vstack([powers, powers.sum(axis=0)])
@@ -198,7 +198,7 @@ def front_chart(
 
 
 def _bands(
-    solution: Solution,
+    solution: Optimum,
     baseline: str | None,
     title: str,
     names: list[str],
@@ -239,7 +239,7 @@ def band(index: int, x: Range, y: Range) -> Panel:
     return Panel(TOP + index * (BAND + GAP), BAND, x, y)
 
 
-def along(solution: Solution) -> Range:
+def along(solution: Optimum) -> Range:
     """Compute the range of location numbers, with a little room."""
     return widened(np.array([0.0, len(solution.toolpath) - 1.0]), margin=0.01)
 
@@ -254,7 +254,7 @@ def thinned_line(panel: Panel, last: int, values: Array, colour: str, name: str)
     return panel.line(stretch * rows.astype(float), values[rows], colour, width, name)
 
 
-def tilts_shown(solution: Solution, name: str) -> Array:
+def tilts_shown(solution: Optimum, name: str) -> Array:
     """Compute the angle between tool axis and reference along a chart's line, (n,) deg; NaN without one."""
     motion, tilt = solution.timed(name), solution.tilt
     path = None if name == RESULT else solution.compared[name].toolpath
@@ -265,7 +265,7 @@ def tilts_shown(solution: Solution, name: str) -> Array:
     return np.degrees(tilt.angles(tool_axes(solution.machine, rotary)))
 
 
-def series_of(solution: Solution, baseline: str | None) -> dict[str, str]:
+def series_of(solution: Optimum, baseline: str | None) -> dict[str, str]:
     """Return a chart's lines with their colours, "before" first."""
     return ({} if baseline is None else {baseline: BEFORE}) | {RESULT: AFTER}
 

@@ -15,7 +15,7 @@ from fiveaxis.energy import posture_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray, every_pair
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Axis, Machine
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.toolpath import Toolpath
 
 # Check, for locations (m,) and rotary angles (m, 2), rad, of which postures are clear of collisions, (m,).
@@ -48,7 +48,7 @@ class PostureMap:
     colliding: BoolArray
 
 
-def posture_map(solution: Solution, admits: Admits | None = None) -> PostureMap:
+def posture_map(solution: Optimum, admits: Admits | None = None) -> PostureMap:
     """Compute the least cost of each angle of the first rotary axis along the path.
 
     A path of more than `MOST_LOCATIONS` is sampled evenly, both ends included.
@@ -95,7 +95,7 @@ def _angles(bounds: tuple[float, float], step: float) -> Array:
 
 
 def _least(
-    solution: Solution, locations: IntArray, grid: tuple[Array, Array], admits: Admits | None
+    solution: Optimum, locations: IntArray, grid: tuple[Array, Array], admits: Admits | None
 ) -> tuple[Array, BoolArray]:
     """Compute the least cost of each first angle, (m, g) J, and where only collisions leave none."""
     angles = every_pair(*grid)
@@ -141,7 +141,7 @@ def _first_clear(cell: IntArray, locations: IntArray, rotary: Array, admits: Adm
     return np.sort(np.concatenate(clear)) if clear else np.empty(0, dtype=np.int64)
 
 
-def _evaluate(solution: Solution, path: Toolpath, axis: Array, rotary: Array) -> tuple[Array, BoolArray]:
+def _evaluate(solution: Optimum, path: Toolpath, axis: Array, rotary: Array) -> tuple[Array, BoolArray]:
     """Compute S_W, (m,) J, of one posture per location, and check the linear axes' limits.
 
     The grid itself keeps the limits of the rotary axes.
@@ -157,12 +157,12 @@ def within_limits(machine: Machine, positions: Array) -> BoolArray:
     return np.asarray(np.all(excess <= 0.0, axis=-1))
 
 
-def feed_mm_min(solution: Solution) -> float:
+def feed_mm_min(solution: Optimum) -> float:
     """Compute the feed for which both maps are drawn: the median along the path, mm/min."""
     return float(np.median(solution.toolpath.feed)) * 60.0
 
 
-def tilt_holds(solution: Solution, locations: IntArray, axes: Array) -> BoolArray:
+def tilt_holds(solution: Optimum, locations: IntArray, axes: Array) -> BoolArray:
     """Check the tilt by cosines, which need no cross product; a location without reference allows any."""
     holds = np.ones((len(locations), *axes.shape[:2]), dtype=bool)
     for bound in solution.tilt.all:

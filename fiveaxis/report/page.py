@@ -15,7 +15,7 @@ from fiveaxis.energy import Budget, CutCourse
 from fiveaxis.energy.engagement import STEP
 from fiveaxis.files import require_suffix, write_atomically
 from fiveaxis.machine import Machine
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.report import tables
 from fiveaxis.report.document import ReportDocument
 from fiveaxis.report.figures import (
@@ -234,7 +234,7 @@ def _cut(course: CutCourse | None) -> str:
     return f"<figure>\n{cut_lines(course)}\n<figcaption>{words}</figcaption>\n</figure>\n"
 
 
-def _posture(solution: Solution, admits: Admits | None) -> dict[str, str]:
+def _posture(solution: Optimum, admits: Admits | None) -> dict[str, str]:
     """Draw which postures could be chosen, with the words of the captions."""
     valley, surface = path_valley(solution, admits=admits), location_surface(solution)
     first, second = solution.machine.rotaries

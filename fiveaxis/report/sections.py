@@ -11,7 +11,7 @@ from itertools import groupby
 import numpy as np
 
 from fiveaxis.motion.time_law import INSTANT
-from fiveaxis.posture import RESULT, Solution
+from fiveaxis.posture import RESULT, Optimum
 from fiveaxis.report.chart import (
     AFTER,
     BEFORE,
@@ -272,7 +272,7 @@ def _front_chart(front: FrontPrograms, what: str) -> str:
     return front_chart(np.array(energies), "energy (J)", over, names, front.picked - 1, title)
 
 
-def limit_strips(solution: Solution, baseline: str | None) -> str:
+def limit_strips(solution: Optimum, baseline: str | None) -> str:
     """Draw along the path for which share of its time each cause limits the speed, one strip per program."""
     runs = {name: solution.limiting(name) for name in series_of(solution, baseline)}
     totals = dict(sum((Counter(run.by_cause) for run in runs.values()), Counter()).most_common())

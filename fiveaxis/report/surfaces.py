@@ -20,7 +20,7 @@ from fiveaxis.geometry import Array, BoolArray, angle_between, every_pair, norma
 from fiveaxis.kinematics import lean_range, linear_positions, require_orienting, rotary_angles, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion
-from fiveaxis.posture import RESULT, Solution
+from fiveaxis.posture import RESULT, Optimum
 from fiveaxis.report.landscape import (
     Admits,
     PostureMap,
@@ -218,7 +218,7 @@ def tip_surface(
 
 
 def location_surface(
-    solution: Solution, location: int | None = None, *, step_deg: float = SURFACE_STEP
+    solution: Optimum, location: int | None = None, *, step_deg: float = SURFACE_STEP
 ) -> LocationSurface:
     """Compute the power surface at a location of a solution, with the postures of result and baselines.
 
@@ -262,7 +262,7 @@ def location_surface(
     )
 
 
-def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
+def path_valley(solution: Optimum, *, admits: Admits | None = None) -> Valley:
     """Compute the energy of postures along a solution's path, with those of result and baselines in it.
 
     Parameters
@@ -293,7 +293,7 @@ def path_valley(solution: Solution, *, admits: Admits | None = None) -> Valley:
     )
 
 
-def _programs(solution: Solution) -> dict[str, Motion]:
+def _programs(solution: Optimum) -> dict[str, Motion]:
     """Return the motions of the result and of the baselines at the same locations."""
     same = {name: b.motion for name, b in solution.compared.items() if b.toolpath is None}
     return {RESULT: solution.motion, **same}

@@ -12,7 +12,7 @@ import numpy as np
 from fiveaxis.energy import Budget, Energy
 from fiveaxis.findings import Cause
 from fiveaxis.machine import Provenance
-from fiveaxis.posture import RESULT, Stage
+from fiveaxis.posture import RESULT, SolverStep
 from fiveaxis.report.document import Measure, ReportDocument
 from fiveaxis.report.facts import InputFile
 from fiveaxis.report.words import MINUS, THIN_SPACE, number, saving, speed_change
@@ -230,7 +230,7 @@ def measured_table(figures: Mapping[str, float | None]) -> str:
     return table(("measured in the program, the worst", "#value"), rows, caption, "narrow")
 
 
-def solver_table(stages: Sequence[Stage]) -> str:
+def solver_table(stages: Sequence[SolverStep]) -> str:
     """List the solver's stages in order."""
     rows = [
         (

@@ -23,6 +23,9 @@ from fiveaxis.toolpath.operation import Operation as Operation
 from fiveaxis.toolpath.operation import kind_names as kind_names
 from fiveaxis.toolpath.path import PathShape as PathShape
 from fiveaxis.toolpath.path import Toolpath as Toolpath
+from fiveaxis.toolpath.steps import PER_LOCATION as PER_LOCATION
+from fiveaxis.toolpath.steps import StepTable as StepTable
+from fiveaxis.toolpath.steps import per_step as per_step
 from fiveaxis.toolpath.tool import Holder as Holder
 from fiveaxis.toolpath.tool import Section as Section
 from fiveaxis.toolpath.tool import Tool as Tool

@@ -18,7 +18,7 @@ from fiveaxis.posture import RESULT
 from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate
 
 if TYPE_CHECKING:
-    from fiveaxis.posture.solution import Solution
+    from fiveaxis.posture.solution import Optimum
     from fiveaxis.verification import Report
 
 # Most rows of the result, and of a baseline, in a page; more are thinned evenly in time.
@@ -105,7 +105,7 @@ class Side:
         return int(np.searchsorted(self.place, location).clip(0, len(self.place) - 1))
 
 
-def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tuple[Side, ...]:
+def choose_sides(solution: Optimum, program: ShownProgram | None = None) -> tuple[Side, ...]:
     """Return the result, as its program moves if one is given, and its baselines; the dearest ones last."""
     path, tilt = solution.toolpath, solution.tilt
     sides = [thinned(shown_result(solution, program), MOST_ROWS)]
@@ -120,7 +120,7 @@ def choose_sides(solution: Solution, program: ShownProgram | None = None) -> tup
     return tuple(sides)
 
 
-def shown_result(solution: Solution, program: ShownProgram | None) -> Side:
+def shown_result(solution: Optimum, program: ShownProgram | None) -> Side:
     """Return the result with all of its rows, as its program moves if one is given."""
     found = _program_side(solution, program)
     if found is not None:
@@ -133,7 +133,7 @@ def _side(name: str, motion: Motion, path: Toolpath, tilt: TiltBounds, energy: E
     return Side(name, motion, path, tilt, rows, energy.total, energy.time, energy.steadiness, line)
 
 
-def _program_side(solution: Solution, program: ShownProgram | None) -> Side | None:
+def _program_side(solution: Optimum, program: ShownProgram | None) -> Side | None:
     """Return the moves of the result's program; None without one that stands for the result's path."""
     if program is None or program.fill is None:
         return None

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import trimesh
 
     from fiveaxis.collision import Surroundings
-    from fiveaxis.posture.solution import Solution
+    from fiveaxis.posture.solution import Optimum
 
 logger = logging.getLogger(__name__)
 
@@ -62,7 +62,7 @@ HEADERS = {
 
 
 def write_preview(
-    solution: Solution,
+    solution: Optimum,
     path: str | Path,
     *,
     program: ShownProgram | None = None,
@@ -99,7 +99,7 @@ def write_preview(
 
 
 def render_page(
-    solution: Solution | WholeProgram,
+    solution: Optimum | WholeProgram,
     *,
     program: ShownProgram | None = None,
     part: str | Path | trimesh.Trimesh | None = None,
@@ -223,7 +223,7 @@ def _map(played: PlayedStock) -> str:
     )
 
 
-def _remarks(solution: Solution | WholeProgram, scene: Scene) -> list[str]:
+def _remarks(solution: Optimum | WholeProgram, scene: Scene) -> list[str]:
     """Return the remarks on machine, fixtures and holder."""
     remarks = []
     if scene.is_schematic:
@@ -336,7 +336,7 @@ class Preview:
 
 
 def preview(
-    solution: Solution | WholeProgram,
+    solution: Optimum | WholeProgram,
     *,
     program: ShownProgram | None = None,
     part: str | Path | trimesh.Trimesh | None = None,

@@ -42,7 +42,7 @@ from fiveaxis.viewer.whole import UNKNOWN, WholeProgram
 if TYPE_CHECKING:
     import trimesh
 
-    from fiveaxis.posture.solution import Solution
+    from fiveaxis.posture.solution import Optimum
 
 ROOT = "fiveaxis"
 STAGE = f"{ROOT}/stage"
@@ -118,7 +118,7 @@ class Scene:
 
 def build_scene(
     vis: Any,
-    solution: Solution | WholeProgram,
+    solution: Optimum | WholeProgram,
     sides: Sequence[Side],
     part: str | Path | trimesh.Trimesh | None = None,
     *,

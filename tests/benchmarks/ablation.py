@@ -19,7 +19,7 @@ from paths import PATHS
 from shapes import SHAPES, sampled
 
 import fiveaxis as fx
-from fiveaxis.posture import Effort, Options, optimise
+from fiveaxis.posture import Effort, Options, optimise_postures
 from fiveaxis.posture.strategy.effort import effort_of
 from fiveaxis.toolpath import Constraints
 
@@ -29,7 +29,7 @@ CASES = ("vase", "wall", "dome-top", *SHAPES)
 def parts(effort: Effort) -> dict[str, Effort]:
     """Leave out each part of an effort that it has, the smaller effort aside."""
     forwards = tuple(one for one in effort.everywhere if not one.backwards)
-    priced = tuple(one for one in effort.everywhere if not one.by_other)
+    priced = tuple(one for one in effort.everywhere if not one.by_other_price)
     without = {
         "no search from the end": replace(effort, everywhere=forwards),
         "no search by travel": replace(effort, everywhere=priced),
@@ -55,7 +55,7 @@ def main() -> None:
         first = None
         for what, effort in {given.effort: whole, **parts(whole)}.items():
             began = time.process_time()
-            joules = optimise(path, machine, bounds, Options(effort=effort, steady=0.0)).energy.total
+            joules = optimise_postures(path, machine, bounds, Options(effort=effort, steady=0.0)).energy.total
             first = joules if first is None else first
             seconds = time.process_time() - began
             print(

@@ -14,7 +14,7 @@ import time
 from paths import PATHS
 
 from fiveaxis.energy import Energy
-from fiveaxis.posture import Options, optimise
+from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.optimiser import with_bound
 from fiveaxis.posture.strategy.effort import EFFORTS
 from fiveaxis.toolpath import Constraints
@@ -38,7 +38,7 @@ def run(name: str, efforts: list[str]) -> None:
     for effort in efforts:
         started = time.perf_counter()
         options = Options(objective="travel", effort=effort, bound=False)
-        found[effort] = optimise(toolpath, machine, Constraints.of_degrees(**case.options), options)
+        found[effort] = optimise_postures(toolpath, machine, Constraints.of_degrees(**case.options), options)
         rate = len(toolpath) / (time.perf_counter() - started)
         notes.append(f"{effort}: {rate:,.0f} locations/s")
         print(row(f"optimised, {effort}", found[effort].energy), flush=True)

@@ -28,8 +28,7 @@ from shapes import denser, turned
 import fiveaxis as fx
 from fiveaxis.energy import block_costs, motion_energy
 from fiveaxis.motion import Filling, feed_times, follow
-from fiveaxis.posture import Options, Problem
-from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis.posture import Options, Problem, optimise_postures
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.toolpath import Constraints

@@ -19,7 +19,7 @@ import trimesh
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.collision.accessibility import Accessibility
-from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis.posture import optimise_postures
 from fiveaxis.toolpath import Constraints
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import collisions

@@ -23,7 +23,7 @@ from paths import PATHS
 import fiveaxis as fx
 from fiveaxis.motion import Clock, Interpolation
 from fiveaxis.nc import DIALECTS
-from fiveaxis.posture import Options, optimise
+from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.toolpath import Constraints, Holder, Section
 
 Case = tuple[fx.Toolpath, fx.Machine, dict[str, Any], dict[str, Any]]
@@ -55,7 +55,7 @@ def quick_axes(**options: Any) -> Case:
 def started() -> Case:
     """Begin from the baseline along the normal."""
     path, machine, bounds, _ = vase()
-    found = optimise(path, machine, Constraints.of_degrees(**bounds), Options(effort="quick"))
+    found = optimise_postures(path, machine, Constraints.of_degrees(**bounds), Options(effort="quick"))
     start = found.compared["greedy"].motion.positions
     given = start if found.motion.location is None else start[found.motion.location % 1.0 == 0.0]
     return path, machine, bounds, {"start": given[:, machine.rotary_columns]}
@@ -139,7 +139,7 @@ def main() -> None:
             continue
         path, machine, bounds, options = KINDS[name]()
         began = time.process_time()
-        found = optimise(
+        found = optimise_postures(
             path, machine, Constraints.of_degrees(**bounds), Options(effort=given.effort, **options)
         )
         seconds, energy = time.process_time() - began, found.energy

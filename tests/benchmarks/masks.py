@@ -19,7 +19,7 @@ from scale import fine_vase
 
 import fiveaxis as fx
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.posture import Options, optimise
+from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.toolpath import Constraints
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
@@ -73,7 +73,7 @@ MASKS = {"everything": everything, "scattered": scattered, "wall": wall, "scatte
 
 def run(what: str, path: fx.Toolpath) -> None:
     started = time.process_time()
-    free = optimise(path, MACHINE, Constraints.of_degrees(tilt=(15, 75)))
+    free = optimise_postures(path, MACHINE, Constraints.of_degrees(tilt=(15, 75)))
     print(f"{what}, {len(path):,} locations")
     print(
         f"{'without a mask':20} {time.process_time() - started:6.1f} s {free.energy.total:9.0f} J", flush=True
@@ -81,7 +81,7 @@ def run(what: str, path: fx.Toolpath) -> None:
     for name, make in MASKS.items():
         mask = make(path)
         started = time.process_time()
-        found = optimise(path, MACHINE, Constraints.of_degrees(tilt=(15, 75)), Options(mask=mask))
+        found = optimise_postures(path, MACHINE, Constraints.of_degrees(tilt=(15, 75)), Options(mask=mask))
         seconds = time.process_time() - started
         rotary = found.motion.positions[:, MACHINE.rotary_columns]
         location = np.arange(len(rotary)) if found.motion.location is None else found.motion.location
@@ -103,7 +103,7 @@ def main() -> None:
     }
     # Compilers and caches.
     small = cases["vase"]().at(np.arange(450))
-    optimise(small, MACHINE, Constraints.of_degrees(tilt=(15, 75)), Options(mask=scattered(small)))
+    optimise_postures(small, MACHINE, Constraints.of_degrees(tilt=(15, 75)), Options(mask=scattered(small)))
     for name in sys.argv[1:] or ["vase"]:
         run(name, cases[name]())
 

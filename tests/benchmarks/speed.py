@@ -28,8 +28,7 @@ from fiveaxis.motion import Motion, fill_in, thinned, time_motion
 from fiveaxis.nc import DIALECTS, compose_program
 from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK
 from fiveaxis.nc.source import Source
-from fiveaxis.posture import Options
-from fiveaxis.posture import optimise as optimise_postures
+from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.baselines import find_baselines
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turns.rewinding import insert_rewinds

@@ -21,7 +21,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
 from fiveaxis.kinematics import rotary_angles
 from fiveaxis.motion import follow
-from fiveaxis.posture.solution import Baseline, Solution
+from fiveaxis.posture.solution import Baseline, Optimum
 from fiveaxis.toolpath import Constraints
 from fiveaxis.viewer import write_preview
 
@@ -44,7 +44,7 @@ STEP = (
 )
 
 
-def dome(machine: fx.Machine, count: int, turns: int = 200) -> Solution:
+def dome(machine: fx.Machine, count: int, turns: int = 200) -> Optimum:
     """A spiral down a dome of 80 mm with two postures."""
     down, turn = np.linspace(0.3, 1.4, count), np.linspace(0.0, 2.0 * turns * np.pi, count)
     normal = np.stack([np.sin(down) * np.cos(turn), np.sin(down) * np.sin(turn), np.cos(down)], axis=1)
@@ -58,10 +58,10 @@ def dome(machine: fx.Machine, count: int, turns: int = 200) -> Solution:
         found[name] = Baseline(motion, motion_energy(machine, motion))
     result = found.pop("result")
     tilt = Constraints.of_degrees(tilt=(15.0, 75.0)).lean_bounds(path)
-    return Solution(machine, path, tilt, result.motion, result.energy, found, missing={}, stages=())
+    return Optimum(machine, path, tilt, result.motion, result.energy, found, missing={}, stages=())
 
 
-def dome_with_stock(machine: fx.Machine, count: int) -> tuple[Solution, Surroundings]:
+def dome_with_stock(machine: fx.Machine, count: int) -> tuple[Optimum, Surroundings]:
     """The dome, with half a millimetre around it at rays 0.27 mm apart."""
     part = trimesh.creation.icosphere(subdivisions=5, radius=80.0)
     return dome(machine, count, count // 100), Surroundings.load(part, "part+0.5")

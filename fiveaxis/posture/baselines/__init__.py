@@ -1,7 +1,6 @@
 """The motions that a result is compared with, also where a mask refuses some of their postures."""
 
 from fiveaxis.posture.baselines.branches import INSIDE as INSIDE
-from fiveaxis.posture.baselines.branches import NoBaseline as NoBaseline
 from fiveaxis.posture.baselines.branches import follow_axes as follow_axes
 from fiveaxis.posture.baselines.branches import nearest_held as nearest_held
 from fiveaxis.posture.baselines.branches import nearest_to_reference as nearest_to_reference

@@ -13,7 +13,7 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.energy import travel_costs
-from fiveaxis.errors import FiveAxisError
+from fiveaxis.errors import NoBaseline
 from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular, product
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT, TURN, fit_turns, into_limits
@@ -30,10 +30,6 @@ INSIDE = 1e-9
 DRAWN_IN = np.radians(0.02)
 # Locations per batch.
 CHUNK = 64
-
-
-class NoBaseline(FiveAxisError):
-    """The baseline doesn't exist for the path; the message is the reason."""
 
 
 @dataclass(frozen=True, eq=False)

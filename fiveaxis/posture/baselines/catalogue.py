@@ -14,6 +14,7 @@ import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.energy import motion_energy, travel_costs
+from fiveaxis.errors import NoBaseline
 from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin, arctan2, cross, product
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.kinematics.windings import ON_LIMIT
@@ -21,7 +22,6 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.branches import (
     INSIDE,
-    NoBaseline,
     follow_axes,
     follow_each,
     nearest_held,

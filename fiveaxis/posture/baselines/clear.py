@@ -13,10 +13,10 @@ from itertools import pairwise
 import numpy as np
 
 from fiveaxis.energy import motion_energy
+from fiveaxis.errors import NoBaseline
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
 from fiveaxis.motion import follow
-from fiveaxis.posture.baselines.branches import NoBaseline
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline

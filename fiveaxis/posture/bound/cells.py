@@ -1,4 +1,4 @@
-"""Cells of the plane of both rotary angles, and where a location's postures may be in them.
+"""AngleCells of the plane of both rotary angles, and where a location's postures may be in them.
 
 Every linear axis is ``M(ρ)·tip + c(ρ)``, and the tip is the pivot less a vector along the tool. M and c
 depend on the machine alone, so the enclosures of a cell are computed once for all locations.
@@ -32,7 +32,7 @@ from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # mm, stands for "no bound" in arithmetic: far beyond any machine.
 HUGE = 1e9
-# Cells that are cut at once, so that they stay in the processor's cache.
+# AngleCells that are cut at once, so that they stay in the processor's cache.
 BLOCK = 16_384
 # Share of a cell that rounding may add to an axis's width.
 SLACK = 1e-9
@@ -58,8 +58,8 @@ class Side(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
-    """Cells of both rotary angles; arrays run over all of them, the second angle fastest.
+class AngleCells:
+    """AngleCells of both rotary angles; arrays run over all of them, the second angle fastest.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Cells:
     slope_radius: Array
 
 
-def cut_cells(machine: Machine, zone: Zone, step: float, multiple: int = 1) -> Cells:
+def cut_cells(machine: Machine, zone: Zone, step: float, multiple: int = 1) -> AngleCells:
     """Cut the plane of the rotary angles of a five-axis machine into cells of at most a width, rad.
 
     An axis of more than a turn is cut into whole parts of a turn, every axis into a multiple of `multiple`
@@ -90,11 +90,11 @@ def cut_cells(machine: Machine, zone: Zone, step: float, multiple: int = 1) -> C
     sides = _side(machine, 0, step, multiple), _side(machine, 1, step, multiple)
     rows = np.array_split(np.arange(sides[0].parts), -(-sides[0].parts * sides[1].parts // BLOCK))
     blocks = [_cut(machine, zone, sides, block) for block in rows]
-    return Cells(sides, *(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
+    return AngleCells(sides, *(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
 
 
 def _cut(machine: Machine, zone: Zone, sides: tuple[Side, Side], rows: IntArray) -> tuple[Array, ...]:
-    """Enclose the machine's equations in the cells of some rows of the first angle; the arrays of `Cells`."""
+    """Enclose the machine's equations in the cells of some rows of the first angle; see `AngleCells`."""
     grid = np.meshgrid(rows, np.arange(sides[1].parts), indexing="ij")
     angles = [
         np.asarray(s.low + s.step * (g.ravel() + 0.5), dtype=float) for s, g in zip(sides, grid, strict=True)
@@ -203,7 +203,7 @@ class _Window(NamedTuple):
     offset: float
 
 
-def enclose(cells: Cells, toolpath: Toolpath, tilt: TiltBounds, machine: Machine) -> list[Enclosed]:
+def enclose(cells: AngleCells, toolpath: Toolpath, tilt: TiltBounds, machine: Machine) -> list[Enclosed]:
     """Enclose the admissible postures of some locations.
 
     Parameters
@@ -247,7 +247,7 @@ def _enclose(
     normal: Array,
     reference: Array,
 ) -> tuple[IntArray, Array, Array]:
-    """Enclose the admissible postures of a location; see `Cells` and `Enclosed`."""
+    """Enclose the admissible postures of a location; see `AngleCells` and `Enclosed`."""
     kept, near = 0, _admitted(axis, window, reference)
     low, high = np.empty((len(near), 3)), np.empty((len(near), 3))
     for c in near:

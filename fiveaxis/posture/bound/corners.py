@@ -119,7 +119,7 @@ def _touch(
 ) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray, BoolArray, IntArray]:
     """Group the touched corners of cells that lie behind a corner of the rotary angles; see `Corners`.
 
-    Cells are first put together for each such corner, so that each is looked at once and not four times.
+    AngleCells are first put together for each such corner, so that each is looked at once and not four times.
     """
     boxes, own, box_low, box_extent, box_start = _blocks(cell, first, last, counts, 1)
     at, group, low, extent, start = _blocks(boxes, box_low, box_low + box_extent - 1, counts, 2)

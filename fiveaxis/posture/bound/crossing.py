@@ -13,7 +13,7 @@ import numpy as np
 
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.machine import Machine
-from fiveaxis.posture.bound.cells import Cells, enclose
+from fiveaxis.posture.bound.cells import AngleCells, enclose
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 from fiveaxis.posture.bound.sweep import Neighbours, Prices, find_sources, grouped, quantum_of, reach
 from fiveaxis.progress import Progress
@@ -123,7 +123,7 @@ class Reached(NamedTuple):
 
 
 def cross(
-    visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor, progress: Progress
+    visits: Visits, cells: AngleCells, lattice: Lattice, pool: ThreadPoolExecutor, progress: Progress
 ) -> Crossed:
     """Find the least cost of touching a box at every visit, by dynamic programming over corners of boxes.
 
@@ -144,7 +144,7 @@ def cross(
 
 
 def reach_visits(
-    visits: Visits, cells: Cells, lattice: Lattice, quantum: float, pool: ThreadPoolExecutor
+    visits: Visits, cells: AngleCells, lattice: Lattice, quantum: float, pool: ThreadPoolExecutor
 ) -> Iterator[Reached]:
     """Find the least costs of the corners of one visit after the other, in quanta, until none is reached."""
     before: Corners | None = None
@@ -174,7 +174,9 @@ def _parts(corners: Corners) -> list[tuple[int, int]]:
     return [(a, b) for a, b in itertools.pairwise(ends) if b > a]
 
 
-def _touched(visits: Visits, cells: Cells, lattice: Lattice, pool: ThreadPoolExecutor) -> Iterator[Corners]:
+def _touched(
+    visits: Visits, cells: AngleCells, lattice: Lattice, pool: ThreadPoolExecutor
+) -> Iterator[Corners]:
     """Find the corners that each visit touches; those of the next chunks while one is worked on."""
 
     def find(rows: IntArray) -> list[Corners]:

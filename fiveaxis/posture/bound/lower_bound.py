@@ -19,7 +19,7 @@ from fiveaxis.energy import least_travel_costs, travel_costs
 from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import LEAST_OF_PIVOT, feed_times
-from fiveaxis.posture.bound.cells import HUGE, Cells, cut_cells, enclose
+from fiveaxis.posture.bound.cells import HUGE, AngleCells, cut_cells, enclose
 from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Level
 from fiveaxis.posture.bound.corners import Lattice
 from fiveaxis.posture.bound.crossing import CHUNK, Crossed, Visits, cross
@@ -205,7 +205,7 @@ def _ranges(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[tupl
     return [(low, high) for _cell, low, high in every]
 
 
-def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tuple[Cells, Lattice]:
+def lay_lattice(visits: Visits, level: Level, hull: tuple[Array, Array]) -> tuple[AngleCells, Lattice]:
     """Cut the rotary angles into a level's cells, and lay its lattice over them and a hull."""
     width = level.step / level.cells
     cells = cut_cells(visits.machine, visits.toolpath.zone, width, level.cells)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -53,7 +53,7 @@ from fiveaxis.posture.search.records import (
 from fiveaxis.posture.search.successor_kernel import advance, cheapest_steps
 from fiveaxis.posture.terms import location_tapes
 from fiveaxis.progress import Steps, uncounted
-from fiveaxis.toolpath import divided_rows
+from fiveaxis.toolpath import StepTable, divided_rows, per_step
 
 # A rotary axis with no more turns than this is searched over its whole range, including its ends.
 MOST_TURNS = 2
@@ -79,7 +79,7 @@ LONG, MOST_OF_LONG = 3.0, 16
 BESIDE_CONE = np.radians(0.05)
 # Excess that a posture counts as which a mask refuses.
 REFUSED = 1.0
-# rad: after a turn that is no larger, a mask is asked at its end alone.
+# rad: after a turn that is no larger, a mask is queried at its end alone.
 SMALL_TURN = np.radians(0.5)
 # rad: postures no farther apart are one.
 SAME = 1e-9
@@ -89,18 +89,18 @@ FULL_SPEED = 1e12
 WITH_AZIMUTH = 1e-3
 # A search with fewer states a location isn't one; with more in all it would take too much memory.
 FEWEST, MOST = 8, 8_000_000
-# States of one compiled call, after which progress is told, and the search can be interrupted: some 0.1 s.
+# States of one compiled call, after which progress is reported and the search can be stopped: some 0.1 s.
 AT_ONCE = 20_000
 
-# Locations to each side of a refused one that a mask is asked of with it; above the share of locations it is
-# asked of all.
-ASKED_BESIDE, MOST_ASKED = 8, 0.25
+# Locations to each side of a refused one at which a mask is queried, too; above that share of locations it is
+# queried at all.
+QUERIED_BESIDE, MOST_QUERIED = 8, 0.25
 # Which postures, (m, 2) rad, at locations, (m,), a mask admits; (m,).
 Admits = Callable[[IntArray, Array], BoolArray]
 
 
-@dataclass(frozen=True)
-class Holding:
+@dataclass(frozen=True, eq=False)
+class ConeLimit(StepTable):
     """Directions about the singular one within which the first rotary axis is bounded.
 
     Parameters
@@ -110,19 +110,11 @@ class Holding:
     """
 
     angle: float
-    turns: Array
-
-    def thinned(self, rows: IntArray) -> Holding:
-        """Return the bounds of moves between some of the locations, (m,)."""
-        return replace(self, turns=np.add.reduceat(self.turns[: rows[-1]], rows[:-1]))
-
-    def backwards(self) -> Holding:
-        """Return the bounds of the path from its last location to its first."""
-        return replace(self, turns=np.ascontiguousarray(self.turns[::-1]))
+    turns: Array = field(metadata=per_step())
 
 
 @dataclass(frozen=True)
-class Grain:
+class Resolution:
     """How finely a search looks.
 
     Parameters
@@ -134,8 +126,8 @@ class Grain:
     rows : about the fewest locations of a search everywhere
     backwards : whether a search everywhere begins at the last location: which states look cheap on the way
         depends on where it comes from
-    by_other : whether a search everywhere is priced otherwise than what is minimised, for another start
-    asks_all : whether a mask is asked of all postures, not only where the cheapest path without it is refused
+    by_other_price : whether a search everywhere is priced otherwise than what is minimised, for another start
+    queries_all : whether a mask is queried everywhere, not only where the cheapest path without it is refused
     """
 
     level: float
@@ -145,11 +137,11 @@ class Grain:
     start: float = 0.02
     rows: int = 250
     backwards: bool = False
-    by_other: bool = False
-    asks_all: bool = False
+    by_other_price: bool = False
+    queries_all: bool = False
 
     @property
-    def finer(self) -> tuple[Grain, ...]:
+    def finer(self) -> tuple[Resolution, ...]:
         """What to try where a search found no sequence of postures."""
         return tuple(
             replace(self, level=self.level / by, spin=self.spin / by, states=round(1.6 * by * self.states))
@@ -160,86 +152,86 @@ class Grain:
 def cheapest_path(
     problem: Problem,
     costs: BlockCosts,
-    grain: Grain,
+    resolution: Resolution,
     known: Array | None = None,
     free: BoolArray | None = None,
     admits: Admits | None = None,
-    holding: Holding | None = None,
+    cone_limit: ConeLimit | None = None,
     steps: Steps = uncounted,
-) -> Array | None:
+) -> Array:
     """Find the cheapest path by the price of blocks.
 
     Parameters
     ----------
     problem : bounds, limits and largest turns of n locations
     costs : of its n − 1 steps
-    known : (n, 2), rad, chain order, a path to stay near (`Grain.radius`); None for a search everywhere
+    known : (n, 2), rad, chain order, a path to stay near (`Resolution.radius`); None for a search everywhere
     free : (n,), where the search may leave the known path; everywhere by default
     admits : what a mask admits; where it refuses the known path, that counts as a broken bound. Without a
-        known path it is asked where the cheapest path without it is refused, and of all locations only if
+        known path it is queried where the cheapest path without it is refused, and of all locations only if
         that doesn't do
-    holding : bounds near the singular direction
+    cone_limit : bounds near the singular direction
     steps : called with the locations done and their number
 
     Returns
     -------
-    (n, 2), rad; None where the search found no sequence of postures
+    (m, 2), rad; m < n where no posture of location m was reached
     """
     free = np.ones(len(problem), dtype=bool) if known is None or free is None else free
-    # Away from what is in the way, a mask would be asked of thousands of postures for nothing. Near a known
-    # path it is asked of few, and what it refuses has to be seen.
-    asked = np.full(len(problem), grain.asks_all or known is not None)
-    while admits is not None and np.count_nonzero(asked) <= MOST_ASKED * len(problem):
-        found = _cheapest_path(problem, costs, grain, known, free, admits, holding, steps, asked)
-        if found is None:
+    # Away from what is in the way, a mask would be queried at thousands of postures for nothing. Near a known
+    # path it is queried at few, and what it refuses has to be seen.
+    queried = np.full(len(problem), resolution.queries_all or known is not None)
+    while admits is not None and np.count_nonzero(queried) <= MOST_QUERIED * len(problem):
+        found = _cheapest_path(problem, costs, resolution, known, free, admits, cone_limit, steps, queried)
+        if len(found) < len(problem):
             break
         turned = np.diff(found, axis=0, prepend=found[:1])
-        refused = ~asked & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
+        refused = ~queried & ~_admitted_ways(np.arange(len(found)), found, turned, admits)
         if not refused.any():
             return found
-        asked |= widened(refused, ASKED_BESIDE)
-    return _cheapest_path(problem, costs, grain, known, free, admits, holding, steps, free)
+        queried |= widened(refused, QUERIED_BESIDE)
+    return _cheapest_path(problem, costs, resolution, known, free, admits, cone_limit, steps, free)
 
 
 def _cheapest_path(
     problem: Problem,
     costs: BlockCosts,
-    grain: Grain,
+    resolution: Resolution,
     known: Array | None,
     free: BoolArray,
     admits: Admits | None,
-    holding: Holding | None,
+    cone_limit: ConeLimit | None,
     steps: Steps,
-    asked: BoolArray,
-) -> Array | None:
-    """Find the cheapest path with the mask asked of some of the locations, (n,); otherwise as above."""
+    queried: BoolArray,
+) -> Array:
+    """Find the cheapest path with the mask queried at some of the locations, (n,); otherwise as above."""
     n, machine = len(problem), problem.machine
     linear, rotary = machine.linear_columns, machine.rotary_columns
     spin = int(np.argmax(machine.high[rotary] - machine.low[rotary]))
     dear = costs.standing if costs.standing.any() else costs.slope
     level = linear[int(np.argmax(dear[..., linear].sum(axis=(0, 1))))]
     endless = not np.isfinite(machine.high[rotary[spin]] - machine.low[rotary[spin]])
-    around = round(TURN / grain.spin) if endless else 0
-    step, phase = (TURN / around, _phase(problem, spin)) if around else (grain.spin, 0.0)
+    around = round(TURN / resolution.spin) if endless else 0
+    step, phase = (TURN / around, _phase(problem, spin)) if around else (resolution.spin, 0.0)
     # Samples begin at the phase, where rounding mustn't decide which cell is theirs.
-    cells = Cells(level, spin, grain.level, step, around, phase - BESIDE_END * step if around else 0.0)
-    locations = _locations(problem, holding)
+    cells = Cells(level, spin, resolution.level, step, around, phase - BESIDE_END * step if around else 0.0)
+    locations = _locations(problem, cone_limit)
     if known is None:
         path, radius = np.empty((0, 2)), np.full(2, np.inf)
     else:
         path = np.ascontiguousarray(known)
-        radius = np.where(np.arange(2) == spin, 2.0, 1.0) * grain.radius
+        radius = np.where(np.arange(2) == spin, 2.0, 1.0) * resolution.radius
     first = _first_states(problem, locations, cells, path, radius, bool(free[0]))
     if not len(first):
-        return None
+        return first
     tapes = location_tapes(machine, problem.zone)
-    states = max(min(grain.states, MOST // n), FEWEST)
+    states = max(min(resolution.states, MOST // n), FEWEST)
     corridor = _corridor(problem, path, radius, free, admits)
     searched = SearchProblem(
-        tapes.slopes.parts,
-        tapes.bows.parts,
+        tapes.gradients.parts,
+        tapes.second_derivatives.parts,
         locations,
-        _prices(problem, costs, grain.start),
+        _prices(problem, costs, resolution.start),
         corridor,
         cells,
         _moves(problem, cells),
@@ -249,10 +241,11 @@ def _cheapest_path(
     trail.layers[0].cost[: len(first)] = 0.0
     if len(path) and corridor.excess[0] > ROUNDING:
         trail.layers[0].cost[0] = BREACH_PRICE
-    if not _searched(problem, searched, trail, states, admits, asked, steps):
-        return None
+    reached = _searched(problem, searched, trail, states, admits, queried, steps)
     # A held axis keeps its angle to the last digit.
-    return np.clip(traced(trail, n), machine.low[rotary], machine.high[rotary])
+    return np.clip(
+        traced(trail, reached) if reached else first[:0], machine.low[rotary], machine.high[rotary]
+    )
 
 
 def _searched(
@@ -261,24 +254,24 @@ def _searched(
     trail: Trail,
     most: int,
     admits: Admits | None,
-    asked: BoolArray,
+    queried: BoolArray,
     steps: Steps,
-) -> bool:
-    """Search from the first location to the last, if possible, with a mask asked of some of them, (n,)."""
+) -> int:
+    """Search from the first location on, with a mask queried at some of them, (n,); how many were reached."""
     last = len(searched.locations.given) - 1
     known, margin, i = searched.corridor.path, np.inf, 0
     # In links, axes turn as far as they like.
-    stops = asked.copy() if admits else np.zeros(last + 1, dtype=bool)
+    stops = queried.copy() if admits else np.zeros(last + 1, dtype=bool)
     everywhere = not np.isfinite(searched.corridor.radius).any()
     linked = np.append(False, ~problem.strict & everywhere)
     stops |= linked
-    told = max(AT_ONCE // most, 1)
-    stops[::told] = True
+    interval = max(AT_ONCE // most, 1)
+    stops[::interval] = True
     samples: dict[int, Array] = {}
     while True:
-        if i % told == 0:
+        if i % interval == 0:
             steps(i, last + 1)
-        if admits and asked[i]:
+        if admits and queried[i]:
             stays = _admitted(trail, i, admits)
             if len(known):
                 # The path itself stays, at a price.
@@ -286,15 +279,15 @@ def _searched(
                 stays |= (np.abs(here - known[i]) < SAME).all(axis=1)
             keep_only(trail, i, stays)
         if i == last or trail.begin[i + 1] == trail.begin[i]:
-            return bool(trail.begin[i + 1] > trail.begin[i])
+            return i + int(trail.begin[i + 1] > trail.begin[i])
         following = min(i + 1 + int(np.argmax(np.append(stops[i + 1 :], True))), last)
         reached, margin = advance(searched, trail, i, following, most, margin)
         if everywhere and (reached < following or linked[following]):
             reached, margin = min(reached + 1, following), np.inf
             if not _bridged(problem, searched, trail, reached, most, samples):
-                return False
+                return reached
         if reached < following and not everywhere:
-            return False
+            return reached + 1
         i = reached
 
 
@@ -343,10 +336,10 @@ def _admitted_ways(rows: IntArray, rotary: Array, turned: Array, admits: Admits)
     """Find the postures, (m, 2) rad, at locations, (m,), that a mask admits, and halfway to them; (m,)."""
     far = np.flatnonzero(np.abs(turned).max(axis=1, initial=0.0) > SMALL_TURN)
     halfway = rotary[far] - turned[far] / 2.0
-    # Locations may be inserted, where both neighbours have to admit a posture. A mask is asked once for all.
-    asked = np.concatenate([rows, rows[far], rows[far] - 1])
+    # Locations may be inserted, where both neighbours have to admit a posture. All are queried at once.
+    queried = np.concatenate([rows, rows[far], rows[far] - 1])
     stays, *both = np.split(
-        admits(asked, np.concatenate([rotary, halfway, halfway])), np.cumsum([len(rows), len(far)])
+        admits(queried, np.concatenate([rotary, halfway, halfway])), np.cumsum([len(rows), len(far)])
     )
     stays[far] &= both[0] & both[1]
     return stays
@@ -361,31 +354,31 @@ def widened(marked: BoolArray, reach: int) -> BoolArray:
 def path_anywhere(
     problem: Problem,
     costs: BlockCosts,
-    grain: Grain,
+    resolution: Resolution,
     admits: Admits | None = None,
-    holding: Holding | None = None,
+    cone_limit: ConeLimit | None = None,
     steps: Steps = uncounted,
-) -> Array | None:
+) -> Array:
     """Search the whole range of postures, more finely where no sequence of them is found.
 
     Parameters
     ----------
-    problem, costs, admits, holding, steps : as for `cheapest_path`
+    problem, costs, admits, cone_limit, steps : as for `cheapest_path`
 
     Returns
     -------
-    (n, 2), rad; None where none is found
+    (m, 2), rad; m < n where no posture of location m, counted from the end where a search begins, was reached
     """
-    if grain.backwards:
+    if resolution.backwards:
         problem, costs = problem.backwards(), costs.backwards()
-        holding = None if holding is None else holding.backwards()
+        cone_limit = None if cone_limit is None else cone_limit.backwards()
         given, last = admits, len(problem) - 1
         admits = None if given is None else lambda rows, rotary: given(last - rows, rotary)
-    for finer in (grain, *grain.finer):
-        found = cheapest_path(problem, costs, finer, admits=admits, holding=holding, steps=steps)
-        if found is not None:
-            return _begun_near_zero(problem, found[::-1]) if grain.backwards else found
-    return None
+    for finer in (resolution, *resolution.finer):
+        found = cheapest_path(problem, costs, finer, admits=admits, cone_limit=cone_limit, steps=steps)
+        if len(found) == len(problem):
+            return _begun_near_zero(problem, found[::-1]) if resolution.backwards else found
+    return found
 
 
 def _begun_near_zero(problem: Problem, path: Array) -> Array:
@@ -473,7 +466,7 @@ def _corridor(
     return Corridor(path, positions, excess, radius, free)
 
 
-def _locations(problem: Problem, holding: Holding | None) -> Locations:
+def _locations(problem: Problem, cone_limit: ConeLimit | None) -> Locations:
     machine, n = problem.machine, len(problem)
     references = np.stack([bound.reference for bound in problem.bounds], axis=1)
     tied = np.isfinite(references).all(axis=2, keepdims=True)
@@ -488,8 +481,8 @@ def _locations(problem: Problem, holding: Holding | None) -> Locations:
         np.array(machine.rotary_columns, dtype=np.int64),
         np.ascontiguousarray(turn),
         singular_direction(machine),
-        2.0 if holding is None else float(np.cos(holding.angle + BESIDE_CONE)),
-        np.full(max(n - 1, 0), np.inf) if holding is None else holding.turns,
+        2.0 if cone_limit is None else float(np.cos(cone_limit.angle + BESIDE_CONE)),
+        np.full(max(n - 1, 0), np.inf) if cone_limit is None else cone_limit.turns,
     )
 
 

@@ -17,19 +17,20 @@ from typing import TypeVar
 import numpy as np
 
 from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
+from fiveaxis.errors import NoBaseline
 from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.motion import Filling, feed_times, follow
-from fiveaxis.posture.baselines import NoBaseline, require_blocks
+from fiveaxis.motion import AxisPlanes, Filling, feed_times, follow
+from fiveaxis.posture.baselines import require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import Grain, sparse_rows, turning_rows, widened
-from fiveaxis.posture.solution import Solution, Stage, program_energy, timed_energy
-from fiveaxis.posture.strategy.effort import grain
+from fiveaxis.posture.search.successors import Resolution, sparse_rows, turning_rows, widened
+from fiveaxis.posture.solution import Optimum, SolverStep, program_energy, timed_energy
+from fiveaxis.posture.strategy.effort import resolution
 from fiveaxis.posture.strategy.fairing import faired
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.near import Near
-from fiveaxis.posture.strategy.program_path import Breach, Delivered, Posed
+from fiveaxis.posture.strategy.program_path import Breach, Delivered, Instance
 from fiveaxis.posture.strategy.turn_bounds import shared
 from fiveaxis.progress import Steps, unheard
 from fiveaxis.threads import at_once
@@ -40,11 +41,11 @@ SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)
 # A round that saves a smaller share, and inserts no larger share of locations, is the last.
 WORTHWHILE, FEW = 2e-3, 1e-3
 # Rounds of a refinement continue up to this many while they save something; searches of one corridor.
-MOST_ROUNDS, SETTLING = 12, 8
+MOST_ROUNDS, MOST_CURES = 12, 8
 # The corridor about a path that breaks a bound between its locations.
-SETTLED = grain(0.2, 0.7, 16, 6.0)
+CURING = resolution(0.2, 0.7, 16, 6.0)
 # The corridor around postures that a mask refuses, and the first number of locations to each side of them.
-WIDE, DETOUR = grain(0.5, 2.0, 400, 60.0), 12
+WIDE, DETOUR = resolution(0.5, 2.0, 400, 60.0), 12
 # From one round to the next, axes may turn farther in a block by this factor, and by as many rad.
 FARTHER, LITTLE = 1.5, np.radians(0.5)
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
@@ -54,7 +55,7 @@ SEARCHING, FAIRING = "searching postures", "fairing"
 FARTHEST = tuple(np.radians([0.02, 0.05, 0.1, 0.2]))
 
 # Keys by which the better and the steadier of two `Delivered` is smaller.
-rank, unrest = attrgetter("rank"), attrgetter("unrest")
+rank, starts_and_travel = attrgetter("rank"), attrgetter("starts_and_travel")
 
 # Makes the problem of a path with inserted locations from their fractional indices, (n,), in the given path.
 Build = Callable[[Toolpath, Array], tuple[Problem, TiltBounds]]
@@ -84,7 +85,96 @@ class Delivery:
     options: Options
     by_length: bool = False
     at_knots: bool = False
-    stages: list[Stage] = field(default_factory=list)
+    stages: list[SolverStep] = field(default_factory=list)
+
+    def delivered(
+        self, solution: Optimum, candidates: Mapping[str, Array]
+    ) -> tuple[Optimum, tuple[float, float], Breach | None]:
+        """Solve a solution again on the locations of its program; its energies are then those of programs.
+
+        Every baseline is priced as its own program, and given on the locations of the result; one that no
+        program can follow is missing. A baseline that is cheaper than the result is refined and replaces it.
+
+        Parameters
+        ----------
+        solution : on the given locations, with its problem
+        candidates : further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs least
+
+        Returns
+        -------
+        The solution; its rank (`Delivered.rank`); and what the path that was solved still breaks between its
+        locations, even if a baseline took its place
+        """
+        machine, columns = solution.machine, solution.machine.rotary_columns
+        best = self.run(solution.motion.positions[:, columns], everywhere=True)
+        breach = best.breach
+        energies, planes, missing = self._baselines(solution)
+        others = dict(candidates)
+        for name in sorted(energies, key=lambda name: self.cost(energies[name])):
+            if self.cost(energies[name]) < best.cost:
+                others[f"baseline {name}"] = solution.compared[name].motion.positions[:, columns]
+        for name, rotary in others.items():
+            if self.admits(rotary):
+                before = len(self.stages)
+                best = min(best, self.run(rotary), key=rank)
+                named = [replace(one, name=f"{one.name}, from {name}") for one in self.stages[before:]]
+                self.stages[before:] = named
+        best = min([best, *self.faired(best)], key=rank)
+        path = best.instance.path
+        location = None if len(path) == len(self.given) else best.instance.location
+        compared = {}
+        for number, (name, own) in enumerate(planes.items(), start=len(solution.compared)):
+            self._pricing(number, 2 * len(solution.compared))
+            baseline, energy = solution.compared[name], energies[name]
+            motion = baseline.motion
+            if not self.admits(motion.positions[:, columns]):
+                note = "; ".join(filter(None, (baseline.note, "it breaks bounds that are asked for")))
+                baseline = replace(baseline, note=note, admitted=False)
+            if location is not None:
+                motion = follow(path, machine, own.rotary_at(location))
+                # Priced as it is given, so that everyone who prices it finds the same.
+                energy = program_energy(machine, path, motion, self.filling, self.options.clock)
+            compared[name] = replace(baseline, motion=motion, energy=energy)
+        motion = replace(follow(path, machine, best.rotary), location=location)
+        findings = best.findings(self.near.mask or Mask())
+        found = replace(
+            solution,
+            toolpath=replace(path, findings=(*path.findings, *findings)),
+            tilt=best.instance.bounds,
+            motion=motion,
+            energy=program_energy(machine, path, motion, self.filling, self.options.clock),
+            compared=compared,
+            missing=missing,
+            stages=(*solution.stages, *self.stages),
+            problem=best.solved,
+            filling=self.filling,
+            clock=self.options.clock,
+        )
+        return found, best.rank, breach
+
+    def _baselines(
+        self, solution: Optimum
+    ) -> tuple[dict[str, Energy], dict[str, AxisPlanes], Mapping[str, str]]:
+        """Price baselines as programs: energies and axis planes by name; of those without one, the reason."""
+        machine, missing = solution.machine, dict(solution.missing)
+        energies: dict[str, Energy] = {}
+        planes: dict[str, AxisPlanes] = {}
+        for number, (name, baseline) in enumerate(solution.compared.items()):
+            self._pricing(number, 2 * len(solution.compared))
+            try:
+                fill = require_blocks(self.filling.fill(self.given, machine, baseline.motion))
+            except NoBaseline as reason:
+                missing[name] = str(reason)
+                continue
+            blocks, planes[name] = self.filling.thin(fill).blocks, fill.planes
+            energies[name] = timed_energy(machine, blocks, self.options.clock(blocks, machine))
+            del fill, blocks  # a path may be long
+        return energies, planes, missing
+
+    @property
+    def _pricing(self) -> Steps:
+        """Takes the baselines that have been priced, and their number."""
+        return partial(self.options.progress, "pricing baselines as programs")
 
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
@@ -95,8 +185,10 @@ class Delivery:
         """
         here = self.priced(rotary)
         if len(rotary) == 1:
-            grain = self.near.effort.nested[0].everywhere[0]
-            found = self.near.found_anywhere(here.posed, self._costs(here.posed), grain, self._steps)
+            resolution = self.near.effort.nested[0].everywhere[0]
+            found = self.near.found_anywhere(
+                here.instance, self._costs(here.instance), resolution, self._steps
+            )
             return self._final(here if found is None or not here.broken else self.priced(found))
         if self.at_knots:
             # It was solved at its knots until nothing more was saved; in between once is enough.
@@ -107,13 +199,13 @@ class Delivery:
             return self._by_search(here)
         return self._final(min(self._improved(here.denser, here.filled), here, key=rank))
 
-    def _posed(self, location: Array, path: Toolpath | None = None) -> Posed:
+    def _instance(self, location: Array, path: Toolpath | None = None) -> Instance:
         """Make the problem of a path with inserted locations, by their fractional indices."""
         path = refined(self.given, location) if path is None else path
         problem, bounds = self.build(path, location)
         if self.options.objective == "time":
             problem = by_time(problem, self.options.up_penalty)
-        return Posed(path, location, problem, bounds)
+        return Instance(path, location, problem, bounds)
 
     @property
     def _steps(self) -> Steps:
@@ -126,9 +218,9 @@ class Delivery:
         return np.arange(len(self.given), dtype=float)
 
     @cached_property
-    def _given(self) -> Posed:
+    def _given(self) -> Instance:
         """The given locations."""
-        return self._posed(self._every, self.given)
+        return self._instance(self._every, self.given)
 
     def _by_search(self, start: Delivered) -> Delivered:
         """Search effort by effort; each begins with what the smaller one found.
@@ -140,14 +232,16 @@ class Delivery:
         best, steadiest = start, None
         for effort in self.near.effort.nested:
             own = replace(self, near=replace(self.near, effort=effort))
-            grains = effort.everywhere
+            resolutions = effort.everywhere
             if self.options.objective == "time":
                 # Many postures cost no time: what costs little energy is another good start.
-                grains += tuple(replace(one, by_other=True) for one in grains if not one.by_other)
-            seeds = [partial(Delivery._sought, grain=one) for one in grains]
-            seeds.append(partial(Delivery._sought, grain=grains[0], known=start.rotary))
-            sought = sorted((one for one in own._at_once(seeds) if one), key=rank)
-            tasks = [partial(Delivery._refined, sought=one) for one in sought[: effort.whole]]
+                resolutions += tuple(
+                    replace(one, by_other_price=True) for one in resolutions if not one.by_other_price
+                )
+            seeds = [partial(Delivery._candidate, resolution=one) for one in resolutions]
+            seeds.append(partial(Delivery._candidate, resolution=resolutions[0], known=start.rotary))
+            candidates = sorted((one for one in own._at_once(seeds) if one), key=rank)
+            tasks = [partial(Delivery._refined, candidate=one) for one in candidates[: effort.whole]]
             begun = own._at_once(tasks)
             if begun:
                 # What is a little out of bounds between locations comes back when these are solved, too.
@@ -163,7 +257,8 @@ class Delivery:
                 best = min(own._improved(start.denser, start.filled), best, key=rank)
             found = [best]
             for corridor in effort.corridors:
-                found.append(own._settled(best, corridor))
+                near = own._corridor(best, corridor)
+                found.append(min(near, own._rounds(near.denser, near.filled, own._sharpness[-1:]), key=rank))
                 best = min(best, found[-1], key=rank)
             found = [self._final(min(self._bare(one), one, key=rank)) for one in found]
             steadiest = self._steadied(found, steadiest)
@@ -171,19 +266,19 @@ class Delivery:
 
     def faired(self, program: Delivered) -> Iterator[Delivered]:
         """Price a program with smoother postures, where the control's clock is known."""
-        if self.options.clock.is_programmed(program.posed.problem.machine):
+        if self.options.clock.is_programmed(program.instance.problem.machine):
             return
         for farthest in FARTHEST:
-            rotary = faired(program.posed.problem, program.rotary, farthest)
-            here = self._final(self.priced(rotary, program.posed))
-            self.stages.append(Stage(FAIRING, self._status(here), 0, program.cost, here.cost))
+            rotary = faired(program.instance.problem, program.rotary, farthest)
+            here = self._final(self.priced(rotary, program.instance))
+            self.stages.append(SolverStep(FAIRING, self._status(here), 0, program.cost, here.cost))
             yield here
 
     def _bare(self, program: Delivered) -> Delivered:
         """Leave out inserted locations: where the path is straight in between, no program needs them."""
-        if len(program.posed.path) == len(self.given):
+        if len(program.instance.path) == len(self.given):
             return program
-        return self.priced(program.rotary[np.isin(program.posed.location, self._every)])
+        return self.priced(program.rotary[np.isin(program.instance.location, self._every)])
 
     def _at_once(self, tasks: Sequence[Callable[[Delivery], Found]]) -> list[Found]:
         """Run independent tasks in threads; a mask need not be safe for them.
@@ -207,7 +302,7 @@ class Delivery:
         self.stages += [stage for part in parts for stage in part.stages]
         return answers
 
-    def _sought(self, grain: Grain, known: Array | None = None) -> Sought | None:
+    def _candidate(self, resolution: Resolution, known: Array | None = None) -> Candidate | None:
         """Search all postures on some of the locations, and refine what is found there; None for no path.
 
         Parameters
@@ -217,29 +312,34 @@ class Delivery:
         self._steps(0, 1)
         # A program that is revised in its own lines gets no further ones for the search.
         own = self.given.slack is not None
-        posed = self._given if own else self._posed(turning_rows(self._given.problem, grain.rows))
-        rows = sparse_rows(posed.problem, grain.rows)
-        problem, bounds = posed.problem.thinned(rows), posed.bounds.at(rows)
-        few = Posed(posed.path.at(rows), posed.location[rows], problem, bounds)
-        costs = self._costs(posed).thinned(rows)
+        instance = self._given if own else self._instance(turning_rows(self._given.problem, resolution.rows))
+        rows = sparse_rows(instance.problem, resolution.rows)
+        problem, bounds = instance.problem.thinned(rows), instance.bounds.at(rows)
+        few = Instance(instance.path.at(rows), instance.location[rows], problem, bounds)
+        costs = self._costs(instance).thinned(rows)
 
         def search() -> Array | None:
             if known is not None:
                 return interpolate(known, few.location)
-            prices = self._other_costs(posed).thinned(rows) if grain.by_other else costs
-            return self.near.found_anywhere(few, prices, grain, self._steps)
+            prices = self._costs(instance, other=True).thinned(rows) if resolution.by_other_price else costs
+            return self.near.found_anywhere(few, prices, resolution, self._steps)
 
         name = "path to begin with" if known is not None else "search of all postures"
-        found = self._sought_by(search, name, posed, few, costs)
-        if found is None or not found.rank[0] or known is not None or grain.asks_all:
+        found = self._candidate_of(search, name, instance, few, costs)
+        if found is None or not found.rank[0] or known is not None or resolution.queries_all:
             return found
         # What was found past the mask in places leaves no way within it there.
-        again = self._sought(replace(grain, asks_all=True))
+        again = self._candidate(replace(resolution, queries_all=True))
         return min((one for one in (found, again) if one), key=rank)
 
-    def _sought_by(
-        self, search: Callable[[], Array | None], name: str, posed: Posed, few: Posed, costs: BlockCosts
-    ) -> Sought | None:
+    def _candidate_of(
+        self,
+        search: Callable[[], Array | None],
+        name: str,
+        instance: Instance,
+        few: Instance,
+        costs: BlockCosts,
+    ) -> Candidate | None:
         """Refine what a search finds on few locations of a path; None if it finds nothing."""
 
         def found() -> Array | None:
@@ -254,30 +354,30 @@ class Delivery:
         if path is None:
             return None
         cost = self._repriced(few, path, costs, 0.0).priced(path)
-        self.stages.append(Stage(name, f"{len(path)} locations", 0, None, cost))
+        self.stages.append(SolverStep(name, f"{len(path)} locations", 0, None, cost))
         refused = int(np.count_nonzero(self.near.refused(few, path)))
-        return Sought(posed, few, costs, path, (refused, cost))
+        return Candidate(instance, few, costs, path, (refused, cost))
 
-    def _refined(self, sought: Sought) -> Delivered:
+    def _refined(self, candidate: Candidate) -> Delivered:
         """Search about what was found among all postures, and refine it once on its program's locations."""
         for around in self.near.effort.around:
-            start, few, costs = sought.path, sought.few, sought.costs
+            start, few, costs = candidate.path, candidate.few, candidate.costs
             search = partial(self.near.searched, few, costs, around, start, self._steps)
-            near = self._sought_by(search, "search about it", sought.posed, few, costs)
-            sought = min((one for one in (near, sought) if one), key=rank)
-        here = self.priced(sought.rotary, sought.posed)
+            near = self._candidate_of(search, "search about it", candidate.instance, few, costs)
+            candidate = min((one for one in (near, candidate) if one), key=rank)
+        here = self.priced(candidate.rotary, candidate.instance)
         return self._rounds(here.denser, here.filled, self._sharpness[:1], 1)
 
-    def _improved(self, posed: Posed, rotary: Array, sharpness: Sequence[float] = ()) -> Delivered:
+    def _improved(self, instance: Instance, rotary: Array, sharpness: Sequence[float] = ()) -> Delivered:
         """Refine a path, (n, 2) rad, for its program, and cure what it breaks between its locations."""
-        best = self._rounds(posed, rotary, sharpness or self._sharpness)
+        best = self._rounds(instance, rotary, sharpness or self._sharpness)
         if not best.broken:
             return best
-        cured = self._near(best, SETTLED)
+        cured = self._cured(best, CURING)
         return min(cured, self._rounds(cured.denser, cured.filled, self._sharpness[-1:]), key=rank)
 
     def _rounds(
-        self, posed: Posed, rotary: Array, sharpness: Sequence[float], most: int = MOST_ROUNDS
+        self, instance: Instance, rotary: Array, sharpness: Sequence[float], most: int = MOST_ROUNDS
     ) -> Delivered:
         """Refine by prices of blocks that are sharper from round to round, until nothing more is saved.
 
@@ -287,36 +387,36 @@ class Delivery:
         for number in range(most):
             self.options.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
             share = sharpness[min(number, len(sharpness) - 1)]
-            problem = self._local(posed, rotary, share, self._costs(posed, here))
+            problem = self._local(instance, rotary, share, self._costs(instance, here))
             if here is not None:
                 # Else turns crowd in ever shorter blocks.
                 most_turn = np.minimum(problem.max_turn, FARTHER * np.abs(np.diff(rotary, axis=0)) + LITTLE)
                 problem = self._at_times(replace(problem, max_turn=most_turn), rotary, here)
             rough = number + 1 < len(sharpness)
-            path = self.options.checkpoint.found(partial(self.near.refined, posed, problem, rotary, rough))
-            before, here = here, self.priced(path, posed, replace(problem, max_turn=posed.problem.max_turn))
+            path = self.options.checkpoint.found(partial(self.near.refined, instance, problem, rotary, rough))
+            before, here = (
+                here,
+                self.priced(path, instance, replace(problem, max_turn=instance.problem.max_turn)),
+            )
             was = None if before is None else before.cost
-            self.stages.append(Stage(f"program, round {number + 1}", self._status(here), 0, was, here.cost))
+            self.stages.append(
+                SolverStep(f"program, round {number + 1}", self._status(here), 0, was, here.cost)
+            )
             saves = best is None or (here.broken, (1.0 + WORTHWHILE) * here.cost) < rank(best)
             best = here if best is None else min(best, here, key=rank)
             if (number + 1 >= len(sharpness) or self._is_flat) and not saves:
                 break
-            posed, rotary = here.denser, here.filled
+            instance, rotary = here.denser, here.filled
         assert best is not None  # there is a round
         return best
 
-    def _settled(self, best: Delivered, grain: Grain) -> Delivered:
-        """Search a corridor about a program's postures, and refine it."""
-        near = self._corridor(best, grain)
-        return min(near, self._rounds(near.denser, near.filled, self._sharpness[-1:]), key=rank)
-
-    def _near(self, here: Delivered, grain: Grain) -> Delivered:
+    def _cured(self, here: Delivered, resolution: Resolution) -> Delivered:
         """Search a corridor about a program's postures, and again while that breaks a bound.
 
         Around postures that the mask refuses a wide corridor is searched, of more and more locations.
         """
         best, refused = here, np.inf
-        for number in range(SETTLING):
+        for number in range(MOST_CURES):
             if 0 < here.refused.sum() < refused:
                 refused = here.refused.sum()
                 around = widened(here.refused, DETOUR * 2**number)
@@ -324,22 +424,24 @@ class Delivery:
             elif here.refused.any():
                 break
             else:
-                here = self._corridor(here, grain)
+                here = self._corridor(here, resolution)
             best = min(best, here, key=rank)
             if not here.broken:
                 break
         return best
 
-    def _corridor(self, program: Delivered, grain: Grain, free: BoolArray | None = None) -> Delivered:
+    def _corridor(
+        self, program: Delivered, resolution: Resolution, free: BoolArray | None = None
+    ) -> Delivered:
         """Search a corridor about a program's postures once, everywhere or where it is free."""
         self._steps(0, 1)
-        posed, before = program.denser, program.cost
-        costs = self._costs(posed, program)
-        search = partial(self.near.searched, posed, costs, grain, program.filled, self._steps, free)
+        instance, before = program.denser, program.cost
+        costs = self._costs(instance, program)
+        search = partial(self.near.searched, instance, costs, resolution, program.filled, self._steps, free)
         path = self.options.checkpoint.found(search)
-        here = self.priced(path, posed)
-        name = f"corridor of {np.degrees(grain.radius):.3g} deg"
-        self.stages.append(Stage(name, self._status(here), 0, before, here.cost))
+        here = self.priced(path, instance)
+        name = f"corridor of {np.degrees(resolution.radius):.3g} deg"
+        self.stages.append(SolverStep(name, self._status(here), 0, before, here.cost))
         return here
 
     def _steadied(self, found: Sequence[Delivered], before: Delivered | None) -> Delivered:
@@ -356,7 +458,7 @@ class Delivery:
         most = (1.0 + self.options.steady) * least.cost
         if before is not None and not before.broken:
             most = min(most, before.cost)
-        return min((one for one in kept if not one.broken and one.cost <= most), key=unrest)
+        return min((one for one in kept if not one.broken and one.cost <= most), key=starts_and_travel)
 
     @property
     def _sharpness(self) -> Sequence[float]:
@@ -389,68 +491,72 @@ class Delivery:
         """Check whether a path, (n, 2) rad, keeps the bounds at all given locations."""
         return self._given.problem.violation(rotary) <= ALLOWED
 
-    def priced(self, rotary: Array, posed: Posed | None = None, solved: Problem | None = None) -> Delivered:
+    def priced(
+        self, rotary: Array, instance: Instance | None = None, solved: Problem | None = None
+    ) -> Delivered:
         """Price a path by the blocks of its program, and check the postures between its locations.
 
         Parameters
         ----------
         rotary : (n, 2), rad
-        posed : its locations; the given ones by default
+        instance : its locations; the given ones by default
         solved : the problem of which it is an optimum
         """
-        posed = self._given if posed is None else posed
-        machine = posed.problem.machine
-        fill = self.filling.fill(posed.path, machine, follow(posed.path, machine, rotary))
-        row = np.interp(fill.row, np.arange(len(posed.location)), posed.location)
+        instance = self._given if instance is None else instance
+        machine = instance.problem.machine
+        fill = self.filling.fill(instance.path, machine, follow(instance.path, machine, rotary))
+        row = np.interp(fill.row, np.arange(len(instance.location)), instance.location)
         between = fill.motion.positions[:, machine.rotary_columns]
         # A long path is kept once where nothing is inserted; the given one is normalised by `refined`.
-        same = len(row) == len(posed.location) and posed is not self._given
-        denser = self._parts(posed, rotary, self._posed(row, posed.path if same else None), between)
+        same = len(row) == len(instance.location) and instance is not self._given
+        denser = self._parts(instance, rotary, self._instance(row, instance.path if same else None), between)
         positions, excess = denser.problem.placed(slice(None), between)
         past = max(float(excess.max()), float(denser.problem.limit_excess(positions).max()))
-        jumps = np.floor(posed.location[fill.jumps]).astype(np.int64)
+        jumps = np.floor(instance.location[fill.jumps]).astype(np.int64)
         past = np.inf if len(jumps) else past
         if self.options.objective == "time" or not self.options.clock.is_programmed(machine):
             # Redundant blocks would cost the control time, as stops.
             fill = self.filling.thin(fill)
         taken = self.options.clock(fill.blocks, machine)
         energy = timed_energy(machine, fill.blocks, taken)
-        cost = self.cost(energy) + self._beside(rotary[np.isin(posed.location, self._every)])
+        cost = self._priced_at(instance, rotary, energy)
         times = fill.times(taken.times)
-        solved = solved or posed.problem
+        solved = solved or instance.problem
         refused, turned = self.near.refused(denser, between), self.near.turned(denser, between)
         return Delivered(
-            posed, rotary, denser, between, past, jumps, refused, turned, energy, cost, times, solved
+            instance, rotary, denser, between, past, jumps, refused, turned, energy, cost, times, solved
         )
 
-    def _parts(self, posed: Posed, rotary: Array, denser: Posed, filled: Array) -> Posed:
+    def _parts(self, instance: Instance, rotary: Array, denser: Instance, filled: Array) -> Instance:
         """Let inserted locations turn as the path, (n, 2) rad, does that they come from."""
-        if self.by_length or len(denser.location) == len(posed.location):
+        if self.by_length or len(denser.location) == len(instance.location):
             return denser
         known, turned = np.abs(np.diff(rotary, axis=0)), np.abs(np.diff(filled, axis=0))
-        most = shared(posed.problem.max_turn, known, posed.location, denser.location, turned)
+        most = shared(instance.problem.max_turn, known, instance.location, denser.location, turned)
         return replace(denser, problem=replace(denser.problem, max_turn=most))
 
     def _final(self, program: Delivered) -> Delivered:
         """Price a program without redundant blocks, as it is delivered."""
-        machine, path = program.posed.problem.machine, program.posed.path
+        machine, path = program.instance.problem.machine, program.instance.path
         motion = follow(path, machine, program.rotary)
         blocks = self.filling.blocks(path, machine, motion)
         energy = timed_energy(machine, blocks, self.options.clock(blocks, machine))
         solved = program.solved
-        if self.options.objective != "time" and solved is program.posed.problem:
+        if self.options.objective != "time" and solved is program.instance.problem:
             # It was searched: of these prices it is an optimum, as far as it is one.
-            solved = self._repriced(program.posed, program.rotary, self._costs(program.posed))
-        beside = self._beside(program.rotary[np.isin(program.posed.location, self._every)])
-        return replace(program, energy=energy, cost=self.cost(energy) + beside, solved=solved)
+            solved = self._repriced(program.instance, program.rotary, self._costs(program.instance))
+        cost = self._priced_at(program.instance, program.rotary, energy)
+        return replace(program, energy=energy, cost=cost, solved=solved)
 
-    def _beside(self, rotary: Array) -> float:
-        """Sum the prices of bends and delay of a path, (n, 2) rad, at the given locations, J."""
-        terms = [term for term in self._given.problem.terms if term.name in BESIDE and term.has_price]
+    def _priced_at(self, instance: Instance, rotary: Array, energy: Energy) -> float:
+        """Compute what a program costs, J, with the prices of bends and delay at its given locations."""
+        problem = self._given.problem
+        terms = [term for term in problem.terms if term.name in BESIDE and term.has_price]
         if self.options.objective == "time" or not terms:
-            return 0.0
-        quantities = self._given.problem.quantities(self._given.problem.positions(slice(None), rotary))
-        return sum(term.cost(term.values(quantities)) for term in terms)
+            return self.cost(energy)
+        at_given = rotary[np.isin(instance.location, self._every)]
+        quantities = problem.quantities(problem.positions(slice(None), at_given))
+        return self.cost(energy) + sum(term.cost(term.values(quantities)) for term in terms)
 
     def cost(self, energy: Energy) -> float:
         """Compute what a program costs by the objective, J, without the prices `BESIDE` it."""
@@ -459,40 +565,44 @@ class Delivery:
             return TIME_PRICE * round(energy.time, 6)
         return energy.total if self.options.objective == "energy" else energy.travel
 
-    def _costs(self, posed: Posed, program: Delivered | None = None) -> BlockCosts:
-        """Compute what blocks cost, at the feed or as long as the control takes for those of a program."""
-        if self.options.objective != "energy":
-            return BlockCosts.of_travel(posed.problem.plus, posed.problem.minus)
-        slowed = program is not None and not self.options.clock.is_programmed(posed.problem.machine)
-        return self._energy_costs(posed, program.times if program is not None and slowed else None)
+    def _costs(
+        self, instance: Instance, program: Delivered | None = None, *, other: bool = False
+    ) -> BlockCosts:
+        """Compute what blocks cost: energy where that is minimised, else in proportion to travel.
 
-    def _other_costs(self, posed: Posed) -> BlockCosts:
-        """Compute what blocks cost otherwise: their travel or, where travel or time is minimised, energy."""
-        if self.options.objective != "energy":
-            return self._energy_costs(posed)
-        return BlockCosts.of_travel(posed.problem.plus, posed.problem.minus)
-
-    def _energy_costs(self, posed: Posed, times: Array | None = None) -> BlockCosts:
-        machine, times = posed.problem.machine, feed_times(posed.path) if times is None else times
+        Parameters
+        ----------
+        program : whose times the blocks take; they are at the feed by default, or where no clock is known
+        other : whether to take the other of both
+        """
+        problem, path = instance.problem, instance.path
+        if (self.options.objective == "energy") == other:
+            return BlockCosts.of_travel(problem.plus, problem.minus)
+        slowed = program is not None and not self.options.clock.is_programmed(problem.machine)
+        times = program.times if program is not None and slowed else feed_times(path)
         # The duration of rapid moves depends on the posture.
-        lasting = np.where(posed.path.rapid, 0.0, times)[1:]
-        costs = block_costs(machine, posed.path.feed[1:], posed.path.rapid[1:], time=lasting)
-        up, down = lifting_costs(machine, self.options.up_penalty)
+        lasting = np.where(path.rapid, 0.0, times)[1:]
+        costs = block_costs(problem.machine, path.feed[1:], path.rapid[1:], time=lasting)
+        up, down = lifting_costs(problem.machine, self.options.up_penalty)
         return replace(costs, slope=costs.slope + np.stack([up, down])[:, None])
 
-    def _local(self, posed: Posed, rotary: Array, sharpness: float, costs: BlockCosts) -> Problem:
+    def _local(self, instance: Instance, rotary: Array, sharpness: float, costs: BlockCosts) -> Problem:
         """Make the problem of a refinement near a path, (n, 2) rad, by the costs of its blocks."""
         if self.options.objective == "time":
             return (
-                from_rest_to_rest(posed.problem, rotary, sharpness) if self._prices_stops else posed.problem
+                from_rest_to_rest(instance.problem, rotary, sharpness)
+                if self._prices_stops
+                else instance.problem
             )
-        return self._repriced(posed, rotary, costs, sharpness)
+        return self._repriced(instance, rotary, costs, sharpness)
 
-    def _repriced(self, posed: Posed, rotary: Array, costs: BlockCosts, sharpness: float = 0.01) -> Problem:
+    def _repriced(
+        self, instance: Instance, rotary: Array, costs: BlockCosts, sharpness: float = 0.01
+    ) -> Problem:
         """Price travel by the cost of blocks near a path, (n, 2) rad."""
-        travel = np.abs(np.diff(posed.problem.positions(slice(None), rotary), axis=0))
+        travel = np.abs(np.diff(instance.problem.positions(slice(None), rotary), axis=0))
         plus, minus = costs.near(travel, sharpness)
-        return replace(posed.problem, plus=plus, minus=minus)
+        return replace(instance.problem, plus=plus, minus=minus)
 
     def _at_times(self, problem: Problem, rotary: Array, program: Delivered) -> Problem:
         """Add the price of a control's stops near a program's path, (n, 2) rad."""
@@ -505,24 +615,24 @@ class Delivery:
 
     def _status(self, here: Delivered) -> str:
         broken = f", bounds broken by {here.broken:.2g}" if here.broken else ""
-        return f"{len(here.posed.path)} locations, {here.inserted} more in the program{broken}"
+        return f"{len(here.instance.path)} locations, {here.inserted} more in the program{broken}"
 
 
 @dataclass(frozen=True, eq=False)
-class Sought:
+class Candidate:
     """What a search of all postures found.
 
     Parameters
     ----------
-    posed, few : the locations of a path, and those of them that were searched
+    instance, few : the locations of a path, and those of them that were searched
     costs : of the blocks between the few
     path : (m, 2), rad, refined on the few
     rank : key by which the better of two is smaller: how many postures a mask refuses, then the cost of the
         blocks between the few, J, with the price of what they break
     """
 
-    posed: Posed
-    few: Posed
+    instance: Instance
+    few: Instance
     costs: BlockCosts
     path: Array
     rank: tuple[int, float]
@@ -531,86 +641,5 @@ class Sought:
     def rotary(self) -> Array:
         """(n, 2), rad, straight between the locations that were searched: it may break bounds there."""
         return np.stack(
-            [np.interp(self.posed.location, self.few.location, angle) for angle in self.path.T], axis=1
+            [np.interp(self.instance.location, self.few.location, angle) for angle in self.path.T], axis=1
         )
-
-
-def delivered(
-    solution: Solution, delivery: Delivery, candidates: Mapping[str, Array]
-) -> tuple[Solution, tuple[float, float], Breach | None]:
-    """Solve a solution again on the locations of its program; its energies are then those of programs.
-
-    Every baseline is priced as its own program, and given on the locations of the result; one that no program
-    can follow is missing. A baseline that is cheaper than the result is refined and replaces it.
-
-    Parameters
-    ----------
-    solution : on the given locations, with its problem
-    delivery : what solves it
-    candidates : further paths to begin from by name, (n, 2) rad: travel doesn't tell which costs least
-
-    Returns
-    -------
-    The solution; its rank (`Delivered.rank`); and what the path that was solved still breaks between its
-    locations, even if a baseline took its place
-    """
-    machine, filling, given = solution.machine, delivery.filling, solution.toolpath
-    columns = machine.rotary_columns
-    best = delivery.run(solution.motion.positions[:, columns], everywhere=True)
-    breach = best.breach
-    priced = partial(delivery.options.progress, "pricing baselines as programs")
-    energies, planes, missing = {}, {}, dict(solution.missing)
-    for number, (name, b) in enumerate(solution.compared.items()):
-        priced(number, 2 * len(solution.compared))
-        try:
-            fill = require_blocks(filling.fill(given, machine, b.motion))
-        except NoBaseline as reason:
-            missing[name] = str(reason)
-            continue
-        blocks, planes[name] = filling.thin(fill).blocks, fill.planes
-        energies[name] = timed_energy(machine, blocks, delivery.options.clock(blocks, machine))
-        del fill, blocks  # a path may be long
-    others = dict(candidates)
-    for name in sorted(energies, key=lambda name: delivery.cost(energies[name])):
-        baseline = solution.compared[name]
-        if delivery.cost(energies[name]) < best.cost:
-            others[f"baseline {name}"] = baseline.motion.positions[:, columns]
-    for name, rotary in others.items():
-        if not delivery.admits(rotary):
-            continue
-        before = len(delivery.stages)
-        best = min(best, delivery.run(rotary), key=rank)
-        named = [replace(stage, name=f"{stage.name}, from {name}") for stage in delivery.stages[before:]]
-        delivery.stages[before:] = named
-    best = min([best, *delivery.faired(best)], key=rank)
-    path = best.posed.path
-    location = None if len(path) == len(given) else best.posed.location
-    compared = {}
-    for number, name in enumerate(planes, start=len(solution.compared)):
-        priced(number, 2 * len(solution.compared))
-        baseline, energy = solution.compared[name], energies[name]
-        motion = baseline.motion
-        if not delivery.admits(motion.positions[:, columns]):
-            note = "; ".join(filter(None, (baseline.note, "it breaks bounds that are asked for")))
-            baseline = replace(baseline, note=note, admitted=False)
-        if location is not None:
-            motion = follow(path, machine, planes[name].rotary_at(location))
-            # Priced as it is given, so that everyone who prices it finds the same.
-            energy = program_energy(machine, path, motion, filling, delivery.options.clock)
-        compared[name] = replace(baseline, motion=motion, energy=energy)
-    motion = replace(follow(path, machine, best.rotary), location=location)
-    findings = best.findings(delivery.near.mask or Mask())
-    found = replace(
-        solution,
-        toolpath=replace(path, findings=(*path.findings, *findings)),
-        tilt=best.posed.bounds,
-        motion=motion,
-        energy=program_energy(machine, path, motion, filling, delivery.options.clock),
-        compared=compared,
-        missing=missing,
-        stages=(*solution.stages, *delivery.stages),
-        problem=best.solved,
-        filling=filling,
-        clock=delivery.options.clock,
-    )
-    return found, best.rank, breach

@@ -8,21 +8,21 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture.search.successors import Grain
+from fiveaxis.posture.search.successors import Resolution
 
 DEGREE = np.pi / 180.0
 # J: last barrier parameter of a start, which will be solved again with other prices.
 ROUGH = 1e-3
 
 
-def grain(level: float, spin: float, states: int, radius: float = np.inf, **others: Any) -> Grain:
-    """Make a `Grain` from mm, degrees and degrees."""
-    return Grain(level, spin * DEGREE, states, radius * DEGREE, **others)
+def resolution(level: float, spin: float, states: int, radius: float = np.inf, **others: Any) -> Resolution:
+    """Make a `Resolution` from mm, degrees and degrees."""
+    return Resolution(level, spin * DEGREE, states, radius * DEGREE, **others)
 
 
-def both_ways(*grains: Grain) -> tuple[Grain, ...]:
+def both_ways(*resolutions: Resolution) -> tuple[Resolution, ...]:
     """Search from either end: which states look cheap on the way depends on where a search comes from."""
-    return tuple(replace(one, backwards=backwards) for one in grains for backwards in (False, True))
+    return tuple(replace(one, backwards=backwards) for one in resolutions for backwards in (False, True))
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,12 @@ class Effort:
     solver : for refinement (`fiveaxis.posture.local.optima.SOLVERS`)
     """
 
-    everywhere: tuple[Grain, ...]
+    everywhere: tuple[Resolution, ...]
     sharpness: tuple[float, ...] = (0.1, 0.01)
-    around: tuple[Grain, ...] = ()
+    around: tuple[Resolution, ...] = ()
     whole: int = 1
     contains: Effort | None = None
-    corridors: tuple[Grain, ...] = ()
+    corridors: tuple[Resolution, ...] = ()
     last_barrier: float = 5e-7
     solver: str = "structured"
 
@@ -64,20 +64,20 @@ class Effort:
         return replace(self, contains=contains, **changes)
 
 
-QUICK = Effort(everywhere=both_ways(grain(4.0, 10.0, 100)), around=(grain(1.0, 4.0, 60, 30.0),))
+QUICK = Effort(everywhere=both_ways(resolution(4.0, 10.0, 100)), around=(resolution(1.0, 4.0, 60, 30.0),))
 NORMAL = replace(
     QUICK,
     contains=QUICK,
-    everywhere=both_ways(grain(1.0, 5.0, 200), grain(4.0, 7.0, 200, by_other=True)),
-    around=(grain(0.5, 2.0, 100, 20.0),),
+    everywhere=both_ways(resolution(1.0, 5.0, 200), resolution(4.0, 7.0, 200, by_other_price=True)),
+    around=(resolution(0.5, 2.0, 100, 20.0),),
     whole=2,
-    corridors=(grain(0.2, 0.7, 8, 1.5, start=0.2),),
+    corridors=(resolution(0.2, 0.7, 8, 1.5, start=0.2),),
 )
 THOROUGH = replace(
     NORMAL,
     contains=NORMAL,
-    everywhere=both_ways(grain(1.0, 4.0, 800), grain(0.5, 4.0, 400, rows=500)),
-    corridors=(grain(0.2, 0.7, 100, 6.0),),
+    everywhere=both_ways(resolution(1.0, 4.0, 800), resolution(0.5, 4.0, 400, rows=500)),
+    corridors=(resolution(0.2, 0.7, 100, 6.0),),
 )
 EFFORTS = {"quick": QUICK, "normal": NORMAL, "thorough": THOROUGH}
 

@@ -17,12 +17,10 @@ from fiveaxis.geometry import Array
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, follow, peak_rates
 from fiveaxis.options import Objective
-from fiveaxis.posture.optimiser import optimise
+from fiveaxis.posture.optimiser import optimise_postures
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.solution import Solution, program_energy
-from fiveaxis.posture.turns.unwrapped import with_path
-from fiveaxis.progress import Progress
+from fiveaxis.posture.solution import Optimum, program_energy
 from fiveaxis.toolpath import Constraints, Toolpath
 
 # How many shares of the feed are tried in each move.
@@ -33,8 +31,6 @@ SAME = 1e-9
 FAINTEST, STRONGEST = 0.01, 100.0
 # Shortest move, mm, with a meaningful turn per mm.
 SHORTEST_MOVE = 1e-3
-# Codes of findings about a path's postures (`with_findings`).
-OF_POSTURES = ("rapid-speed-unknown", "singular-turn", "singular-crossing", "rotary-slows")
 # Least and highest price of time along a front by the clock, in mean powers of the drives.
 DELAYS = (0.1, 10.0)
 # Prices of time with which feeds are chosen, in mean powers of the drives.
@@ -56,15 +52,15 @@ class Front:
 
     points: tuple[FrontPoint, ...]
     dominated: int
-    solution: Solution
-    others: tuple[Solution, ...] = ()
+    solution: Optimum
+    others: tuple[Optimum, ...] = ()
 
     @property
-    def solutions(self) -> tuple[Solution, ...]:
+    def solutions(self) -> tuple[Optimum, ...]:
         """The solution of each point."""
         return (self.solution, *self.others)
 
-    def pick(self, number: int) -> Solution:
+    def pick(self, number: int) -> Optimum:
         """Return a solution by its number; 1 is the cheapest, a number too large gives the last."""
         return self.solutions[min(number, len(self.solutions)) - 1]
 
@@ -80,23 +76,20 @@ def find_front(
     n: int = 8,
     options: Options = DEFAULTS,
     *,
-    smoothest: float | None = None,
     feed_share: float | None = None,
 ) -> Front:
     """Find solutions between the cheapest program and the fastest or smoothest one.
 
-    The first is what `optimise` finds. Where the control's clock is known, the others are searched with
-    increasing prices of time, and the last for least time. Elsewhere steadiness stands for time
-    (`prices_of_bends`). None interrupts more cuts than the first to rewind an axis.
+    The first is what `optimise_postures` finds. Where the control's clock is known, the others are searched
+    with increasing prices of time, and the last for least time. Elsewhere steadiness stands for time, by
+    prices of bends. None interrupts more cuts than the first to rewind an axis.
 
     Parameters
     ----------
-    toolpath, machine, constraints : as for `optimise`
+    toolpath, machine, constraints : as for `optimise_postures`
     n : how many solutions are sought, at least two
-    options : as for `optimise`, without `smoothing` and `bound`; the stage ``front`` of its progress counts
-        the runs
-    smoothest : J/rad², the highest price of bends; by default a hundred times the one at which the first
-        solution's bends cost as much as its travel
+    options : as for `optimise_postures`, without `smoothing` and `bound`; the stage ``front`` of its progress
+        counts the runs
     feed_share : least share of the feed to which cuts may be slowed where that saves energy; by default they
         keep their feed
 
@@ -110,23 +103,28 @@ def find_front(
         Fewer than two solutions; a price that isn't positive; ``smoothing`` given; a share outside 0…1, or
         with another objective than energy.
     Infeasible, MachineError, ToolError, ToolpathError
-        As `optimise`.
+        As `optimise_postures`.
     """
-    _require_sense(n, options, smoothest, feed_share)
+    _require_sense(n, options, feed_share)
     by_clock = not options.is_timed and not options.clock.is_programmed(machine)
-    count_run, of_run = _split_progress(options.progress, n)
-    options = replace(options, bound=False, progress=of_run)
+    done, progress = 0, options.progress
 
-    def searched(**changes: Any) -> Solution:
-        found = optimise(toolpath, machine, constraints, replace(options, **changes))
-        count_run()
+    def tell(stage: str, step: int, steps: int) -> None:
+        progress(f"front, run {done + 1} of {n}: {stage}", step, steps)
+
+    def searched(**changes: Any) -> Optimum:
+        nonlocal done
+        own = replace(options, bound=False, progress=tell, **changes)
+        found = optimise_postures(toolpath, machine, constraints, own)
+        done += 1
+        progress("front", done, n)
         return found
 
     solution = searched()
     if by_clock:
         members = _by_clock(solution, n, options, searched)
     else:
-        members = _by_bends(solution, prices_of_bends(solution, n, smoothest).tolist(), options, searched)
+        members = _by_bends(solution, n, options, searched)
     if feed_share is not None:
         members += [
             slower
@@ -140,64 +138,62 @@ def find_front(
     return Front(tuple(p for p, _ in kept), len(members) - len(kept), solutions[0], solutions[1:])
 
 
-def _by_clock(
-    solution: Solution, n: int, options: Options, searched: Callable[..., Solution]
-) -> list[Member]:
+def _by_clock(solution: Optimum, n: int, options: Options, searched: Callable[..., Optimum]) -> list[Member]:
     """Search solutions with an increasing price of time, the last for least time where speeds are known."""
-    problem, start = solved(solution)
+    problem = solved(solution)[1]
     least = (solution.machine.base_power or 0.0) if options.time_price is None else options.time_price
     power, (faintest, strongest) = _mean_power(solution), DELAYS
     # The last is the strongest, also of one.
     shares = np.linspace(1.0, 0.0, n - 1)[::-1].tolist()
     prices = [least + power * faintest * (strongest / faintest) ** share for share in shares]
     speeds = [axis.max_speed for axis in solution.machine.axes if not axis.limits.is_fixed]
-    members = [(measured(solution, start, 0.0, problem, problem), solution)]
-    most = interrupted_cuts(solution, start)
+    members = [(measured(solution, problem.time_price, problem), solution)]
     for number, price in enumerate(prices, start=1):
         if number == n - 1 and None not in speeds:
             found = searched(objective="time", time_price=None)
         else:
             found = searched(time_price=price)
-        own, rotary = solved(found)
-        if interrupted_cuts(found, rotary) > most:
-            continue
-        point = measured(found, rotary, 0.0, replace(own, time_price=price), _unpriced(found, own, problem))
-        members.append((point, found))
+        if interrupted_cuts(found) <= interrupted_cuts(solution):
+            members.append((measured(found, price, _unpriced(*solved(found)[:2], problem)), found))
     return members
 
 
-def _by_bends(
-    solution: Solution, prices: Sequence[float], options: Options, searched: Callable[..., Solution]
-) -> list[Member]:
+def _by_bends(solution: Optimum, n: int, options: Options, searched: Callable[..., Optimum]) -> list[Member]:
     """Search solutions with an increasing price of bends, J/rad²; at each price the best of all stays.
 
-    If speeds are known, the price of delay rises with it: in the middle by the mean power of the travel.
+    The first price is 0; the others are a geometric series about the one at which the bends of the first
+    solution cost as much as its program. If speeds are known, the price of delay rises with them: in the
+    middle by the mean power of the travel.
     """
-    (problem, start), base = solved(solution), solution.machine.base_power or 0.0
+    (path, problem, start), base = solved(solution), solution.machine.base_power or 0.0
+    bend = _bend(path, start)
+    # For a path without bends any price will do.
+    middle = solution.energy.total / bend if bend > 0.0 else 1.0
+    shares = np.linspace(0.0, 1.0, n - 1)[::-1].tolist()
+    prices = [0.0, *(STRONGEST * middle * (FAINTEST / STRONGEST) ** share for share in shares)]
     least = base if options.time_price is None else options.time_price
     power = _mean_power(solution) if np.isfinite(problem.top_speed).any() else 0.0
-    found, most = [(solution, problem, start)], interrupted_cuts(solution, start)
+    found = [solution]
     for price in prices[1:]:
         delay = {} if options.is_timed else {"time_price": least + power * price * STRONGEST / prices[-1]}
         other = searched(smoothing=price, **delay)
-        own, rotary = solved(other)
-        if interrupted_cuts(other, rotary) <= most:
-            found.append((other, own, rotary))
+        if interrupted_cuts(other) <= interrupted_cuts(solution):
+            found.append(other)
     points = []
-    for one, own, rotary in found:
+    for one in found:
+        path, own, _ = solved(one)
         unpriced = replace(own, bend_price=0.0 * own.bend_price)
-        unpriced = unpriced if options.is_timed else _unpriced(one, own, problem)
-        points.append(measured(one, rotary, 0.0, own, unpriced))
+        unpriced = unpriced if options.is_timed else _unpriced(path, own, problem)
+        points.append(measured(one, own.time_price, unpriced))
     members = []
     for price in prices:
         best = min(range(len(points)), key=lambda k: points[k].cost + price * points[k].bend)
-        members.append((replace(points[best], smoothing=price), found[best][0]))
+        members.append((replace(points[best], smoothing=price), found[best]))
     return members
 
 
-def _unpriced(solution: Solution, own: Problem, first: Problem) -> Problem:
-    """Return the problem of a solution's path by the travel metric, at the first point's prices of delay."""
-    path = solution.toolpath if solution.unwrapped is None else solution.unwrapped.toolpath
+def _unpriced(path: Toolpath, own: Problem, first: Problem) -> Problem:
+    """Return the problem of a path by the travel metric, at the first point's prices of delay."""
     plus, minus = travel_costs(own.machine, path.feed, path.rapid)
     return replace(
         own,
@@ -210,36 +206,17 @@ def _unpriced(solution: Solution, own: Problem, first: Problem) -> Problem:
     )
 
 
-def _require_sense(n: int, options: Options, smoothest: float | None, feed_share: float | None) -> None:
+def _require_sense(n: int, options: Options, feed_share: float | None) -> None:
     if n < 2:
         raise SettingError(f"a front of {n} solutions has no two ends; it needs at least 2")
     if options.smoothing:
-        raise SettingError(
-            "a front has its own smoothing at each point; give smoothest instead, or leave it out"
-        )
-    if smoothest is not None and not (np.isfinite(smoothest) and smoothest > 0.0):
-        raise SettingError(f"smoothest is {smoothest:g} J/rad²; it must be above 0")
+        raise SettingError("a front has its own smoothing at each point; leave it out")
     if feed_share is not None and not 0.0 < feed_share < 1.0:
         raise SettingError(f"feed_share is {feed_share:g}; it must be above 0 and below 1")
     if feed_share is not None and options.objective != "energy":
         raise SettingError(
             f"feed_share slows cuts to save energy, and the objective is {options.objective}; leave one out"
         )
-
-
-def _split_progress(progress: Progress, runs: int) -> tuple[Callable[[], None], Progress]:
-    """Return a function that counts the runs of a sweep, and a progress for the stages of one run."""
-    done = 0
-
-    def count_run() -> None:
-        nonlocal done
-        done += 1
-        progress("front", done, runs)
-
-    def tell(stage: str, step: int, steps: int) -> None:
-        progress(f"front, run {done + 1} of {runs}: {stage}", step, steps)
-
-    return count_run, tell
 
 
 def undominated(figures: Sequence[Sequence[float]]) -> list[int]:
@@ -257,15 +234,15 @@ def undominated(figures: Sequence[Sequence[float]]) -> list[int]:
     return sorted(kept, key=lambda i: tuple(figures[i]))
 
 
-def _mean_power(solution: Solution) -> float:
+def _mean_power(solution: Optimum) -> float:
     """Return the drives' mean power, W; 0 of a path of one location."""
     energy = solution.energy
     return energy.total / energy.time if energy.time > 0.0 else 0.0
 
 
 def _slower(
-    point: FrontPoint, solution: Solution, share: float, patience: float
-) -> tuple[FrontPoint, Solution] | None:
+    point: FrontPoint, solution: Optimum, share: float, patience: float
+) -> tuple[FrontPoint, Optimum] | None:
     """Return a point whose cuts are slowed down where that saves energy; None where none is."""
     found = slowed(solution, share, patience * _mean_power(solution))
     if found is None:
@@ -334,62 +311,48 @@ class FrontPoint:
 
 
 # A point of a front, and its solution.
-Member = tuple[FrontPoint, Solution]
+Member = tuple[FrontPoint, Optimum]
 
 
-def solved(solution: Solution) -> tuple[Problem, Array]:
-    """Return the problem that a solution solved, and its path, (n, 2) rad; before rewinds if it has any."""
+def solved(solution: Optimum) -> tuple[Toolpath, Problem, Array]:
+    """Return path, problem and postures, (n, 2) rad, of a solution; before rewinds if it has any."""
     unwrapped, problem = solution.unwrapped, solution.problem
     if unwrapped is not None:
-        return unwrapped.problem, unwrapped.rotary
+        return unwrapped.toolpath, unwrapped.problem, unwrapped.rotary
     if problem is None or len(problem) != len(solution.toolpath):
         raise SettingError("a front needs a solution with its problem; this one was put together by hand")
-    return problem, solution.motion.positions[:, solution.machine.rotary_columns]
+    return solution.toolpath, problem, solution.motion.positions[:, solution.machine.rotary_columns]
 
 
-def interrupted_cuts(solution: Solution, rotary: Array) -> int:
-    """Count the cuts that a path, (n, 2) rad, interrupts to rewind an axis."""
-    rewinds = with_path(solution, rotary)[1]
-    return 0 if rewinds is None else sum(r.in_cut for r in rewinds.rewinds)
+def interrupted_cuts(solution: Optimum) -> int:
+    """Count the cuts that a solution interrupts to rewind an axis."""
+    return 0 if solution.unwrapped is None else sum(r.in_cut for r in solution.unwrapped.rewinds)
 
 
-def prices_of_bends(solution: Solution, n: int, smoothest: float | None) -> Array:
-    """Compute the price of bends at each point, (n,) J/rad²: 0, then a geometric series."""
-    bend = _bend(_path(solution), solved(solution)[1])
-    # For a path without bends any price will do.
-    middle = solution.energy.total / bend if bend > 0.0 else 1.0
-    strongest = STRONGEST * middle if smoothest is None else smoothest
-    shares = np.linspace(0.0, 1.0, n - 1)[::-1].tolist()
-    return np.array([0.0, *(strongest * (FAINTEST / STRONGEST) ** share for share in shares)])
+def measured(solution: Optimum, time_price: float, unpriced: Problem) -> FrontPoint:
+    """Evaluate a solution; its turns are those without rewinds, which don't cut.
 
-
-def measured(
-    solution: Solution, rotary: Array, smoothing: float, problem: Problem, unpriced: Problem
-) -> FrontPoint:
-    """Evaluate a path, (n, 2) rad; its turns are those without rewinds, which don't cut."""
-    other, rewinds = with_path(solution, rotary)
-    path = _path(solution)
-    driven = other.motion if rewinds is None else follow(path, unpriced.machine, rotary)
+    Parameters
+    ----------
+    time_price : W, price of delay with which it was found
+    unpriced : its problem, without the prices that differ from point to point
+    """
+    path, _, rotary = solved(solution)
+    driven = solution.motion if solution.unwrapped is None else follow(path, unpriced.machine, rotary)
+    rewinds = () if solution.unwrapped is None else solution.unwrapped.rewinds
+    spent, lasting = sum(r.energy for r in rewinds), sum(r.time for r in rewinds)
     turn = np.abs(np.diff(rotary, axis=0, prepend=rotary[:1])).max(axis=1)
     cuts = path.cutting & (path.lengths > SHORTEST_MOVE)
-    cost = unpriced.cost(driven.positions)
-    if rewinds is not None:
-        cost += rewinds.energy + unpriced.time_price * rewinds.time
     return FrontPoint(
-        smoothing=smoothing,
-        time_price=problem.time_price,
-        motion=other.motion,
-        energy=other.energy,
-        cost=cost,
+        smoothing=0.0,
+        time_price=time_price,
+        motion=solution.motion,
+        energy=solution.energy,
+        cost=unpriced.cost(driven.positions) + spent + unpriced.time_price * lasting,
         bend=_bend(path, rotary),
         steepest=float(np.max(turn[cuts] / path.lengths[cuts], initial=0.0)),
         fastest=max(rate.speed for rate in peak_rates(solution.machine, driven).values()),
     )
-
-
-def _path(solution: Solution) -> Toolpath:
-    """Return the path that a solution's problem is of: before rewinds if it has any."""
-    return solution.toolpath if solution.unwrapped is None else solution.unwrapped.toolpath
 
 
 def _bend(path: Toolpath, rotary: Array) -> float:
@@ -397,7 +360,7 @@ def _bend(path: Toolpath, rotary: Array) -> float:
     return float((np.diff(rotary[~path.inserted], axis=0) ** 2).sum())
 
 
-def slowed(solution: Solution, share: float, price: float) -> Solution | None:
+def slowed(solution: Optimum, share: float, price: float) -> Optimum | None:
     """Slow the cuts of a solution down where that saves energy.
 
     Of each move between given locations the cheapest of some feeds is taken, by the drives' power at the mean

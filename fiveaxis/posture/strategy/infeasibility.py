@@ -1,4 +1,4 @@
-"""Why a path is infeasible: locations without a posture, moves that turn too far, and what would help."""
+"""Why a path is infeasible: locations without a posture, a step that isn't possible, and what would help."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, arccos, every_pair, perpendicular, product
+from fiveaxis.geometry import Array, BoolArray, arccos, perpendicular, product
 from fiveaxis.kinematics import tool_axes
-from fiveaxis.kinematics.windings import DECIMALS, ON_LIMIT, outwards
+from fiveaxis.kinematics.windings import DECIMALS, ON_LIMIT, TURN, nearest_turn, outwards
 from fiveaxis.machine import Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines import INSIDE, nearest_held, nearest_to_reference, postures
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.search.successors import sampled, spin_angles
+from fiveaxis.posture.search.successors import sampled
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
 from fiveaxis.toolpath import TiltBounds, Toolpath
 
@@ -33,11 +33,7 @@ BEYOND = np.radians(np.concatenate([np.arange(0.25, 15.0, 0.25), np.arange(15.0,
 INSETS, DRAWN_STRIDE = np.radians([0.5, 0.02]), 29
 # Most locations for which a remedy is sought.
 MOST_ADVISED = 100
-# Turns: grid of both rotary angles (rad): a share of the bound, between these limits.
-SHARE, FINEST, COARSEST = 1.0 / 3.0, np.radians(3.0), np.radians(5.0)
-# Longer paths aren't analysed: each pair of locations costs the square of its postures.
-MOST_LOCATIONS = 3000
-# Postures tried at a location before it is reported to have none that the mask admits.
+# Postures of a location at which a mask is queried.
 SAMPLES = 400
 
 
@@ -58,48 +54,41 @@ def unreachable(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> list[
     else:
         rows = np.flatnonzero(nearest_to_reference(toolpath, machine, tilt)[1])
         rows = rows[~_leaning_elsewhere(toolpath.at(rows), machine, tilt.at(rows))] if len(rows) else rows
-    return list(_blocked(toolpath, machine, tilt, rows))
+    found: list[Finding] = []
+    for row in rows.tolist():
+        tried = _Tried.at(toolpath, machine, tilt, row, far=len(found) < MOST_ADVISED)
+        if (tried.excess > 0.0).any(axis=1).all():
+            nearest, overrun = tried.nearest()
+            remedies = [*tried.remedies()] if len(found) < MOST_ADVISED else []
+            advice = f"{' or '.join(remedies)} would do; or " if remedies else ""
+            message = (
+                f"no tool axis within {' and '.join(b.text for b in tilt.all)} keeps the axis limits; "
+                f"{nearest}; {advice}widen the tilt range or set the part up differently"
+            )
+            found.append(Finding(Severity.ERROR, "no-posture", message, toolpath.place(row), overrun))
+    return found
 
 
 def _leaning_elsewhere(toolpath: Toolpath, machine: Machine, tilt: TiltBounds) -> BoolArray:
     """Check which locations are reached with one of a few leans around the reference, (n,)."""
     reached = np.zeros(len(toolpath), dtype=bool)
     angles = np.linspace(tilt.low + INSIDE, tilt.high - INSIDE, FEW_RINGS)
-    across = perpendicular(tilt.reference)
-    beside = np.cross(tilt.reference, across)
-    turns = np.linspace(0.0, 2.0 * np.pi, FEW_AXES, endpoint=False)
+    turns = np.linspace(0.0, TURN, FEW_AXES, endpoint=False)
     for angle, turn in itertools.product(angles, turns):
         rows = np.flatnonzero(~reached)
         if not len(rows):
             break
-        aside = np.cos(turn) * across[rows] + np.sin(turn) * beside[rows]
-        axis = np.cos(angle) * tilt.reference[rows] + np.sin(angle) * aside
+        axis = _leaning(tilt.reference[rows], angle, turn)
         reached[rows] = tilt.admits(axis, rows)
         reached[rows] &= postures(machine, toolpath.at(rows), axis).allowed.any(axis=0)
     return reached
 
 
-def _blocked(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, rows: IntArray) -> Iterator[Finding]:
-    advised = 0
-    for row in rows:
-        advising = advised < MOST_ADVISED
-        tried = _try(toolpath, machine, tilt, int(row), advising)
-        if tried.admitted.any():
-            continue
-        advised += 1
-        nearest, overrun = _nearest_miss(machine, tried)
-        omitted = [b.text for k, b in enumerate(tilt.beside, start=1) if tried.violates_only(k).any()]
-        remedies = [*_wider_tilt(tilt, tried), *_wider_limits(machine, tried)]
-        remedies += [f"leaving out {text}" for text in omitted]
-        advice = f"{' or '.join(remedies)} would do; or " if remedies and advising else ""
-        yield Finding(
-            Severity.ERROR,
-            "no-posture",
-            f"no tool axis within {' and '.join(b.text for b in tilt.all)} keeps the axis limits; "
-            f"{nearest}; {advice}widen the tilt range or set the part up differently",
-            toolpath.place(int(row)),
-            overrun,
-        )
+def _leaning(reference: Array, angle: Array | float, turn: Array | float) -> Array:
+    """Lean tool axes from directions, (..., 3), by angles, towards a side that turns about them; rad."""
+    across = perpendicular(reference)
+    aside = np.cos(turn) * across + np.sin(turn) * np.cross(reference, across)
+    return np.asarray(np.cos(angle) * reference + np.sin(angle) * aside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,62 +97,92 @@ class _Tried:
 
     Parameters
     ----------
-    angle : (m,), rad, to the first bound's reference
-    outside : (b, m), whether a bound on the lean is violated
+    machine, bounds : the limits, and the b bounds on the lean
+    angles : (m, b), deg, to the bounds' references
     positions : (m, k), mm and deg
-    overrun : (m, k), mm and deg, past the limits
+    excess : (m, b + k), mm and deg, beyond each bound and each axis's limits; 0 within
     """
 
-    angle: Array
-    outside: BoolArray
+    machine: Machine
+    bounds: tuple[TiltBounds, ...]
+    angles: Array
     positions: Array
-    overrun: Array
+    excess: Array
 
-    @property
-    def admitted(self) -> BoolArray:
-        """(m,), postures that violate nothing."""
-        return ~self.outside.any(axis=0) & self.reached
+    @classmethod
+    def at(cls, toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, *, far: bool) -> _Tried:
+        """Try tool axes of the tilt range, if `far` also beyond it, or all angles that held axes leave."""
+        if is_holding(machine):
+            rotary = free_angles(machine)
+            axis = tool_axes(machine, rotary)
+            positions = follow(toolpath.at(np.full(len(rotary), row)), machine, rotary).positions
+        else:
+            zone, by_normal = toolpath.zone, tilt.name == "normal"
+            # A wider range doesn't help where the cutter doesn't touch.
+            least, most = (zone.least, zone.high) if by_normal else (0.0, math.pi)
+            angles = _angles(tilt, least, most) if far else _angles(tilt, math.pi, 0.0)
+            turns = np.linspace(0.0, TURN, AXES_PER_RING, endpoint=False)
+            axis = _leaning(tilt.reference[row], angles[:, None, None], turns[:, None]).reshape(-1, 3)
+            if tilt.beside:
+                some = axis[::DRAWN_STRIDE]
+                axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)))])
+            found = postures(machine, toolpath.at(np.full(len(axis), row)), axis)
+            axis = np.tile(axis, (len(found.positions), 1))
+            positions = found.positions.reshape(-1, found.positions.shape[-1])
+        known = np.isfinite(positions).all(axis=1)
+        axis, positions = axis[known], positions[known]
+        bounds = tuple(replace(bound.at(np.array([row])), beside=()) for bound in tilt.all)
+        lean = np.stack([arccos(np.clip(product(axis, b.reference[0]), -1.0, 1.0)) for b in bounds], axis=1)
+        outside = np.stack([~bound.admits(axis[None])[0] for bound in bounds], axis=1)
+        low, high = np.array([(bound.low, bound.high) for bound in bounds]).T
+        leaning = np.where(outside, np.maximum(np.maximum(low - lean, lean - high), ON_LIMIT), 0.0)
+        past = machine.limit_excess(positions)
+        overrun = machine.shown(np.where(past > ON_LIMIT, past, 0.0))
+        excess = np.hstack([np.degrees(leaning), overrun])
+        return cls(machine, bounds, np.degrees(lean), machine.shown(positions), excess)
 
-    @property
-    def reached(self) -> BoolArray:
-        """(m,), postures inside all axis limits."""
-        return np.all(self.overrun <= 0.0, axis=1)
+    def nearest(self) -> tuple[str, float]:
+        """Name the axis that exceeds its limit in the nearest posture within the bounds; also by how much."""
+        inside = np.flatnonzero(~(self.excess[:, : len(self.bounds)] > 0.0).any(axis=1))
+        if not len(inside):
+            return "the rotary axes can't give one, whatever their limits", math.inf
+        overrun = self.excess[inside, len(self.bounds) :]
+        best = int(np.argmin(overrun.max(axis=1)))
+        column = int(np.argmax(overrun[best]))
+        where = _past_limit(self.machine, self.positions[inside[best]], column)
+        return f"the nearest needs {where}", float(overrun[best, column])
 
-    def violates_only(self, bound: int) -> BoolArray:
-        """(m,), postures inside the limits that violate this bound and no other."""
-        return self.outside[bound] & (self.outside.sum(axis=0) == 1) & self.reached
+    def remedies(self) -> Iterator[str]:
+        """Name the least change of the tilt range, a rotary axis, a linear one and the other bounds.
 
+        Each is enough for a posture that was tried, all else being kept.
+        """
+        count, violated = len(self.bounds), self.excess > 0.0
+        alone = np.where(violated & (violated.sum(axis=1) == 1)[:, None], self.excess, np.inf)
+        rotary, linear = self.machine.rotary_columns, self.machine.linear_columns
+        axes = [[count + column for column in columns] for columns in (rotary, linear)]
+        for columns in ([0], *axes, *([number] for number in range(1, count))):
+            if not np.isfinite(alone[:, columns]).any():
+                continue
+            best, which = np.unravel_index(int(np.argmin(alone[:, columns])), (len(alone), len(columns)))
+            column = columns[which]
+            if column >= count:
+                yield self._wider_limit(self.positions[best, column - count], column - count)
+            elif column:
+                yield f"leaving out {self.bounds[column].text}"
+            else:
+                name = "cone" if self.bounds[0].name == "programmed axis" else "tilt"
+                angle = self.angles[best, 0]
+                side = 1.0 if angle > np.degrees(self.bounds[0].high) else -1.0
+                yield f"{name} {'up' if side > 0.0 else 'down'} to {outwards(angle, side)} deg"
 
-def _try(toolpath: Toolpath, machine: Machine, tilt: TiltBounds, row: int, far: bool) -> _Tried:
-    """Try tool axes of the tilt range, if `far` also beyond it, or all angles that held axes leave."""
-    if is_holding(machine):
-        rotary = free_angles(machine)
-        axis = tool_axes(machine, rotary)
-        positions = follow(toolpath.at(np.full(len(rotary), row)), machine, rotary).positions
-    else:
-        zone, by_normal = toolpath.zone, tilt.name == "normal"
-        # A wider range doesn't help where the cutter doesn't touch.
-        least, most = (zone.least, zone.high) if by_normal else (0.0, math.pi)
-        axis = ring_axes(
-            tilt.reference[row], _angles(tilt, least, most) if far else _angles(tilt, math.pi, 0.0)
-        )
-        if tilt.beside:
-            some = axis[::DRAWN_STRIDE]
-            axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)))])
-        found = postures(machine, toolpath.at(np.full(len(axis), row)), axis)
-        axis = np.tile(axis, (len(found.positions), 1))
-        positions = found.positions.reshape(-1, found.positions.shape[-1])
-    known = np.isfinite(positions).all(axis=1)
-    axis, positions = axis[known], positions[known]
-    past = machine.limit_excess(positions)
-    alone = [replace(bound.at(np.array([row])), beside=()) for bound in tilt.all]
-    outside = [~bound.admits(axis[None])[0] for bound in alone]
-    return _Tried(
-        arccos(np.clip(product(axis, tilt.reference[row]), -1.0, 1.0)),
-        np.array(outside),
-        machine.shown(positions),
-        machine.shown(np.where(past > ON_LIMIT, past, 0.0)),
-    )
+    def _wider_limit(self, value: float, column: int) -> str:
+        """Say how far an axis would have to go, mm or deg."""
+        axis = self.machine.axes[column]
+        if axis.limits.is_fixed:
+            return f"{axis.letter} held at {value:.{DECIMALS}f} deg"
+        side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
+        return f"{axis.letter} to {outwards(value, side)} {axis.unit}"
 
 
 def _angles(tilt: TiltBounds, least: float, most: float) -> Array:
@@ -182,188 +201,76 @@ def _drawn(axis: Array, bounds: TiltBounds) -> Iterator[Array]:
             yield replace(first, beside=tuple(others)).draw_in(axis, inset)
 
 
-def ring_axes(reference: Array, angles: Array) -> Array:
-    """Sample tool axes, (r · axes, 3), at angles, (r,) rad, around a reference direction, (3,)."""
-    across = perpendicular(reference)
-    third = np.cross(reference, across)
-    angle = angles[:, None, None]
-    turn = np.linspace(0.0, 2.0 * np.pi, AXES_PER_RING, endpoint=False)[None, :, None]
-    around = np.cos(turn) * across + np.sin(turn) * third
-    return (np.cos(angle) * reference + np.sin(angle) * around).reshape(-1, 3)
+def _past_limit(machine: Machine, shown: Array, column: int) -> str:
+    """Say where an axis is beyond its limit, of axis values, (k,) mm and deg."""
+    axis, value = machine.axes[column], shown[column]
+    low, high = axis.shown(axis.limits.low), axis.shown(axis.limits.high)
+    return f"{axis.letter} ({value:.3f} {axis.unit}, limit {low if value < low else high:g} {axis.unit})"
 
 
-def _nearest_miss(machine: Machine, tried: _Tried) -> tuple[str, float]:
-    """Name the axis that exceeds its limit in the nearest posture within the bounds; also by how much."""
-    inside = ~tried.outside.any(axis=0)
-    if not inside.any():
-        return "the rotary axes can't give one, whatever their limits", math.inf
-    overrun, shown = tried.overrun[inside], tried.positions[inside]
-    best = int(np.argmin(overrun.max(axis=1)))
-    column = int(np.argmax(overrun[best]))
-    axis, value = machine.axes[column], shown[best, column]
-    limits = [axis.shown(end) for end in (axis.limits.low, axis.limits.high)]
-    limit = limits[0] if value < limits[0] else limits[1]
-    text = f"the nearest needs {axis.letter} ({value:.3f} {axis.unit}, limit {limit:g} {axis.unit})"
-    return text, float(overrun[best, column])
+def without_path(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | None = None) -> Infeasible:
+    """Say where no sequence of postures leads on, or what the best one breaks.
 
+    Parameters
+    ----------
+    found : (m, 2), rad, chain order: as far as a search came, or a whole path that breaks bounds
+    mask : within which it was searched; None without one
 
-def _wider_tilt(tilt: TiltBounds, tried: _Tried) -> Iterator[str]:
-    """Name the angle to which the first bound would have to extend, all else being kept."""
-    name = "cone" if tilt.name == "programmed axis" else "tilt"
-    angle = np.degrees(tried.angle[tried.violates_only(0)])
-    low, high = np.degrees([tilt.low, tilt.high])
-    above, below = angle[angle > high], angle[angle < low]
-    ends = []
-    if len(above):
-        ends.append((above.min() - high, f"{name} up to {outwards(above.min(), 1.0)} deg"))
-    if len(below):
-        ends.append((low - below.max(), f"{name} down to {outwards(below.max(), -1.0)} deg"))
-    if ends:
-        yield min(ends)[1]
-
-
-def _wider_limits(machine: Machine, tried: _Tried) -> Iterator[str]:
-    """Name how far a rotary and a linear axis would have to go, all else being kept."""
-    single = ~tried.outside.any(axis=0) & ((tried.overrun > 0.0).sum(axis=1) == 1)
-    for columns in (machine.rotary_columns, machine.linear_columns):
-        overrun = np.where(single[:, None] & (tried.overrun > 0.0), tried.overrun, np.inf)[:, columns]
-        if not np.isfinite(overrun).any():
-            continue
-        best, at = np.unravel_index(int(np.argmin(overrun)), overrun.shape)
-        axis, value = machine.axes[columns[at]], tried.positions[best, columns[at]]
-        if axis.limits.is_fixed:
-            yield f"{axis.letter} held at {value:.{DECIMALS}f} deg"
-            continue
-        side = 1.0 if value > axis.shown(axis.limits.high) else -1.0
-        yield f"{axis.letter} to {outwards(value, side)} {axis.unit}"
-
-
-# Admissible postures of a location, (m, 2) rad, the least cost to reach each, and from which, (m,).
-_Layer = tuple[Array, Array, IntArray]
-
-
-def long_turns(problem: Problem, toolpath: Toolpath) -> list[Finding]:
-    """List the cutting moves on which a rotary axis has to turn farther than allowed, at their ends.
-
-    They are those of the path through a grid of admissible postures with the smallest sum of squares of turns
-    beyond their bounds. The grid is coarse: angles are accurate to a few degrees. There is no finding if it
-    is too coarse, or has a path within the bounds.
+    Returns
+    -------
+    With findings of code ``no-posture``: one at the location that can't be reached, or one for each bound
+    that is broken at a location
     """
-    bounds = problem.max_turn[problem.strict]
-    smallest = float(bounds.min(initial=np.inf))
-    step = SHARE * smallest
-    if not FINEST <= step < np.inf or len(problem) > MOST_LOCATIONS:
-        return []
-    # In links axes turn as far as they like.
-    bound = np.flatnonzero(problem.bound_rows)
-    layers = _layers(problem, bound, min(step, COARSEST))
-    if layers is None:
-        return []
-    path = np.full((len(problem), 2), np.nan)
-    path[bound] = _traced(layers)
-    turns = _turns(problem, path[:-1, None], path[1:, None])[:, 0]
-    past = (turns - problem.max_turn).max(axis=1)
-    rows = np.flatnonzero(problem.strict & (past > ALLOWED))
-    needed = math.ceil(max((float(np.degrees(turns[row].max())) for row in rows), default=0.0))
-    return [_finding(problem, toolpath, int(row), np.degrees(turns[row]), needed) for row in rows]
-
-
-def _finding(problem: Problem, toolpath: Toolpath, row: int, turns: Array, needed: int) -> Finding:
-    column = problem.machine.rotary_columns[int(np.argmax(turns))]
-    letter = problem.machine.axes[column].letter
-    most = np.degrees(problem.max_turn[row].min())
-    return Finding(
-        Severity.ERROR,
-        "no-posture",
-        f"no posture here is within {most:g} deg of an admissible one at location {row}: {letter} has to "
-        f"turn by about {turns.max():.0f} deg in between; allow turns of {needed} deg (--max-turn {needed}) "
-        "or put the locations closer together",
-        toolpath.place(row + 1),
-        float(turns.max()),
-    )
-
-
-def _layers(problem: Problem, rows: IntArray, step: float) -> list[_Layer] | None:
-    """Find the postures of locations, (m,), with the least cost to reach each; None if one has none."""
-    grids = [spin_angles(problem, axis, step) for axis in (0, 1)]
-    every = every_pair(*grids).reshape(-1, 2)
-    layers: list[_Layer] = []
-    bound = problem.bound_rows
-    for row in rows.tolist():
-        positions, excess = problem.placed(np.array([row]), every[None])
-        rotary = every[(excess[0] <= ALLOWED) & (problem.limit_excess(positions[0]) <= ALLOWED)]
-        if not len(rotary):
-            return None
-        if not layers:
-            layers.append((rotary, np.zeros(len(rotary)), np.zeros(len(rotary), dtype=np.int64)))
-            continue
-        before, cost, _ = layers[-1]
-        if not (bound[row - 1] and problem.strict[row - 1]):
-            cheapest = np.full(len(rotary), np.argmin(cost))
-            layers.append((rotary, cost[cheapest], cheapest))
-            continue
-        past = (_turns(problem, before[None], rotary[:, None]) - problem.max_turn[row - 1]).max(axis=-1)
-        total = cost + np.maximum(past, 0.0) ** 2
-        # Of equals the one with the smallest turn.
-        came = np.argmin(total + 1e-9 * np.maximum(past + np.pi, 0.0), axis=1)
-        layers.append((rotary, total[np.arange(len(rotary)), came], came))
-    return layers
-
-
-def _turns(problem: Problem, here: Array, there: Array) -> Array:
-    """Compute turns between angles, (..., 2) rad, the shorter ones for axes with at least a full turn."""
-    turns = np.abs(there - here)
-    columns = problem.machine.rotary_columns
-    wraps = problem.machine.high[columns] - problem.machine.low[columns] >= 2.0 * np.pi
-    around = np.mod(turns, 2.0 * np.pi)
-    return np.where(wraps, np.minimum(around, 2.0 * np.pi - around), turns)
-
-
-def _traced(layers: list[_Layer]) -> Array:
-    """Trace the cheapest path back, (n, 2) rad."""
-    path = np.empty((len(layers), 2))
-    state = int(np.argmin(layers[-1][1]))
-    for row in range(len(layers) - 1, -1, -1):
-        rotary, _, came = layers[row]
-        path[row], state = rotary[state], int(came[state])
-    return path
-
-
-def without_path(problem: Problem, found: Array | None, toolpath: Toolpath) -> Infeasible:
-    """Say where no sequence of postures was found; the best path, (n, 2) rad, breaks bounds."""
-    turning = long_turns(problem, toolpath)
-    if turning:
-        share = f"{len(turning)} of {len(toolpath) - 1} moves"
-        return Infeasible(
-            f"no sequence of postures along the path: {share} exceed the largest turn (--max-turn) in the "
-            "best one found",
-            turning,
-        )
-    if found is None:
-        return Infeasible(
-            "every location has an admissible posture, but the search found no sequence of them along "
-            "the path; allow larger turns between locations (--max-turn), put the locations closer "
-            "together, or widen the tilt range",
-            (),
-        )
+    if len(found) < len(problem):
+        finding = _no_step(problem, toolpath, found, mask)
+        return Infeasible(f"no sequence of postures leads along the path: {finding.message}", [finding])
+    machine = problem.machine
     positions, excess = problem.placed(slice(None), found)
-    broken = {
-        "the tilt range": excess > ALLOWED,
-        "an axis limit": problem.limit_excess(positions) > ALLOWED,
-        "the largest rotary step": np.concatenate([[0.0], problem.turn_excess(found)]) > ALLOWED,
-    }
+    past = machine.limit_excess(positions)
+    facts = [(row, "the tool leans out of its bounds") for row in np.flatnonzero(excess > ALLOWED)]
+    for row in np.flatnonzero(np.any(past > ALLOWED, axis=1)):
+        where = _past_limit(machine, machine.shown(positions[row]), int(np.argmax(past[row])))
+        facts.append((row, f"an axis exceeds its limit, {where}"))
+    for move in np.flatnonzero(problem.turn_excess(found) > ALLOWED):
+        facts.append((move + 1, _too_far(problem, int(move), found[move + 1] - found[move])))
     findings = [
         Finding(
             Severity.ERROR,
             "no-posture",
-            f"no posture was found that keeps {what} and can be reached from its neighbours; allow larger "
-            "turns (--max-turn), put the locations closer together, or widen the tilt range",
+            f"in the best sequence of postures found {fact}; allow larger turns (--max-turn), put the "
+            "locations closer together, or widen the tilt range",
             toolpath.place(int(row)),
         )
-        for what, rows in broken.items()
-        for row in np.flatnonzero(rows)
+        for row, fact in facts
     ]
-    return Infeasible(f"{len(findings)} locations have no admissible posture in sequence", findings)
+    return Infeasible(f"the best sequence of postures breaks a bound {len(findings)} times", findings)
+
+
+def _no_step(problem: Problem, toolpath: Toolpath, found: Array, mask: Mask | None) -> Finding:
+    """Say how far the axes would have to turn from where a search stopped, by the nearest sampled posture."""
+    row, machine = len(found), problem.machine
+    text, value = f"no posture here can be reached from location {row - 1}", None
+    remedy = "widen the tilt range" if mask is None else mask.wording.remedy
+    here, columns = sampled(problem, row), machine.rotary_columns
+    if row and len(here):
+        turns = nearest_turn(here, found[-1], machine.low[columns], machine.high[columns]) - found[-1]
+        turn = turns[np.argmin((np.abs(turns) - problem.max_turn[row - 1]).max(axis=1))]
+        if problem.strict[row - 1] and (np.abs(turn) > problem.max_turn[row - 1] + ALLOWED).any():
+            text, value = _too_far(problem, row - 1, turn), float(np.degrees(np.abs(turn).max()))
+    text = f"{text}; allow larger turns (--max-turn), put the locations closer together, or {remedy}"
+    return Finding(Severity.ERROR, "no-posture", text, toolpath.place(row), value)
+
+
+def _too_far(problem: Problem, move: int, turn: Array) -> str:
+    """Say which axis turns too far in a move, of its turns, (2,) rad, and which bound would be enough."""
+    which = int(np.argmax(np.abs(turn) - problem.max_turn[move]))
+    letter = problem.machine.axes[problem.machine.rotary_columns[which]].letter
+    degrees, most = np.degrees([abs(turn[which]), problem.max_turn[move, which]])
+    enough = math.ceil(degrees)
+    return (
+        f"from location {move} {letter} has to turn by {degrees:.1f} deg, and {most:g} deg are allowed: "
+        f"--max-turn {enough} would do for this move"
+    )
 
 
 def refusal(

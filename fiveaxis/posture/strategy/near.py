@@ -20,15 +20,16 @@ from fiveaxis.kinematics.windings import TURN
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
-from fiveaxis.posture.search.successors import Grain, Holding, cheapest_path, path_anywhere, widened
+from fiveaxis.posture.search.successors import ConeLimit, Resolution, cheapest_path, path_anywhere, widened
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
-from fiveaxis.posture.strategy.given_path import BARRIER
-from fiveaxis.posture.strategy.program_path import Posed
+from fiveaxis.posture.strategy.program_path import Instance
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
 from fiveaxis.progress import Steps
 from fiveaxis.toolpath import TiltBounds
 from fiveaxis.toolpath.bounds import INSIDE_OF
 
+# First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
+BARRIER, WHOLE_ITERATIONS = 1e-2, 120
 # IPOPT's iterations near a path, and the structured method's last barrier parameter, J; that of a path that
 # will be solved again, with other prices.
 ITERATIONS, LAST, ROUGH = 25, 1e-5, 5e-3
@@ -56,9 +57,21 @@ APART = 0.01 * DEGREE
 Solver = Callable[[Problem, Array, tuple[bool, bool]], Array]
 
 
+def refined(problem: Problem, start: Array, effort: Effort) -> Array:
+    """Refine a path, (n, 2) rad; the start itself if that is no improvement."""
+    return refine(
+        problem.eased(start),
+        start,
+        iterations=WHOLE_ITERATIONS,
+        barrier=BARRIER,
+        last=effort.last_barrier,
+        solver=effort.solver,
+    ).rotary
+
+
 @dataclass(frozen=True, eq=False)
 class Near:
-    """Refinements and searches of posed locations.
+    """Refinements and searches of problem instances.
 
     Parameters
     ----------
@@ -71,14 +84,14 @@ class Near:
     cone: Cone | None
     mask: Mask | None
 
-    def refined(self, posed: Posed, problem: Problem, start: Array, rough: bool = False) -> Array:
-        """Solve a problem, which has other prices than `posed`, near a start, (n, 2) rad.
+    def refined(self, instance: Instance, problem: Problem, start: Array, rough: bool = False) -> Array:
+        """Solve a problem, which has other prices than `instance`, near a start, (n, 2) rad.
 
         Parameters
         ----------
         rough : whether the result will be solved again
         """
-        problem = self._within_cone(posed, problem, start).eased(start)
+        problem = self._within_cone(instance, problem, start).eased(start)
         last = ROUGH if rough else LAST
 
         def solve(problem: Problem, start: Array, held: tuple[bool, bool]) -> Array:
@@ -93,7 +106,7 @@ class Near:
                 solver=self.effort.solver,
             ).rotary
 
-        mask = self._along(posed)
+        mask = self._along(instance)
         if mask is not None:
             return Confinement(problem, mask, solve).refined(start)
         # Part by part, as a million locations at once take gigabytes.
@@ -105,52 +118,55 @@ class Near:
 
     def searched(
         self,
-        posed: Posed,
+        instance: Instance,
         costs: BlockCosts,
-        grain: Grain,
+        resolution: Resolution,
         start: Array,
         steps: Steps,
         free: BoolArray | None = None,
     ) -> Array:
         """Search a corridor about a start, (n, 2) rad, where that is free to change."""
-        mask = self._along(posed)
+        mask = self._along(instance)
         admits = None if mask is None else mask.admits
-        holding = self._holding(posed)
-        found = cheapest_path(posed.problem, costs, grain, start, free, admits, holding, steps)
-        return start if found is None else found
+        cone_limit = self._cone_limit(instance)
+        found = cheapest_path(instance.problem, costs, resolution, start, free, admits, cone_limit, steps)
+        return found if len(found) == len(start) else start
 
-    def found_anywhere(self, posed: Posed, costs: BlockCosts, grain: Grain, steps: Steps) -> Array | None:
+    def found_anywhere(
+        self, instance: Instance, costs: BlockCosts, resolution: Resolution, steps: Steps
+    ) -> Array | None:
         """Search the whole range of postures; (n, 2) rad, None where no sequence of them was found."""
-        mask = self._along(posed)
+        mask = self._along(instance)
         rough = None if mask is None else mask.roughly_admits
-        return path_anywhere(posed.problem, costs, grain, rough, self._holding(posed), steps)
+        found = path_anywhere(instance.problem, costs, resolution, rough, self._cone_limit(instance), steps)
+        return found if len(found) == len(instance.problem) else None
 
-    def refused(self, posed: Posed, rotary: Array) -> BoolArray:
+    def refused(self, instance: Instance, rotary: Array) -> BoolArray:
         """Find the postures, (n, 2) rad, that the mask refuses; (n,)."""
-        return ~(self._along(posed) or Mask()).admits(np.arange(len(rotary)), rotary)
+        return ~(self._along(instance) or Mask()).admits(np.arange(len(rotary)), rotary)
 
-    def turned(self, posed: Posed, rotary: Array) -> float:
+    def turned(self, instance: Instance, rotary: Array) -> float:
         """Sum how far the first rotary axis turns too far within the cone on a path, (n, 2) rad; rad."""
         if self.cone is None:
             return 0.0
-        machine, path = posed.problem.machine, posed.path
+        machine, path = instance.problem.machine, instance.path
         moves = turning_within(path, machine, rotary, self.cone)
         most = self.cone.rate * path.lengths[1:]
         return float((np.abs(np.diff(rotary[:, 0])) - most)[moves].sum())
 
-    def _along(self, posed: Posed) -> Mask | None:
-        return None if self.mask is None else self.mask.along(posed.location)
+    def _along(self, instance: Instance) -> Mask | None:
+        return None if self.mask is None else self.mask.along(instance.location)
 
-    def _holding(self, posed: Posed) -> Holding | None:
+    def _cone_limit(self, instance: Instance) -> ConeLimit | None:
         if self.cone is None:
             return None
-        most = np.where(posed.path.cutting[1:], self.cone.rate * posed.path.lengths[1:], np.inf)
-        return Holding(self.cone.angle, most)
+        most = np.where(instance.path.cutting[1:], self.cone.rate * instance.path.lengths[1:], np.inf)
+        return ConeLimit(self.cone.angle, most)
 
-    def _within_cone(self, posed: Posed, problem: Problem, start: Array) -> Problem:
+    def _within_cone(self, instance: Instance, problem: Problem, start: Array) -> Problem:
         if self.cone is None:
             return problem
-        problem = bounded_within(problem, posed.path, start, self.cone)
+        problem = bounded_within(problem, instance.path, start, self.cone)
         turned = np.abs(np.diff(start, axis=0))
         return replace(problem, max_turn=np.maximum(problem.max_turn, turned))
 

@@ -19,7 +19,7 @@ BETWEEN = 2e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Posed:
+class Instance:
     """A path with inserted locations, and its problem.
 
     Parameters
@@ -55,7 +55,7 @@ class Delivered:
 
     Parameters
     ----------
-    posed : what was solved
+    instance : what was solved
     rotary : (n, 2), rad, chain order, its postures
     denser : with the additional locations of the program's blocks
     filled : (m, 2), rad, the postures there
@@ -69,9 +69,9 @@ class Delivered:
     solved : the problem of which the postures are an optimum, with the prices near them
     """
 
-    posed: Posed
+    instance: Instance
     rotary: Array
-    denser: Posed
+    denser: Instance
     filled: Array
     excess: float
     jumps: IntArray
@@ -85,7 +85,7 @@ class Delivered:
     @property
     def inserted(self) -> int:
         """Number of locations that the program needs in addition to those that were solved."""
-        return len(self.denser.path) - len(self.posed.path)
+        return len(self.denser.path) - len(self.instance.path)
 
     @property
     def breach(self) -> Breach | None:
@@ -119,14 +119,14 @@ class Delivered:
     @property
     def _violation(self) -> float:
         """Worst violation at the locations; at inserted ones what is tolerated between locations is none."""
-        problem, location = self.posed.problem, self.posed.location
+        problem, location = self.instance.problem, self.instance.location
         positions, excess = problem.placed(slice(None), self.rotary)
         past = np.maximum(excess, problem.limit_excess(positions))
         past = np.where((location != np.floor(location)) & (past <= BETWEEN), 0.0, past)
         return max(0.0, float(past.max()), float(problem.turn_excess(self.rotary).max(initial=0.0)))
 
     @property
-    def unrest(self) -> tuple[int, float]:
+    def starts_and_travel(self) -> tuple[int, float]:
         """Key by which the steadier of two is smaller: starts and reversals, then the travel metric."""
         return self.energy.steadiness.events, self.energy.travel
 

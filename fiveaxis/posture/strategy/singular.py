@@ -2,8 +2,8 @@
 
 With the tool along the first rotary axis, that axis turns the part without changing the tool's direction;
 near it a small change of direction takes a large turn, ``1/sin`` of the angle. Searches hold the axis within
-the cone or lead the path round it (`fiveaxis.posture.search.successors.Holding`); a refinement holds it where
-its start passes the cone.
+the cone or lead the path round it (`ConeLimit` of `fiveaxis.posture.search.successors`); a refinement holds
+it where its start passes the cone.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fiveaxis.kinematics import singular_angles, tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, feed_times, rapid_findings
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Solution
+from fiveaxis.posture.solution import Optimum
 from fiveaxis.toolpath import Constraints, Toolpath, singular_turn
 
 # A move that passes the singular direction closer than this is called a crossing (rad).
@@ -78,7 +78,7 @@ def bounded_within(problem: Problem, toolpath: Toolpath, rotary: Array, cone: Co
     return replace(problem, max_turn=turns)
 
 
-def with_findings(solution: Solution, cone: Cone | None) -> Solution:
+def with_findings(solution: Optimum, cone: Cone | None) -> Optimum:
     """Return a solution with findings on moves that postures slow down or that turn in the cone."""
     path, machine, motion = solution.toolpath, solution.machine, solution.motion
     found = [*rapid_findings(path, machine, motion.positions), *slow_findings(path, machine, motion)]

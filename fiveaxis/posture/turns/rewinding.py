@@ -31,9 +31,6 @@ from fiveaxis.posture.turns.stops import (
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import MoveKind, TiltBounds, Toolpath
 
-# mm, between tool and part while an axis rewinds.
-CLEARANCE = 10.0
-
 
 @dataclass(frozen=True)
 class Rewind:
@@ -121,7 +118,6 @@ def insert_rewinds(
     rotary: Array,
     *,
     tilt: TiltBounds | None = None,
-    clearance: float = CLEARANCE,
     time_price: float = 0.0,
 ) -> Rewound:
     """Bring an unwrapped path into the axis limits with the cheapest rewinds.
@@ -134,7 +130,6 @@ def insert_rewinds(
     ----------
     rotary : (n, 2), rad, chain order, unwrapped
     tilt : bounds on the lean at the path's locations; they also hold at stops between two
-    clearance : mm, between tool and part during a rewind
     time_price : J/s
 
     Raises
@@ -148,12 +143,12 @@ def insert_rewinds(
     rewinds: list[tuple[int, Rewind]] = []
     for column in columns:
         which = machine.rotary_columns.index(column)
-        stops = find_stops(course, machine, column, clearance, time_price)
+        stops = find_stops(course, machine, column, time_price)
         turns = plan_turns(
             course.rotary[:, which], machine.axes[column].limits, stops.price, *stops.turn_price
         )
         if turns is None:
-            raise Infeasible(*why_no_rewind(course, machine, column, clearance))
+            raise Infeasible(*why_no_rewind(course, machine, column))
         before, after = turns
         arriving[:, which] += TURN * before
         leaving[:, which] += TURN * after
@@ -237,9 +232,7 @@ def _with_links(
     )
 
 
-def why_no_rewind(
-    course: UnwrappedPath, machine: Machine, column: int, clearance: float
-) -> tuple[str, tuple[Finding, ...]]:
+def why_no_rewind(course: UnwrappedPath, machine: Machine, column: int) -> tuple[str, tuple[Finding, ...]]:
     """Explain that an axis winds too far, and which limits would allow rewinds or make them needless.
 
     Each remedy is checked: linear limits by a plan of turns with its retracts, the axis's own limits by the
@@ -248,7 +241,6 @@ def why_no_rewind(
     Parameters
     ----------
     column : of the axis among the machine's axes
-    clearance : mm, between tool and part during a rewind
 
     Returns
     -------
@@ -257,7 +249,7 @@ def why_no_rewind(
     axis = machine.axes[column]
     angles = course.rotary[:, machine.rotary_columns.index(column)]
     span, has = np.degrees(np.ptp(angles)), np.degrees(axis.limits.span)
-    remedies = [*_linear_remedy(course, machine, column, clearance), _own_remedy(angles, machine, column)]
+    remedies = [*_linear_remedy(course, machine, column), _own_remedy(angles, machine, column)]
     message = (
         f"{axis.letter} winds through {span:.0f} deg and has {has:.0f} deg, and it can't be rewound on this "
         f"path: where {axis.letter} could be on two turns, the tool can't back off from the part within its "
@@ -281,12 +273,12 @@ def _own_remedy(angles: Array, machine: Machine, column: int) -> str:
     return f"{axis.letter} from {least} to {most} deg"
 
 
-def _linear_remedy(course: UnwrappedPath, machine: Machine, column: int, clearance: float) -> Iterator[str]:
+def _linear_remedy(course: UnwrappedPath, machine: Machine, column: int) -> Iterator[str]:
     """Name the linear limits for the rewinds that need the least additional travel."""
     inner = 1 + np.flatnonzero(course.admitted[1:-1])
     if not len(inner):
         return
-    distance = clear_retracts(course, machine, column, inner, clearance)
+    distance = clear_retracts(course, machine, column, inner)
     known = np.isfinite(distance)
     ends = retract_ends(course, machine, inner, np.where(known, distance, 0.0))
     low, high = machine.low[machine.linear_columns], machine.high[machine.linear_columns]

@@ -30,6 +30,8 @@ CUT_PRICE = 1e9
 # clears the part at the first angle.
 CHECKED = 24
 TRIED = np.array([1.5**k for k in range(8)])
+# mm, between tool and part while an axis rewinds.
+CLEARANCE = 10.0
 # mm; a tool that is so near to being clear is clear.
 ROUNDING = 1e-6
 
@@ -176,15 +178,12 @@ class Stops:
     price: Array
 
 
-def find_stops(
-    course: UnwrappedPath, machine: Machine, column: int, clearance: float, time_price: float
-) -> Stops:
+def find_stops(course: UnwrappedPath, machine: Machine, column: int, time_price: float) -> Stops:
     """Work out what rewinding an axis costs at each location.
 
     Parameters
     ----------
     column : of the axis among the machine's axes
-    clearance : mm, between tool and part while the axis rewinds
     time_price : J/s
     """
     toolpath, rotary, n = course.toolpath, course.rotary, len(course.row)
@@ -193,7 +192,7 @@ def find_stops(
     in_cut = np.append(cutting[1:], False) & (cutting | (np.arange(n) == 0))
     retract = np.full(n, np.inf)
     rows = 1 + np.flatnonzero(course.admitted[1:-1])
-    retract[rows] = retracts_within_limits(course, machine, column, rows, clearance)
+    retract[rows] = retracts_within_limits(course, machine, column, rows)
     distance = np.where(np.isfinite(retract), retract, 0.0)
     axes = tool_axes(machine, rotary)
     tip, off = toolpath.tips(axes), distance[:, None] * axes
@@ -222,14 +221,12 @@ def turn_feed(machine: Machine, column: int, feed: float) -> float:
     return feed if fastest is None else float(np.degrees(fastest))
 
 
-def retracts_within_limits(
-    course: UnwrappedPath, machine: Machine, column: int, rows: IntArray, clearance: float
-) -> Array:
+def retracts_within_limits(course: UnwrappedPath, machine: Machine, column: int, rows: IntArray) -> Array:
     """Measure retract distances as `clear_retracts` does; infinite also beyond the linear limits.
 
     The limits hold at both ends of the retract, and so between them: linear axes are linear in the tip.
     """
-    distance = clear_retracts(course, machine, column, rows, clearance)
+    distance = clear_retracts(course, machine, column, rows)
     low, high = machine.low[machine.linear_columns], machine.high[machine.linear_columns]
     ends = retract_ends(course, machine, rows, np.where(np.isfinite(distance), distance, 0.0))
     inside = (ends >= low - ON_LIMIT) & (ends <= high + ON_LIMIT)
@@ -248,9 +245,7 @@ def retract_ends(course: UnwrappedPath, machine: Machine, rows: IntArray, distan
     return np.stack(ends)[..., machine.linear_columns]
 
 
-def clear_retracts(
-    course: UnwrappedPath, machine: Machine, column: int, rows: IntArray, clearance: float
-) -> Array:
+def clear_retracts(course: UnwrappedPath, machine: Machine, column: int, rows: IntArray) -> Array:
     """Measure how far the tool must back off along its axis before a rotary axis may make whole turns.
 
     A sphere around everything that is cut must stay clear. If the workpiece sits on the turning axis, the
@@ -261,7 +256,6 @@ def clear_retracts(
     ----------
     column : of the turning axis among the machine's axes
     rows : (m,), locations
-    clearance : mm, between sphere and tool
 
     Returns
     -------
@@ -271,7 +265,7 @@ def clear_retracts(
     tip = toolpath.tips(tool_axes(machine, rotary))
     on_table = machine.chain.joints[0].letter == machine.axes[column].letter
     centre, radius = _sphere(toolpath.pivot[toolpath.cutting], machine, on_table)
-    reach = radius + toolpath.zone.radius + float(toolpath.tool.outline()[:, 0].max()) + clearance
+    reach = radius + toolpath.zone.radius + float(toolpath.tool.outline()[:, 0].max()) + CLEARANCE
     rotary, tip = rotary[rows], tip[rows]
     axis = tool_axes(machine, rotary)
     least = _exit_distance(tip - centre, axis, reach)
@@ -280,7 +274,7 @@ def clear_retracts(
     found = np.full(len(rows), np.inf)
     for share in TRIED:
         # A tip outside the sphere has no distance to multiply, but the turn may sweep the tool into it.
-        distance = share * np.maximum(least, clearance) if share > TRIED[0] else least
+        distance = share * np.maximum(least, CLEARANCE) if share > TRIED[0] else least
         clear = _turns_clear(machine, tip + distance[:, None] * axis, rotary, column, (centre, reach))
         found = np.where(np.isinf(found) & clear, distance, found)
     return found

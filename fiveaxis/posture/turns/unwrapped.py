@@ -23,7 +23,7 @@ from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.posture.solution import Baseline, Solution, Unwrapped, program_energy
+from fiveaxis.posture.solution import Baseline, Optimum, Unwrapped, program_energy
 from fiveaxis.posture.strategy.singular import Cone, turning_within
 from fiveaxis.posture.turns.rewinding import Rewind, Rewound, insert_rewinds
 from fiveaxis.posture.turns.stops import CUT_PRICE, find_turn_changes, keep_lean
@@ -63,7 +63,7 @@ def path_check(
     return lambda path: turned(path) <= most and (mask is None or bool(np.all(mask.admits(rows, path))))
 
 
-def rewind_solution(solution: Solution, machine: Machine, refine: Refine, keeps: PathCheck) -> Solution:
+def rewind_solution(solution: Optimum, machine: Machine, refine: Refine, keeps: PathCheck) -> Optimum:
     """Convert a solution on the endless machine to the machine itself.
 
     The path, the path with one turn less (`fewer_turns`) and the baselines that keep all bounds are rewound;
@@ -108,11 +108,22 @@ def rewind_solution(solution: Solution, machine: Machine, refine: Refine, keeps:
         compared[name] = Baseline(motion, energy, rewound, baseline.note)
         if _is_admissible(problem, rotary, solution.motion.location) and keeps(rotary):
             best = min(best, other, key=attrgetter("price"))
-    kept = Unwrapped(path, solution.tilt, best.problem, best.rotary)
-    limited = replace(
-        solution, machine=machine, compared=compared, missing=missing, problem=None, unwrapped=kept
+    found = best.found
+    findings = [*found.findings(), *better_phases(path, machine, best.rotary, found)]
+    rewound = replace(found.toolpath, findings=(*path.findings, *findings))
+    motion = follow(rewound, machine, found.rotary)
+    return replace(
+        solution,
+        machine=machine,
+        toolpath=rewound,
+        tilt=found.bounds(solution.tilt),
+        motion=motion,
+        energy=program_energy(machine, rewound, motion, solution.filling, solution.clock),
+        compared=compared,
+        missing=missing,
+        problem=None,
+        unwrapped=Unwrapped(path, best.problem, best.rotary, found.rewinds),
     )
-    return with_path(limited, best.rotary)[0]
 
 
 def _is_admissible(problem: Problem, rotary: Array, location: Array | None) -> bool:
@@ -124,44 +135,6 @@ def _is_admissible(problem: Problem, rotary: Array, location: Array | None) -> b
     positions, excess = problem.placed(slice(None), rotary)
     turned = problem.thinned(given).turn_excess(rotary[given])
     return max(excess.max(), problem.limit_excess(positions).max(), turned.max(initial=0.0)) <= ALLOWED
-
-
-def with_path(solution: Solution, rotary: Array) -> tuple[Solution, Rewound | None]:
-    """Replace the path of a solution.
-
-    Parameters
-    ----------
-    rotary : (n, 2), rad, chain order, of the solution's problem, or of the one it was rewound from
-
-    Returns
-    -------
-    The solution, and the rewound path if it is rewound
-
-    Raises
-    ------
-    Infeasible
-        The path can't be rewound.
-    """
-    machine, unwrapped = solution.machine, solution.unwrapped
-    if unwrapped is None:
-        motion = follow(solution.toolpath, machine, rotary)
-        motion = replace(motion, location=solution.motion.location)
-        energy = program_energy(machine, solution.toolpath, motion, solution.filling, solution.clock)
-        return replace(solution, motion=motion, energy=energy), None
-    price = unwrapped.problem.time_price
-    found = insert_rewinds(unwrapped.toolpath, machine, rotary, tilt=unwrapped.tilt, time_price=price)
-    findings = [*found.findings(), *better_phases(unwrapped.toolpath, machine, rotary, found)]
-    path = replace(found.toolpath, findings=(*unwrapped.toolpath.findings, *findings))
-    motion = follow(path, machine, found.rotary)
-    other = replace(
-        solution,
-        toolpath=path,
-        tilt=found.bounds(unwrapped.tilt),
-        motion=motion,
-        energy=program_energy(machine, path, motion, solution.filling, solution.clock),
-        unwrapped=replace(unwrapped, rotary=rotary),
-    )
-    return other, found
 
 
 @dataclass(frozen=True, eq=False)

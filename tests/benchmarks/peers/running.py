@@ -19,7 +19,6 @@ from methods import BOUND, METHODS, CannotDoError, axis_values
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.motion import USUAL_CLOCK, Filling, Interpolation, follow
 from fiveaxis.posture import bound_travel
-from fiveaxis.posture.baselines.catalogue import NoBaseline
 from fiveaxis.posture.solution import blocks_energy
 
 WHOSE = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
@@ -55,7 +54,7 @@ def run(name: str, method: str) -> dict[str, Any]:
         return about | nothing | {"travel": least} | spent_since(begun, wall)
     try:
         postures = METHODS[method](case)
-    except (CannotDoError, FiveAxisError, NoBaseline) as error:
+    except (CannotDoError, FiveAxisError) as error:
         return about | {"why": str(error).splitlines()[0]}
     spent = spent_since(begun, wall)
     path, rotary = postures

@@ -17,7 +17,7 @@ from fiveaxis.job import MadeProgram, ProgramOptions, make_program
 from fiveaxis.machine import load_machine
 from fiveaxis.motion import Clock, Interpolation, Motion, axis_times, measure_steadiness
 from fiveaxis.nc import DIALECTS
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.posture.solution import blocks_energy
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
@@ -36,7 +36,7 @@ def leaning_path(count: int = 31) -> Toolpath:
 
 
 @pytest.fixture(scope="module", params=["axes", "tip"])
-def made(request) -> tuple[Solution, MadeProgram]:
+def made(request) -> tuple[Optimum, MadeProgram]:
     mode = request.param
     clock = Clock(DIALECTS["linuxcnc"], mode)
     solution = optimise(

@@ -18,7 +18,7 @@ from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, ve
 from fiveaxis.job.planned_program import may_thin, plan_program
 from fiveaxis.motion import AXIS_TOLERANCE, Coordinates, follow
 from fiveaxis.nc import ProgramSettings
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.toolpath import Constraints, Tool, Toolpath
 from fiveaxis.verification import DEFAULT_TOLERANCES
 
@@ -27,7 +27,7 @@ BOUNDS = Constraints.of_degrees(**AS_ASKED)
 
 
 def program_of(
-    solution: Solution, constraints: Constraints = BOUNDS, coordinates: Coordinates = "axes", **words
+    solution: Optimum, constraints: Constraints = BOUNDS, coordinates: Coordinates = "axes", **words
 ) -> MadeProgram:
     options = ProgramOptions.of(coordinates=coordinates, header={"tool": "ball:8"}, **words)
     return make_program(solution.motion, solution.machine, solution.toolpath, constraints, options)

@@ -16,7 +16,7 @@ from fiveaxis.job import MadeProgram, ProgramOptions, make_program, verify_progr
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Coordinates, fill_in, follow
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.posture.baselines import as_programmed
 from fiveaxis.toolpath import Constraints, MoveKind, Tool, Toolpath
 
@@ -42,16 +42,16 @@ def two_cuts() -> Toolpath:
     return Toolpath.from_tips(high, up, Tool.ball(6), feed_mm_min=600.0, kind=kind).with_rapid(SPEED)
 
 
-def with_postures(path: Toolpath, machine: Machine) -> Solution:
+def with_postures(path: Toolpath, machine: Machine) -> Optimum:
     """Turn both rotary axes in the rapid moves: axes that run straight lead the tip far about."""
     rotary = np.radians([[0, 0]] * 4 + [[60, -20], [120, -30], [120, -30], [130, -30]])
     motion = follow(path, machine, rotary)
     bounds = tilt_bounds(path, None, cone=40.0)
-    return Solution(machine, path, bounds, motion, motion_energy(machine, motion), {}, {}, ())
+    return Optimum(machine, path, bounds, motion, motion_energy(machine, motion), {}, {}, ())
 
 
 def program_of(
-    solution: Solution, coordinates: Coordinates = "axes", cone: float | None = None, **words
+    solution: Optimum, coordinates: Coordinates = "axes", cone: float | None = None, **words
 ) -> MadeProgram:
     """Make a program whose rotary axes may turn far."""
     options = ProgramOptions.of(coordinates=coordinates, header={"tool": "ball:6"}, **words)
@@ -96,7 +96,7 @@ def test_a_bound_on_the_lean_holds_at_the_ends_of_a_rapid_move_and_not_within(ha
     )
     motion = follow(leaning, hayashi, rotary)
     bounds = tilt_bounds(leaning, None, cone=5.0)
-    solution = Solution(hayashi, leaning, bounds, motion, motion_energy(hayashi, motion), {}, {}, ())
+    solution = Optimum(hayashi, leaning, bounds, motion, motion_energy(hayashi, motion), {}, {}, ())
     program = program_of(solution, "tip", cone=5.0)
     assert program.fill.path.rapid.sum() > 10
     assert program.ok, program.report.findings

@@ -42,7 +42,7 @@ def test_an_instruction_without_a_compiled_form_is_an_error():
         Tape.of(x, ca.erf(x))
 
 
-@pytest.mark.parametrize("name", ["values", "slopes", "bows", "derivatives"])
+@pytest.mark.parametrize("name", ["values", "gradients", "second_derivatives", "derivatives"])
 @pytest.mark.parametrize("tool", [Tool.ball(6), Tool.bull(10, 2)], ids=["ball", "bull"])
 def test_a_locations_tape_writes_no_register_it_reads_and_has_two_sines_and_two_cosines(name, tool):
     steps = getattr(location_tapes(load_machine("hayashi-640123"), tool.zone), name).steps

@@ -113,13 +113,13 @@ def test_tapes_of_slopes_and_bows_have_the_same_derivatives_of_each_quantity(pro
     tapes = location_tapes(problem.machine, problem.zone)
     given = np.hstack([rotary, problem.pivot, problem.normal])
     weights = RNG.standard_normal((N, 8))
-    weighted, bows = tapes.derivatives(np.hstack([given, weights])), tapes.bows(given)
-    np.testing.assert_allclose(tapes.slopes(given), bows[:, :24], rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(bows[:, :8], weighted[:, :8], rtol=1e-12, atol=1e-12)
+    weighted, seconds = tapes.derivatives(np.hstack([given, weights])), tapes.second_derivatives(given)
+    np.testing.assert_allclose(tapes.gradients(given), seconds[:, :24], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(seconds[:, :8], weighted[:, :8], rtol=1e-12, atol=1e-12)
     for angle in range(2):
-        slopes = bows[:, 8 * angle + 8 : 8 * angle + 16]
-        np.testing.assert_allclose(slopes, weighted[:, 8 + angle : 24 : 2], rtol=1e-12, atol=1e-12)
-    bent = np.einsum("nij,nj->ni", bows[:, 24:].reshape(N, 3, 8), weights)
+        gradients = seconds[:, 8 * angle + 8 : 8 * angle + 16]
+        np.testing.assert_allclose(gradients, weighted[:, 8 + angle : 24 : 2], rtol=1e-12, atol=1e-12)
+    bent = np.einsum("nij,nj->ni", seconds[:, 24:].reshape(N, 3, 8), weights)
     np.testing.assert_allclose(bent, weighted[:, 24:], rtol=1e-9, atol=1e-9)
 
 

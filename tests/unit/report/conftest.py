@@ -20,7 +20,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, follow, predicted_time
 from fiveaxis.nc.program import Preparation
 from fiveaxis.nc.writing.header import Note
-from fiveaxis.posture import Baseline, Solution, Stage
+from fiveaxis.posture import Baseline, Optimum, SolverStep
 from fiveaxis.report import ReportDocument, write_report
 from fiveaxis.report import page as page_module
 from fiveaxis.report.facts import ProgramFigures
@@ -41,8 +41,8 @@ PREPARATION = Preparation(
     start=(("A", -45.0), ("C", 0.12345), ("X", 1.5), ("Y", -2.0), ("Z", 408.8567)),
 )
 STAGES = (
-    Stage("grid search, stride 30", "found", 12_345, None, 12_000.5),
-    Stage("refine the grid's start", "Solve_Succeeded", 27, 12_000.5, 11_306.0),
+    SolverStep("grid search, stride 30", "found", 12_345, None, 12_000.5),
+    SolverStep("refine the grid's start", "Solve_Succeeded", 27, 12_000.5, 11_306.0),
 )
 
 
@@ -55,9 +55,9 @@ def tilted_up(toolpath: Toolpath, machine: Machine, degrees: float) -> Motion:
     return follow(toolpath, machine, np.unwrap(rotary_angles(machine, axis)[1], axis=0))
 
 
-def solve_by_hand(toolpath: Toolpath, machine: Machine) -> Solution:
+def solve_by_hand(toolpath: Toolpath, machine: Machine) -> Optimum:
     after, before = (tilted_up(toolpath, machine, degrees) for degrees in (15.0, 45.0))
-    return Solution(
+    return Optimum(
         machine=machine,
         toolpath=toolpath,
         tilt=tilt_bounds(toolpath, tilt=(15.0, 75.0)),
@@ -78,24 +78,24 @@ def part_of_vase(vase: Toolpath) -> Toolpath:
 
 
 @pytest.fixture(scope="session")
-def solution(part_of_vase: Toolpath, hayashi: Machine) -> Solution:
+def solution(part_of_vase: Toolpath, hayashi: Machine) -> Optimum:
     return solve_by_hand(part_of_vase, hayashi)
 
 
 @pytest.fixture(scope="session")
-def long_solution(part_of_vase: Toolpath, hayashi: Machine) -> Solution:
+def long_solution(part_of_vase: Toolpath, hayashi: Machine) -> Optimum:
     """The same path with a hundred times its locations."""
     path = refined(part_of_vase, divided_rows(np.full(len(part_of_vase) - 1, 100)))
     return solve_by_hand(replace(path, numbers=None), hayashi)
 
 
 @pytest.fixture(scope="session")
-def solution_with_base(part_of_vase: Toolpath, hayashi: Machine) -> Solution:
+def solution_with_base(part_of_vase: Toolpath, hayashi: Machine) -> Optimum:
     return solve_by_hand(part_of_vase, replace(hayashi, base_power=2763.0))
 
 
 @pytest.fixture(scope="session")
-def trunnion_solution(part_of_vase: Toolpath, trunnion: Machine, hayashi: Machine) -> Solution:
+def trunnion_solution(part_of_vase: Toolpath, trunnion: Machine, hayashi: Machine) -> Optimum:
     return solve_by_hand(part_of_vase, trunnion.with_drives_of(hayashi))
 
 
@@ -126,7 +126,7 @@ def unsafe_verdict(verdict: Report) -> Report:
 
 
 @pytest.fixture
-def program(solution: Solution) -> ProgramFigures:
+def program(solution: Optimum) -> ProgramFigures:
     """Figures of that motion's program: inserted and removed blocks, and what it needs at the machine."""
     return ProgramFigures(
         control="fanuc",
@@ -179,7 +179,7 @@ def drawn() -> dict[Any, Any]:
 def page(tmp_path: Path, drawn: dict[Any, Any]) -> Callable[..., str]:
     """Write the page of a solution and read it back."""
 
-    def compose(solution: Solution, verdict: Report, **more: Any) -> str:
+    def compose(solution: Optimum, verdict: Report, **more: Any) -> str:
         path = tmp_path / "report.html"
         with pytest.MonkeyPatch.context() as patched:
             for name in DRAWN:

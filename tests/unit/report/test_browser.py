@@ -13,7 +13,7 @@ import pytest
 from browser import NEEDS_BROWSER, Browser
 
 from fiveaxis.findings import Gap, risk
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.report import ReportDocument, write_report
 from fiveaxis.verification import Report
 
@@ -27,7 +27,7 @@ CONTRAST = 4.5
 
 
 @pytest.fixture(scope="module")
-def written(solution: Solution, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written(solution: Optimum, tmp_path_factory: pytest.TempPathFactory) -> Path:
     verdict = Report(
         (), {}, {"gouge_depth_mm": None}, ((NASTY, None),), ((risk(NASTY), None), (Gap("a" * 200), None))
     )
@@ -72,7 +72,7 @@ def ticks(browser: Browser) -> list[float]:
     return [float(word.replace("\u2009", "").replace("−", "-")) for word in found]
 
 
-def test_the_value_under_the_pointer_is_that_of_the_motion(opened: Browser, solution: Solution) -> None:
+def test_the_value_under_the_pointer_is_that_of_the_motion(opened: Browser, solution: Optimum) -> None:
     machine, n = solution.machine, len(solution.toolpath)
     motions = [solution.compared["normal"].motion, solution.motion]
     shown = np.stack([machine.shown(motion.positions) for motion in motions], axis=2)

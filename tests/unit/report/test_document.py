@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fiveaxis.errors import InputError
-from fiveaxis.posture import LowerBound, Solution
+from fiveaxis.posture import LowerBound, Optimum
 from fiveaxis.report import ReportDocument, describe_input, write_json
 from fiveaxis.report.facts import ProgramFigures
 from fiveaxis.verification import Report
@@ -47,7 +47,7 @@ KEYS = [
 ]
 
 
-def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict: Report) -> None:
+def test_the_document_has_its_keys_in_a_fixed_order(solution: Optimum, verdict: Report) -> None:
     document = ReportDocument(solution, verdict).as_dict()
     assert list(document) == KEYS
     measures = ["total", "by_axis", "most", "base", "with_base", "time", "feed_time"]
@@ -57,7 +57,7 @@ def test_the_document_has_its_keys_in_a_fixed_order(solution: Solution, verdict:
     assert list(document["energy"]["by_axis"]) == list("XYZAC")
 
 
-def test_the_document_repeats_the_figures_of_the_solution(solution: Solution, verdict: Report) -> None:
+def test_the_document_repeats_the_figures_of_the_solution(solution: Optimum, verdict: Report) -> None:
     document = ReportDocument(solution, verdict).as_dict()
     assert document["locations"] == 360
     assert document["energy"] == solution.energy.as_dict()
@@ -69,7 +69,7 @@ def test_the_document_repeats_the_figures_of_the_solution(solution: Solution, ve
 
 
 def test_savings_are_shares_of_the_baseline_in_every_measure(
-    solution_with_base: Solution, verdict: Report
+    solution_with_base: Optimum, verdict: Report
 ) -> None:
     saved = ReportDocument(solution_with_base, verdict).as_dict()["savings"]["normal"]
     after, before = solution_with_base.energy, solution_with_base.baselines["normal"]
@@ -79,25 +79,25 @@ def test_savings_are_shares_of_the_baseline_in_every_measure(
     assert saved["with_base"] == pytest.approx(1.0 - total_after / total_before)
 
 
-def test_a_saving_with_unknown_base_power_is_null(solution: Solution, verdict: Report) -> None:
+def test_a_saving_with_unknown_base_power_is_null(solution: Optimum, verdict: Report) -> None:
     assert ReportDocument(solution, verdict).as_dict()["savings"]["normal"]["with_base"] is None
 
 
-def test_a_baseline_that_costs_nothing_has_no_saving(solution: Solution, verdict: Report) -> None:
+def test_a_baseline_that_costs_nothing_has_no_saving(solution: Optimum, verdict: Report) -> None:
     normal = solution.compared["normal"]
     still = replace(normal.energy, by_axis=dict.fromkeys("XYZAC", 0.0))
     idle = replace(solution, compared={"normal": replace(normal, energy=still)})
     assert ReportDocument(idle, verdict).as_dict()["savings"]["normal"]["total"] is None
 
 
-def test_stages_keep_their_order_and_a_search_has_no_start(solution: Solution, verdict: Report) -> None:
+def test_stages_keep_their_order_and_a_search_has_no_start(solution: Optimum, verdict: Report) -> None:
     stages = ReportDocument(solution, verdict).as_dict()["solver"]
     assert [s["iterations"] for s in stages] == [12_345, 27]
     assert stages[0]["before"] is None
     assert list(stages[1]) == ["name", "status", "iterations", "before", "after"]
 
 
-def test_the_machine_has_the_source_of_every_figure(solution: Solution, verdict: Report) -> None:
+def test_the_machine_has_the_source_of_every_figure(solution: Optimum, verdict: Report) -> None:
     machine = ReportDocument(solution, verdict).as_dict()["machine"]
     assert (machine["name"], machine["code"], machine["axes"]) == ("hayashi-640123", "640123", "XYZAC")
     figures = {f["figure"]: f for f in machine["figures"]}
@@ -106,14 +106,14 @@ def test_the_machine_has_the_source_of_every_figure(solution: Solution, verdict:
     assert "Hayashi" in figures["Z drive"]["source"]
 
 
-def test_what_is_not_a_finite_number_becomes_null(solution: Solution, verdict: Report) -> None:
+def test_what_is_not_a_finite_number_becomes_null(solution: Optimum, verdict: Report) -> None:
     verdict = replace(verdict, figures={"nothing": math.nan, "everything": math.inf, "some": 1.5})
     figures = ReportDocument(solution, verdict).as_dict()["verification"]["figures"]
     assert figures == {"nothing": None, "everything": None, "some": 1.5}
 
 
 def test_folders_of_the_computer_stay_out_of_the_document(
-    solution: Solution, unsafe_verdict: Report, tmp_path: Path
+    solution: Optimum, unsafe_verdict: Report, tmp_path: Path
 ) -> None:
     file = str(tmp_path / "vase.csv")
     findings = [replace(f, place=replace(f.place, file=file)) for f in unsafe_verdict.findings]
@@ -125,7 +125,7 @@ def test_folders_of_the_computer_stay_out_of_the_document(
 
 
 def test_two_documents_of_one_solution_have_the_same_bytes(
-    solution: Solution, unsafe_verdict: Report, tmp_path: Path
+    solution: Optimum, unsafe_verdict: Report, tmp_path: Path
 ) -> None:
     for name in ("first.json", "second.json"):
         write_json(ReportDocument(solution, unsafe_verdict), tmp_path / name)
@@ -133,7 +133,7 @@ def test_two_documents_of_one_solution_have_the_same_bytes(
 
 
 def test_a_document_read_back_is_the_document_written(
-    solution: Solution, unsafe_verdict: Report, tmp_path: Path
+    solution: Optimum, unsafe_verdict: Report, tmp_path: Path
 ) -> None:
     document = ReportDocument(solution, unsafe_verdict)
     path = write_json(document, tmp_path / "report.json")
@@ -154,7 +154,7 @@ def test_an_input_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 
 def test_a_program_with_an_error_makes_the_whole_run_unsound(
-    solution: Solution, unsafe_verdict: Report, program: ProgramFigures
+    solution: Optimum, unsafe_verdict: Report, program: ProgramFigures
 ) -> None:
     document = ReportDocument(solution, unsafe_verdict, program=program).as_dict()
     assert document["verification"]["ok"] is False
@@ -162,7 +162,7 @@ def test_a_program_with_an_error_makes_the_whole_run_unsound(
     assert document["program"]["inserted"] == 12
 
 
-def test_the_document_has_the_lower_bound(solution: Solution, verdict: Report) -> None:
+def test_the_document_has_the_lower_bound(solution: Optimum, verdict: Report) -> None:
     document = ReportDocument(solution, verdict).as_dict()
     assert document["bound"] is None
     half = LowerBound(0.5 * document["energy"]["travel"], "travel", 7)

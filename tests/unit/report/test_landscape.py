@@ -10,7 +10,7 @@ from fiveaxis.energy import travel_costs
 from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes
 from fiveaxis.machine import Axis, Limits, Machine
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.report import location_surface
 from fiveaxis.report.landscape import (
     MOST_LOCATIONS,
@@ -22,12 +22,12 @@ from fiveaxis.toolpath import TiltBounds
 
 
 @pytest.fixture(params=["solution", "trunnion_solution"])
-def any_solution(request: pytest.FixtureRequest) -> Solution:
+def any_solution(request: pytest.FixtureRequest) -> Optimum:
     """An ideal machine without offsets, and one with."""
     return request.getfixturevalue(request.param)
 
 
-def cost_from_zero(solution: Solution, location: int, first: float, second: float) -> float:
+def cost_from_zero(solution: Optimum, location: int, first: float, second: float) -> float:
     """Compute S_W for one posture from the tool's tip, step by step."""
     machine, toolpath = solution.machine, solution.toolpath
     rotary = np.array([[first, second]])
@@ -37,14 +37,14 @@ def cost_from_zero(solution: Solution, location: int, first: float, second: floa
     return float(plus @ np.maximum(values, 0.0) + minus @ np.maximum(-values, 0.0))
 
 
-def test_the_surface_holds_the_contact_not_the_tip(any_solution: Solution) -> None:
+def test_the_surface_holds_the_contact_not_the_tip(any_solution: Optimum) -> None:
     surface = location_surface(any_solution, 180)
     for i, j in ((0, 0), (17, 40), (120, 71)):
         expected = cost_from_zero(any_solution, 180, surface.power.first[i], surface.power.second[j])
         assert surface.power.total[i, j] == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_admissible_region_keeps_the_tilt(solution: Solution) -> None:
+def test_the_admissible_region_keeps_the_tilt(solution: Optimum) -> None:
     surface = location_surface(solution, 180)
     angles = np.stack(np.meshgrid(surface.power.first, surface.power.second, indexing="ij"), axis=-1)
     cosine = tool_axes(solution.machine, angles) @ solution.toolpath.normal[180]
@@ -53,7 +53,7 @@ def test_the_admissible_region_keeps_the_tilt(solution: Solution) -> None:
     assert 0.05 < surface.admissible.mean() < 0.5
 
 
-def test_the_admissible_region_keeps_the_limits_of_the_linear_axes(solution: Solution) -> None:
+def test_the_admissible_region_keeps_the_limits_of_the_linear_axes(solution: Optimum) -> None:
     narrow = replace(solution.machine.axis("Z"), limits=Limits(-5.0, 30.0))
     axes = tuple(narrow if a.letter == "Z" else a for a in solution.machine.axes)
     narrowed = replace(solution, machine=replace(solution.machine, axes=axes))
@@ -62,13 +62,13 @@ def test_the_admissible_region_keeps_the_limits_of_the_linear_axes(solution: Sol
     assert not np.any(bound.admissible & ~free.admissible)
 
 
-def test_a_link_allows_every_tilt(solution: Solution) -> None:
+def test_a_link_allows_every_tilt(solution: Optimum) -> None:
     reference = np.full_like(solution.tilt.reference, np.nan)
     free = replace(solution, tilt=TiltBounds(reference, 0.0, 1.0, "normal"))
     assert location_surface(free, 180).admissible.all()
 
 
-def test_the_map_shows_the_least_cost_over_the_admissible_second_angles(solution: Solution) -> None:
+def test_the_map_shows_the_least_cost_over_the_admissible_second_angles(solution: Optimum) -> None:
     landscape = posture_map(solution)
     row = len(landscape.locations) // 2
     location = int(landscape.locations[row])
@@ -84,19 +84,19 @@ def test_the_map_shows_the_least_cost_over_the_admissible_second_angles(solution
         assert landscape.cost[row, column] == pytest.approx(expected, rel=1e-9, nan_ok=True)
 
 
-def _tilt_holds(solution: Solution, location: int, first: float, second: float) -> bool:
+def _tilt_holds(solution: Optimum, location: int, first: float, second: float) -> bool:
     cosine = tool_axes(solution.machine, np.array([first, second])) @ solution.toolpath.normal[location]
     return math.cos(solution.tilt.high) <= cosine <= math.cos(solution.tilt.low)
 
 
-def test_a_long_path_is_sampled_with_both_ends(solution: Solution) -> None:
+def test_a_long_path_is_sampled_with_both_ends(solution: Optimum) -> None:
     locations = posture_map(solution).locations
     assert len(locations) == MOST_LOCATIONS
     assert locations[0] == 0
     assert locations[-1] == len(solution.toolpath) - 1
 
 
-def test_the_chosen_curve_runs_through_admissible_postures(solution: Solution, hayashi: Machine) -> None:
+def test_the_chosen_curve_runs_through_admissible_postures(solution: Optimum, hayashi: Machine) -> None:
     landscape = posture_map(solution)
     before = solution.compared["normal"].motion.positions[landscape.locations, hayashi.column("C")]
     chosen = modulo_turn(before, hayashi.axis("C"))
@@ -124,7 +124,7 @@ def test_a_posture_past_a_narrow_limit_stays_past_it() -> None:
     np.testing.assert_allclose(modulo_turn(np.radians([-98.0]), trunnion), np.radians([-98.0]))
 
 
-def test_postures_that_collide_are_left_out_of_the_map_and_marked(solution: Solution) -> None:
+def test_postures_that_collide_are_left_out_of_the_map_and_marked(solution: Optimum) -> None:
     machine = solution.machine
 
     def admits(rows: IntArray, rotary: Array) -> BoolArray:

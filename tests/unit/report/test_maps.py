@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.report import location_surface, path_valley
 from fiveaxis.report.chart import FORBIDDEN
 from fiveaxis.report.maps import draw_location, png_address
@@ -42,7 +42,7 @@ def test_a_picture_is_read_back_as_it_was() -> None:
     np.testing.assert_array_equal(np.round(255.0 * read[..., :3]).astype(np.uint8), picture)
 
 
-def test_maps_are_pictures_without_date_or_program(solution: Solution) -> None:
+def test_maps_are_pictures_without_date_or_program(solution: Optimum) -> None:
     for shown, count in ((path_valley(solution), 2), (location_surface(solution, 180), 6)):
         found = pictures(shown.figure())
         assert len(found) == count
@@ -56,16 +56,16 @@ def grey_pixels(svg: str) -> int:
     return int(np.all(np.abs(picture[..., :3] - forbidden) < 1e-3, axis=-1).sum())
 
 
-def test_where_no_second_angle_is_admissible_the_map_is_grey(solution: Solution) -> None:
+def test_where_no_second_angle_is_admissible_the_map_is_grey(solution: Optimum) -> None:
     free = replace(solution, tilt=TiltBounds(solution.tilt.reference, 0.0, np.pi, "normal"))
     assert grey_pixels(path_valley(solution).figure()) > 50_000
     assert grey_pixels(path_valley(free).figure()) < 500
 
 
-def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution: Solution) -> None:
+def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution: Optimum) -> None:
     home = replace(trunnion_solution.motion, positions=np.zeros_like(trunnion_solution.motion.positions))
 
-    def share_of_map(solution: Solution) -> float:
+    def share_of_map(solution: Optimum) -> float:
         """Return how much of the panel's height the map takes; the rest is grey."""
         surface = location_surface(solution, 180)
         svg = draw_location(surface, {"S_W": surface.power.total})
@@ -78,7 +78,7 @@ def test_a_posture_outside_the_axis_limits_widens_the_surface(trunnion_solution:
     assert share_of_map(replace(alone, motion=home)) == pytest.approx(1.0)
 
 
-def test_what_collides_is_hatched(solution: Solution) -> None:
+def test_what_collides_is_hatched(solution: Optimum) -> None:
     valley = path_valley(solution)
     half = np.arange(len(valley.first)) % 40 < 20
     hidden = replace(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fiveaxis.energy import KindEnergy
 from fiveaxis.findings import risk
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.report import ReportDocument, write_report
 from fiveaxis.report.facts import Overriding, ProgramFigures
 from fiveaxis.report.page import compose_page
@@ -29,7 +29,7 @@ def body_text(page: str) -> str:
     return re.sub(r"[ \n]+", " ", html.unescape(bare))
 
 
-def test_the_page_states_the_figures_of_the_solution(page: Page, solution: Solution, verdict: Report) -> None:
+def test_the_page_states_the_figures_of_the_solution(page: Page, solution: Optimum, verdict: Report) -> None:
     text = body_text(page(solution, verdict))
     normal = solution.baselines["normal"]
     share = 100.0 * (1.0 - solution.energy.total / normal.total)
@@ -42,7 +42,7 @@ def test_the_page_states_the_figures_of_the_solution(page: Page, solution: Solut
 
 
 def test_a_path_without_errors_is_called_safe_only_as_far_as_checked(
-    page: Page, solution: Solution, verdict: Report
+    page: Page, solution: Optimum, verdict: Report
 ) -> None:
     text = body_text(page(solution, verdict))
     assert "! Only in part: no errors, but not every risk was checked." in text
@@ -51,19 +51,19 @@ def test_a_path_without_errors_is_called_safe_only_as_far_as_checked(
 
 
 def test_a_path_that_passed_every_check_is_called_safe(
-    page: Page, solution: Solution, verdict: Report
+    page: Page, solution: Optimum, verdict: Report
 ) -> None:
     assert "Yes: whatever could do harm was checked and passed." in page(solution, replace(verdict, gaps=()))
 
 
-def test_an_unchecked_path_is_not_called_safe(page: Page, solution: Solution, verdict: Report) -> None:
+def test_an_unchecked_path_is_not_called_safe(page: Page, solution: Optimum, verdict: Report) -> None:
     text = body_text(page(solution, replace(verdict, claims=())))
     assert "Unknown: nothing was checked." in text
     assert "Only in part" not in text
 
 
 def test_an_unsafe_verdict_stands_before_every_saving(
-    page: Page, solution: Solution, unsafe_verdict: Report
+    page: Page, solution: Optimum, unsafe_verdict: Report
 ) -> None:
     text = body_text(page(solution, unsafe_verdict))
     assert "✗ No: don’t run this program." in text
@@ -73,7 +73,7 @@ def test_an_unsafe_verdict_stands_before_every_saving(
 
 
 def test_errors_that_are_overridden_stand_first_with_who_overrides_them(
-    page: Page, solution: Solution, unsafe_verdict: Report
+    page: Page, solution: Optimum, unsafe_verdict: Report
 ) -> None:
     who = "the job file <cup>.toml (override)"
     found = page(solution, unsafe_verdict, overriding=Overriding({"axis-limit": 1_500}, who))
@@ -86,7 +86,7 @@ def test_errors_that_are_overridden_stand_first_with_who_overrides_them(
 
 
 def test_what_still_keeps_the_program_back_is_named_beside_what_is_overridden(
-    page: Page, solution: Solution, unsafe_verdict: Report
+    page: Page, solution: Optimum, unsafe_verdict: Report
 ) -> None:
     accepted = Overriding({"axis-limit": 1_500}, "cup.toml")
     text = body_text(page(solution, unsafe_verdict, kept_back={"gouge": 3}, overriding=accepted))
@@ -95,7 +95,7 @@ def test_what_still_keeps_the_program_back_is_named_beside_what_is_overridden(
 
 
 def test_the_page_states_how_many_blocks_were_inserted_and_removed(
-    page: Page, solution: Solution, verdict: Report, program: ProgramFigures
+    page: Page, solution: Optimum, verdict: Report, program: ProgramFigures
 ) -> None:
     text = body_text(page(solution, verdict, program=program))
     message = (
@@ -106,7 +106,7 @@ def test_the_page_states_how_many_blocks_were_inserted_and_removed(
 
 
 def test_the_page_states_why_no_block_was_removed(
-    page: Page, solution: Solution, verdict: Report, program: ProgramFigures
+    page: Page, solution: Optimum, verdict: Report, program: ProgramFigures
 ) -> None:
     none = replace(program, removed=0)
     kept = replace(none, redundant_kept_for=("gouge", "tip-deviation"))
@@ -116,7 +116,7 @@ def test_the_page_states_why_no_block_was_removed(
 
 
 def test_errors_are_shown_first_and_all_findings_are_counted(
-    page: Page, solution: Solution, unsafe_verdict: Report
+    page: Page, solution: Optimum, unsafe_verdict: Report
 ) -> None:
     text = page(solution, unsafe_verdict)
     # 150 are listed by verification; 1 530 were found, with two causes.
@@ -130,7 +130,7 @@ def test_errors_are_shown_first_and_all_findings_are_counted(
 
 
 def test_a_machine_without_base_power_is_not_given_a_total(
-    page: Page, solution: Solution, verdict: Report
+    page: Page, solution: Optimum, verdict: Report
 ) -> None:
     text = body_text(page(solution, verdict))
     assert "of the best baseline, normal (feed drives only)." in text
@@ -138,7 +138,7 @@ def test_a_machine_without_base_power_is_not_given_a_total(
 
 
 def test_a_machine_with_base_power_is_given_a_total(
-    page: Page, solution_with_base: Solution, verdict: Report
+    page: Page, solution_with_base: Optimum, verdict: Report
 ) -> None:
     text = body_text(page(solution_with_base, verdict))
     assert f"With base power: plus 2{THIN}763 W over the cycle time" in text
@@ -147,20 +147,20 @@ def test_a_machine_with_base_power_is_given_a_total(
 
 
 def test_a_baseline_that_is_missing_is_named_with_its_reason(
-    page: Page, solution: Solution, verdict: Report
+    page: Page, solution: Optimum, verdict: Report
 ) -> None:
     assert "as-programmed isn’t shown: the input has no tool axes" in body_text(page(solution, verdict))
 
 
 def test_a_solution_without_any_baseline_is_still_reported(
-    page: Page, solution: Solution, verdict: Report
+    page: Page, solution: Optimum, verdict: Report
 ) -> None:
     text = body_text(page(replace(solution, compared={}), verdict))
     assert "There is no baseline to compare with" in text
     assert "% less" not in text
 
 
-def test_a_loss_is_called_more_not_a_negative_saving(page: Page, solution: Solution, verdict: Report) -> None:
+def test_a_loss_is_called_more_not_a_negative_saving(page: Page, solution: Optimum, verdict: Report) -> None:
     normal = solution.compared["normal"]
     swapped = replace(
         solution,
@@ -172,7 +172,7 @@ def test_a_loss_is_called_more_not_a_negative_saving(page: Page, solution: Solut
     assert f"{share:.1f}{THIN}% more" in page(swapped, verdict)
 
 
-def test_an_assumed_figure_of_the_machine_is_marked(page: Page, solution: Solution, verdict: Report) -> None:
+def test_an_assumed_figure_of_the_machine_is_marked(page: Page, solution: Optimum, verdict: Report) -> None:
     text = page(solution, verdict)
     assert (
         '<th scope="row">A limits</th><td>min -120.0, max 30.0, unit deg</td><td class="warning">assumed</td>'
@@ -182,7 +182,7 @@ def test_an_assumed_figure_of_the_machine_is_marked(page: Page, solution: Soluti
 
 
 def test_a_name_cannot_smuggle_markup_into_the_page(
-    page: Page, solution: Solution, unsafe_verdict: Report
+    page: Page, solution: Optimum, unsafe_verdict: Report
 ) -> None:
     nasty = "<script>alert('1')</script>&$title.apt"
     finding = replace(unsafe_verdict.findings[-1], message=nasty, value=99.0)
@@ -205,7 +205,7 @@ def test_a_name_cannot_smuggle_markup_into_the_page(
     assert text.count(html.escape(nasty)) >= 8
 
 
-def test_the_page_needs_no_network(page: Page, solution: Solution, verdict: Report) -> None:
+def test_the_page_needs_no_network(page: Page, solution: Optimum, verdict: Report) -> None:
     text = page(solution, verdict)
     # Neither pictures nor the hashes of the page's policy are addresses.
     own = re.sub(r"(data:image/png;base64,|sha256-)[\w+/=]+", "data:", text)
@@ -214,7 +214,7 @@ def test_the_page_needs_no_network(page: Page, solution: Solution, verdict: Repo
     assert text.count("<svg") == 8
 
 
-def test_the_page_runs_its_own_script_alone(page: Page, solution: Solution, verdict: Report) -> None:
+def test_the_page_runs_its_own_script_alone(page: Page, solution: Optimum, verdict: Report) -> None:
     text = page(solution, verdict)
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]  # type: ignore[index]
     assert "default-src 'none'" in policy
@@ -227,14 +227,14 @@ def test_the_page_runs_its_own_script_alone(page: Page, solution: Solution, verd
 
 
 def test_the_page_is_small_however_long_the_path(
-    page: Page, solution: Solution, long_solution: Solution, verdict: Report
+    page: Page, solution: Optimum, long_solution: Optimum, verdict: Report
 ) -> None:
     assert len(page(solution, verdict)) < 450_000
     assert len(long_solution.toolpath) > 35_000
     assert len(compose_page(ReportDocument(long_solution, verdict))) < 700_000
 
 
-def test_every_chart_says_in_words_what_it_shows(page: Page, solution: Solution, verdict: Report) -> None:
+def test_every_chart_says_in_words_what_it_shows(page: Page, solution: Optimum, verdict: Report) -> None:
     charts = re.findall(r"<svg[^>]*>", page(solution, verdict))
     assert all(re.search(r'role="img" aria-label="[^"]{20,}"', chart) for chart in charts)
     assert [re.findall(r'data-over="([^"]*)"', chart) for chart in charts] == [
@@ -243,7 +243,7 @@ def test_every_chart_says_in_words_what_it_shows(page: Page, solution: Solution,
 
 
 def test_two_pages_of_one_solution_have_the_same_bytes(
-    page: Page, solution: Solution, verdict: Report, tmp_path: Path
+    page: Page, solution: Optimum, verdict: Report, tmp_path: Path
 ) -> None:
     first = page(solution, verdict)
     # Drawn anew, which the pages of the other tests aren't.
@@ -251,7 +251,7 @@ def test_two_pages_of_one_solution_have_the_same_bytes(
     assert first.encode() == (tmp_path / "second.html").read_bytes()
 
 
-def test_ids_on_the_page_are_unique(page: Page, solution: Solution, verdict: Report) -> None:
+def test_ids_on_the_page_are_unique(page: Page, solution: Optimum, verdict: Report) -> None:
     ids = re.findall(r' id="([^"]+)"', page(solution, verdict))
     assert len(ids) == len(set(ids))
 
@@ -271,7 +271,7 @@ def test_numbers_have_a_true_minus_and_no_negative_zero() -> None:
 
 
 def test_the_headline_compares_whole_programs_and_shows_kinds_of_moves_apart(
-    page: Page, solution: Solution, verdict: Report, program: ProgramFigures
+    page: Page, solution: Optimum, verdict: Report, program: ProgramFigures
 ) -> None:
     cut, rapid = KindEnergy(1000.0, 5.0, 6.0), KindEnergy(234.0, 5.0, 1.0)
     kinds = {"cut": cut, "rapid": rapid}

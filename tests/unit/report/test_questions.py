@@ -10,7 +10,7 @@ import numpy as np
 from fiveaxis.energy import Energy
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.motion import SpeedChange
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.posture.solution import AS_PROGRAMMED
 from fiveaxis.report import ReportDocument
 from fiveaxis.report.facts import Overriding, ProgramFigures
@@ -22,7 +22,7 @@ THIN = "\u2009"
 
 
 def test_a_verified_program_is_never_called_safe_while_something_is_not_checked(
-    solution: Solution, verdict: Report
+    solution: Optimum, verdict: Report
 ) -> None:
     found = ReportDocument(solution, verdict).answers
     assert found.verdict == "partial"
@@ -36,7 +36,7 @@ def test_a_verified_program_is_never_called_safe_while_something_is_not_checked(
     assert (none.verdict, none.safe.text) == ("unknown", "Unknown: nothing was checked.")
 
 
-def test_warnings_are_counted_in_the_answer(solution: Solution, unsafe_verdict: Report) -> None:
+def test_warnings_are_counted_in_the_answer(solution: Optimum, unsafe_verdict: Report) -> None:
     warned = tuple(f for f in unsafe_verdict.findings if f.severity is Severity.WARNING)
     verdict = replace(unsafe_verdict, findings=warned, checks={Check("tip-deviation"): 30})
     text = ReportDocument(solution, verdict).answers.safe.text
@@ -44,7 +44,7 @@ def test_warnings_are_counted_in_the_answer(solution: Solution, unsafe_verdict: 
 
 
 def test_errors_answer_no_and_say_what_to_correct(
-    solution: Solution, unsafe_verdict: Report, program: ProgramFigures
+    solution: Optimum, unsafe_verdict: Report, program: ProgramFigures
 ) -> None:
     kept = {"axis-limit": 1500}
     found = ReportDocument(solution, unsafe_verdict, program=program, kept_back=kept).answers
@@ -59,7 +59,7 @@ def test_errors_answer_no_and_say_what_to_correct(
 
 
 def test_a_program_that_is_kept_back_is_not_to_be_run_whatever_else_was_accepted(
-    solution: Solution, unsafe_verdict: Report, program: ProgramFigures
+    solution: Optimum, unsafe_verdict: Report, program: ProgramFigures
 ) -> None:
     gouge = Finding(Severity.ERROR, "gouge", "too deep; lift the tool", Place(5), 1.0)
     verdict = replace(unsafe_verdict, findings=(*unsafe_verdict.findings, gouge))
@@ -74,7 +74,7 @@ def test_a_program_that_is_kept_back_is_not_to_be_run_whatever_else_was_accepted
 
 
 def test_the_saving_is_one_number_against_the_cheapest_baseline(
-    solution: Solution, verdict: Report, program: ProgramFigures
+    solution: Optimum, verdict: Report, program: ProgramFigures
 ) -> None:
     normal = solution.compared["normal"]
     dear = replace(normal, energy=replace(normal.energy, by_axis=dict.fromkeys("XYZAC", 1e6)))
@@ -95,7 +95,7 @@ def test_the_saving_is_one_number_against_the_cheapest_baseline(
 
 
 def test_with_a_known_base_power_the_saving_is_that_of_both(
-    solution_with_base: Solution, verdict: Report
+    solution_with_base: Optimum, verdict: Report
 ) -> None:
     document = ReportDocument(solution_with_base, verdict)
     text = document.answers.saved.text
@@ -104,7 +104,7 @@ def test_with_a_known_base_power_the_saving_is_that_of_both(
     assert "(feed drives and base power over the cycle time)" in text
 
 
-def test_estimated_powers_give_the_saving_a_range(solution: Solution, verdict: Report) -> None:
+def test_estimated_powers_give_the_saving_a_range(solution: Optimum, verdict: Report) -> None:
     figures = [
         replace(p, band=(0.5, 2.0)) if p.figure.endswith(" drive") else p for p in solution.machine.provenance
     ]
@@ -118,7 +118,7 @@ def test_estimated_powers_give_the_saving_a_range(solution: Solution, verdict: R
 
 
 def test_a_saving_that_might_be_a_loss_is_not_known_and_has_no_per_cent(
-    solution: Solution, verdict: Report
+    solution: Optimum, verdict: Report
 ) -> None:
     widest, narrow = "ZX", (0.99, 1.01)
     bands = {f"{c} drive": (0.01, 100.0 if c == "Z" else 2.0) if c in widest else narrow for c in "XYZAC"}
@@ -143,9 +143,7 @@ def test_a_saving_that_might_be_a_loss_is_not_known_and_has_no_per_cent(
     assert f"; 99900.0{THIN}% more energy: " in ReportDocument(loss, verdict).answers.saved.text
 
 
-def test_without_a_baseline_or_a_cost_nothing_is_said_to_be_saved(
-    solution: Solution, verdict: Report
-) -> None:
+def test_without_a_baseline_or_a_cost_nothing_is_said_to_be_saved(solution: Optimum, verdict: Report) -> None:
     alone = ReportDocument(replace(solution, compared={}), verdict)
     assert alone.answers.saved.text.startswith("Unknown: there is no baseline to compare with. It takes ")
     normal = solution.compared["normal"]
@@ -155,7 +153,7 @@ def test_without_a_baseline_or_a_cost_nothing_is_said_to_be_saved(
 
 
 def test_what_to_do_names_start_offset_tool_and_control(
-    solution: Solution, verdict: Report, program: ProgramFigures
+    solution: Optimum, verdict: Report, program: ProgramFigures
 ) -> None:
     document = ReportDocument(solution, verdict, program=program)
     assert document.answers.next.lines[1:] == (
@@ -171,7 +169,7 @@ def test_what_to_do_names_start_offset_tool_and_control(
 
 
 def test_cutter_locations_are_to_be_post_processed(
-    solution: Solution, verdict: Report, program: ProgramFigures
+    solution: Optimum, verdict: Report, program: ProgramFigures
 ) -> None:
     prepared = replace(program.preparation, start=(), in_force=())
     listed = replace(program, language="apt", preparation=prepared)
@@ -179,7 +177,7 @@ def test_cutter_locations_are_to_be_post_processed(
     assert document.answers.next.text.startswith("Post-process the cutter locations;")
 
 
-def test_the_answers_are_plain_data_too(solution: Solution, verdict: Report) -> None:
+def test_the_answers_are_plain_data_too(solution: Optimum, verdict: Report) -> None:
     found = ReportDocument(solution, verdict).answers
     data = found.as_dict()
     assert list(data) == ["verdict", "safe", "saved", "next"]
@@ -203,7 +201,7 @@ def steady(energy: Energy, starts: int, reversals: int) -> Energy:
 
 
 def test_starts_and_reversals_stand_beside_those_of_every_baseline(
-    solution: Solution, verdict: Report
+    solution: Optimum, verdict: Report
 ) -> None:
     normal = solution.compared["normal"]
     counted = replace(
@@ -220,7 +218,7 @@ def test_starts_and_reversals_stand_beside_those_of_every_baseline(
 
 
 def test_without_accelerations_it_says_what_is_assumed_and_how_smooth_the_program_is(
-    solution: Solution, verdict: Report
+    solution: Optimum, verdict: Report
 ) -> None:
     changes = {"X": SpeedChange(23.62, 7), "C": SpeedChange(np.radians(23.62), 7)}
     steadiness = replace(solution.energy.steadiness, changes=changes)
@@ -238,7 +236,7 @@ def test_without_accelerations_it_says_what_is_assumed_and_how_smooth_the_progra
     )
 
 
-def test_where_accelerations_are_charged_nothing_is_assumed(solution: Solution, verdict: Report) -> None:
+def test_where_accelerations_are_charged_nothing_is_assumed(solution: Optimum, verdict: Report) -> None:
     charged = replace(solution, energy=replace(solution.energy, timing="accelerations"))
     axes = tuple(replace(axis, max_acceleration=1.0) for axis in solution.machine.axes)
     stated = replace(solution, machine=replace(solution.machine, axes=axes))
@@ -249,7 +247,7 @@ def test_where_accelerations_are_charged_nothing_is_assumed(solution: Solution, 
         assert "max_acceleration" not in answers.saved.text
 
 
-def test_the_run_time_is_told_first_with_what_limits_it(solution: Solution, verdict: Report) -> None:
+def test_the_run_time_is_told_first_with_what_limits_it(solution: Optimum, verdict: Report) -> None:
     normal = solution.compared["normal"]
     fast = replace(
         solution.energy, time=80.0, timing="accelerations", limited={"feed": 60.0, "C speed": 20.0}
@@ -268,7 +266,7 @@ def test_the_run_time_is_told_first_with_what_limits_it(solution: Solution, verd
     assert "as-programmed: stops" in ReportDocument(programmed, verdict).answers.safe.details[-1].text
 
 
-def test_one_axis_without_acceleration_is_named_alone(solution: Solution, verdict: Report) -> None:
+def test_one_axis_without_acceleration_is_named_alone(solution: Optimum, verdict: Report) -> None:
     axes = [replace(axis, max_acceleration=1.0) for axis in solution.machine.axes]
     axes[3] = solution.machine.axes[3]
     partly = replace(solution, machine=replace(solution.machine, axes=tuple(axes)))

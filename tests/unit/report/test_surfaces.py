@@ -16,7 +16,7 @@ from fiveaxis.energy import motion_energy, travel_costs
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import linear_positions, rotary_angles, tool_axes
 from fiveaxis.motion import follow
-from fiveaxis.posture import Baseline, Solution
+from fiveaxis.posture import Baseline, Optimum
 from fiveaxis.toolpath import Constraints
 
 FEED = 1000.0  # mm/min
@@ -25,7 +25,7 @@ NAME = "<b>ring $5$.csv"
 
 
 @pytest.fixture(scope="module")
-def solution(hayashi) -> Solution:
+def solution(hayashi) -> Optimum:
     """A ring on the underside of a dome with the tool at 30 degrees from the normal, compared with 60."""
     turn = np.linspace(0.0, 1.5 * np.pi, 60)
     normal = np.column_stack([np.cos(turn), np.sin(turn), np.full(60, -0.3)])
@@ -40,7 +40,7 @@ def solution(hayashi) -> Solution:
 
     result = tilted(30.0)
     bounds = Constraints.of_degrees(tilt=(15, 75)).lean_bounds(path)
-    return Solution(
+    return Optimum(
         machine=hayashi,
         toolpath=path,
         tilt=bounds,

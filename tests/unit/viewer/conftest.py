@@ -12,7 +12,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
 from fiveaxis.kinematics import rotary_angles, tool_poses
 from fiveaxis.motion import follow
-from fiveaxis.posture.solution import Baseline, Solution
+from fiveaxis.posture.solution import Baseline, Optimum
 from fiveaxis.stock import cut_stock
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath, interpolate
 from fiveaxis.viewer import render_page
@@ -40,7 +40,7 @@ def tilted(path: Toolpath, degrees: np.ndarray) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def solution(hayashi) -> Solution:
+def solution(hayashi) -> Optimum:
     """A result that swings, and rests for a while, beside a baseline that swings more often."""
     path = ring_path()
     found, turn = {}, np.linspace(0.0, 2.0 * np.pi, N)
@@ -49,7 +49,7 @@ def solution(hayashi) -> Solution:
         rotary = np.unwrap(rotary_angles(hayashi, tilted(path, degrees))[1], axis=0)
         motion = follow(path, hayashi, rotary)
         found[name] = Baseline(motion, motion_energy(hayashi, motion))
-    return Solution(
+    return Optimum(
         machine=hayashi,
         toolpath=path,
         tilt=tilt_bounds(path, tilt=(15, 75)),

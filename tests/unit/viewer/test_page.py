@@ -17,7 +17,7 @@ from fiveaxis.errors import SettingError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.machine import Body, MeshShape
 from fiveaxis.motion import follow
-from fiveaxis.posture.solution import Baseline, Solution
+from fiveaxis.posture.solution import Baseline, Optimum
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.viewer import render_page, write_preview
 
@@ -149,7 +149,7 @@ def test_two_thousand_rough_moves_with_their_stock_stay_below_the_largest_page(s
     assert len(page.encode()) < LARGEST
 
 
-def dome_solution(machine, n: int) -> Solution:
+def dome_solution(machine, n: int) -> Optimum:
     """A rough spiral down a dome, two postures: no two moves are alike."""
     rng = np.random.default_rng(1)
     down, round_ = np.linspace(0.3, 1.4, n), np.linspace(0.0, 400.0 * np.pi, n)
@@ -163,7 +163,7 @@ def dome_solution(machine, n: int) -> Solution:
         found[name] = Baseline(motion, motion_energy(machine, motion))
     result = found.pop("result")
     tilt = tilt_bounds(path, tilt=(15, 75))
-    return Solution(machine, path, tilt, result.motion, result.energy, found, missing={}, stages=())
+    return Optimum(machine, path, tilt, result.motion, result.energy, found, missing={}, stages=())
 
 
 def test_a_path_that_cannot_be_written_is_an_error(solution, tmp_path):

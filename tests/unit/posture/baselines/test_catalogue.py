@@ -5,12 +5,12 @@ import pytest
 from by_degrees import for_tilt, tilt_bounds
 
 from fiveaxis.energy import motion_energy, travel_costs
+from fiveaxis.errors import NoBaseline
 from fiveaxis.kinematics import tool_axes, within_limits
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.motion import follow
 from fiveaxis.posture.baselines.branches import cheapest_sequence, postures
 from fiveaxis.posture.baselines.catalogue import (
-    NoBaseline,
     along_normal,
     as_programmed,
     feed_directions,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,16 +20,23 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.motion import feed_times, standing_speeds
 from fiveaxis.posture import Problem
 from fiveaxis.posture.problem import ALLOWED
-from fiveaxis.posture.search.successors import Grain, cheapest_path, path_anywhere
+from fiveaxis.posture.search import successors
+from fiveaxis.posture.search.successors import Resolution, path_anywhere
 from fiveaxis.posture.search.successors import sampled as postures_of
 from fiveaxis.toolpath import Toolpath
 
 DEGREE = np.pi / 180.0
-ANYWHERE = Grain(1.0, 5.0 * DEGREE, 300)
-NEAR = Grain(0.2, 0.7 * DEGREE, 24, 6.0 * DEGREE)
+ANYWHERE = Resolution(1.0, 5.0 * DEGREE, 300)
+NEAR = Resolution(0.2, 0.7 * DEGREE, 24, 6.0 * DEGREE)
 
 
-def posed(
+def cheapest_path(problem: Problem, *task: Any, **options: Any) -> np.ndarray | None:
+    """Search, and take whole paths only."""
+    found = successors.cheapest_path(problem, *task, **options)
+    return found if len(found) == len(problem) else None
+
+
+def problem_of(
     path: Toolpath, machine: fx.Machine, most: float = 20.0, tilt: tuple[float, float] = (15.0, 70.0)
 ) -> tuple[Problem, BlockCosts]:
     """The problem of a path, and the costs of its steps."""
@@ -54,7 +62,7 @@ def priced(problem: Problem, costs: BlockCosts, path: np.ndarray, start: float =
 @given(st.sampled_from(sorted(SHAPES)), st.integers(12, 40), st.sampled_from([8.0, 20.0, 45.0]))
 def test_paths_keep_every_bound_and_corridors_make_them_cheaper(name, count, most):
     machine = fx.load_machine("hayashi-640123")
-    problem, costs = posed(sampled(SHAPES[name], count, rings=1), machine, most)
+    problem, costs = problem_of(sampled(SHAPES[name], count, rings=1), machine, most)
     rows = np.arange(len(problem))
     found = cheapest_path(problem, costs, ANYWHERE)
     if found is None:
@@ -68,7 +76,7 @@ def test_paths_keep_every_bound_and_corridors_make_them_cheaper(name, count, mos
 
 
 def test_on_a_cone_about_the_tables_axis_only_the_table_turns(hayashi):
-    problem, costs = posed(sampled(cone, 120, rings=1), hayashi)
+    problem, costs = problem_of(sampled(cone, 120, rings=1), hayashi)
     path = cheapest_path(problem, costs, NEAR, path_anywhere(problem, costs, ANYWHERE))
     moves = np.abs(np.diff(problem.positions(slice(None), path), axis=0))
     stand = moves <= standing_speeds(hayashi) * problem.least_time[:, None]
@@ -76,7 +84,7 @@ def test_on_a_cone_about_the_tables_axis_only_the_table_turns(hayashi):
 
 
 def test_a_search_from_the_last_location_is_that_of_the_path_backwards(hayashi):
-    problem, costs = posed(sampled(SHAPES["wave"], 60, rings=1), hayashi)
+    problem, costs = problem_of(sampled(SHAPES["wave"], 60, rings=1), hayashi)
     found = path_anywhere(problem, costs, replace(ANYWHERE, backwards=True))
     other = path_anywhere(problem.backwards(), costs.backwards(), ANYWHERE)[::-1]
     turns = (found - other) / (2.0 * np.pi)
@@ -87,7 +95,7 @@ def test_a_search_from_the_last_location_is_that_of_the_path_backwards(hayashi):
 @pytest.mark.parametrize("shape", ["bowl", "blade"])
 def test_a_part_that_is_turned_on_the_table_begins_with_the_same_postures(hayashi, shape):
     path = sampled(SHAPES[shape], 40, rings=1)
-    problem, there = (posed(one, hayashi)[0] for one in (path, turned(path, 37.0)))
+    problem, there = (problem_of(one, hayashi)[0] for one in (path, turned(path, 37.0)))
     heights = []
     for one in (problem, there):
         postures = postures_of(one, 0)
@@ -97,7 +105,7 @@ def test_a_part_that_is_turned_on_the_table_begins_with_the_same_postures(hayash
 
 
 def test_where_a_search_is_not_free_the_path_stays(hayashi):
-    problem, costs = posed(sampled(SHAPES["wave"], 40, rings=1), hayashi)
+    problem, costs = problem_of(sampled(SHAPES["wave"], 40, rings=1), hayashi)
     known = path_anywhere(problem, costs, ANYWHERE)
     free = np.ones(len(known), dtype=bool)
     free[[0, 10, 11, 12, 40]] = False
@@ -106,7 +114,7 @@ def test_where_a_search_is_not_free_the_path_stays(hayashi):
 
 
 def test_a_path_that_breaks_a_bound_is_left(hayashi):
-    problem, costs = posed(sampled(SHAPES["wave"], 40, rings=1), hayashi, tilt=(40.0, 46.0))
+    problem, costs = problem_of(sampled(SHAPES["wave"], 40, rings=1), hayashi, tilt=(40.0, 46.0))
     sound = cheapest_path(problem, costs, NEAR, path_anywhere(problem, costs, ANYWHERE))
     assert problem.violation(sound) <= ALLOWED
     # The tool of the location that is nearest to a bound leans out of its range.
@@ -120,16 +128,16 @@ def test_a_path_that_breaks_a_bound_is_left(hayashi):
     assert problem.violation(cheapest_path(problem, costs, NEAR, off)) <= ALLOWED
 
 
-@pytest.mark.parametrize("grain", [ANYWHERE, NEAR])
+@pytest.mark.parametrize("resolution", [ANYWHERE, NEAR])
 def test_a_search_tells_its_steps_and_finds_the_same_however_many_it_takes_at_once(
-    hayashi, monkeypatch, grain
+    hayashi, monkeypatch, resolution
 ):
-    problem, costs = posed(sampled(SHAPES["wave"], 60, rings=1), hayashi)
-    known = None if grain is ANYWHERE else cheapest_path(problem, costs, ANYWHERE)
+    problem, costs = problem_of(sampled(SHAPES["wave"], 60, rings=1), hayashi)
+    known = None if resolution is ANYWHERE else cheapest_path(problem, costs, ANYWHERE)
     found, told = [], []
     for count in (1, 10, len(problem)):
-        monkeypatch.setattr("fiveaxis.posture.search.successors.AT_ONCE", count * grain.states)
-        found.append(cheapest_path(problem, costs, grain, known, steps=lambda *step: told.append(step)))
+        monkeypatch.setattr("fiveaxis.posture.search.successors.AT_ONCE", count * resolution.states)
+        found.append(cheapest_path(problem, costs, resolution, known, steps=lambda *step: told.append(step)))
         assert np.array_equal(found[0], found[-1])
         assert told == [(row, len(problem)) for row in range(0, len(problem), count)]
         told.clear()
@@ -141,12 +149,12 @@ def test_a_search_ends_where_its_listener_interrupts_it(hayashi, monkeypatch):
             raise KeyboardInterrupt
 
     monkeypatch.setattr("fiveaxis.posture.search.successors.AT_ONCE", 1)
-    problem, costs = posed(sampled(SHAPES["wave"], 60, rings=1), hayashi)
+    problem, costs = problem_of(sampled(SHAPES["wave"], 60, rings=1), hayashi)
     with pytest.raises(KeyboardInterrupt):
         cheapest_path(problem, costs, ANYWHERE, steps=interrupt)
 
 
-def test_no_sequence_of_postures_is_none(hayashi):
+def test_a_search_says_how_far_it_came(hayashi):
     path = sampled(SHAPES["wave"], 40, rings=1)
     machine = replace(
         hayashi,
@@ -154,7 +162,13 @@ def test_no_sequence_of_postures_is_none(hayashi):
             a if a.is_rotary else replace(a, limits=fx.machine.Limits(-1.0, 1.0)) for a in hayashi.axes
         ),
     )
-    assert cheapest_path(*posed(path, machine), ANYWHERE) is None
+    problem, costs = problem_of(path, machine)
+    found = successors.cheapest_path(problem, costs, ANYWHERE)
+    assert len(found) < len(problem)
+    narrow, costs = problem_of(sampled(SHAPES["ellipse"], 40, rings=1), hayashi, most=1.0)
+    stopped = successors.cheapest_path(narrow, costs, ANYWHERE)
+    assert 1 < len(stopped) < len(narrow)
+    assert narrow.between(0, len(stopped) - 1).violation(stopped) <= ALLOWED
 
 
 @pytest.mark.slow
@@ -162,7 +176,7 @@ def test_no_sequence_of_postures_is_none(hayashi):
 def test_brute_force_on_four_locations_finds_nothing_cheaper_by_a_hundredth(hayashi, name):
     """Every start of a fine grid, and from each posture every pair of axes that can stand, without cells."""
     path = sampled(SHAPES[name], 60, rings=1).at(np.arange(20, 24))
-    problem, costs = posed(path, hayashi)
+    problem, costs = problem_of(path, hayashi)
     pairs = [(a, b) for a in range(5) for b in range(a + 1, 5)]
     low, high = np.maximum(hayashi.low, -np.pi)[hayashi.rotary_columns], hayashi.high[hayashi.rotary_columns]
     grid = [np.arange(a, min(b, np.pi), 3.0 * DEGREE) for a, b in zip(low, high, strict=True)]

@@ -6,10 +6,10 @@ from rings import ring
 
 from fiveaxis.errors import SettingError
 from fiveaxis.posture import Effort
-from fiveaxis.posture.strategy.effort import effort_of, grain
+from fiveaxis.posture.strategy.effort import effort_of, resolution
 
-ONE = Effort((grain(2.0, 8.0, 60),))
-MANY = Effort((grain(1.0, 5.0, 200),), contains=ONE)
+ONE = Effort((resolution(2.0, 8.0, 60),))
+MANY = Effort((resolution(1.0, 5.0, 200),), contains=ONE)
 
 
 def test_each_effort_contains_the_smaller_one():
@@ -30,7 +30,7 @@ def test_a_field_is_changed_in_the_smaller_efforts_too():
 def test_an_unknown_effort_is_refused_with_the_known_ones(hayashi):
     with pytest.raises(SettingError, match="'best'; write quick, normal, thorough"):
         effort_of("best")
-    with pytest.raises(SettingError, match="effort = 'best' is unknown"):
+    with pytest.raises(SettingError, match="unknown effort 'best'"):
         optimise(ring(12), hayashi, tilt=(15, 75), effort="best")
 
 

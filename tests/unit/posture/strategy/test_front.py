@@ -12,7 +12,6 @@ from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import within_limits
 from fiveaxis.machine import Limits
 from fiveaxis.posture.strategy.front import FrontPoint, undominated
-from fiveaxis.posture.turns.unwrapped import with_path
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, refined
 
 
@@ -21,7 +20,7 @@ def found(hayashi):
     return find_front(ring(60), hayashi, 5, tilt=(15, 75))
 
 
-def test_the_ends_are_the_optimum_and_the_smoothest_asked_for(found):
+def test_the_ends_are_the_optimum_and_the_smoothest(found):
     assert found.points[0].smoothing == 0.0
     assert found.points[0].energy.as_dict() == found.solution.energy.as_dict()
     assert found.points[-1].smoothing == pytest.approx(max(p.smoothing for p in found.points))
@@ -34,10 +33,10 @@ def test_a_cheaper_path_found_at_another_price_is_the_solution(found, hayashi, m
 
     def optimise_badly(path, machine, constraints, options):
         price = options.smoothing or 3000.0
-        poor = posture.optimise(path, machine, constraints, replace(options, smoothing=price))
+        poor = posture.optimise_postures(path, machine, constraints, replace(options, smoothing=price))
         return replace(poor, problem=replace(poor.problem, bend_price=np.zeros(len(poor.problem) - 1)))
 
-    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", optimise_badly)
+    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise_postures", optimise_badly)
     bounds = Constraints.of_degrees(tilt=(15, 75), max_turn=15.0)
     poor = optimise_badly(ring(60), hayashi, bounds, posture.Options(objective="travel", effort="quick"))
     front = find_front(ring(60), hayashi, 3, tilt=(15, 75))
@@ -178,8 +177,6 @@ def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
     ("options", "what"),
     [
         ({"n": 1}, "two ends"),
-        ({"smoothest": 0.0}, "above 0"),
-        ({"smoothest": float("nan")}, "above 0"),
         ({"smoothing": 3.0}, "its own smoothing"),
         ({"feed_share": 1.0}, "below 1"),
         ({"feed_share": 0.7}, "the objective is travel"),
@@ -251,15 +248,13 @@ def test_the_solution_of_such_a_front_keeps_its_bounds_and_reports_its_own_rewin
     assert max(solution.residuals().values()) <= 1e-9
     found = [f for f in solution.toolpath.findings if f.code == "rewind"]
     assert np.count_nonzero(np.diff(solution.toolpath.cutting.astype(int)) < 0) == len(found)
-    again, rewinds = with_path(solution, solution.unwrapped.rotary)
-    assert rewinds.rewinds
-    np.testing.assert_array_equal(again.motion.positions, solution.motion.positions)
+    assert len(solution.unwrapped.rewinds) == len(found)
 
 
 def test_a_solution_put_together_by_hand_has_no_front(hayashi, monkeypatch):
     def bare(*args):
-        return replace(posture.optimise(*args), problem=None)
+        return replace(posture.optimise_postures(*args), problem=None)
 
-    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise", bare)
+    monkeypatch.setattr("fiveaxis.posture.strategy.front.optimise_postures", bare)
     with pytest.raises(SettingError, match="put together by hand"):
         find_front(ring(60), hayashi, 3, tilt=(15, 75))

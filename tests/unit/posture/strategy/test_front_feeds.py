@@ -9,7 +9,7 @@ from rings import ring
 
 from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Filling, follow
-from fiveaxis.posture import Solution
+from fiveaxis.posture import Optimum
 from fiveaxis.posture.solution import USUAL_CLOCK, Baseline, program_energy
 from fiveaxis.posture.strategy.front import slowed
 
@@ -18,7 +18,7 @@ VISCOUS = FrictionDrive(friction=2.0, viscous=5.0)
 PLAIN = FrictionDrive(friction=2.0)
 
 
-def solution_of(machine: Machine, drive: FrictionDrive, base: float | None = None) -> Solution:
+def solution_of(machine: Machine, drive: FrictionDrive, base: float | None = None) -> Optimum:
     """A ring at a lean of 30 deg, with itself as a baseline."""
     # Hardly any weight, so that gravity drives no axis.
     axes = tuple(
@@ -29,7 +29,7 @@ def solution_of(machine: Machine, drive: FrictionDrive, base: float | None = Non
     motion = follow(path, machine, np.stack([turn, np.full(24, np.radians(-30.0))], axis=1))
     energy = program_energy(machine, path, motion, Filling(), USUAL_CLOCK)
     compared = {"itself": Baseline(motion, energy)}
-    return Solution(machine, path, tilt_bounds(path, (0, 180)), motion, energy, compared, {}, ())
+    return Optimum(machine, path, tilt_bounds(path, (0, 180)), motion, energy, compared, {}, ())
 
 
 def test_where_losses_grow_with_speed_every_cut_is_as_slow_as_allowed(hayashi):

@@ -93,12 +93,13 @@ def test_an_impossible_lead_is_named_with_the_bounds_that_could_be_left_out(haya
 
 def test_a_turn_that_is_too_large_is_named_with_the_bound_that_would_do(hayashi):
     path = wall(12, -0.3, turns=0.92)
-    with pytest.raises(Infeasible, match=r"moves exceed the largest turn \(--max-turn\)") as caught:
+    with pytest.raises(Infeasible, match="no sequence of postures leads along the path") as caught:
         optimise(path, hayashi, tilt=(15, 40), max_turn=15.0)
     findings = caught.value.findings
-    needed = max(number_after(f.message, "allow turns of ") for f in findings)
+    needed = max(number_after(f.message, "--max-turn ") for f in findings)
     for finding in findings:
-        assert f"location {finding.place.location - 1}: C has to turn" in finding.message
+        assert f"from location {finding.place.location - 1} C has to turn" in finding.message
+        assert "and 15 deg are allowed" in finding.message
         assert finding.value > 15.0
     assert optimise(path, hayashi, tilt=(15, 40), max_turn=needed).residuals()["tilt"] <= 1e-9
 

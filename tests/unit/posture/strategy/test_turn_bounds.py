@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fiveaxis.errors import SettingError
-from fiveaxis.posture import Options, optimise
+from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.strategy.turn_bounds import PROGRAMMED_SHARE, turn_bounds
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, divided_rows, refined
 
@@ -69,5 +69,5 @@ def test_a_narrow_cone_near_the_singular_direction_has_a_path(hayashi):
     axis = np.stack([np.sin(lean), np.full(60, across), np.sqrt(np.cos(lean) ** 2 - across**2)], axis=1)
     tips = np.stack([np.arange(60.0), np.zeros(60), np.zeros(60)], axis=1)
     path = Toolpath.from_tips(tips, axis, Tool.ball(6), feed_mm_min=1000.0)
-    found = optimise(path, hayashi, Constraints.of_degrees(cone=0.1), Options(effort="quick"))
+    found = optimise_postures(path, hayashi, Constraints.of_degrees(cone=0.1), Options(effort="quick"))
     assert found.energy.total < found.compared["as-programmed"].energy.total

@@ -14,7 +14,7 @@ from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import follow
 from fiveaxis.posture import Problem
-from fiveaxis.posture.solution import Solution
+from fiveaxis.posture.solution import Optimum
 from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.unwrapped import paths_without_reversals, rewind_solution
 from fiveaxis.posture.turns.winding import endless
@@ -39,12 +39,12 @@ def swinging(swing: float) -> tuple[Toolpath, Array]:
     return path, np.stack([c, np.full(n, np.radians(-45.0))], axis=1)
 
 
-def solved(path: Toolpath, machine: Machine, rotary: Array, bounds: TiltBounds) -> Solution:
+def solved(path: Toolpath, machine: Machine, rotary: Array, bounds: TiltBounds) -> Optimum:
     """A solution on the endless machine with a given path."""
     free = endless(machine)
     problem = Problem.build(path, free, bounds)
     motion = follow(path, free, rotary)
-    return Solution(free, path, bounds, motion, motion_energy(free, motion), {}, {}, (), problem)
+    return Optimum(free, path, bounds, motion, motion_energy(free, motion), {}, {}, (), problem)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 360.0), (-2.0, 361.0)])

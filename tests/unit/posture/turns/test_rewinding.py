@@ -20,8 +20,8 @@ from fiveaxis.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.machine import Limits, Machine
 from fiveaxis.motion import fill_in, follow
 from fiveaxis.nc import compose_program
-from fiveaxis.posture import Solution
-from fiveaxis.posture.turns.rewinding import CLEARANCE, insert_rewinds
+from fiveaxis.posture import Optimum
+from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.stops import find_stops, with_turn_changes
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
 from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
@@ -56,7 +56,7 @@ def least_of_all(path: Toolpath, machine: Machine, rotary: Array) -> float:
     column = machine.column("C")
     limits = machine.axes[column].limits
     course = with_turn_changes(path, machine, rotary, [column])
-    stops = find_stops(course, machine, column, CLEARANCE, 0.0)
+    stops = find_stops(course, machine, column, 0.0)
     angles = course.rotary[:, 0]
     every = np.arange(-9, 10)
     unwrapped = angles[:, None] + TURN * every
@@ -243,7 +243,7 @@ def helix(hayashi):
     """Solve the helix of 1.6 turns on a machine with C from one angle to another, deg."""
 
     @cache
-    def solved(low: float, high: float) -> Solution:
+    def solved(low: float, high: float) -> Optimum:
         path, _ = turns_round(1.6, 36)
         return optimise(path, ranged(hayashi, low, high), tilt=(15, 75))
 

@@ -21,6 +21,7 @@ from fiveaxis.motion import fill_in, follow
 from fiveaxis.posture import Problem
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.turns.rewinding import insert_rewinds
+from fiveaxis.posture.turns.stops import CLEARANCE
 from fiveaxis.posture.turns.unwrapped import fewer_turns
 from fiveaxis.posture.turns.winding import endless, plan_turns, winding_columns
 from fiveaxis.toolpath import Tool, Toolpath
@@ -131,7 +132,7 @@ def test_a_rotary_head_rewinds_clear_of_the_part_too(hayashi):
     contact = np.stack([30.0 * np.cos(angle), 30.0 * np.sin(angle), np.zeros(120)], axis=1)
     path = Toolpath.from_contacts(contact, np.tile([0.0, 0.0, 1.0], (120, 1)), Tool.ball(6))
     rotary = np.stack([angle, np.full(120, np.radians(40.0))], axis=1)
-    found = insert_rewinds(path, machine, rotary, clearance=5.0)
+    found = insert_rewinds(path, machine, rotary)
     assert found.rewinds
     motion = follow(found.toolpath, machine, found.rotary)
     assert within_limits(machine, motion.positions).all()
@@ -140,7 +141,7 @@ def test_a_rotary_head_rewinds_clear_of_the_part_too(hayashi):
         tip, axis = tool_poses(machine, motion.positions[row - 1] + shares * motion.moves[row])
         along = tip[:, None] + np.linspace(0.0, 300.0, 101)[None, :, None] * axis[:, None]
         gap = np.linalg.norm(along[:, :, None] - contact[None, None, ::5], axis=-1).min()
-        assert gap >= 3.0 + 5.0 - 1e-6
+        assert gap >= 3.0 + CLEARANCE - 1e-6
 
 
 def test_a_path_that_fits_is_left_as_it_is(hayashi):
@@ -173,7 +174,7 @@ def test_a_helix_of_ten_turns_is_rewound_as_often_as_needed_and_no_more(hayashi,
 def test_the_contact_is_where_it_was_and_the_tool_far_off_while_c_rewinds(hayashi):
     machine = limited(hayashi, 400.0)
     path, rotary = helix()
-    found = insert_rewinds(path, machine, rotary, clearance=12.0)
+    found = insert_rewinds(path, machine, rotary)
     motion = follow(found.toolpath, machine, found.rotary)
     own = np.flatnonzero(found.own)
     np.testing.assert_allclose(found.toolpath.pivot[own], path.pivot, atol=1e-12)
@@ -186,7 +187,7 @@ def test_the_contact_is_where_it_was_and_the_tool_far_off_while_c_rewinds(hayash
         # Every point of the tool's axis, from every angle of the turn, against everything that is cut.
         along = tip[:, None] + np.linspace(0.0, 200.0, 101)[None, :, None] * axis[:, None]
         gap = np.linalg.norm(along[:, :, None] - path.contact[None, None, ::9], axis=-1).min()
-        assert gap >= 3.0 + 12.0 - 1e-6
+        assert gap >= 3.0 + CLEARANCE - 1e-6
 
 
 def test_rewinds_take_place_where_the_tool_is_clear_if_possible(hayashi):
