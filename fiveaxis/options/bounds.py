@@ -33,7 +33,7 @@ class LeanBounds(Group):
 
     tilt: Annotated[
         tuple[float, float] | None,
-        Option("smallest and largest angle to the surface normal", unit="deg", written="MIN:MAX"),
+        Option("smallest and largest angle to the surface normal", unit="deg", written="MIN:MAX", rank=6),
     ] = None
     lead: Annotated[
         tuple[float, float] | None,
@@ -68,6 +68,7 @@ class ProgramBounds(LeanBounds):
             above=0.0,
             most=180.0,
             example=20,
+            rank=7,
         ),
     ] = None
     plane: Annotated[

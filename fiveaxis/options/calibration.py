@@ -12,9 +12,12 @@ from fiveaxis.options.option import Group, Option
 class ReadLog(Group):
     """Columns of a log, and their units."""
 
-    velocity: Annotated[str | None, Option("column of the velocity; by default derived from position")] = None
+    velocity: Annotated[
+        str | None, Option("column of the velocity; by default derived from position", rank=13)
+    ] = None
     velocity_unit: Annotated[
-        str | None, Option("mm/s, mm/min, m/min, m/s, inch/min or inch/s; deg/s, deg/min, rad/s or rev/min")
+        str | None,
+        Option("mm/s, mm/min, m/min, m/s, inch/min or inch/s; deg/s, deg/min, rad/s or rev/min", rank=14),
     ] = None
     acceleration: Annotated[
         str | None, Option("column of the acceleration; by default derived from velocity")
@@ -24,10 +27,10 @@ class ReadLog(Group):
         str | None, Option("column of the position; beside velocity and time it checks them and shows gaps")
     ] = None
     position_unit: Annotated[str | None, Option("mm, inch, m or um; deg, rad or rev")] = None
-    time: Annotated[str | None, Option("column of the time; steps may differ")] = None
-    time_unit: Annotated[str | None, Option("s, ms, us or min; iso for dates and times")] = None
+    time: Annotated[str | None, Option("column of the time; steps may differ", rank=15)] = None
+    time_unit: Annotated[str | None, Option("s, ms, us or min; iso for dates and times", rank=16)] = None
     rate: Annotated[
-        float | None, Option("rows per second, in place of a time column", unit="Hz", above=0.0)
+        float | None, Option("rows per second, in place of a time column", unit="Hz", above=0.0, rank=17)
     ] = None
     longest_step: Annotated[
         float | None,

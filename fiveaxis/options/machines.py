@@ -18,6 +18,7 @@ class OnMachine(Group):
         Option(
             "a machine of the library (`fiveaxis machines`), or its file: .toml, .ini, .urdf, .mch",
             flags="--machine -m",
+            rank=1,
         ),
     ] = None
     assume: Annotated[
@@ -35,14 +36,15 @@ class OnMachine(Group):
             "machine whose axis powers are used in place of the machine's own, by role or as named "
             "(`NAME:B=A`); `estimated` for estimates. By default missing powers are estimated",
             example="hayashi-640123",
+            rank=20,
         ),
     ] = None
     tool_length: Annotated[
         float | None,
-        Option("from the spindle's gauge point to the tool tip", unit="mm", least=0.0, example=120),
+        Option("from the spindle's gauge point to the tool tip", unit="mm", least=0.0, example=120, rank=25),
     ] = None
     load: Annotated[
-        float | None, Option("mass of workpiece, vice and fixture", unit="kg", least=0.0, example=12)
+        float | None, Option("mass of workpiece, vice and fixture", unit="kg", least=0.0, example=12, rank=24)
     ] = None
 
 
@@ -52,7 +54,9 @@ class Placing(Group):
 
     offset: Annotated[
         tuple[float, float, float],
-        Option("workpiece zero in the machine frame", unit="mm", written="X,Y,Z", flags="--work-offset"),
+        Option(
+            "workpiece zero in the machine frame", unit="mm", written="X,Y,Z", flags="--work-offset", rank=10
+        ),
     ] = (0.0, 0.0, 0.0)
     rotation: Annotated[
         tuple[float, float, float],

@@ -51,6 +51,7 @@ class Option:
     written : how a command line writes it, ``MIN:MAX`` or ``X,Y,Z``; empty for a plain number or word
     flags : of a command line, ``--on/--off`` or ``--long -l``; by default its name
     example : for a starter file, where the default is none
+    rank : place in the help of commands, 1 first; 0 where only ``--help-all`` shows it
     """
 
     about: str
@@ -63,6 +64,7 @@ class Option:
     written: str = ""
     flags: str = ""
     example: Any = None
+    rank: int = 0
 
     @property
     def sentence(self) -> str:

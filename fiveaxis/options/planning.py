@@ -25,11 +25,18 @@ class Planning(Group):
         Strategy,
         Option(
             "horizontal sections, vertical parallel ones, or lines along the faces of a CAD file",
+            rank=14,
         ),
     ] = "waterline"
     stepdown: Annotated[
         float | None,
-        Option("distance of waterlines in z; 1 unless a scallop is given", unit="mm", above=0.0, example=1),
+        Option(
+            "distance of waterlines in z; 1 unless a scallop is given",
+            unit="mm",
+            above=0.0,
+            example=1,
+            rank=15,
+        ),
     ] = None
     stepover: Annotated[
         float | None,
@@ -39,6 +46,7 @@ class Planning(Group):
             unit="mm",
             above=0.0,
             example=1,
+            rank=16,
         ),
     ] = None
     scallop: Annotated[
@@ -49,6 +57,7 @@ class Planning(Group):
             unit="mm",
             above=0.0,
             example=0.01,
+            rank=17,
         ),
     ] = None
     raster_angle: Annotated[
@@ -72,18 +81,19 @@ class Planning(Group):
         ),
     ] = None
     spacing: Annotated[
-        float, Option("largest distance of contact points along a pass", unit="mm", above=0.0)
+        float, Option("largest distance of contact points along a pass", unit="mm", above=0.0, rank=18)
     ] = 0.5
     overhang: Annotated[bool, Option("plan overhanging walls only", flags="--overhang/--all-walls")] = False
     spiral: Annotated[
         bool,
-        Option("join closed passes of waterlines or flow into spirals", flags="--spiral/--rings"),
+        Option("join closed passes of waterlines or flow into spirals", flags="--spiral/--rings", rank=19),
     ] = False
     direction: Annotated[
         Direction,
         Option(
             "cutting direction along the passes, for a spindle that turns clockwise; with zigzag open passes "
             "are cut in the direction with the shorter link",
+            rank=20,
         ),
     ] = "climb"
     order: Annotated[Order, Option("level by level, or island by island, with short links")] = "levels"

@@ -55,6 +55,7 @@ class ReadProgram(Group):
             unit="mm and deg",
             written="X100,Y50,Z-20",
             example={"X": 0, "Y": 0, "Z": 0},
+            rank=22,
         ),
     ] = None
     rapid: Annotated[
@@ -64,6 +65,7 @@ class ReadProgram(Group):
             unit="mm/min",
             above=0.0,
             example=10000,
+            rank=23,
         ),
     ] = None
     operation: Annotated[
@@ -74,6 +76,7 @@ class ReadProgram(Group):
             least=1,
             written="3,5",
             example=[3, 5],
+            rank=21,
         ),
     ] = None
     increment: Annotated[

@@ -16,7 +16,7 @@ class Search(Group):
 
     objective: Annotated[
         Objective,
-        Option("what to minimise: energy or time of the program, or the travel metric"),
+        Option("what to minimise: energy or time of the program, or the travel metric", rank=11),
     ] = "energy"
     up_penalty: Annotated[
         float,
@@ -53,7 +53,7 @@ class Search(Group):
     ] = None
     effort: Annotated[
         Literal["quick", "normal", "thorough"],
-        Option("how thorough the search for the best postures is"),
+        Option("how thorough the search for the best postures is", rank=12),
     ] = "normal"
     solver: Annotated[
         Literal["structured", "ipopt"],

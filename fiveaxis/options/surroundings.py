@@ -32,6 +32,7 @@ class Workpiece(Group):
         Option(
             "mesh of the finished part: for missing surface normals, the gouge check and the preview",
             example="part.stl",
+            rank=8,
         ),
     ] = None
     stock: Annotated[
@@ -41,6 +42,7 @@ class Workpiece(Group):
             "file of an earlier program's result, box:X:Y:Z or cylinder:DIAMETER:HEIGHT about the part, or "
             "part+ALLOWANCE (mm)",
             example="stock.stl",
+            rank=9,
         ),
     ] = None
     stock_resolution: Annotated[

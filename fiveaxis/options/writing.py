@@ -30,6 +30,7 @@ class Writing(Group):
             written="NAME or FILE.toml",
             flags="--control -c",
             example=USUAL_CONTROL,
+            rank=5,
         ),
     ] = None
     coordinates: Annotated[
@@ -38,6 +39,7 @@ class Writing(Group):
             "axis positions, tool tip with rotary angles (TCP), or tip with tool direction, where the "
             "control chooses the angles; by default the first that the control has",
             example="axes",
+            rank=13,
         ),
     ] = None
     winding: Annotated[Winding, Option("how the program counts turns of endless rotary axes")] = "unwound"
@@ -91,7 +93,7 @@ class Framing(Group):
         ),
     ] = None
     spindle_rpm: Annotated[
-        float | None, Option("spindle speed", unit="rev/min", above=0.0, most=200000.0, example=8000)
+        float | None, Option("spindle speed", unit="rev/min", above=0.0, most=200000.0, example=8000, rank=26)
     ] = None
     spindle_direction: Annotated[
         Literal["right", "left"], Option("sense of the spindle, seen along the tool from the spindle")
