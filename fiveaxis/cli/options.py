@@ -34,6 +34,7 @@ from fiveaxis.options import (
     ReadProgram,
     Search,
     Surrounding,
+    Workpiece,
     Writing,
     is_one_or_more,
     options_of,
@@ -198,6 +199,16 @@ POSTURE: Mapping[str, Any] = {
     "setup_search": optional(
         str, "choose the setup too: auto, or x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
     ),
+}
+# What stands around a program, and how it is read, where it is shown as it is.
+SHOWN: Mapping[str, Any] = {
+    **ON_MACHINE,
+    **PLACING,
+    "tool": PLANNING["tool"],
+    **flags_of(Workpiece),
+    "fixtures": POSTURE["fixtures"],
+    **flags_of(Meshes),
+    **READING,
 }
 # The settings of a program have names of the table "nc" of a job, some of which other flags have too.
 NC = "nc_"

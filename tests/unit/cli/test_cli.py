@@ -651,7 +651,7 @@ def test_the_page_of_commands_lists_the_suffixes():
         assert all(f"`{suffix}`" in row for suffix in re.findall(r"\.\w+", known)), verb
 
 
-def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch):
+def test_preview_serves_this_computer_only_until_it_is_closed(quick_job, monkeypatch):
     seen: dict[str, Any] = {}
 
     def look(viewer: fiveaxis.viewer.Preview) -> None:
@@ -659,7 +659,7 @@ def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch)
         seen["threads"] = {t for t in threading.enumerate() if t.name == "fiveaxis-preview"}
 
     monkeypatch.setattr("fiveaxis.viewer.page.Preview.wait", look)
-    result = run("preview", path, *MACHINE, *BALL, *TILT, "--effort", "quick", "--no-browser")
+    result = run("preview", quick_job, "--no-browser")
     assert result.exit_code == 0, result.output
     assert "preview at http://127.0.0.1:" in result.stdout
     assert seen["url"] in result.stdout
