@@ -74,12 +74,13 @@ class Costs(Group):
     """Prices and emission, for the cost of a job."""
 
     price: Annotated[
-        float | None, Option("price of 1 kWh, in the currency", least=0.0, flags="--kwh-price")
+        float | None, Option("price of 1 kWh, in the currency", least=0.0, example=0.3, flags="--kwh-price")
     ] = None
     hour: Annotated[
-        float | None, Option("rate of the machine per hour, in the currency", least=0.0, flags="--hour-rate")
+        float | None,
+        Option("rate of the machine per hour, in the currency", least=0.0, example=60, flags="--hour-rate"),
     ] = None
     currency: Annotated[str | None, Option("currency of the prices; EUR by default", example="EUR")] = None
     co2: Annotated[
-        float | None, Option("emission of the electricity", unit="kg of CO2 per kWh", least=0.0)
+        float | None, Option("emission of the electricity", unit="kg of CO2 per kWh", least=0.0, example=0.35)
     ] = None
