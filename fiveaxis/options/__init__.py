@@ -9,8 +9,6 @@ from fiveaxis.options.bounds import USUAL_CONE as USUAL_CONE
 from fiveaxis.options.bounds import Bounds as Bounds
 from fiveaxis.options.bounds import LeanBounds as LeanBounds
 from fiveaxis.options.bounds import ProgramBounds as ProgramBounds
-from fiveaxis.options.bounds import SingularCone as SingularCone
-from fiveaxis.options.bounds import SingularRate as SingularRate
 from fiveaxis.options.calibration import Calibrate as Calibrate
 from fiveaxis.options.calibration import FitDrive as FitDrive
 from fiveaxis.options.calibration import ReadLog as ReadLog
@@ -26,9 +24,11 @@ from fiveaxis.options.option import Option as Option
 from fiveaxis.options.option import as_list as as_list
 from fiveaxis.options.option import is_one_or_more as is_one_or_more
 from fiveaxis.options.option import keywords_of as keywords_of
+from fiveaxis.options.option import option as option
 from fiveaxis.options.option import options_of as options_of
 from fiveaxis.options.option import section_of as section_of
 from fiveaxis.options.option import table_of as table_of
+from fiveaxis.options.option import with_default as with_default
 from fiveaxis.options.option import words_of as words_of
 from fiveaxis.options.planning import HIGHEST_FEED as HIGHEST_FEED
 from fiveaxis.options.planning import Direction as Direction
