@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fiveaxis.options.option import Group, option
+from fiveaxis.options.group import Group, option
 
 # deg: cone of a path with tool axes whose lean nothing bounds.
 USUAL_CONE = 15.0

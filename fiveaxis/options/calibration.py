@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fiveaxis.options.option import Group, option
+from fiveaxis.options.group import Group, option
 
 
 @dataclass(frozen=True, kw_only=True)

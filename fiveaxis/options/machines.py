@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fiveaxis.options.option import Group, option
+from fiveaxis.options.group import Group, option
 
 
 @dataclass(frozen=True, kw_only=True)

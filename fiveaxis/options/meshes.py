@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fiveaxis.options.option import Group, option
+from fiveaxis.options.group import Group, option
 
 # deg; mm
 CREASE, MESH_TOLERANCE = 30.0, 0.01

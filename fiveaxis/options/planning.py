@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fiveaxis.options.bounds import LeanBounds
+from fiveaxis.options.group import Group, option
 from fiveaxis.options.meshes import Meshes
-from fiveaxis.options.option import Group, option
 
 Strategy = Literal["waterline", "raster", "flow"]
 FlowAlong = Literal["u", "v"]

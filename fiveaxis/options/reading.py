@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from fiveaxis.options.option import Group, option
+from fiveaxis.options.group import Group, option
 
 # Frame of a program's tip positions under TCP control.
 Positions = Literal["table", "machine"]

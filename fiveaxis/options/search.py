@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from fiveaxis.options.option import Group, option
+from fiveaxis.options.group import Group, option
 
 Objective = Literal["energy", "travel", "time"]
 

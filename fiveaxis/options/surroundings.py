@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from fiveaxis.options.option import Group, option
+from fiveaxis.options.group import Group, option
 
 if TYPE_CHECKING:
     import trimesh

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from fiveaxis.options.option import Group, option
+from fiveaxis.options.group import Group, option
 
 # What the words of a program are: positions of the axes; the tool's tip and the rotary angles (TCP); or the
 # tip and the tool's direction.
