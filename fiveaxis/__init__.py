@@ -17,8 +17,8 @@ Modules are loaded when they are used, so importing the package is quick.
 from __future__ import annotations
 
 from importlib import import_module
+from typing import TYPE_CHECKING
 
-TYPE_CHECKING = False  # `typing` takes most of the import's time
 if TYPE_CHECKING:
     from typing import Any
 

@@ -11,7 +11,8 @@ first second, in which Ctrl-C is answered too.
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # `typing` is imported later, too
+from typing import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from typing import Any
 

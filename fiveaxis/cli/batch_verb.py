@@ -34,6 +34,7 @@ SHOWN = 24
 FIGURES = ("J", "saved", "s", "starts", "reversals")
 
 
+@takes()
 def batch(
     files: Annotated[
         list[Path], typer.Argument(help="job files (.toml), also with sweeps", metavar="JOB.toml…")

@@ -45,7 +45,7 @@ def calibrate(
     output: Annotated[
         list[Path] | None,
         typer.Option(
-            *("--output", "-o", "--figure"),
+            *("--output", "-o"),
             help="block of the machine file (.toml; default: stdout), table of the rows used (.csv), or "
             "figure of the fit and its errors (.svg, .html); repeatable",
         ),

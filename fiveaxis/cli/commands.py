@@ -1,5 +1,6 @@
 """The commands of the command line."""
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
@@ -9,9 +10,9 @@ from typer.main import get_command
 from fiveaxis.cli.batch_verb import batch, compare
 from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
+from fiveaxis.cli.help import Command
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
-from fiveaxis.cli.options import with_options
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.process import write_results
@@ -35,14 +36,15 @@ class MachineCommands(TyperGroup):
             return None
         from fiveaxis.cli.new_machine_verb import new
 
-        alone = typer.Typer(add_completion=False)
-        alone.command(cmd_name)(with_options(new))
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(cmd_name, cls=Command)(new)
         return get_command(alone)
 
 
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
     help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
 )
 
@@ -66,23 +68,30 @@ def shared(
     """Take the options that belong to no command."""
 
 
-app.command()(with_options(machines))
-app.command()(with_options(info))
-app.command()(with_options(check))
-app.command("import")(with_options(import_machine))
-app.command()(with_options(urdf))
-describing = typer.Typer(cls=MachineCommands, no_args_is_help=True, help="Describe a machine.")
+# In the order of `fiveaxis --help`, the most used first.
+VERBS: dict[str, Callable[..., None]] = {
+    "optimise": optimise,
+    "verify": verify,
+    "energy": energy,
+    "plan": plan,
+    "preview": preview,
+    "post": post,
+    "info": info,
+    "job": job,
+    "batch": batch,
+    "compare": compare,
+    "surface": surface,
+    "calibrate": calibrate,
+    "controls": controls,
+    "machines": machines,
+    "check": check,
+    "import": import_machine,
+    "urdf": urdf,
+}
+for name, verb in VERBS.items():
+    # A tip like -10,0,5 looks like an option; unknown options are taken as arguments.
+    app.command(name, cls=Command, context_settings={"ignore_unknown_options": verb is surface})(verb)
+describing = typer.Typer(
+    cls=MachineCommands, no_args_is_help=True, rich_markup_mode=None, help="Describe a machine."
+)
 app.add_typer(describing, name="machine")
-app.command()(with_options(energy))
-app.command()(with_options(plan))
-app.command()(with_options(optimise))
-app.command()(with_options(verify))
-app.command()(with_options(post))
-app.command()(with_options(controls))
-# A tip like -10,0,5 looks like an option; unknown options are taken as arguments.
-app.command(context_settings={"ignore_unknown_options": True})(with_options(surface))
-app.command()(with_options(preview))
-app.command()(with_options(calibrate))
-app.command()(with_options(batch))
-app.command()(with_options(compare))
-app.command()(with_options(job))

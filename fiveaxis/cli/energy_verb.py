@@ -66,7 +66,7 @@ def energy(
     output: Annotated[
         list[Path] | None,
         typer.Option(
-            *("--output", "-o", "--csv", "--figure"),
+            *("--output", "-o"),
             help="table of the blocks (.csv), or figure of power over time and energy by axis "
             "(.svg, .html); repeatable",
         ),

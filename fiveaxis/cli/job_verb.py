@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.cli.options import AsJson
+from fiveaxis.cli.options import AsJson, takes
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import shown_work
 from fiveaxis.errors import SettingError
@@ -17,6 +17,7 @@ from fiveaxis.errors import SettingError
 STARTER = Path("job.toml")
 
 
+@takes()
 def job(
     file: Annotated[Path | None, typer.Argument(help=f"file that --init writes; default: {STARTER}")] = None,
     explain: Annotated[bool, typer.Option("--explain", help="explain every field of a job file")] = False,

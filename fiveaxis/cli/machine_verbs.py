@@ -37,6 +37,7 @@ No machine is given: where cuts by axis words are while rotary axes turn (?), li
 collisions and new postures need it (--machine; `fiveaxis machines`)."""
 
 
+@takes()
 def machines(as_json: AsJson = False) -> None:
     """List the machines of the library."""
     from fiveaxis.machine import load_machine, machine_names
@@ -52,6 +53,7 @@ def machines(as_json: AsJson = False) -> None:
         out.print(table)
 
 
+@takes()
 def import_machine(
     source: Annotated[
         Path,
@@ -169,6 +171,7 @@ def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_j
         out.print(NO_MACHINE, markup=False, highlight=False)
 
 
+@takes()
 def check(machine: MachineFileName, as_json: AsJson = False) -> None:
     """Check a machine file for faults, wrong units and missing figures."""
     with errors_explained(as_json):
@@ -190,6 +193,7 @@ def check(machine: MachineFileName, as_json: AsJson = False) -> None:
             raise typer.Exit(1)
 
 
+@takes()
 def urdf(
     machine: MachineFileName,
     root: Annotated[

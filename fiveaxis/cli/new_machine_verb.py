@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from fiveaxis.cli.options import optional, takes
 from fiveaxis.cli.process import write_results
@@ -36,8 +35,7 @@ INTRODUCTION = (
 )
 # Options by the name of their question; those of several axes name each.
 ANSWERS: Mapping[str, Any] = {
-    q.name.replace("-", "_"): optional(str, escape(f"by axis: {q.help}" if q.axes else q.help))
-    for q in QUESTIONS
+    q.name.replace("-", "_"): optional(str, f"by axis: {q.help}" if q.axes else q.help) for q in QUESTIONS
 }
 
 

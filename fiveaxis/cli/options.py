@@ -1,4 +1,4 @@
-"""Options that several commands share, and -v and -q, which every command has: how much stderr says."""
+"""Options that several commands share, and those that every command has: -v, -q and --help-all."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import typer
-from rich.markup import escape
 
+from fiveaxis.cli.help import ALL, LAST, RANKS, show_all
 from fiveaxis.cli.terminal import (
     alarm,
     err,
@@ -34,6 +34,7 @@ from fiveaxis.options import (
     ReadProgram,
     Search,
     Surrounding,
+    Workpiece,
     Writing,
     is_one_or_more,
     options_of,
@@ -41,9 +42,17 @@ from fiveaxis.options import (
 )
 
 Verbose = Annotated[
-    int, typer.Option("--verbose", "-v", count=True, help="log the stages to stderr; -vv with details")
+    int,
+    typer.Option(
+        "--verbose", "-v", count=True, show_default=False, help="log the stages to stderr; -vv with details"
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="no progress and no notes on stderr, only errors")]
+HelpAll = Annotated[
+    bool, typer.Option(ALL, help="show every option and exit", is_eager=True, callback=show_all)
+]
+# What every command has: type and default by name.
+COMMON: Mapping[str, Any] = {"verbose": (Verbose, 0), "quiet": (Quiet, False), "help_all": (HelpAll, False)}
 
 # The parent of the loggers of all modules.
 ROOT = "fiveaxis"
@@ -89,11 +98,17 @@ def flags_of(group: type, before: str = "") -> dict[str, Any]:
     panel = (inspect.getdoc(group) or "").partition("\n")[0].rstrip(".")
     flags: dict[str, Any] = {}
     for name, (kind, option) in options_of(group).items():
-        written = option.written or ", ".join(words_of(kind))
-        plain = list[str] if _is_list(kind) or _is_named_text(kind) else str if written else kind
-        text = f"{option.sentence}: {written}" if written else option.sentence
-        shown = typer.Option(*_flags(name, option), help=escape(text), rich_help_panel=panel)
+        words = "|".join(words_of(kind))
+        plain = (
+            list[str] if _is_list(kind) or _is_named_text(kind) else str if option.written or words else kind
+        )
+        # A form of several words is a text, not a name of the value.
+        in_words = " " in option.written
+        text = f"{option.sentence}: {option.written}" if in_words else option.sentence
+        metavar = None if in_words else option.written or words or None
+        shown = typer.Option(*_flags(name, option), help=text, metavar=metavar, rich_help_panel=panel)
         flags[before + name] = Annotated[plain | None, shown]
+        RANKS.setdefault(before + name, option.rank or LAST)
     return flags
 
 
@@ -170,7 +185,7 @@ POSTURE: Mapping[str, Any] = {
     **PLACING,
     **BOUNDS,
     **flags_of(Surrounding),
-    "fixtures": optional(Path, escape("TOML with [[fixture]] and [clearance], as in a job")),
+    "fixtures": optional(Path, "TOML with [[fixture]] and [clearance], as in a job"),
     "path_shape": optional(
         str,
         "between locations: smooth (a curve where they are its samples) or chord; default: as the path says",
@@ -185,36 +200,59 @@ POSTURE: Mapping[str, Any] = {
         str, "choose the setup too: auto, or x=-50:50,angle=0:90, or x,angle with a job's ranges", "--setup"
     ),
 }
+# What stands around a program, and how it is read, where it is shown as it is.
+SHOWN: Mapping[str, Any] = {
+    **ON_MACHINE,
+    **PLACING,
+    "tool": PLANNING["tool"],
+    **flags_of(Workpiece),
+    "fixtures": POSTURE["fixtures"],
+    **flags_of(Meshes),
+    **READING,
+}
 # The settings of a program have names of the table "nc" of a job, some of which other flags have too.
 NC = "nc_"
 WRITING: Mapping[str, Any] = {**flags_of(Writing), **flags_of(Framing, NC)}
 
 
 def takes(*groups: Mapping[str, Any]) -> Callable[[Verb], Verb]:
-    """Add groups of options to a command, after its arguments and before its own options.
+    """Make a command of a function: add groups of options, and what every command has.
 
     Typer reads a command's options from its signature; the command finds those of the groups in its context.
 
     Parameters
     ----------
-    groups : annotated types by name
+    groups : annotated types by name; they stand after the command's arguments and before its own options
     """
-    options = {name: kind for group in groups for name, kind in group.items()}
+    options = {name: (kind, None) for group in groups for name, kind in group.items()}
+    for name in options:
+        RANKS.setdefault(name, LAST)
 
     def extend(verb: Verb) -> Verb:
-        signature = inspect.signature(verb)
         kinds = get_type_hints(verb, include_extras=True)
-        every = [p.replace(annotation=kinds[p.name]) for p in signature.parameters.values()]
-        own = [p for p in every if p.kind is not p.VAR_KEYWORD]
-        first = [p for p in own if p.default is p.empty]
-        shared = [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-            for name, kind in options.items()
-        ]
-        last = [p.replace(kind=p.KEYWORD_ONLY) for p in own if p.default is not p.empty]
-        verb.__signature__ = signature.replace(parameters=[*first, *shared, *last])  # type: ignore[attr-defined]
-        verb.__annotations__ |= options
-        return verb
+        own = [p for p in inspect.signature(verb).parameters.values() if p.kind is not p.VAR_KEYWORD]
+        typed = [p.replace(annotation=kinds[p.name]) for p in own]
+        first = [p for p in typed if p.default is p.empty]
+        last = [p.replace(kind=p.KEYWORD_ONLY) for p in typed if p.default is not p.empty]
+        shared, common = (
+            [
+                inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+                for name, (kind, default) in group.items()
+            ]
+            for group in (options, COMMON)
+        )
+
+        @functools.wraps(verb)
+        def run(
+            *args: Any, verbose: int = 0, quiet: bool = False, help_all: bool = False, **given: Any
+        ) -> Any:
+            set_verbosity(verbose, quiet)
+            return verb(*args, **given)
+
+        every = [*first, *shared, *last, *common]
+        run.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
+        run.__annotations__ = {p.name: p.annotation for p in every}
+        return run  # type: ignore[return-value]
 
     return extend
 
@@ -247,24 +285,3 @@ def set_verbosity(verbose: int, quiet: bool) -> None:
 def is_verbose() -> bool:
     """Whether -v was given."""
     return logging.getLogger(ROOT).isEnabledFor(logging.INFO)
-
-
-def with_options(verb: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options for the verbosity to a command."""
-    signature = inspect.signature(verb)
-    options = {"verbose": (Verbose, 0), "quiet": (Quiet, False)}
-    added = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-        for name, (kind, default) in options.items()
-    ]
-    kinds = get_type_hints(verb, include_extras=True)
-    own = [p.replace(annotation=kinds[p.name]) for p in signature.parameters.values()]
-
-    @functools.wraps(verb)
-    def with_verbosity(*args: Any, verbose: int = 0, quiet: bool = False, **kwargs: Any) -> Any:
-        set_verbosity(verbose, quiet)
-        return verb(*args, **kwargs)
-
-    with_verbosity.__signature__ = signature.replace(parameters=[*own, *added])  # type: ignore[attr-defined]
-    with_verbosity.__annotations__ = kinds | {name: kind for name, (kind, _) in options.items()}
-    return with_verbosity

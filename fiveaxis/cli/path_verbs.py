@@ -24,6 +24,7 @@ from fiveaxis.cli.options import (
     PLANNING,
     POSTURE,
     READING,
+    SHOWN,
     WRITING,
     AsJson,
     Input,
@@ -49,7 +50,7 @@ from fiveaxis.cli.work import Work, shown_work
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.files import require_suffix
 from fiveaxis.findings import group_findings, has_errors
-from fiveaxis.options import Bounds, Framing, OnMachine, Placing, ReadProgram, Search, Writing, options_of
+from fiveaxis.options import Bounds, Framing, OnMachine, Placing, ReadProgram, Writing
 
 # Verdict -> the colour of the first answer.
 COLOURS = {"safe": "green", "partial": "yellow", "unknown": "yellow", "unsafe": "red", "overridden": "red"}
@@ -184,25 +185,25 @@ def _revise(job: Job, output: Path | None, work: Work, written: list[Path], *, a
         raise typer.Exit(1)
 
 
-@takes(POSTURE, PLANNING, READING)
+@takes(SHOWN)
 def preview(
     context: typer.Context,
-    source: Input,
+    source: Annotated[Path, typer.Argument(help="NC program, shown as it is; or a job .toml, which is run")],
     browser: Annotated[bool, typer.Option(help="open the page in a browser")] = True,
     **_: Any,
 ) -> None:
-    """Show a program as it is, or optimise and show the result, in a browser here until Ctrl-C."""
+    """Show a program as it is, or the result of a job, in a browser here until Ctrl-C."""
     with errors_explained(False):
         with job_work() as work:
-            showing = _as_it_is if _is_program(source) else _optimised
+            showing = _result if source.suffix.lower() == ".toml" else _as_it_is
             viewer = showing(context.params, work, browser=browser)
         with viewer:
             out.print(f"preview at {viewer.url()} until Ctrl-C")
             viewer.wait()
 
 
-def _optimised(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
-    """Optimise, and show the result."""
+def _result(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
+    """Run a job, and show the result."""
     from fiveaxis.job import run_job
     from fiveaxis.viewer import preview as show
 
@@ -217,30 +218,23 @@ def _optimised(options: Mapping[str, Any], work: Work, *, browser: bool) -> Prev
     )
 
 
-def _is_program(source: Path) -> bool:
-    from fiveaxis.mesh import SUFFIXES
-    from fiveaxis.nc.formats import holds_path, kind_of
-    from fiveaxis.nc.source import load_source
-
-    if source.suffix.lower() in (".toml", *SUFFIXES) or not holds_path(source):
-        return False
-    return kind_of(load_source(source)) == "program"
-
-
 def _as_it_is(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
     """Show all operations of a program as they are, or the chosen ones."""
     from fiveaxis.cli.verify_verb import operations_apart, reading_of
-    from fiveaxis.job import load_job_machine, load_surroundings, show_program
+    from fiveaxis.job import is_mesh, load_job_machine, load_surroundings, show_program
+    from fiveaxis.job.reading import require_input
+    from fiveaxis.nc.formats import kind_of
+    from fiveaxis.nc.source import load_source
     from fiveaxis.viewer import preview as show
 
-    searching = {*options_of(Bounds), *options_of(Search), "front", "pick", "feed_share", "setup_search"}
-    for name in sorted(searching & options.keys()):
-        if options[name] not in NOT_GIVEN:
-            raise SettingError(
-                f"--{name.replace('_', '-')} is for new postures, and a program is shown as it is; leave it "
-                "out, or see them in the preview that `fiveaxis optimise -o OUT` leaves"
-            )
     job = job_of(options)
+    require_input(job.input)
+    if is_mesh(job.input) or kind_of(load_source(job.input)) != "program":
+        raise SettingError(
+            "is no NC program; `fiveaxis optimise -o OUT` leaves a preview of its result, and a job .toml is "
+            "run and shown here",
+            file=job.input,
+        )
     each = operations_apart(job.input, load_job_machine(job), reading_of(options))
     whole = work.run(partial(show_program, job, [reading for _, reading in each]))
     work.step("making the scene", 0, 1)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from fiveaxis.job import Posted
 
 
+@takes()
 def controls(as_json: AsJson = False) -> None:
     """List the controls that programs can be written for."""
     with errors_explained(as_json):

@@ -10,8 +10,8 @@ import gc
 import os
 import signal
 import sys
+from typing import TYPE_CHECKING
 
-TYPE_CHECKING = False  # `typing` is slow
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import FrameType

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fiveaxis.cli.options import NOT_GIVEN, PLANNING, POSTURE, READING, AsJson, read_flags, takes
-from fiveaxis.cli.path_verbs import job_of, job_work
+from fiveaxis.cli.options import LEANING, NOT_GIVEN, ON_MACHINE, PLANNING, AsJson, optional, read_flags, takes
+from fiveaxis.cli.path_verbs import job_work
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import (
     err,
@@ -32,26 +32,27 @@ if TYPE_CHECKING:
     from fiveaxis.report.plots import Drawn
 
 FEED, STEP = 1000.0, 2.0  # mm/min, deg
-# Options that a tip alone uses; the others are about a path.
-TIP_OPTIONS = {"machine", "assume", "drives", "feed", "tilt"}
+# Options of a tip; a job has its own settings.
+TIP: Mapping[str, Any] = {
+    **{name: ON_MACHINE[name] for name in ("machine", "assume", "drives")},
+    "feed": PLANNING["feed"],
+    "tilt": LEANING["tilt"],
+    "normal": optional(str, "X,Y,Z: surface normal, for --tilt"),
+}
 
 
-@takes(POSTURE, PLANNING, READING)
+@takes(TIP)
 def surface(
     context: typer.Context,
     source: Annotated[
         str,
         typer.Argument(
-            help="X,Y,Z of a tool tip in mm, workpiece frame; or an input as for optimise",
-            metavar="X,Y,Z|INPUT",
+            help="X,Y,Z of a tool tip in mm, workpiece frame; or a job .toml", metavar="X,Y,Z|JOB.toml"
         ),
     ],
     location: Annotated[
         int | None,
         typer.Option("--location", help="of the path, from 0: its surface, in place of the path's valley"),
-    ] = None,
-    normal: Annotated[
-        str | None, typer.Option("--normal", help="X,Y,Z: surface normal at a tip, for --tilt")
     ] = None,
     step: Annotated[
         float | None, typer.Option("--step", help="step of the rotary angles, deg; default: 2")
@@ -67,7 +68,7 @@ def surface(
 ) -> None:
     """Compute the power surface S_W = S_WL + S_WR over the rotary angles, or its valley along a path.
 
-    At a tip the cheapest posture is marked; of an input, which is optimised first, result and baselines are.
+    At a tip the cheapest posture is marked; of a job, which is run first, result and baselines are.
     """
     with errors_explained(as_json) as written:
         from fiveaxis.report.plots import DRAWN_SUFFIXES
@@ -83,7 +84,7 @@ def surface(
             if is_tip:
                 found = work.run(lambda _: _at_tip(source, options))
             else:
-                found = work.run(partial(_of_input, options | {"source": Path(source)}))
+                found = work.run(partial(_of_job, Path(source), options))
             if output is not None:
                 work.step("writing", 0, 1)
                 written.append(found.write(output))
@@ -100,11 +101,8 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
     from fiveaxis.report import tip_surface
 
     tip = parse_numbers(source, 3, "X,Y,Z")
-    shared = {*POSTURE, *PLANNING, *READING, "location"}
-    useless = [name for name in options if name in shared - TIP_OPTIONS and options[name] not in NOT_GIVEN]
-    if useless:
-        option = useless[0].replace("_", "-")
-        raise SettingError(f"--{option} has no effect at a tip; leave it out, or name an input")
+    if options["location"] is not None:
+        raise SettingError("--location has no effect at a tip; leave it out, or name a job")
     feed, normal, tilt = (options[name] for name in ("feed", "normal", "tilt"))
     require_between("--feed", FEED if feed is None else feed, 1e-3, 1e6, "mm/min")
     assume = read_flags(OnMachine, options).get("assume")
@@ -118,17 +116,22 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
     )
 
 
-def _of_input(options: Mapping[str, Any], progress: Progress) -> Drawn:
-    """Optimise an input, and compute the surface at one of its locations or the valley along it."""
-    from fiveaxis.job import run_job
+def _of_job(source: Path, options: Mapping[str, Any], progress: Progress) -> Drawn:
+    """Run a job, and compute the surface at one of its locations or the valley along its path."""
+    from fiveaxis.job import read_job, run_job
     from fiveaxis.job.results import clear_postures
     from fiveaxis.report import location_surface, path_valley
 
-    if options["normal"] is not None:
-        raise SettingError("--normal is for a tip; a path has its own normals")
+    given = next((name for name in TIP if options[name] not in NOT_GIVEN), None)
+    if given is not None:
+        raise SettingError(f"--{given} is for a tip; state it in the job")
     if options["step"] is not None and options["location"] is None:
         raise SettingError("--step is for one location (--location); leave it out for the valley of a path")
-    outcome = run_job(job_of(options), progress)
+    if source.suffix.lower() != ".toml":
+        raise SettingError(
+            "is no tip (X,Y,Z) and no job (.toml); `fiveaxis job --init` writes one", file=source
+        )
+    outcome = run_job(read_job(source), progress)
     progress("computing the surface", 0, 1)
     if options["location"] is None:
         return path_valley(outcome.solution, admits=clear_postures(outcome))

@@ -204,7 +204,7 @@ def load_checked(
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.contour import on_part
-    from fiveaxis.job import load_placed, load_surroundings, part_unit, read_job
+    from fiveaxis.job import ProgramOptions, load_placed, load_surroundings, part_unit, read_job
     from fiveaxis.job.verifying import Checking
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import read_toolpath
@@ -228,8 +228,7 @@ def load_checked(
         bounds = replace(job.bounds, **given)
         gouge = gouge or job.surrounding.gouge_tolerance
         meshes = {"crease": job.meshes.crease, "part_unit": part_unit(job) or "mm"} | meshes
-        asked = job.program_options
-        asked = replace(asked, control=options["control"] or asked.control)
+        asked = ProgramOptions(control=options["control"] or job.stated_control, settings=job.nc)
     else:
         given_to = read_flags(OnMachine, options)
         machine = load_machine(require_machine(options["machine"]), given_to.get("assume"))

@@ -83,8 +83,8 @@ class CylinderSides(StrictModel):
 class FixtureTable(StrictModel):
     """A clamp, vice or other body that is fixed in the workpiece frame."""
 
-    name: str = Field(min_length=1, description="for findings")
-    box: BoxSides | None = None
+    name: str = Field(min_length=1, description="for findings", examples=["vice"])
+    box: BoxSides | None = Field(None, examples=[{"size": [40, 20, 30], "center": [60, 0, 15]}])
     cylinder: CylinderSides | None = None
     mesh: str | None = Field(None, min_length=1, description="file, relative to this one")
     scale: float = Field(1.0, gt=0.0, description="mm in one unit of the mesh file")

@@ -56,6 +56,7 @@ class _WrittenFor(StrictModel):
         None,
         min_length=1,
         description="machine that it was written for, by name or file; by default the job's",
+        examples=["hayashi-640123"],
     )
 
 
@@ -75,11 +76,15 @@ class SetupSearch(StrictModel):
     auto: bool = Field(
         False, description="search all four about the place that is given or chosen, where no range is given"
     )
-    x: tuple[float, float] | None = Field(None, description="range of the workpiece zero's X, mm")
-    y: tuple[float, float] | None = Field(None, description="range of its Y, mm")
-    z: tuple[float, float] | None = Field(None, description="range of its Z, mm")
+    x: tuple[float, float] | None = Field(
+        None, description="range of the workpiece zero's X, mm", examples=[(-50, 50)]
+    )
+    y: tuple[float, float] | None = Field(None, description="range of its Y, mm", examples=[(-50, 50)])
+    z: tuple[float, float] | None = Field(None, description="range of its Z, mm", examples=[(0, 50)])
     angle: tuple[float, float] | None = Field(
-        None, description="range of the rotation about the machine's Z through the workpiece zero, deg"
+        None,
+        description="range of the rotation about the machine's Z through the workpiece zero, deg",
+        examples=[(-180, 180)],
     )
     tries: int = Field(40, ge=2, le=2000, description="how many setups are tried, on some of the locations")
 
@@ -124,27 +129,43 @@ class FixtureFile(StrictModel):
 class ProcessTable(StrictModel):
     """The cut, the same along the whole path; for the energy of the whole job and `fiveaxis energy`."""
 
-    spindle_rpm: float = Field(gt=0.0, description="speed of the spindle, rev/min")
-    teeth: int = Field(ge=1, description="teeth of the cutter, or lips of the drill")
+    spindle_rpm: float = Field(gt=0.0, description="speed of the spindle, rev/min", examples=[8000])
+    teeth: int = Field(ge=1, description="teeth of the cutter, or lips of the drill", examples=[2])
     helix: float = Field(0.0, gt=-90.0, lt=90.0, description="helix angle of the teeth, deg")
     depth: float | None = Field(
-        None, ge=0.0, description="depth of cut along the surface normal, mm; of end mills"
+        None, ge=0.0, description="depth of cut along the surface normal, mm; of end mills", examples=[0.3]
     )
-    width: float | None = Field(None, ge=0.0, description="distance of the passes, mm; of end mills")
-    web: float | None = Field(None, ge=0.0, description="diameter of a drill's core, mm; 0 by default")
+    width: float | None = Field(
+        None, ge=0.0, description="distance of the passes, mm; of end mills", examples=[0.5]
+    )
+    web: float | None = Field(
+        None, ge=0.0, description="diameter of a drill's core, mm; 0 by default", examples=[1.5]
+    )
     feed_force: float | None = Field(
-        None, ge=0.0, description="force of the cut against the feed, N; of end mills"
+        None, ge=0.0, description="force of the cut against the feed, N; of end mills", examples=[60]
     )
-    tangential: float = Field(gt=0.0, description="cutting coefficient K_tc, N/mm2")
+    tangential: float = Field(gt=0.0, description="cutting coefficient K_tc, N/mm2", examples=[800])
     tangential_edge: float = Field(0.0, ge=0.0, description="edge coefficient K_te, N/mm")
-    thrust: float | None = Field(None, ge=0.0, description="thrust coefficient K_zc, N/mm2; of drills")
+    thrust: float | None = Field(
+        None, ge=0.0, description="thrust coefficient K_zc, N/mm2; of drills", examples=[1500]
+    )
     thrust_edge: float = Field(0.0, ge=0.0, description="thrust's edge coefficient K_ze, N/mm; of drills")
-    basis: Literal["measured", "fitted", "assumed"] = Field(description="what the coefficients rest on")
-    source: str = Field(min_length=1, description="where the coefficients come from, or why they are assumed")
+    basis: Literal["measured", "fitted", "assumed"] = Field(
+        description="what the coefficients rest on", examples=["assumed"]
+    )
+    source: str = Field(
+        min_length=1,
+        description="where the coefficients come from, or why they are assumed",
+        examples=["where the coefficients come from"],
+    )
 
 
 class _Sourced(StrictModel):
-    source: str = Field(min_length=1, description="where prices and emission come from")
+    source: str = Field(
+        min_length=1,
+        description="where prices and emission come from",
+        examples=["where price and factor come from"],
+    )
 
 
 if TYPE_CHECKING:
@@ -179,12 +200,18 @@ else:
 class Job(_Bounded):
     """What to optimise, for which machine, within which bounds."""
 
-    feed: float | None = Field(None, gt=0.0, le=HIGHEST_FEED, description="mm/min; replaces the input's feed")
+    feed: float | None = Field(
+        None, gt=0.0, le=HIGHEST_FEED, description="mm/min; replaces the input's feed", examples=[1000]
+    )
     unit: Unit | None = Field(
-        None, description="unit of lengths of an input that doesn't state it; m for meshes only"
+        None,
+        description="unit of lengths of an input that doesn't state it; m for meshes only",
+        examples=["mm"],
     )
     columns: tuple[str, ...] | None = Field(
-        None, description="columns of a list of points without a header line"
+        None,
+        description="columns of a list of points without a header line",
+        examples=[["x", "y", "z", "nx", "ny", "nz"]],
     )
     fixture: tuple[FixtureTable, ...] = Field((), description="clamps and vices, in the workpiece frame")
     clearance: ClearanceTable = ClearanceTable()
@@ -192,6 +219,7 @@ class Job(_Bounded):
         None,
         description="what lies between locations: a smooth curve if they tell one, or the chord; by default "
         "smooth for planned paths and points with normals, programs and CL files as they state it",
+        examples=["chord"],
     )
     front: int | None = Field(
         None,
@@ -199,12 +227,21 @@ class Job(_Bounded):
         le=50,
         description="number of solutions from the cheapest program to the fastest one, or to the steadiest "
         "where no accelerations are known",
+        examples=[5],
     )
     feed_share: float | None = Field(
-        None, gt=0.0, lt=1.0, description="with front: least share of the feed, where slower cuts save energy"
+        None,
+        gt=0.0,
+        lt=1.0,
+        description="with front: least share of the feed, where slower cuts save energy",
+        examples=[0.7],
     )
     pick: int | None = Field(
-        None, ge=1, le=50, description="with front: number of the solution to deliver; 1 is the cheapest"
+        None,
+        ge=1,
+        le=50,
+        description="with front: number of the solution to deliver; 1 is the cheapest",
+        examples=[2],
     )
     allow: tuple[Trade, ...] = Field(
         (),

@@ -29,37 +29,6 @@ _PLAIN = {float: "number", int: "whole number", bool: "true or false", str: "tex
 
 # Fields that a new job file sets, for the user to change.
 SET = {"input": "part.stl", "machine": "hayashi-640123", "tool": "ball:10", "tilt": [15, 75]}
-# Examples for fields without a default, or with an empty one.
-EXAMPLES: Mapping[str, Any] = {
-    "feed": 1000,
-    "unit": "mm",
-    "columns": ["x", "y", "z", "nx", "ny", "nz"],
-    "front": 5,
-    "feed_share": 0.7,
-    "pick": 2,
-    "path_shape": "chord",
-    "program.machine": "hayashi-640123",
-    "process.spindle_rpm": 8000,
-    "process.teeth": 2,
-    "process.depth": 0.3,
-    "process.width": 0.5,
-    "process.web": 1.5,
-    "process.feed_force": 60,
-    "process.tangential": 800,
-    "process.thrust": 1500,
-    "process.basis": "assumed",
-    "process.source": "where the coefficients come from",
-    "factors.price": 0.3,
-    "factors.hour": 60,
-    "factors.co2": 0.35,
-    "factors.source": "where price and factor come from",
-    "fixture.name": "vice",
-    "fixture.box": {"size": [40, 20, 30], "center": [60, 0, 15]},
-    "setup.search.x": [-50, 50],
-    "setup.search.y": [-50, 50],
-    "setup.search.z": [0, 50],
-    "setup.search.angle": [-180, 180],
-}
 # An example of a sweep; a file with one is for `fiveaxis batch` alone.
 SWEEP_EXAMPLE = (
     f"[{SWEEP}]",
@@ -189,7 +158,7 @@ def _starter_lines() -> Iterator[str]:
     for entry in list_entries():
         if entry.key in LEFT_OUT or entry.key.startswith(left):
             continue
-        if entry.is_table and entry.key not in EXAMPLES:
+        if entry.is_table and entry.example is None:
             yield f"\n# {entry.description}" if entry.description else ""
             if entry.key == SWEEP:
                 yield "# With a sweep the file is for `fiveaxis batch`:"
@@ -197,8 +166,7 @@ def _starter_lines() -> Iterator[str]:
                 return
             yield f"# [[{entry.key}]]" if entry.is_list else f"# [{entry.key}]"
             continue
-        examples = {**SET, **EXAMPLES}
-        value = to_toml(examples[entry.key]) if entry.key in examples else entry.shown
+        value = to_toml(SET[entry.key]) if entry.key in SET else entry.shown
         parts = (entry.description, entry.unit, entry.kind if "|" in entry.kind else "")
         sign = "" if entry.key in SET else "# "
         yield f"{sign}{entry.key.rpartition('.')[2]} = {value}  # {'; '.join(filter(None, parts))}"

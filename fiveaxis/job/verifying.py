@@ -15,16 +15,7 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.nc.control.axis_track import RAPID
 from fiveaxis.nc.source import load_source
-from fiveaxis.options import (
-    Bounds,
-    Meshes,
-    ProgramBounds,
-    Reading,
-    SingularCone,
-    SingularRate,
-    Workpiece,
-    keywords_of,
-)
+from fiveaxis.options import Bounds, Meshes, ProgramBounds, Reading, Workpiece, keywords_of, with_default
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Tool, Toolpath, parse_tool
 from fiveaxis.toolpath.tool import tools_by_number
@@ -46,8 +37,8 @@ class Checking(Workpiece, ProgramBounds, Meshes, Reading):
     tolerances: Tolerances = DEFAULT_TOLERANCES
     settings: ProgramSettings | None = None
     control: str | Path | None = None
-    singular_cone: SingularCone = SINGULAR_CONE
-    singular_rate: SingularRate = SINGULAR_RATE
+    singular_cone: float | None = with_default(ProgramBounds, "singular_cone", SINGULAR_CONE)
+    singular_rate: float = with_default(ProgramBounds, "singular_rate", SINGULAR_RATE)
 
     @property
     def bounds(self) -> Bounds:

@@ -563,9 +563,10 @@ def test_the_surface_goes_to_stdout_as_a_table_or_as_json():
         (("1,2,3", *MACHINE, "--feed", "inf"), "--feed is inf mm/min; it must be between"),
         (("1,2,3", *MACHINE, "--drives", "takisawa-mac-v3"), "has no rotary 2 axis"),
         (("1,2,3", *MACHINE, "--tilt", "15:75"), "tilt needs normal too"),
-        (("1,2,3", *MACHINE, "--effort", "quick"), "--effort has no effect at a tip"),
         (("1,2,3", *MACHINE, "--location", "3"), "--location has no effect at a tip"),
-        (("absent.csv", *MACHINE), "absent.csv: no such file"),
+        (("absent.toml",), "absent.toml: no such file"),
+        (("path.csv",), "path.csv: is no tip (X,Y,Z) and no job (.toml)"),
+        (("job.toml", *MACHINE), "--machine is for a tip; state it in the job"),
     ],
 )
 def test_a_surface_that_cannot_be_computed_is_one_message(words, fault):
@@ -582,8 +583,17 @@ def test_the_surface_is_drawn_as_its_suffix_says(tmp_path, suffix, begins):
     assert target.read_bytes().startswith(begins)
 
 
-def test_the_surface_of_an_input_is_its_valley_or_that_of_a_location(path, tmp_path):
-    words = ("surface", path, *MACHINE, *BALL, *TILT, "--effort", "quick")
+@pytest.fixture
+def quick_job(path, tmp_path):
+    file = tmp_path / "job.toml"
+    file.write_text(
+        f'input = "{path}"\nmachine = "hayashi-640123"\ntool = "ball:10"\ntilt = [15, 75]\neffort = "quick"\n'
+    )
+    return file
+
+
+def test_the_surface_of_a_job_is_its_valley_or_that_of_a_location(quick_job, tmp_path):
+    words = ("surface", quick_job)
     valley = json.loads(run(*words, "--json").stdout)
     assert {"location", "position_mm", "C_deg", "S_W_J", "optimised_C_deg", "normal_S_W_J"} <= set(valley)
     result = run(*words, "--location", "5", "--step", "20", "-o", tmp_path / "at.csv")
@@ -600,8 +610,8 @@ def test_the_surface_of_an_input_is_its_valley_or_that_of_a_location(path, tmp_p
         (("--normal", "0,0,1"), "--normal is for a tip"),
     ],
 )
-def test_a_surface_of_an_input_that_cannot_be_drawn_is_one_message(path, words, fault):
-    result = run("surface", path, *MACHINE, *BALL, *TILT, "--effort", "quick", *words)
+def test_a_surface_of_a_job_that_cannot_be_drawn_is_one_message(quick_job, words, fault):
+    result = run("surface", quick_job, *words)
     assert fault in refused_after_the_work(result)
 
 
@@ -641,7 +651,7 @@ def test_the_page_of_commands_lists_the_suffixes():
         assert all(f"`{suffix}`" in row for suffix in re.findall(r"\.\w+", known)), verb
 
 
-def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch):
+def test_preview_serves_this_computer_only_until_it_is_closed(quick_job, monkeypatch):
     seen: dict[str, Any] = {}
 
     def look(viewer: fiveaxis.viewer.Preview) -> None:
@@ -649,7 +659,7 @@ def test_preview_serves_this_computer_only_until_it_is_closed(path, monkeypatch)
         seen["threads"] = {t for t in threading.enumerate() if t.name == "fiveaxis-preview"}
 
     monkeypatch.setattr("fiveaxis.viewer.page.Preview.wait", look)
-    result = run("preview", path, *MACHINE, *BALL, *TILT, "--effort", "quick", "--no-browser")
+    result = run("preview", quick_job, "--no-browser")
     assert result.exit_code == 0, result.output
     assert "preview at http://127.0.0.1:" in result.stdout
     assert seen["url"] in result.stdout

@@ -250,7 +250,7 @@ def test_a_name_that_is_no_machine_file_is_refused_before_any_question(tmp_path)
 
 def test_every_question_is_an_option_that_says_how_it_is_answered():
     shown = " ".join(
-        CliRunner().invoke(app, ["machine", "new", "--help"], env={"COLUMNS": "300"}).stdout.split()
+        CliRunner().invoke(app, ["machine", "new", "--help-all"], env={"COLUMNS": "300"}).stdout.split()
     )
     for question in QUESTIONS:
         assert f"--{question.name} <str> " in shown

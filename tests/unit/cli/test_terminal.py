@@ -15,8 +15,9 @@ from fiveaxis.posture.search.successor_kernel import advance
 
 
 def test_brackets_in_help_are_no_markup():
-    text = CliRunner().invoke(app, ["verify", "--help"], env={"COLUMNS": "200"}).stdout
+    text = " ".join(CliRunner().invoke(app, ["verify", "--help-all"]).stdout.split())
     assert "TOML with [[fixture]] and [clearance]" in text
+    assert "box:X:Y:Z or cylinder:DIAMETER:HEIGHT" in text
 
 
 def test_many_places_of_one_cause_are_one_line_and_json_lists_all(capsys):

@@ -171,10 +171,12 @@ def test_a_program_is_previewed_as_it_is_with_its_lines_and_the_tool_of_each_ope
     assert set(one["0/line"].tolist()) == {33, 34, 35, 36}
 
 
-def test_a_preview_of_a_program_takes_no_bounds_on_new_postures(program):
-    found = run("preview", program, *MACHINE, "--cone", 20, "--no-browser")
+def test_a_preview_of_what_is_no_program_says_where_its_result_is_shown(tmp_path):
+    path = tmp_path / "path.csv"
+    path.write_text("x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n")
+    found = run("preview", path, *MACHINE, "--no-browser")
     assert found.exit_code == 2
-    assert "--cone is for new postures, and a program is shown as it is; leave it out" in found.stderr
+    assert "path.csv: is no NC program; `fiveaxis optimise -o OUT` leaves a preview" in found.stderr
 
 
 def test_axis_values_are_shown_as_the_control_counts_them(monkeypatch, program):

@@ -94,7 +94,7 @@ def test_jobs_and_commands_have_the_same_options():
     assert set(options_of(Writing)) | set(options_of(Surrounding)) <= set(fields)
     assert set(options_of(Framing)) == set(fx.ProgramSettings.model_fields)
     for verb in ("optimise", "post"):
-        told = CliRunner().invoke(app, [verb, "--help"], env={"COLUMNS": "400", "TERM": "dumb"}).output
+        told = CliRunner().invoke(app, [verb, "--help-all"]).output
         for name, (_, option) in {**options_of(Writing), **options_of(Framing)}.items():
             flag = (option.flags or f"--{name.replace('_', '-')}").split()[0].partition("/")[0]
             assert flag in told, f"{verb} {flag}"

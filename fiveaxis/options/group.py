@@ -6,7 +6,7 @@ import inspect
 import math
 import operator
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache, wraps
 from typing import (
     TYPE_CHECKING,
@@ -35,7 +35,11 @@ B = TypeVar("B")
 C = TypeVar("C")
 R = TypeVar("R")
 S = TypeVar("S")
+T = TypeVar("T")
 R_co = TypeVar("R_co", covariant=True)
+
+# Key of a field's metadata.
+OPTION = "option"
 
 
 @dataclass(frozen=True)
@@ -46,11 +50,12 @@ class Option:
     ----------
     about : what it says
     unit : of its numbers; empty where they have none
-    default : that of its field, which `options_of` sets
+    default : that of its field
     above, least, below, most : open and closed ends of its range
     written : how a command line writes it, ``MIN:MAX`` or ``X,Y,Z``; empty for a plain number or word
     flags : of a command line, ``--on/--off`` or ``--long -l``; by default its name
     example : for a starter file, where the default is none
+    rank : place in the help of commands, 1 first; 0 where only ``--help-all`` shows it
     """
 
     about: str
@@ -63,12 +68,29 @@ class Option:
     written: str = ""
     flags: str = ""
     example: Any = None
+    rank: int = 0
 
     @property
     def sentence(self) -> str:
         """What it says, with its unit, which stands before the first semicolon."""
         fact, stop, rest = self.about.partition("; ")
         return f"{fact}, {self.unit}{stop}{rest}" if self.unit else self.about
+
+
+def option(default: T, about: str, **more: Any) -> T:
+    """Make the field of an option: its default, what it says, and what else `Option` has."""
+    metadata = {OPTION: Option(about, default=default, **more)}
+    if isinstance(default, dict):
+        made: Any = field(default_factory=default.copy, metadata=metadata)
+    else:
+        made = field(default=default, metadata=metadata)
+    return made
+
+
+def with_default(group: Any, name: str, default: T) -> T:
+    """Make the field of an option as a group has it, with another default."""
+    kept = replace(options_of(group)[name][1], default=default)
+    return field(default=default, metadata={OPTION: kept})
 
 
 def words_of(kind: Any) -> list[str]:
@@ -80,7 +102,7 @@ def words_of(kind: Any) -> list[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class Group:
-    """Base of the groups of options: frozen records with a field ``name: Annotated[type, Option(…)]`` each.
+    """Base of the groups of options: frozen records with a field ``name: type = option(…)`` each.
 
     Raises
     ------
@@ -111,13 +133,8 @@ class Group:
 @cache
 def options_of(group: Any) -> dict[str, tuple[Any, Option]]:
     """Return type and meaning of a group's options, by name; fields without an `Option` aren't among them."""
-    hints, found = get_type_hints(group, include_extras=True), {}
-    for field in fields(group):
-        kind, *said = get_args(hints[field.name]) or (None,)
-        if said and isinstance(said[0], Option):
-            default = field.default if field.default_factory is MISSING else field.default_factory()
-            found[field.name] = kind, replace(said[0], default=default)
-    return found
+    kinds = get_type_hints(group)
+    return {f.name: (kinds[f.name], f.metadata[OPTION]) for f in fields(group) if OPTION in f.metadata}
 
 
 def _require_valid(name: str, kind: Any, option: Option, value: Any) -> None:
