@@ -343,7 +343,11 @@ def _in_slab(seen: Seen, frusta: Array, f: int) -> bool:
 
 @inner
 def _frame(axis: Place) -> tuple[Place, Place]:
-    """Return two unit vectors at right angles to an axis and to each other."""
+    """Return two unit vectors at right angles to an axis and to each other.
+
+    The check of gouges has a frame, and a clipping of triangles, of its own: search and verification share no
+    formula, so that a fault in one shows in the other.
+    """
     x, y, z = axis
     if abs(z) < 0.9:
         length = np.sqrt(x * x + y * y)

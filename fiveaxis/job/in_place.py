@@ -37,6 +37,7 @@ from fiveaxis.nc import DIALECTS, Program, require_program
 from fiveaxis.nc.control.axis_track import RAPID
 from fiveaxis.nc.formats import suffix_of
 from fiveaxis.nc.operation_text import OperationText
+from fiveaxis.nc.revised_words import Reviser
 from fiveaxis.nc.revision import Placement, Revision
 from fiveaxis.nc.source import Source, with_lines
 from fiveaxis.nc.traced_program import TracedProgram, load_program
@@ -147,7 +148,7 @@ class RevisedOperation:
         Raises
         ------
         FiveAxisError
-            As `OperationText.revise`.
+            As `Reviser`.
         """
         filling = Filling.of(solution.constraints, self.wording.interpolation)
         fill = filling.fill(solution.toolpath, solution.machine, solution.motion)
@@ -160,7 +161,7 @@ class RevisedOperation:
             )
         # A location of the program keeps its line.
         fill = filling.thin(fill, at == np.floor(at))
-        return Written(fill, self.text.revise(self.path, self._placement(solution, fill)))
+        return Written(fill, Reviser(self.text, self.path, self._placement(solution, fill)).revision())
 
     def make(self, solution: Solution, job: Job) -> tuple[MadeProgram, Revision]:
         """Write a solution's postures into the operation, and verify and price the text.
@@ -168,7 +169,7 @@ class RevisedOperation:
         Raises
         ------
         FiveAxisError
-            As `OperationText.revise` and `OperationText.require_same_around`.
+            As `Reviser` and `OperationText.require_same_around`.
         """
         machine = solution.machine
         fill, revision = self.write(solution)

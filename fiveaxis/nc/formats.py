@@ -17,7 +17,6 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
-from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
 from fiveaxis.nc.motion_table import read_motion_path
 from fiveaxis.nc.operations import SAME_AXIS, kind_of_work
@@ -161,7 +160,7 @@ READERS: dict[Kind, Reader] = {
     "motion": read_motion_path,
     "points": read_points,
     "apt": read_apt,
-    "program": lambda source, options: read_program_path(source, options)[0],
+    "program": read_program_path,
 }
 
 
@@ -231,19 +230,13 @@ def read_path_of(source: Source, options: ReadOptions) -> Toolpath:
     source = options.of_language(source)
     kind = kind_of(source)
     logger.info("%s: %d lines, %s", Path(source.name).name, len(source.lines), kind)
-    found = _completed(READERS[kind](source, options), kind, options)
+    found = completed_path(READERS[kind](source, options), kind, options)
     # A program's interpreter has them.
     return found if kind == "program" else replace(found, findings=(*source.notes, *found.findings))
 
 
-def read_program_of(source: Source, options: ReadOptions) -> tuple[Toolpath, TechnologyTrack]:
-    """Read the path of a program, as `read_path_of` does, and what is in force in its moves."""
-    found, technology = read_program_path(options.of_language(source), options)
-    return _completed(found, "program", options), technology
-
-
-def _completed(found: Toolpath, kind: Kind, options: ReadOptions) -> Toolpath:
-    """Return a path with the caller's speed and shape, and with remarks on a program."""
+def completed_path(found: Toolpath, kind: Kind, options: ReadOptions) -> Toolpath:
+    """Return a path that was read with the caller's speed and shape, and with remarks on a program."""
     if kind in ("apt", "program"):
         found = replace(found, findings=found.findings + remark_on(found))
     found = found if options.rapid is None else found.with_rapid(options.rapid)

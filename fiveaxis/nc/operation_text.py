@@ -13,8 +13,7 @@ from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program, take_operation
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.revised_words import Reviser
-from fiveaxis.nc.revision import Placement, Revision
+from fiveaxis.nc.revision import Revision
 from fiveaxis.nc.source import Source
 from fiveaxis.toolpath import MoveKind, Operation, Toolpath
 
@@ -82,22 +81,6 @@ class OperationText:
     def path_of(self, toolpath: Toolpath) -> Toolpath:
         """Return the cuts of an operation's path, from where the tool is down, and the moves between them."""
         return toolpath.at(np.arange(len(toolpath))[self.cuts])
-
-    def revise(self, path: Toolpath, placement: Placement) -> Revision:
-        """Write other positions into the operation's lines.
-
-        Parameters
-        ----------
-        path : of `path_of`
-        placement : where its axes are to be
-
-        Raises
-        ------
-        ToolpathError
-            With file and line: positions that words alone don't say (arcs, loops, increments, expressions),
-            several frames in one operation, tips that don't turn with the table, a start that isn't known.
-        """
-        return Reviser(self, path, placement).revision()
 
     def require_same_around(self, revision: Revision) -> None:
         """Raise unless everything outside of revised lines does what it did.

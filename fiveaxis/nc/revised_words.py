@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,13 +17,11 @@ from fiveaxis.geometry import Array, BoolArray, IntArray
 from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
 from fiveaxis.nc.control.axis_track import travel_of
 from fiveaxis.nc.languages.choice import KLARTEXT, find_language
+from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.revision import Placement, Revision
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values, format_number
 from fiveaxis.toolpath import MoveKind, Toolpath
-
-if TYPE_CHECKING:
-    from fiveaxis.nc.operation_text import OperationText
 
 # A word and its number, outside comments and texts.
 _WORD = re.compile(
@@ -98,13 +95,19 @@ def g_word(line: str, numbers: tuple[float, ...]) -> re.Match[str] | None:
 
 @dataclass(eq=False)
 class Reviser:
-    """The words of an operation's rows, old and new.
+    """Writes other positions into an operation's lines.
 
     Parameters
     ----------
     text : the operation
-    path : its cuts
-    placement : where the axes are to be
+    path : of `OperationText.path_of`
+    placement : where its axes are to be
+
+    Raises
+    ------
+    ToolpathError
+        With file and line: positions that words alone don't say (loops, increments, expressions), several
+        frames in one operation, tips that don't turn with the table, a start that isn't known.
     """
 
     text: OperationText
@@ -130,7 +133,7 @@ class Reviser:
     def revision(self) -> Revision:
         """Write the new lines."""
         rows, place = self.rows, self.placement
-        words = self._words(self._values())
+        words = self._words(self._values(), place.rotary)
         feeds = self._feeds(words)
         lines: dict[int, list[str]] = {}
         order: list[tuple[int, int]] = []
@@ -302,18 +305,19 @@ class Reviser:
             values[:, self._xyz] = place.tip + off
         return values
 
-    def _words(self, values: Array) -> list[dict[str, str]]:
-        """Write the words of each position."""
-        numbers = (values - self.shifts) / self.scale
-        names = [c for c in self.letters if not self.directions or c in "XYZ"]
-        found = []
-        axes = tool_axes(self.machine, self.placement.rotary) if self.directions else None
-        for row in range(len(numbers)):
-            words = {c: self.styles[c].text(numbers[row, self.letters.index(c)]) for c in names}
-            if axes is not None:
-                words |= {n: self.styles[n].text(v) for n, v in zip(self.directions, axes[row], strict=True)}
-            found.append(words)
-        return found
+    def _words(self, values: Array, rotary: Array) -> list[dict[str, str]]:
+        """Write the words of positions, (m, k) mm and deg, and of the tool at the angles, rad."""
+        axes = tool_axes(self.machine, rotary)
+        return [self._words_at(value, axis) for value, axis in zip(values, axes, strict=True)]
+
+    def _words_at(self, values: Array, direction: Array) -> dict[str, str]:
+        """Write the words of a position, (k,) mm and deg, NaN where unknown, and of the tool's direction."""
+        numbers = zip(self.letters, (values - self.shifts) / self.scale, strict=True)
+        named = ((c, n) for c, n in numbers if np.isfinite(n) and (c in "XYZ" or not self.directions))
+        return {
+            name: self.styles[name].text(float(number))
+            for name, number in (*named, *zip(self.directions, direction, strict=False))
+        }
 
     def _feeds(self, words: Sequence[Mapping[str, str]]) -> list[str | None]:
         """Write F of each move; None where the word, or its absence, stays.
@@ -432,21 +436,12 @@ class Reviser:
 
     def _state_before(self) -> dict[str, str]:
         """Return the words in force before the first cut."""
-        at = self.text.cuts.start
-        before = self.text.columns.values[at - 1] if at else np.full(len(self.letters), np.nan)
-        numbers = (before - self.shifts) / self.scale
-        known = np.isfinite(numbers)
-        words = {c: self.styles[c].text(float(numbers[i])) for i, c in enumerate(self.letters) if known[i]}
-        if self.directions:
-            at = self.text.cuts.start
-            vector = self.text.columns.vectors[at - 1] if at else np.full(3, np.nan)
-            if not np.isfinite(vector).all():
-                vector = self.rows.vectors[0]
-            for c in self.letters:
-                if c not in "XYZ":
-                    words.pop(c, None)
-            words |= {n: self.styles[n].text(float(v)) for n, v in zip(self.directions, vector, strict=True)}
-        return words
+        columns, row = self.text.columns, self.text.cuts.start - 1
+        if row < 0:
+            return self._words_at(np.full(len(self.letters), np.nan), self.rows.vectors[0])
+        vector = columns.vectors[row]
+        known = bool(np.isfinite(vector).all())
+        return self._words_at(columns.values[row], vector if known else self.rows.vectors[0])
 
     @property
     def _turning(self) -> tuple[str, ...]:
@@ -487,7 +482,7 @@ class Reviser:
         turned = linear_positions(self.machine, np.repeat(tip, count, axis=0), rotary)
         values = control_values(self.machine, turned)
         lines = []
-        for row_words in self._words(values):
+        for row_words in self._words(values, rotary):
             names = [c for c in self.letters if row_words[c] != now.get(c)]
             lines.append(self._rapid(names, row_words))
             now = now | row_words
@@ -508,34 +503,18 @@ class Reviser:
         Returned are the row of the operation after which it turns, and the lines.
         """
         columns, last = self.text.columns, self.text.cuts.stop - 1
-        names = set(self._turning)
-        row = last
+        row, named = last, set[str]()
         for at in range(last + 1, len(columns.lines)):
-            text = self.source.lines[int(columns.lines[at]) - 1]
-            own = names_of(text)
+            own = names_of(self.source.lines[int(columns.lines[at]) - 1])
             same = columns.counting[at] == self.rows.counting[0] and columns.kinds[at] == MoveKind.RAPID
-            if not same or own & names or columns.lines[at] == columns.lines[at - 1]:
+            if not same or own.intersection(self._turning) or columns.lines[at] == columns.lines[at - 1]:
                 break
             row = at
+            named |= own
         if row == last:
             return last, []
-        before = columns.values[row]
-        numbers = (before - self.shifts) / self.scale
-        back = {
-            c: self.styles[c].text(float(numbers[i]))
-            for i, c in enumerate(self.letters)
-            if np.isfinite(numbers[i])
-        }
-        if self.directions:
-            vector = columns.vectors[row]
-            back = {n: self.styles[n].text(float(v)) for n, v in zip(self.directions, vector, strict=True)}
-        wanted = self._turning if self.by_tip else self.letters
-        moved = [c for c in wanted if back.get(c) is not None and back[c] != now.get(c)]
-        if not self.by_tip:
-            # The retract has its own words; what it doesn't name is still where the last cut was.
-            named: set[str] = set()
-            for at in range(last + 1, row + 1):
-                text = self.source.lines[int(columns.lines[at]) - 1]
-                named |= names_of(text)
-            moved = [c for c in moved if c not in named]
+        back = self._words_at(columns.values[row], columns.vectors[row])
+        # Without TCP the retract has its own words; what it doesn't name is still where the last cut was.
+        wanted = self._turning if self.by_tip else [c for c in self.letters if c not in named]
+        moved = [c for c in wanted if c in back and back[c] != now.get(c)]
         return row, [self._rapid(self._whole(moved), back)] if moved else []

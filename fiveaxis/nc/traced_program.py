@@ -8,17 +8,24 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.errors import SettingError
+from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, BoolArray
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.kinematics.windings import nearest_turn
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Motion, block_times, feed_times
 from fiveaxis.nc.control.axis_track import RAPID
-from fiveaxis.nc.control.program_reader import NAMES_NO_AXES, ReadMotion, read_motion_of
+from fiveaxis.nc.control.program_reader import (
+    GIVES_DIRECTIONS,
+    NAMES_NO_AXES,
+    ReadMotion,
+    motion_of_run,
+)
+from fiveaxis.nc.control.program_toolpath import path_of_run
+from fiveaxis.nc.control.running import run_program, take_operation
 from fiveaxis.nc.control.technology import TechnologyTrack
-from fiveaxis.nc.formats import kind_of, lists_locations, read_path_of, read_program_of
+from fiveaxis.nc.formats import completed_path, kind_of, lists_locations, read_path_of
 from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
@@ -28,6 +35,9 @@ from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # mm: diameter of the ball that stands for the tip of an unknown tool.
 POINT = 1e-6
+_NEAREST = (
+    "so the tool's path is read with the rotary angles nearest to those before; the control may choose others"
+)
 # Rewinds: least distance that the tool goes back along its axis, mm; rounding of the words within which it
 # returns, mm and rad; most rows.
 LEAST_RETRACT = 1.0
@@ -213,10 +223,24 @@ def find_rewinds(path: Toolpath, machine: Machine, positions: Array) -> BoolArra
 def _load(
     source: Source, machine: Machine, options: ReadOptions, begin: Array | None = None
 ) -> TracedProgram:
-    try:
-        motion = read_motion_of(source, machine, options)
-    except ToolpathError as fault:
-        return _load_path(source, machine, options, fault, begin)
+    source = options.of_language(source)
+    # The tip alone stands for an unknown tool.
+    stand_in = replace(options, stand_in=Tool.ball(POINT))
+    if lists_locations(source):
+        assumed = source.finding(Severity.WARNING, "angles-assumed", f"it {NAMES_NO_AXES}, {_NEAREST}")
+        return _of_path(read_path_of(source, stand_in), source, machine, options, assumed, begin)
+    interpreter = run_program(source, machine, options)
+    operation, columns = take_operation(interpreter, options)
+    pointed = np.isfinite(columns.vectors[:, 0])
+    if pointed.any():
+        path = path_of_run(interpreter, operation, columns, stand_in)
+        text = f"it isn't a motion of the axes ({GIVES_DIRECTIONS}), {_NEAREST}"
+        line = int(columns.lines[pointed][0])
+        assumed = source.finding(Severity.WARNING, "angles-assumed", text, line)
+        technology = interpreter.modes.technology.track(columns.steps[columns.moved])
+        path = completed_path(path, "program", options)
+        return _of_path(path, source, machine, options, assumed, begin, technology)
+    motion = motion_of_run(interpreter, operation, columns, options)
     path = trace_tool(motion, machine, options.tool or motion.tool, motion.name)
     return TracedProgram(motion, path)
 
@@ -231,35 +255,21 @@ def _load_table(source: Source, machine: Machine, tool: Tool | None, reading: Re
     return trace_table(motion, machine, tool, Path(source.name).name)
 
 
-def _load_path(
-    source: Source, machine: Machine, options: ReadOptions, fault: ToolpathError, begin: Array | None = None
+def _of_path(
+    path: Toolpath,
+    source: Source,
+    machine: Machine,
+    options: ReadOptions,
+    assumed: Finding,
+    begin: Array | None,
+    technology: TechnologyTrack | None = None,
 ) -> TracedProgram:
-    """Read a program as a path of the tool, or raise `fault`: why it can't be read as axis values."""
-    lists = lists_locations(source)
-    given = replace(options, stand_in=Tool.ball(POINT))
-    technology: TechnologyTrack | None = None
-    try:
-        if lists:
-            path = read_path_of(source, given)
-        else:
-            path, technology = read_program_of(source, given)
-    except ToolpathError:
-        if lists:
-            raise
-        raise fault from None
+    """Trace a path that doesn't state the axis values; `assumed` says why, `technology` is a program's."""
     if not path.has_axes:
         raise source.error(
             "has contacts and normals, and no tool axes; choose them first (optimise, `fiveaxis optimise`)"
         )
     positions = _follow_branches(path, machine, begin)
-    what = NAMES_NO_AXES if lists else f"isn't a motion of the axes ({fault.message})"
-    assumed = Finding(
-        Severity.WARNING,
-        "angles-assumed",
-        f"it {what}, so the tool's path is read with the rotary angles nearest to those before; the control "
-        "may choose others",
-        Place(line=fault.line, file=path.name),
-    )
     # Normals that a program gives belong to contacts; here the tool is traced by its tip.
     bare = Toolpath.from_tips(
         path.tips(path.axis),
@@ -271,9 +281,8 @@ def _load_path(
         name=path.name,
     )
     time = block_times(path if options.rapid else path.with_rapid(RAPID), machine, positions)
-    if not lists:
-        # A block that is too fast for an axis is a finding, not a slower block.
-        # F is the tip's.
+    if technology is not None:
+        # F is the tip's; a block that is too fast for an axis is a finding, not a slower block.
         by_tip = replace(path, pivot=path.tips(path.axis))
         turns = np.abs(np.diff(positions, axis=0, prepend=positions[:1]))[:, machine.rotary_columns]
         time = np.where(path.rapid, time, feed_times(by_tip, turns.max(axis=1, initial=0.0)))
@@ -289,7 +298,7 @@ def _load_path(
         from_unknown=np.zeros(len(path), dtype=bool),
         technology=technology,
         operation=path.operation,
-        tool=None if path.tool == given.stand_in else path.tool,
+        tool=None if path.tool == Tool.ball(POINT) else path.tool,
         ignored=path.ignored,
         findings=(assumed, *path.findings),
     )

@@ -11,11 +11,16 @@ Importing this module loads numba.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.stock.rays import HALF_DIAGONAL, TILE, Counts, Ends, Names, cut, fit_tile, overlap
+from fiveaxis.geometry import Array
+from fiveaxis.stock.rays import HALF_DIAGONAL, TILE, Rays, cut, fit_tile, overlap
+
+if TYPE_CHECKING:
+    from fiveaxis.stock.sweeping import BallSweep
 
 # Figures of segments, by what their nodes are: centre at the start, at the end, upper end at the end, at the
 # start, and the saddle's middle.
@@ -134,18 +139,9 @@ def ball_on_ray(
 
 @compiled
 def sweep_balls(
-    d: int,
-    h: Array,
-    n: IntArray,
+    rays: Rays,
+    sweep: BallSweep,
     tile_rows: tuple[int, int],
-    ends: Ends,
-    cut_by: Names,
-    count: Counts,
-    tiles: Ends,
-    kinds: IntArray,
-    nodes: Array,
-    radius: float,
-    block: IntArray,
     begin: int,
     first: int,
     figures: Array,
@@ -155,18 +151,24 @@ def sweep_balls(
 
     Parameters
     ----------
-    h, n : (3,), pitch, mm, and cells of the grid
+    sweep : with nodes in mm from the grid's low corner
     tile_rows : first row of tiles, and the one behind the last
-    kinds, nodes : (m,), (m, 5, 3), figures of the segments and their nodes, mm from the grid's low corner
-    block : (m,), ascending; the block of each segment, whose name on the ends that it makes is `first` more
     begin : segment to begin with
+    first : what is added to a segment's block for its name on the ends that it makes
     keep : whether nothing is removed, and the figures are what would be
     figures : (blocks, 2), mm³ that each block removes and mm² of contact at its end, added to
 
     Returns
     -------
     Number of segments done; less than all if a ray would need more intervals
+
+    Notes
+    -----
+    `sweep_bodies` goes through tiles and rays in the same way. One loop for both, with a branch at each ray,
+    takes a fifth longer for balls.
     """
+    d, h, n, ends, cut_by, count, tiles = rays
+    kinds, nodes, radius, block = sweep
     u, v = (d + 1) % 3, (d + 2) % 3
     nu, nv, area = n[u], n[v], h[u] * h[v]
     wider = radius + TILE * HALF_DIAGONAL * max(h[u], h[v])

@@ -12,12 +12,17 @@ Importing this module loads numba.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from fiveaxis.compiled import compiled
 from fiveaxis.geometry import Array, IntArray
-from fiveaxis.stock.rays import HALF_DIAGONAL, TILE, TINY, Counts, Ends, Names, cut, fit_tile, overlap
+from fiveaxis.stock.rays import HALF_DIAGONAL, TILE, TINY, Counts, Ends, Rays, cut, fit_tile, overlap
 from fiveaxis.toolpath.profile import inside
+
+if TYPE_CHECKING:
+    from fiveaxis.stock.sweeping import BodySweep
 
 # mm: accuracy of the largest depth over a segment; tangents flatter than this lead nowhere.
 DEPTH, FLAT = 2e-5, 1e-9
@@ -212,18 +217,9 @@ def beside(d: int, x: Array, place: float, pose: Array) -> bool:
 
 @compiled
 def sweep_bodies(
-    d: int,
-    h: Array,
-    n: IntArray,
+    rays: Rays,
+    sweep: BodySweep,
     tile_rows: tuple[int, int],
-    ends: Ends,
-    cut_by: Names,
-    count: Counts,
-    tiles: Ends,
-    poses: Array,
-    zones: Array,
-    body: Array,
-    block: IntArray,
     begin: int,
     first: int,
     figures: Array,
@@ -233,11 +229,10 @@ def sweep_bodies(
 
     Parameters
     ----------
-    poses : (m, 4, 3), tip and axis at each segment's start and end, mm from the grid's low corner
-    zones : (z, 7), see `fiveaxis.toolpath.profile.inside`
-    body : (5,), mm, its figures; `ALONG` is set for each segment
-    keep : whether nothing is removed, and the figures are what would be
+    sweep : with tips in mm from the grid's low corner; `ALONG` of its body is set here for each segment
     """
+    d, h, n, ends, cut_by, count, tiles = rays
+    poses, zones, body, block = sweep
     u, v = (d + 1) % 3, (d + 2) % 3
     nu, nv, area = n[u], n[v], h[u] * h[v]
     body = body.copy()  # strips run at once

@@ -170,4 +170,4 @@ class _Run:
 def of_blocks(sweeps: tuple[Sweep, ...], begin: int, end: int) -> list[Sweep]:
     """Return the segments of some blocks, which are numbered from the first of them."""
     found = [sweep.at(slice(*np.searchsorted(sweep.block, [begin, end]))) for sweep in sweeps]
-    return [replace(sweep, block=sweep.block - begin) for sweep in found if len(sweep.block)]
+    return [sweep._replace(block=sweep.block - begin) for sweep in found if len(sweep.block)]

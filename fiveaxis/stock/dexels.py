@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from fiveaxis.errors import SettingError
 from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.stock.sweeping import Sweep
+from fiveaxis.stock.sweeping import BallSweep, Sweep
 from fiveaxis.threads import at_once
 
 # Cells along the part's longest side at the default resolution: 0.1 mm on 60 mm; most along the stock's.
@@ -231,7 +232,9 @@ class Stock:
 
     def _run(self, d: int, sweep: Sweep, figures: Array, *, keep: bool = False) -> None:
         """Cut the bundle along d, or only measure what would be cut, and add to figures, (3, blocks, 2)."""
-        from fiveaxis.stock.rays import TILE, fit_tiles
+        from fiveaxis.stock.ball_sweep import sweep_balls
+        from fiveaxis.stock.body_sweep import sweep_bodies
+        from fiveaxis.stock.rays import TILE, Rays, fit_tiles
 
         bundle, nu, nv = self.bundles[d], self.cells[(d + 1) % 3], self.cells[(d + 2) % 3]
         rows = -(-int(nu) // TILE)
@@ -242,12 +245,12 @@ class Stock:
             fit_tiles(bundle.tiles, bundle.ends, bundle.count, nu, nv)
         found = np.zeros((len(strips), *figures.shape[1:]))
         begin = [0] * len(strips)
-        loop, what = sweep.loop()
+        loop: Callable[..., int] = sweep_balls if isinstance(sweep, BallSweep) else sweep_bodies
         while min(begin) < len(sweep.block):
             held = bundle.ends, bundle.cut_by, bundle.count, bundle.tiles
-            fixed = d, self.pitch, self.cells
+            rays = Rays(d, self.pitch, self.cells, *held)
             tasks = [
-                partial(loop, *fixed, strip, *held, *what, sweep.block, start, self.blocks, figure, keep)
+                partial(loop, rays, sweep, strip, start, self.blocks, figure, keep)
                 for strip, start, figure in zip(strips, begin, found, strict=True)
             ]
             begin = at_once(tasks) if len(sweep.block) > FEW else [task() for task in tasks]

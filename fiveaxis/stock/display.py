@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,7 +94,7 @@ def _cut_in_steps(
     moves, bounds = np.arange(1, len(places)), np.array([stock.low, stock.high])
     sweeps = swept(tool, divided, moves, sweep_tolerance(thin.resolution), bounds)
     last = np.searchsorted(places, ends)
-    by_step = tuple(replace(sweep, block=np.searchsorted(last, sweep.block)) for sweep in sweeps)
+    by_step = tuple(sweep._replace(block=np.searchsorted(last, sweep.block)) for sweep in sweeps)
     for step in range(len(ends)):
         parts = of_blocks(by_step, step, step + 1)
         yield _lost(thin, parts) if parts else (None, 0.0)

@@ -9,6 +9,8 @@ Importing this module loads numba.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,26 @@ from fiveaxis.geometry import Array, IntArray
 Ends = NDArray[np.float32]
 Names = NDArray[np.int32]
 Counts = NDArray[np.uint8]
+
+
+class Rays(NamedTuple):
+    """A bundle as the loops take it.
+
+    Parameters
+    ----------
+    axis : along which its rays run
+    pitch, cells : (3,), mm, and cells of the grid
+    ends, cut_by, counts, tiles : as of `fiveaxis.stock.dexels.Bundle`
+    """
+
+    axis: int
+    pitch: Array
+    cells: IntArray
+    ends: Ends
+    cut_by: Names
+    counts: Counts
+    tiles: Ends
+
 
 # Rays along the side of a tile.
 TILE = 8

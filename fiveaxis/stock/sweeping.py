@@ -9,8 +9,8 @@ their poses exactly, but where they turn, rays that they graze may be missed by 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -32,8 +32,7 @@ SHARE, LARGEST = 0.1, 0.01
 MOST_ROUNDS = 12
 
 
-@dataclass(frozen=True, eq=False)
-class BallSweep:
+class BallSweep(NamedTuple):
     """Segments of a ball, and of the cylinder above it that is as wide.
 
     Parameters
@@ -50,25 +49,18 @@ class BallSweep:
 
     def moved(self, by: Array) -> BallSweep:
         """Move it by a vector, (3,) mm."""
-        return replace(self, nodes=np.ascontiguousarray(self.nodes + by))
+        return self._replace(nodes=np.ascontiguousarray(self.nodes + by))
 
     def at(self, rows: slice | BoolArray) -> BallSweep:
         """Select segments."""
-        return replace(self, kinds=self.kinds[rows], nodes=self.nodes[rows], block=self.block[rows])
+        return self._replace(kinds=self.kinds[rows], nodes=self.nodes[rows], block=self.block[rows])
 
     def inflated(self, by: float) -> BallSweep:
         """Inflate the ball by so much, mm; below 0 it shrinks."""
-        return replace(self, radius=self.radius + by)
-
-    def loop(self) -> tuple[Callable[..., int], tuple[Any, ...]]:
-        """Return the compiled loop that removes it, and what is swept as its arguments."""
-        from fiveaxis.stock.ball_sweep import sweep_balls
-
-        return sweep_balls, (self.kinds, self.nodes, self.radius)
+        return self._replace(radius=self.radius + by)
 
 
-@dataclass(frozen=True, eq=False)
-class BodySweep:
+class BodySweep(NamedTuple):
     """Segments of any convex body of revolution.
 
     Parameters
@@ -88,21 +80,15 @@ class BodySweep:
         """Move it by a vector, (3,) mm."""
         poses = self.poses.copy()
         poses[:, ::2] += by
-        return replace(self, poses=poses)
+        return self._replace(poses=poses)
 
     def at(self, rows: slice | BoolArray) -> BodySweep:
         """Select segments."""
-        return replace(self, poses=self.poses[rows], block=self.block[rows])
+        return self._replace(poses=self.poses[rows], block=self.block[rows])
 
     def inflated(self, by: float) -> BodySweep:
         """Inflate the body by so much, mm; below 0 it shrinks."""
-        return replace(self, body=np.append(self.body[:-1], by))
-
-    def loop(self) -> tuple[Callable[..., int], tuple[Any, ...]]:
-        """Return the compiled loop that removes it, and what is swept as its arguments."""
-        from fiveaxis.stock.body_sweep import sweep_bodies
-
-        return sweep_bodies, (self.poses, self.zones, self.body)
+        return self._replace(body=np.append(self.body[:-1], by))
 
 
 Sweep: TypeAlias = BallSweep | BodySweep

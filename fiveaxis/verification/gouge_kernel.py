@@ -160,7 +160,10 @@ def deepest_in_triangle(triangle: Array, zones: Array, low: float, high: float, 
 
 @inner
 def frame_of(axis: Array) -> Array:
-    """Three unit vectors at right angles, (3, 3) rows, the last one the axis."""
+    """Three unit vectors at right angles, (3, 3) rows, the last one the axis.
+
+    As `clipped`, it isn't that of the search's mask, which verification shares no formula with.
+    """
     least = int(np.argmin(np.abs(axis)))
     frame = np.zeros((3, 3))
     frame[0, least] = 1.0

@@ -46,6 +46,10 @@ NO_PROGRAMS: dict[str, str] = {
     "points": _LIST,
     "motion": "is the table of a motion, not a program; read it with read_motion (`fiveaxis verify`, `post`)",
 }
+GIVES_DIRECTIONS = (
+    "the block gives the tool direction, and the angles that the control chooses aren't in the program; post "
+    "it with rotary words"
+)
 
 # deg: an axis that wraps at 360 deg turns by at most this.
 HALF_TURN = 180.0
@@ -130,23 +134,25 @@ def read_program(path: str | Path, machine: Machine, reading: Reading) -> ReadMo
         before all axes are known, a rapid move of unknown speed, a tool direction instead of angles.
     """
     options = ReadOptions.of(reading, machine=machine)
-    return require_timed(read_motion_of(load_source(path), machine, options), machine, options.rapid)
-
-
-def read_motion_of(source: Source, machine: Machine, options: ReadOptions) -> ReadMotion:
-    """Read the motion of a loaded program; rapid moves of unknown speed last as long as at `RAPID`."""
-    source = options.of_language(source)
-    kind = kind_of(source)
-    if kind in NO_PROGRAMS:
+    source = options.of_language(load_source(path))
+    if (kind := kind_of(source)) in NO_PROGRAMS:
         raise source.error(NO_PROGRAMS[kind])
     interpreter = run_program(source, machine, options)
-    return _finish(interpreter, machine, options)
+    motion = motion_of_run(interpreter, *take_operation(interpreter, options), options)
+    return require_timed(motion, machine, options.rapid)
 
 
-def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) -> ReadMotion:
+def motion_of_run(
+    interpreter: Interpreter, operation: Operation, columns: Columns, options: ReadOptions
+) -> ReadMotion:
+    """Make the motion of a program that has run; rapid moves of unknown speed last as long as at `RAPID`.
+
+    Parameters
+    ----------
+    operation, columns : of `take_operation`
+    """
     rapid = None if options.rapid is None else options.rapid / 60.0
     track, source = interpreter.track, interpreter.source
-    operation, columns = take_operation(interpreter, options)
     if len(columns.lines) < 2:
         raise source.error(why_nothing_moves(track))
     # The first row is a start, to which no move of the operation leads.
@@ -158,7 +164,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
     )
     scale = interpreter.modes.feed_scale
     if columns.of_tip.any():
-        require_angles(columns, source)
+        require(~np.isfinite(columns.vectors[:, 0]), columns.lines, source, lambda _: GIVES_DIRECTIONS)
         columns = _on_workpiece(columns, interpreter, options)
         columns, scale = axes_of_tips(columns, scale, source), 1.0
     time, feed = motion_times(columns, scale, rapid)
@@ -169,7 +175,7 @@ def _finish(interpreter: Interpreter, machine: Machine, options: ReadOptions) ->
     interpreter.findings += told
     _note_turns(interpreter, written, columns.steps)
     return ReadMotion(
-        letters=machine.letters,
+        letters=columns.machine.letters,
         positions=columns.positions(),
         feed=feed,
         time=time,
@@ -323,15 +329,6 @@ def axes_of_tips(columns: Columns, scale: float, source: Source) -> Columns:
         columns.normals[row],
         columns.from_unknown[row],
     )
-
-
-def require_angles(columns: Columns, source: Source) -> None:
-    """Raise if a row gives the tool direction: the control chooses the angles."""
-    fault = (
-        "the block gives the tool direction, and the angles that the control chooses aren't in the program; "
-        "post it with rotary words"
-    )
-    require(~np.isfinite(columns.vectors[:, 0]), columns.lines, source, lambda _: fault)
 
 
 def _solve(columns: Columns, positions: Array, row: IntArray, source: Source) -> _Divided:

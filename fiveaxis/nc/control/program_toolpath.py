@@ -21,13 +21,12 @@ from fiveaxis.machine import Machine
 from fiveaxis.nc.control.axis_track import Columns, filled, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
-from fiveaxis.nc.control.technology import TechnologyTrack
 from fiveaxis.nc.control.tip_frames import on_workpiece
 from fiveaxis.nc.languages.block import upper_ascii
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import DEFAULT_FEED, unit_axes, unit_normals
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import MoveKind, Toolpath
+from fiveaxis.toolpath import MoveKind, Operation, Toolpath
 
 # deg: longer rotations in one move are reported. Most are rewinds, or a wrap that depends on the control.
 LONG_TURN = 180.0
@@ -54,8 +53,17 @@ _SMOOTHING = re.compile(r"COMP[OCS]|CYCLE832|G0?5(?:\.1|\s*P)|CYCL DEF 32\.1")
 COMMENT = re.compile(r";.*|(?<![A-Z0-9_])(?<!CYCLE832 )\([^)]*\)|\"[^\"]*\"", re.IGNORECASE)
 
 
-def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, TechnologyTrack]:
-    """Read a toolpath from an NC program of any supported language.
+def read_program_path(source: Source, options: ReadOptions) -> Toolpath:
+    """Read a toolpath from an NC program of any supported language, as `path_of_run` does."""
+    machine = options.machine or Machine.from_code("0123")
+    interpreter = run_program(source, machine, options, stand_in=options.machine is None)
+    return path_of_run(interpreter, *take_operation(interpreter, options), options)
+
+
+def path_of_run(
+    interpreter: Interpreter, operation: Operation, columns: Columns, options: ReadOptions
+) -> Toolpath:
+    """Make the toolpath of a program that has run; its rows are those of the columns that have moved.
 
     The first location is the position to which the first moves have brought all axes. Moves in machine
     coordinates (G53, G28) whose position on the workpiece is unknown are omitted and counted. Blocks are
@@ -64,12 +72,8 @@ def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, T
 
     Parameters
     ----------
-    source : the file
+    operation, columns : of `take_operation`
     options : tool, feed, unit, machine, frame of the positions, start, program zero
-
-    Returns
-    -------
-    The path, and what is in force in its moves
 
     Raises
     ------
@@ -78,10 +82,7 @@ def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, T
     ToolpathError
         With file and line: anything that can't be read completely; rotary words without a machine.
     """
-    stand_in = options.machine is None
-    machine = options.machine or Machine.from_code("0123")
-    interpreter = run_program(source, machine, options, stand_in=stand_in)
-    operation, columns = take_operation(interpreter, options)
+    source = interpreter.source
     interpreter.ignored["G4"] += int((~columns.moved).sum())
     columns = columns.at(columns.moved)
     tip, axis = _poses(columns, interpreter, options, source)
@@ -102,13 +103,13 @@ def read_program_path(source: Source, options: ReadOptions) -> tuple[Toolpath, T
         ignored={word: n for word, n in interpreter.ignored.items() if n},
         findings=tuple(interpreter.findings),
     )
-    feed, rotary = _feeds(path, columns, interpreter, options), _rotary(columns, stand_in)
+    feed, rotary = _feeds(path, columns, interpreter, options), _rotary(columns, interpreter.stand_in)
     path = replace(path, feed=feed, rotary=rotary, operation=operation)
     path = _touching(path, columns, source)
     smoothed = smoothed_lines(source)
     if smoothed.any():
         path = replace(path, shape="smooth", straight=~smoothed[path.source - 1])
-    return path, interpreter.modes.technology.track(columns.steps)
+    return path
 
 
 def _poses(

@@ -90,49 +90,61 @@ def run_program(
 
 
 def _run_judged(source: Source, machine: Machine, options: ReadOptions, *, stand_in: bool) -> Interpreter:
-    """Run a program in the unit, increment and zero that its sizes show."""
-    if options.increment is not None:
-        source = with_points(source, options.increment)
-    interpreter = _run(source, machine, options, stand_in=stand_in)
-    units, size, known = interpreter.modes.units, size_of(interpreter), None if stand_in else machine
-    why = size.faults(units.now, known)[:1]
-    other = "inch" if units.now == "mm" else "mm"
-    doubtful = options.increment is None and why and size.faults(other, known)
-    if doubtful and find_language(source) == ISO and not has_points(source):
-        step = LEAST_INCREMENT[units.now]
+    """Run a program in the unit, increment and zero that its sizes show.
+
+    The first run's sizes show increment and unit, of which at most one is another one than was read. The zero
+    is told by a path in the right unit.
+    """
+
+    def run(options: ReadOptions) -> Interpreter:
+        increment = options.increment
+        words = source if increment is None else with_points(source, increment)
+        return _run(words, machine, options, stand_in=stand_in)
+
+    found, known, assumed = run(options), None if stand_in else machine, ""
+    units, size = found.modes.units, size_of(found)
+    if step := _finer_increment(source, units, size, options, known):
         fine = replace(size, extent=size.extent * step)
-        if not fine.faults(units.now, known):
-            given = replace(options, increment=step)
-            interpreter = _run_judged(source, machine, given, stand_in=stand_in)
-            interpreter.note(
-                Severity.WARNING,
-                "increment-assumed",
-                f"no axis word has a decimal point, and as {units.now} {why[0]}; words are read as multiples "
-                f"of {step:g} {units.now} and 0.001 deg: {fine.text(units.now)}, for {size.text(units.now)}; "
-                "set increment=1 (--increment 1) if they are whole numbers",
-                interpreter.track.rows.first_line if interpreter.track.rows else None,
-            )
-            return interpreter
+        assumed = (
+            f"no axis word has a decimal point, and as {units.now} {size.faults(units.now, known)[0]}; words "
+            f"are read as multiples of {step:g} {units.now} and 0.001 deg: {fine.text(units.now)}, for "
+            f"{size.text(units.now)}; set increment=1 (--increment 1) if they are whole numbers"
+        )
+        size, options = fine, replace(options, increment=step)
     unit, doubts = units.judge(size, known)
     if unit != units.now:
         options = replace(options, unit=unit)
-        interpreter = _run(source, machine, options, stand_in=stand_in)
-    if options.zero is None and not stand_in and interpreter.track.rows:
-        columns = interpreter.track.columns()
+    if assumed or unit != units.now:
+        found = run(options)
+    if options.zero is None and not stand_in and found.track.rows:
+        columns = found.track.columns()
         settled = judge_zero(source, columns)
-        interpreter.zero_unknown = settled is None and depends_on_zero(source, columns)
+        found.zero_unknown = settled is None and depends_on_zero(source, columns)
         if settled is not None:
             zero, told = settled
-            if zero:
-                given = replace(options, zero=zero)
-                interpreter = _run(source, machine, given, stand_in=stand_in)
-            interpreter.findings.append(told)
-    interpreter.findings += doubts
+            found = run(replace(options, zero=zero)) if zero else found
+            found.findings.append(told)
+    found.findings += doubts
     if options.increment is None and find_language(source) == ISO:
-        step = LEAST_INCREMENT[interpreter.modes.units.now]
-        interpreter.findings += interpreter.modes.rules.whole_words(source, step)
-    _note_radians(interpreter)
-    return interpreter
+        step = LEAST_INCREMENT[found.modes.units.now]
+        found.findings += found.modes.rules.whole_words(source, step)
+    _note_radians(found)
+    if assumed:
+        first = found.track.rows.first_line if found.track.rows else None
+        found.note(Severity.WARNING, "increment-assumed", assumed, first)
+    return found
+
+
+def _finer_increment(
+    source: Source, units: Units, size: Size, options: ReadOptions, machine: Machine | None
+) -> float:
+    """Return the increment that words without any points count if that alone fits their sizes; else 0."""
+    if options.increment is not None or find_language(source) != ISO or has_points(source):
+        return 0.0
+    step = LEAST_INCREMENT[units.now]
+    fits_neither = all(size.faults(unit, machine) for unit in MILLIMETRES)
+    fine = replace(size, extent=size.extent * step)
+    return step if fits_neither and not fine.faults(units.now, machine) else 0.0
 
 
 def _note_radians(interpreter: Interpreter) -> None:

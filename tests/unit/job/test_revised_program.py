@@ -17,7 +17,7 @@ from fiveaxis.errors import JobError, ToolpathError
 from fiveaxis.job import make_job, revise_operations, takes_operations, write_revised
 from fiveaxis.job.program_choice import Comparison
 from fiveaxis.machine import machine_text
-from fiveaxis.nc.operation_text import OperationText
+from fiveaxis.nc.revised_words import Reviser
 
 # So short an operation can hardly be cheaper without a start more.
 QUICK = {"machine": "dmu50ev", "cone": 20.0, "effort": "quick", "allow": ("slower", "rougher")}
@@ -164,16 +164,16 @@ def test_what_an_unread_operation_may_have_changed_has_to_be_stated_again(tmp_pa
 
 @pytest.mark.parametrize(("before", "after"), [(r" X(-?[0-9.]+)", r" X9\1"), (r" B([0-9.]+)", r" B1\1")])
 def test_a_wrong_word_in_a_revised_line_keeps_the_program_back(before, after, tmp_path, monkeypatch):
-    revise = OperationText.revise
+    revise = Reviser.revision
 
-    def wrong(self, *given):
-        revision = revise(self, *given)
+    def wrong(self):
+        revision = revise(self)
         line = sorted(revision.replaced)[5]
         texts = tuple(re.sub(before, after, f" {text}").strip() for text in revision.replaced[line])
         assert texts != revision.replaced[line]
         return replace(revision, replaced={**revision.replaced, line: texts})
 
-    monkeypatch.setattr(OperationText, "revise", wrong)
+    monkeypatch.setattr(Reviser, "revision", wrong)
     # The price of a wrong text says nothing about what verification finds in it.
     monkeypatch.setattr(Comparison, "is_worth", lambda *_: True)
     made = revise_operations(make_job(input=shop_file(tmp_path, "fanuc"), tool="3=ball:6", **QUICK))

@@ -14,6 +14,7 @@ from fiveaxis.errors import ToolpathError
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
+from fiveaxis.nc.revised_words import Reviser
 from fiveaxis.nc.revision import Placement
 from fiveaxis.nc.source import load_source, with_lines
 
@@ -47,7 +48,7 @@ class Case:
         return Placement(rows, pivot - 3.0 * axis, rotary, time)
 
     def revised(self, placement):
-        revision = self.text.revise(self.path, placement)
+        revision = Reviser(self.text, self.path, placement).revision()
         self.text.require_same_around(revision)
         return revision
 
