@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from fiveaxis.errors import FigureError, MachineError, UnknownMachine
-from fiveaxis.files import require_suffix, write_atomically
+from fiveaxis.files import kept_by_file, require_suffix, write_atomically
 from fiveaxis.machine.building import build_machine, machine_document, toml_text, without_defaults
 from fiveaxis.machine.drafting import assuming
 from fiveaxis.machine.linuxcnc import read_linuxcnc
@@ -38,9 +38,13 @@ def load_machine(name: str | Path, assume: Mapping[str, str] | None = None) -> M
     SettingError
         An assumption about something else than a figure, or in another form.
     """
-    path = find_machine(name)
-    machine = READERS[path.suffix.lower()](path)
+    machine = _read(find_machine(name))
     return assuming(machine, assume) if assume else machine
+
+
+@kept_by_file(8)
+def _read(path: Path) -> Machine:
+    return READERS[path.suffix.lower()](path)
 
 
 def find_machine(name: str | Path) -> Path:
