@@ -204,7 +204,7 @@ def load_checked(
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.contour import on_part
-    from fiveaxis.job import load_placed, load_surroundings, part_unit, read_job
+    from fiveaxis.job import part_unit, read_job, resolve
     from fiveaxis.job.verifying import Checking
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import read_toolpath
@@ -219,10 +219,10 @@ def load_checked(
     meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
     findings: tuple[Finding, ...] = ()
     if path is not None and path.suffix.lower() == ".toml":
-        placed = load_placed(_moved(read_job(path), options))
-        job, machine, toolpath = placed.job, placed.machine, placed.toolpath
+        task = resolve(_moved(read_job(path), options))
+        job, machine, toolpath = task.job, task.machine, task.toolpath
         findings = tuple(finding for finding in toolpath.findings if finding.code == "part-placed")
-        around = load_surroundings(job) if around is None else around
+        around = task.around if around is None else around
         if options["above_table"] is None:
             around = replace(around, above_table=job.surrounding.above_table)
         bounds = replace(job.bounds, **given)

@@ -14,7 +14,7 @@ from fiveaxis.collision import Clearances, Surroundings
 from fiveaxis.collision.accessibility import find_accessible
 from fiveaxis.collision.assumed import is_described
 from fiveaxis.geometry import Array, BoolArray, IntArray, cross, perpendicular, product
-from fiveaxis.job.setup_search import search_box
+from fiveaxis.job.box_search import search_box
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import into_limits
 from fiveaxis.machine import Limits, Machine
