@@ -76,7 +76,8 @@ def read_settings(path: Path, model: type[Model], error: type[InputError]) -> Mo
 
 
 @kept_by_file(16)
-def _content(path: Path, *, error: type[InputError]) -> bytes:
+def read_content(path: Path, *, error: type[InputError]) -> bytes:
+    """Read the bytes of a file of settings."""
     return read_input(path, MOST_SETTINGS_BYTES, error)
 
 
@@ -92,7 +93,7 @@ def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, A
     error
         Missing file, too large, not UTF-8, not TOML.
     """
-    content = _content(path, error=error)
+    content = read_content(path, error=error)
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")  # editors on Windows add a byte order mark
     except UnicodeDecodeError:

@@ -38,13 +38,9 @@ def load_machine(name: str | Path, assume: Mapping[str, str] | None = None) -> M
     SettingError
         An assumption about something else than a figure, or in another form.
     """
-    machine = _read(find_machine(name))
+    path = find_machine(name)
+    machine = READERS[path.suffix.lower()](path)
     return assuming(machine, assume) if assume else machine
-
-
-@kept_by_file(8)
-def _read(path: Path) -> Machine:
-    return READERS[path.suffix.lower()](path)
 
 
 def find_machine(name: str | Path) -> Path:
@@ -71,6 +67,7 @@ def find_machine(name: str | Path) -> Path:
     raise UnknownMachine(text, difflib.get_close_matches(text, known, n=3, cutoff=0.4), sorted(known))
 
 
+@kept_by_file(8)
 def read_machine_file(path: Path) -> Machine:
     """Read a machine file (TOML); names of mesh files in it are relative to its folder."""
     text, data = read_document(path, MachineError)
