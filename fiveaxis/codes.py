@@ -11,8 +11,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fiveaxis.errors import SettingError
+from fiveaxis.findings import Severity
 
-ERROR, WARNING, NOTE = "error", "warning", "note"
+ERROR, WARNING, NOTE = Severity
 
 
 @dataclass(frozen=True)
@@ -21,12 +22,12 @@ class Code:
 
     Parameters
     ----------
-    severity : at worst: ``error``, ``warning`` or ``note``
+    severity : at worst
     meaning : what was found
     overridable : of an error: whether a program may be written despite it, accepted by name
     """
 
-    severity: str
+    severity: Severity
     meaning: str
     overridable: bool = True
 

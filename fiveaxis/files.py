@@ -16,12 +16,14 @@ import uuid
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import lru_cache, wraps
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 from fiveaxis.errors import InputError, NoSpace, SettingError
 
 T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
 
 # Bytes: larger files aren't read. A block takes some 40 bytes and a triangle 50 to 250, as text, so these are
 # paths of ten million locations and meshes of four million triangles or more: more than is in use, and less
@@ -36,6 +38,12 @@ TEMPORARY = ".fiveaxis-"
 # Windows refuses to replace or remove a file that another program has open: an antivirus for a moment, a
 # spreadsheet until it is closed. Its error codes; how often it is tried again, and the s in between.
 HELD, MOST_TRIES, PAUSE = (5, 32, 33), 40, 0.05
+# Path, size, time of the last change (ns) and inode: while they stay, a file is what it was. The clocks of
+# file systems are coarse, so this doesn't hold for one that was changed within so many ns.
+State = tuple[str, int, int, int]
+SETTLED = 100_000_000
+# Hashes of the files that were read.
+_HASHES: dict[State, str] = {}
 # A spreadsheet takes text that begins so for a formula; in wide form too, where East Asian text is typed.
 FORMULA = tuple("=+-@＝＋－＠")
 
@@ -100,8 +108,13 @@ def read_input(path: str | Path, most: int, error: type[InputError], *, unpack: 
     _require_size(path, require_file(path, error).st_size, most, error)
     try:
         # A small compressed file may unpack to any size, and a file may grow, so reading is limited too.
-        with gzip.open(path) if packed else Path(path).open("rb") as stream:
-            data = stream.read(most + 1)
+        with Path(path).open("rb") as stream:
+            state, data = _state(path, os.fstat(stream.fileno())), stream.read(most + 1)
+        if len(data) <= most:
+            _HASHES[state] = hashlib.sha256(data).hexdigest()
+        if packed:
+            with gzip.open(io.BytesIO(data)) as stream:
+                data = stream.read(most + 1)
     except (gzip.BadGzipFile, EOFError, zlib.error) as fault:
         raise error(f"can't be unpacked: {fault}", file=path) from None
     except OSError as fault:
@@ -111,19 +124,59 @@ def read_input(path: str | Path, most: int, error: type[InputError], *, unpack: 
 
 
 def hash_input(path: str | Path, error: type[InputError]) -> str:
-    """Compute the SHA-256 of a file, hexadecimal.
+    """Compute the SHA-256 of a file, hexadecimal; of one that was read and hasn't changed, of what was read.
 
     Raises
     ------
     error
         No regular file (`require_file`), no permission.
     """
-    require_file(path, error)
+    state = _state(path, require_file(path, error))
+    if state in _HASHES and _is_settled(state):
+        return _HASHES[state]
     try:
         with Path(path).open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
+            _HASHES[state] = hashlib.file_digest(stream, "sha256").hexdigest()
+            return _HASHES[state]
     except OSError as fault:
         raise _unreadable(path, fault, error) from None
+
+
+def kept_by_file(most: int) -> Callable[[F], F]:
+    """Decorate the reader of a file, its first argument, so that a file which stays as it is is read once.
+
+    One run asks for the same file in several stages: to check, to plan, to verify and to show. What is
+    returned is shared, so nobody may change it.
+
+    Parameters
+    ----------
+    most : files that are kept, the last ones
+    """
+
+    def decorate(read: F) -> F:
+        @lru_cache(most)
+        def kept(_state: State, path: str | Path, **how: Any) -> Any:
+            return read(path, **how)
+
+        @wraps(read)
+        def reading(path: str | Path, **how: Any) -> Any:
+            try:
+                state = _state(path, Path(path).stat())
+            except (OSError, ValueError):  # the reader says what is wrong
+                return read(path, **how)
+            return kept(state, path, **how) if _is_settled(state) else read(path, **how)
+
+        return cast("F", reading)
+
+    return decorate
+
+
+def _state(path: str | Path, found: os.stat_result) -> State:
+    return os.path.realpath(path), found.st_size, found.st_mtime_ns, found.st_ino
+
+
+def _is_settled(state: State) -> bool:
+    return time.time_ns() - state[2] > SETTLED
 
 
 def _require_size(path: str | Path, size: int, most: int, error: type[InputError]) -> None:

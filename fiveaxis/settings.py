@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from fiveaxis.errors import InputError, shorten
-from fiveaxis.files import MOST_SETTINGS_BYTES, read_input
+from fiveaxis.files import MOST_SETTINGS_BYTES, kept_by_file, read_input
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -75,6 +75,12 @@ def read_settings(path: Path, model: type[Model], error: type[InputError]) -> Mo
     return validate_settings(data, text, path, model, error)
 
 
+@kept_by_file(16)
+def read_content(path: Path, *, error: type[InputError]) -> bytes:
+    """Read the bytes of a file of settings."""
+    return read_input(path, MOST_SETTINGS_BYTES, error)
+
+
 def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, Any]]:
     """Read a TOML file.
 
@@ -87,7 +93,7 @@ def read_document(path: Path, error: type[InputError]) -> tuple[str, dict[str, A
     error
         Missing file, too large, not UTF-8, not TOML.
     """
-    content = read_input(path, MOST_SETTINGS_BYTES, error)
+    content = read_content(path, error=error)
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")  # editors on Windows add a byte order mark
     except UnicodeDecodeError:

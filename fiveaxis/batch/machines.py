@@ -365,6 +365,6 @@ def _write_job(task: Task, place: Mapping[str, Any], file: Path) -> None:
     """Write a job with the machine and the place of the part, for ``fiveaxis optimise``."""
     import tomli_w
 
-    data = task.load()[0].model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    data = task.read()[0].model_dump(mode="json", exclude_unset=True, exclude_none=True)
     setup = {key: value for key, value in data.get("setup", {}).items() if key != "search"}
     write_atomically(file, tomli_w.dumps(data | {"setup": setup | dict(place)}))

@@ -188,8 +188,8 @@ class Task:
         """A row of this task, to be filled in."""
         return Row(self.name, self.file.name, Status.BROKEN, self.sweep, dict(self.values))
 
-    def load(self) -> tuple[Job, str]:
-        """Read the job, and hash its inputs.
+    def read(self) -> tuple[Job, dict[str, Any]]:
+        """Read the job, and return it with the content of its file, the sweep's values in it.
 
         Raises
         ------
@@ -199,13 +199,16 @@ class Task:
         text, data = read_document(self.file, JobError)
         try:
             whole = apply_values(self.values, data)
-            job = build_job(whole, text, self.file)
-            return job, digest_job(job, whole)
+            return build_job(whole, text, self.file), whole
         except JobError as fault:
             if not self.values:
                 raise
             # The line of a key in the file isn't the line of the sweep's value for it.
             raise JobError(f"in the variant {self.name}: {fault.message}", file=self.file) from None
+
+    def digest(self) -> str:
+        """Hash the job's inputs."""
+        return digest_job(*self.read())
 
 
 @dataclass(frozen=True)
@@ -256,7 +259,7 @@ def plan_tasks(
             planned.sweeps[name] = [task.name for task in tasks]
         for task in tasks or [Task(name, file)]:
             try:
-                planned.digests[task.name] = task.load()[1]
+                planned.digests[task.name] = task.digest()
                 planned.tasks[task.name] = task
             except Exception as fault:  # likewise
                 planned.faults.append(_row_of_unreadable(task, fault))

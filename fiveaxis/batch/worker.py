@@ -19,7 +19,8 @@ from fiveaxis.batch.ledger import own_folder
 from fiveaxis.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.batch.tasks import Task
 from fiveaxis.errors import SettingError
-from fiveaxis.job import resumable, run_job, write_outcome
+from fiveaxis.job import digest_job, resolve, resumable, write_outcome
+from fiveaxis.job import run_task as run_resolved
 from fiveaxis.progress import Progress
 
 # s between two messages of one stage, quick enough for a live table.
@@ -39,23 +40,27 @@ def run_task(task: Task, folder: Path, progress: Progress) -> Row:
     """
     digest = ""
     try:
-        job, digest = task.load()
+        job, whole = task.read()
+        resolved = resolve(job, progress)
+        # Only now: what is hashed is what was read.
+        digest = digest_job(job, whole)
         own = own_folder(folder, task.name)
         with resumable(digest, own) as checkpoint:
-            outcome = run_job(job, progress, checkpoint)
+            outcome = run_resolved(resolved, progress, checkpoint)
             files = write_outcome(outcome, own, progress)
         row = row_of(task.blank, outcome, files)
     except Exception as fault:  # a fault of one job, of whatever kind, mustn't end the others
         row = row_of_fault(task.blank, fault)
         if row.status is not Status.WRONG_INPUT:
             remove_program(folder, task.name)
+        digest = digest or _digest(task)
     # If the inputs changed during the run, the result belongs to neither: without a hash the job runs again.
     return replace(row, digest=digest if digest and _digest(task) == digest else "")
 
 
 def _digest(task: Task) -> str:
     try:
-        return task.load()[1]
+        return task.digest()
     except Exception:  # what can't be read now isn't what was read
         return ""
 

@@ -132,8 +132,9 @@ def optimise(
             from fiveaxis.job import (
                 digest_job,
                 require_folder,
+                resolve,
                 resumable,
-                run_job,
+                run_task,
                 takes_operations,
                 write_outcome,
             )
@@ -143,9 +144,11 @@ def optimise(
             job = job_of(context.params)
             if takes_operations(job):
                 return _revise(job, output, work, written, as_json=as_json)
+            task = work.run(partial(resolve, job))
+            # Only now: what is hashed is what was read.
             digest = "" if output is None else digest_job(job)
             with resumable(digest, output) as checkpoint:
-                outcome = work.run(partial(run_job, job, checkpoint=checkpoint))
+                outcome = work.run(partial(run_task, task, checkpoint=checkpoint))
                 if output is not None:
                     written += write_outcome(outcome, output, work.step)
         if output is not None:

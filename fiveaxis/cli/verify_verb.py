@@ -204,7 +204,8 @@ def load_checked(
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
     from fiveaxis.contour import on_part
-    from fiveaxis.job import ProgramOptions, load_placed, load_surroundings, part_unit, read_job
+    from fiveaxis.job import ProgramOptions, part_unit, read_job, resolve
+    from fiveaxis.job.loading import stated_control
     from fiveaxis.job.verifying import Checking
     from fiveaxis.machine import load_machine
     from fiveaxis.nc import read_toolpath
@@ -219,16 +220,16 @@ def load_checked(
     meshes = {name: options[name] for name in ("crease", "part_unit") if options[name] is not None}
     findings: tuple[Finding, ...] = ()
     if path is not None and path.suffix.lower() == ".toml":
-        placed = load_placed(_moved(read_job(path), options))
-        job, machine, toolpath = placed.job, placed.machine, placed.toolpath
+        task = resolve(_moved(read_job(path), options))
+        job, machine, toolpath = task.job, task.machine, task.toolpath
         findings = tuple(finding for finding in toolpath.findings if finding.code == "part-placed")
-        around = load_surroundings(job) if around is None else around
+        around = task.around if around is None else around
         if options["above_table"] is None:
             around = replace(around, above_table=job.surrounding.above_table)
         bounds = replace(job.bounds, **given)
         gouge = gouge or job.surrounding.gouge_tolerance
         meshes = {"crease": job.meshes.crease, "part_unit": part_unit(job) or "mm"} | meshes
-        asked = ProgramOptions(control=options["control"] or job.stated_control, settings=job.nc)
+        asked = ProgramOptions(control=options["control"] or stated_control(job), settings=job.nc)
     else:
         given_to = read_flags(OnMachine, options)
         machine = load_machine(require_machine(options["machine"]), given_to.get("assume"))

@@ -1,10 +1,11 @@
 """One job: from a part or a path to the files that a machine and its programmer need.
 
-- the job: `description` (its fields), `reading` (from a file or options), `guide` (explained), `loading`
-  (what it names), `placement` (where the part stands if nobody says);
-- its run: `setup_choice` (`run_job`), `setup_search`, `stages`, `clearing` (optimisation clear
-  of collisions), `solution`, `results` (its files), `unfinished` (what an interrupted
-  one goes on from);
+- the job: `description` (its fields), `reading` (from a file or options), `guide` (explained);
+- the task: `task` (a job resolved, once), of `loading` (what it names), `kept` (what its input states) and
+  `placement` (where the part stands if nobody says); every later stage takes it;
+- its run: `setup_choice` (`run_job`), `setup_search` and `box_search`, `stages`, `clearing` (optimisation
+  clear of collisions), `solution`, `results` (its files), `unfinished` (what an interrupted one goes on
+  from);
 - programs: `planned_program` (motion), `program` (text, read back and verified), `release` (the release
   gate), `posting` (programs of motions and of other programs), `verifying` (any program), `program_costs`;
 - a user's own program: `revised_program` (its operations, one by one), `in_place` (postures in the lines of
@@ -24,8 +25,6 @@ from fiveaxis.job.loading import measure_plan as measure_plan
 from fiveaxis.job.loading import part_of as part_of
 from fiveaxis.job.loading import part_unit as part_unit
 from fiveaxis.job.loading import plan_mesh as plan_mesh
-from fiveaxis.job.placement import PlacedJob as PlacedJob
-from fiveaxis.job.placement import load_placed as load_placed
 from fiveaxis.job.posting import Posted as Posted
 from fiveaxis.job.posting import make_of_motion as make_of_motion
 from fiveaxis.job.posting import post_program as post_program
@@ -50,9 +49,12 @@ from fiveaxis.job.revised_program import revise_operations as revise_operations
 from fiveaxis.job.revised_program import revise_program as revise_program
 from fiveaxis.job.revised_program import takes_operations as takes_operations
 from fiveaxis.job.setup_choice import run_job as run_job
+from fiveaxis.job.setup_choice import run_task as run_task
 from fiveaxis.job.solution import Solution as Solution
-from fiveaxis.job.stages import LEFT_OUT as LEFT_OUT
 from fiveaxis.job.stages import Outcome as Outcome
+from fiveaxis.job.task import LEFT_OUT as LEFT_OUT
+from fiveaxis.job.task import Task as Task
+from fiveaxis.job.task import resolve as resolve
 from fiveaxis.job.unfinished import digest_job as digest_job
 from fiveaxis.job.unfinished import resumable as resumable
 from fiveaxis.job.verifying import show_program as show_program

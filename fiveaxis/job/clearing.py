@@ -18,6 +18,7 @@ from fiveaxis.job.loading import take_machine, take_path
 from fiveaxis.job.obstruction import OF_BODIES, colliding_rows, explain, has_pairs, require_clear
 from fiveaxis.job.placement import placed
 from fiveaxis.job.solution import Solution
+from fiveaxis.job.task import Task
 from fiveaxis.machine import Machine
 from fiveaxis.motion import Clock, Coordinates, Interpolation
 from fiveaxis.nc import require_program
@@ -77,7 +78,7 @@ def optimise(
 ) -> Solution:
     """Choose the rotary angles of every cutter location so that its program costs the least.
 
-    Postures in which cutter, shank, holder or spindle come too near to the part, stock, fixtures or bodies of
+    Optimum in which cutter, shank, holder or spindle come too near to the part, stock, fixtures or bodies of
     the machine are excluded. Where the motion still collides, between locations or at particular axis values,
     those postures are refused and the path is searched again, at most `ROUNDS` times; `verify` reports what
     is left.
@@ -129,33 +130,31 @@ def optimise(
     machine = take_machine(machine)
     path = take_path(toolpath, machine, given.tool, around, given.surface_tolerance, given.crease)
     path = path if given.path_shape is None else path.shaped(given.path_shape)
-    near_by = around if given.keep_clear else None
-    path, machine = placed(path, machine, constraints, near_by)
+    path, machine = placed(path, machine, constraints, around if given.keep_clear else None)
     if given.control is None:
         clock = Clock(None, given.coordinates or "axes")
         interpolation = Interpolation.JOINT if clock.coordinates == "axes" else Interpolation.TCP
     else:
         wording = require_program(machine, given.control, given.coordinates)
         clock, interpolation = Clock(wording.dialect, wording.coordinates), wording.interpolation
-    options = Options.of(given, interpolation=interpolation, clock=clock)
-    path = on_part(constraints.zoned(path), around.part)
-    cleared = solve_clear(path, machine, constraints, options, near_by)
-    return Solution.of(cleared.solution, constraints, around, given.gouge_tolerance)
+    task = Task(
+        machine=machine,
+        toolpath=on_part(constraints.zoned(path), around.part),
+        constraints=constraints,
+        around=around,
+        options=Options.of(given, interpolation=interpolation, clock=clock),
+        keep_clear=given.keep_clear,
+        gouge_tolerance=given.gouge_tolerance,
+    )
+    return task.finished(solve_clear(task).solution)
 
 
-def solve_clear(
-    toolpath: Toolpath,
-    machine: Machine,
-    constraints: Constraints,
-    options: Options,
-    around: Surroundings | None,
-    find: Find = optimise_postures,
-) -> Cleared:
+def solve_clear(task: Task, find: Find = optimise_postures) -> Cleared:
     """Solve a path clear of what stands around it, and bound what is left to save where that is asked.
 
     Parameters
     ----------
-    around : part, stock and fixtures; None to keep clear of nothing
+    task : what is solved
     find : what solves it, as `fiveaxis.posture.optimise_postures`
 
     Raises
@@ -163,18 +162,20 @@ def solve_clear(
     FiveAxisError
         As `fiveaxis.posture.optimise_postures`.
     """
+    options = task.options
 
     def solve(path: Toolpath, own: Mask | None) -> Optimum:
-        return find(path, machine, constraints, replace(options, mask=own, bound=False))
+        return find(path, task.machine, task.constraints, replace(options, mask=own, bound=False))
 
     own, progress = Mask.of(options.mask), options.progress
-    if around is None:
-        cleared = Cleared(solve(toolpath, own), None, 0)
+    if task.obstacles is None:
+        cleared = Cleared(solve(task.toolpath, own), None, 0)
     else:
-        cleared = keep_clear(solve, toolpath, machine, around, constraints, own, progress)
+        around, constraints = task.obstacles, task.constraints
+        cleared = keep_clear(solve, task.toolpath, task.machine, around, constraints, own, progress)
     if not options.is_bounded:
         return cleared
-    bounded = with_bound(cleared.solution, constraints, options.objective, progress)
+    bounded = with_bound(cleared.solution, task.constraints, options.objective, progress)
     return replace(cleared, solution=bounded)
 
 

@@ -13,8 +13,7 @@ from fiveaxis.codes import require_codes
 from fiveaxis.collision import ClearanceTable, FixtureTable
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.machine import load_machine
-from fiveaxis.nc import ProgramSettings, control_for, find_dialect
+from fiveaxis.nc import ProgramSettings, find_dialect
 from fiveaxis.options import (
     HIGHEST_FEED,
     Bounds,
@@ -306,22 +305,9 @@ class Job(_Bounded):
         return Reading.of(self.program, unit=None if self.unit == "m" else self.unit)
 
     @property
-    def stated_control(self) -> str | Path | None:
-        """The control that the job names, or its machine; None where neither does."""
-        named = Writing.of(self).control
-        machine = None if named is not None or self.machine is None else load_machine(self.machine)
-        return named if machine is None or not machine.control else control_for(machine)
-
-    @property
     def program_options(self) -> ProgramOptions:
-        """How the program is written, with its settings.
-
-        Raises
-        ------
-        MachineError
-            The job names no control, and its machine can't be read.
-        """
-        return ProgramOptions.of(self, control=self.stated_control, settings=self.nc, header=None)
+        """How the program of a task is written, with its settings; the control is the one that holds."""
+        return ProgramOptions.of(self, settings=self.nc, header=None)
 
     @property
     def planning(self) -> Planning:

@@ -14,7 +14,7 @@ from fiveaxis.errors import JobError
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array, IntArray
 from fiveaxis.job.description import Job
-from fiveaxis.job.loading import operation_text
+from fiveaxis.job.loading import operation_text, stated_control
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_costs import Pricing, ProgramEnergy, price_program, word_rounding
 from fiveaxis.job.release import Gate
@@ -70,6 +70,7 @@ class RevisedOperation:
     machine : as it is set up
     wording : the control, and whether its words are the tip's or the axes'
     reading : how the program is read
+    job : whose operation it is
     """
 
     text: OperationText
@@ -77,6 +78,7 @@ class RevisedOperation:
     machine: Machine
     wording: WordWriter
     reading: Reading
+    job: Job
 
     @classmethod
     def of(cls, job: Job, toolpath: Toolpath, machine: Machine) -> RevisedOperation:
@@ -95,7 +97,7 @@ class RevisedOperation:
         text = operation_text(job, toolpath.tool)
         operation = text.operation
         # Words of axes alone don't tell an ISO control.
-        control = operation.control or job.stated_control
+        control = operation.control or stated_control(job)
         if control is None:
             raise JobError(
                 "the program's words don't tell its control; state it in the machine's file (control), or "
@@ -125,7 +127,7 @@ class RevisedOperation:
             )
             found = Finding(Severity.NOTE, "rapid-speed-unknown", message, toolpath.place(0))
             toolpath = replace(toolpath, findings=(*toolpath.findings, found))
-        return cls(text, toolpath, machine, wording, reading)
+        return cls(text, toolpath, machine, wording, reading, job)
 
     @property
     def own(self) -> Array | None:
@@ -163,7 +165,7 @@ class RevisedOperation:
         fill = filling.thin(fill, at == np.floor(at))
         return Written(fill, Reviser(self.text, self.path, self._placement(solution, fill)).revision())
 
-    def make(self, solution: Solution, job: Job) -> tuple[MadeProgram, Revision]:
+    def make(self, solution: Solution) -> tuple[MadeProgram, Revision]:
         """Write a solution's postures into the operation, and verify and price the text.
 
         Raises
@@ -176,7 +178,7 @@ class RevisedOperation:
         self.text.require_same_around(revision)
         text = self._program(revision)
         source = revision.revised
-        read, gate = self.verify(source, solution, job)
+        read, gate = self.verify(source, solution)
         planned = ProgramMotion(
             fill.blocks, np.full(len(fill.blocks), Phase.PATH, dtype=np.int64), self.wording.interpolation, 0
         )
@@ -186,38 +188,38 @@ class RevisedOperation:
             text,
             planned,
             gate,
-            replace(
+            run_time=replace(
                 predicted_time(read.motion, machine, self.wording.dialect, self.wording.coordinates),
                 times=priced.motion.time,
             ),
-            priced.motion,
-            word_rounding(priced.motion, source.lines),
-            _from_path(priced, int(revision.row_lines[0])),
-            np.arange(len(read.motion)),
-            fill,
+            blocks=priced.motion,
+            rounding=word_rounding(priced.motion, source.lines),
+            energy=_from_path(priced, int(revision.row_lines[0])),
+            ends=np.arange(len(read.motion)),
+            fill=fill,
             spent=np.interp(
                 np.arange(len(fill.given)), fill.row[fill.kept], _spent(priced, revision.row_lines)
             ),
         )
         return made, revision
 
-    def faults(self, solution: Solution, job: Job) -> tuple[str, ...]:
+    def faults(self, solution: Solution) -> tuple[str, ...]:
         """Return the codes of errors that the operation has as it was, within the bounds of a solution.
 
         Its feeds are right: the path has them from its text.
         """
-        kept = self.verify(self.text.source, solution, job)[1].kept
+        kept = self.verify(self.text.source, solution)[1].kept
         return tuple(code for code in kept if code != "feed-differs")
 
-    def verify(self, source: Source, solution: Solution, job: Job) -> tuple[TracedProgram, Gate]:
+    def verify(self, source: Source, solution: Solution) -> tuple[TracedProgram, Gate]:
         """Read the operation's text, as it was or revised, and verify it as a solution's."""
         read = load_program(source, self.machine, self.path.tool, self.reading)
         against = Against(
             toolpath=self.path, surroundings=solution.surroundings, constraints=solution.constraints
         )
-        gap = job.surrounding.surface_tolerance
+        gap = self.job.surrounding.surface_tolerance
         report = check_read(read, self.machine, against, gap, solution.tolerances)
-        return read, Gate.of(report, job.override)
+        return read, Gate.of(report, self.job.override)
 
     def _placement(self, solution: Solution, fill: Fill) -> Placement:
         """Return where the axes are to be at each location that gets a line."""

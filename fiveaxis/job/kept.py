@@ -11,7 +11,7 @@ from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.job.description import Job
 from fiveaxis.job.reading import make_job
 from fiveaxis.nc import DIALECTS, Dialect, ProgramSettings, find_dialect
-from fiveaxis.options import USUAL_CONTROL
+from fiveaxis.options import USUAL_CONTROL, Writing
 from fiveaxis.toolpath import Operation, Toolpath
 
 # Code of the finding on what can't be kept.
@@ -69,6 +69,10 @@ def with_stated(settings: ProgramSettings, stated: dict[str, Any]) -> ProgramSet
 def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     """Keep control, coordinates and settings of a job's input where the job gives none.
 
+    Parameters
+    ----------
+    job : with the control of its machine, where that has one
+
     Returns
     -------
     The job, and its path with the finding on what can't be kept.
@@ -82,22 +86,21 @@ def keep_stated(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     if operation is None:
         return job, toolpath
     given: dict[str, Any] = {}
-    if job.stated_control is None and operation.control:
+    stated = Writing.of(job).control
+    if stated is None and operation.control:
         if operation.control not in DIALECTS:
             raise JobError(
                 f"the program is one of {operation.control!r}, which isn't written; name one (--control)",
                 file=toolpath.name,
             )
         given["control"] = operation.control
-    dialect = find_dialect(given.get("control", job.stated_control or USUAL_CONTROL))
+    dialect = find_dialect(given.get("control", stated or USUAL_CONTROL))
     coordinates = "tip" if operation.tcp else "axes"
     is_program = operation.language != "APT"
     if is_program and "coordinates" not in job.model_fields_set and coordinates in dialect.modes:
         given["coordinates"] = coordinates
     given["nc"], lost = stated_settings(operation, dialect, job.nc, toolpath.name)
-    if not any(finding.code == NOT_KEPT for finding in toolpath.findings):
-        toolpath = replace(toolpath, findings=(*toolpath.findings, *lost))
-    return make_job(job, **given), toolpath
+    return make_job(job, **given), replace(toolpath, findings=(*toolpath.findings, *lost))
 
 
 def _set(settings: ProgramSettings) -> set[str]:

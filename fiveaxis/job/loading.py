@@ -18,17 +18,17 @@ from fiveaxis.job.reading import require_input
 from fiveaxis.machine import Machine, lender_of, load_machine, with_powers
 from fiveaxis.machine.bodies import MeshShape
 from fiveaxis.machine.files import find_machine
-from fiveaxis.machine.unknown import require_stated, unknown_figures
+from fiveaxis.machine.unknown import unknown_figures
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
-from fiveaxis.nc import find_dialect, read_toolpath
+from fiveaxis.nc import control_for, find_dialect, read_toolpath
 from fiveaxis.nc.formats import kind_of, read_path_of
 from fiveaxis.nc.languages.choice import control_of, find_language
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.own_header import stated_height
 from fiveaxis.nc.source import load_source
-from fiveaxis.options import USUAL_CONTROL, CadFile
+from fiveaxis.options import USUAL_CONTROL, CadFile, Writing
 from fiveaxis.progress import Progress, unheard
 from fiveaxis.report import InputFile, describe_input
 from fiveaxis.settings import read_document
@@ -56,23 +56,6 @@ def load_job_machine(job: Job) -> Machine:
     if job.load is not None:
         machine = machine.with_load(job.load, machine.load.centre)
     return with_powers(machine, job.drives)
-
-
-def require_writable(job: Job) -> None:
-    """Raise, before the work, unless the job's program can be written for its machine.
-
-    Raises
-    ------
-    FiveAxisError
-        As `load_job_machine` and `ProgramOptions.wording`.
-    MachineError
-        A figure on which the program's words depend isn't stated.
-    """
-    require_input(job.input)
-    if revises(job):  # its words say what they depend on
-        return
-    machine = load_job_machine(job)
-    require_stated(machine, job.program_options.wording(machine).coordinates)
 
 
 def take_machine(machine: Machine | str | Path) -> Machine:
@@ -198,7 +181,15 @@ def revises(job: Job) -> bool:
         return False
     # A program of another control than the machine's is written anew.
     written_for = control_of(source, find_language(source))
-    return job.stated_control is None or written_for in ("", job.stated_control)
+    control = stated_control(job)
+    return control is None or written_for in ("", control)
+
+
+def stated_control(job: Job) -> str | Path | None:
+    """Return the control that a job names, or else its machine; None where neither does."""
+    named = Writing.of(job).control
+    machine = None if named is not None or job.machine is None else load_machine(job.machine)
+    return named if machine is None or not machine.control else control_for(machine)
 
 
 def operation_text(job: Job, tool: Tool) -> OperationText:
@@ -352,7 +343,7 @@ def input_files(job: Job) -> Iterator[tuple[str, Path]]:
     if job.tool is not None and job.tool.lower().endswith(TOOL_FILE):
         files["tool"] = Path(job.tool)
     yield from ((use, path) for use, path in files.items() if path is not None)
-    control = str(job.stated_control or USUAL_CONTROL)
+    control = str(stated_control(job) or USUAL_CONTROL)
     if control.lower().endswith(TOOL_FILE):
         find_dialect(control)  # refuses tables that are based on each other
         yield from (("control", path) for path in _tables(Path(control)))

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.job.description import Job
-from fiveaxis.job.kept import keep_stated
-from fiveaxis.job.loading import (
-    load_job_machine,
-    load_job_toolpath,
-    load_surroundings,
-    revises,
-)
 from fiveaxis.job.reach import Reach
 from fiveaxis.kinematics import require_orienting
 from fiveaxis.machine import Body, Box, Cylinder, Machine, load_machine
@@ -22,50 +15,12 @@ from fiveaxis.machine.chain import Triple
 from fiveaxis.nc.own_header import set_up_as_stated
 from fiveaxis.nc.source import load_source
 from fiveaxis.options import USUAL_CONE
-from fiveaxis.progress import Progress, unheard
 from fiveaxis.toolpath import Constraints, Toolpath
 
 # Automatic ranges for the setup: mm to each side, deg.
 WIDEST, ROUND = 100.0, (-180.0, 180.0)
 # deg: how far from its own postures a program may be reached that is revised in its lines.
 AS_IT_IS = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class PlacedJob:
-    """A job with its part where it stands, and what it names.
-
-    Parameters
-    ----------
-    job : with its work offset
-    machine : with the job's setup
-    toolpath : its findings tell where the part was placed, if the job doesn't say
-    """
-
-    job: Job
-    machine: Machine
-    toolpath: Toolpath
-
-
-def load_placed(job: Job, progress: Progress = unheard) -> PlacedJob:
-    """Load a job's machine and path, and place the part if the job gives no work offset.
-
-    Raises
-    ------
-    FiveAxisError
-        As `load_job_machine` and `load_job_toolpath`.
-    """
-    machine = load_job_machine(job)
-    toolpath = load_job_toolpath(job, progress)
-    if not revises(job):
-        job, toolpath = keep_stated(job, toolpath)
-    job, toolpath = with_usual_cone(job, toolpath)
-    progress("placing the part", 0, 1)
-    there, findings = place(job, machine, toolpath)
-    if findings:
-        machine = load_job_machine(there)
-        toolpath = replace(toolpath, findings=(*toolpath.findings, *findings))
-    return PlacedJob(there, machine, toolpath)
 
 
 def with_usual_cone(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
@@ -81,8 +36,16 @@ def with_usual_cone(job: Job, toolpath: Toolpath) -> tuple[Job, Toolpath]:
     return job.model_copy(update={"cone": USUAL_CONE}), toolpath
 
 
-def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Finding, ...]]:
+def place(
+    job: Job, machine: Machine, toolpath: Toolpath, around: Surroundings | None, *, in_place: bool
+) -> tuple[Job, tuple[Finding, ...]]:
     """Choose where the part stands if a job gives no work offset.
+
+    Parameters
+    ----------
+    machine : in the job's setup
+    around : what the tool keeps clear of; None where it needn't
+    in_place : whether its program is revised in its lines
 
     Returns
     -------
@@ -97,8 +60,8 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
         if there.setup.stated:
             stated = {"offset": there.setup.offset, "rotation": there.setup.rotation_deg}
             return job.model_copy(update={"setup": job.setup.model_copy(update=stated)}), told
-    bounds, around = job.constraints, None if said else kept_clear(job)
-    if revises(job) and not said:
+    bounds = job.constraints
+    if in_place and not said:
         if job.reading.zero or (toolpath.operation is not None and not toolpath.operation.tcp):
             return job, ()  # where the path lies on the part hangs on where the part stands
         # A program that is revised in its lines runs as it is, if this machine can take its postures at all.
@@ -113,32 +76,21 @@ def place(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Fi
     return job.model_copy(update={"setup": setup}), (finding,)
 
 
-def with_ranges(job: Job, machine: Machine, toolpath: Toolpath) -> tuple[Job, tuple[Finding, ...]]:
-    """Give a job's automatic search for the setup its ranges, about the place that is given or chosen.
+def with_ranges(job: Job, machine: Machine) -> Job:
+    """Give a job's automatic search for the setup its ranges, about the place that is given or was chosen.
 
     X and Y go a quarter of the shortest linear travel to both sides, at most `WIDEST`; Z goes as far, but
     only up: the table is below. The part turns all around.
-
-    Returns
-    -------
-    The job with its ranges, and what has been chosen, as of `place`
     """
     search = job.setup.search
     if search is None or not search.auto:
-        return job, ()
-    placed, findings = place(job, machine, toolpath)
-    there = placed.setup
+        return job
     travels = (machine.high - machine.low)[machine.linear_columns]
     side = min(WIDEST, 0.25 * float(travels.min()))
-    x, y, z = there.offset
+    x, y, z = job.setup.offset
     ends = {"x": (x - side, x + side), "y": (y - side, y + side), "z": (z, z + side), "angle": ROUND}
     asked = search.model_copy(update={"auto": False} | ends | search.ranges)
-    return job.model_copy(update={"setup": there.model_copy(update={"search": asked})}), findings
-
-
-def kept_clear(job: Job) -> Surroundings | None:
-    """Load what a job keeps clear of beside the machine; None where it keeps clear of nothing."""
-    return load_surroundings(job) if job.surrounding.keep_clear else None
+    return job.model_copy(update={"setup": job.setup.model_copy(update={"search": asked})})
 
 
 def placed(
@@ -192,11 +144,13 @@ def choose_offset(
     return offset, Finding(Severity.WARNING, "part-placed", message)
 
 
-def advised(fault: Infeasible, job: Job, machine: Machine, toolpath: Toolpath) -> Infeasible:
+def advised(
+    fault: Infeasible, job: Job, machine: Machine, toolpath: Toolpath, around: Surroundings | None
+) -> Infeasible:
     """Add to a fault where the part could stand so that every location is reached; unchanged if nowhere."""
     if job.constraints.hold or not any(finding.code == "no-posture" for finding in fault.findings):
         return fault
-    reach = Reach.of(toolpath, machine, job.constraints, job.setup.rotation, kept_clear(job))
+    reach = Reach.of(toolpath, machine, job.constraints, job.setup.rotation, around)
     if (reach.reached(job.setup.offset) | ~reach.reached_wherever()).all():
         return fault
     nearest = reach.nearest(job.setup.offset)

@@ -288,15 +288,25 @@ def compose_verified(
 
     draft = compose(NOT_VERIFIED)
     back = ReadBack.of(draft, motion, wording, options.settings)
-    run_time = predicted_time(back.motion, machine, wording.dialect, wording.coordinates)
     texts = [line for line, row in zip(draft.lines, draft.rows, strict=True) if row >= 0]
-    blocks, rounding = back.blocks, word_rounding(back.motion, texts)
-    energy = _text_energy(back, draft)
-    note = "" if energy is None else f"{energy.total:.0f} J of the feed drives in {energy.time:.1f} s"
+    made = MadeProgram(
+        machine,
+        draft,
+        motion,
+        Gate.unverified(),
+        run_time=predicted_time(back.motion, machine, wording.dialect, wording.coordinates),
+        blocks=back.blocks,
+        rounding=word_rounding(back.motion, texts),
+        energy=_text_energy(back, draft),
+    )
+    note = (
+        ""
+        if made.energy is None
+        else f"{made.energy.total:.0f} J of the feed drives in {made.energy.time:.1f} s"
+    )
     priced = (("energy", f"{note}, by the words as written"),) if note else ()
     if verdict is None:
-        text = compose((*priced, *NOT_VERIFIED))
-        return MadeProgram(machine, text, motion, Gate.unverified(), run_time, blocks, rounding, energy)
+        return replace(made, text=compose((*priced, *NOT_VERIFIED)))
     found, *more = verdict(back, draft)
     gate = Gate.of(found.merge(*more, unsaid(back.read.motion.findings)), options.override)
     text = compose((*priced, *gate.notes))
@@ -308,7 +318,7 @@ def compose_verified(
     ):
         raise Unverified("the program reads differently with its header than without; please report this", [])
     logger.info("%s: %d rows, %d lines", text.control, len(motion), len(text.lines))
-    return MadeProgram(machine, text, motion, gate, run_time, blocks, rounding, energy, back.block_rows)
+    return replace(made, text=text, gate=gate, ends=back.block_rows)
 
 
 def _text_energy(back: ReadBack, text: Program) -> Energy | None:

@@ -12,10 +12,11 @@ import numpy as np
 from fiveaxis.energy import Energy
 from fiveaxis.errors import AlreadyBetter, Infeasible, ToolpathError
 from fiveaxis.job.clearing import Cleared
-from fiveaxis.job.description import Job, Trade
+from fiveaxis.job.description import Trade
 from fiveaxis.job.in_place import RevisedOperation
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.solution import Solution
+from fiveaxis.job.task import JobTask
 from fiveaxis.motion import follow
 from fiveaxis.nc.revision import Revision
 from fiveaxis.options import Objective
@@ -141,11 +142,10 @@ class Chosen:
 
 
 def choose(
-    job: Job,
+    task: JobTask,
     operation: RevisedOperation,
     options: Options,
     solved: Callable[[Options], Cleared],
-    finished: Callable[[Cleared], Solution],
 ) -> Chosen:
     """Choose what replaces an operation's postures, by the price of the texts.
 
@@ -156,9 +156,10 @@ def choose(
 
     Parameters
     ----------
+    task : of the job
+    operation : its lines
     options : as asked for
     solved : searches with other options
-    finished : adds to a result what it was chosen within
 
     Raises
     ------
@@ -169,7 +170,7 @@ def choose(
     ToolpathError
         The text can't be revised.
     """
-    before, objective = operation.as_it_was.energy, options.objective
+    job, before, objective = task.job, operation.as_it_was.energy, options.objective
     found: list[tuple[str, Comparison, Cleared, Solution]] = []
     faults: list[Infeasible] = []
     for name, changes in _ways(options, operation):
@@ -181,7 +182,7 @@ def choose(
         except Infeasible as fault:
             faults.append(fault)
             continue
-        solution = _pinned(finished(cleared), operation)
+        solution = _pinned(task.finished(cleared.solution), operation)
         others = () if found else _baselines(solution)
         for label, one in (("", solution), *_on_the_way(solution, operation), *others):
             try:
@@ -198,12 +199,12 @@ def choose(
     tried = [(name, comparison) for name, comparison, *_ in found]
     able = [one for one in found if one[1].is_worth(job.allow)]
     if not able:
-        errors = operation.faults(found[0][3], job)
+        errors = operation.faults(found[0][3])
         able = [(n, replace(c, faults=errors), kept, s) for n, c, kept, s in found] if errors else []
     made, refusal = None, None
     for _, comparison, cleared, solution in able[:MOST_VERIFIED]:
         try:
-            program, revision = operation.make(solution, job)
+            program, revision = operation.make(solution)
         except ToolpathError as fault:  # another end may be where a later line goes on from
             refusal = refusal or fault
             continue

@@ -14,7 +14,7 @@ from fiveaxis.collision import Clearances, Surroundings
 from fiveaxis.collision.accessibility import find_accessible
 from fiveaxis.collision.assumed import is_described
 from fiveaxis.geometry import Array, BoolArray, IntArray, cross, perpendicular, product
-from fiveaxis.job.setup_search import search_box
+from fiveaxis.job.box_search import search_box
 from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
 from fiveaxis.kinematics.windings import into_limits
 from fiveaxis.machine import Limits, Machine
@@ -38,7 +38,7 @@ FEW = 8
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """Postures of some locations of a path, with the axis values that they need wherever the part stands.
+    """Optimum of some locations of a path, with the axis values that they need wherever the part stands.
 
     With the rotary angles given, the linear axes' values are linear in the work offset.
 

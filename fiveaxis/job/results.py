@@ -12,7 +12,7 @@ from pathlib import Path
 from fiveaxis.errors import SettingError
 from fiveaxis.files import persistently, remove_leftovers, temporary_folder, unwritable, write_atomically
 from fiveaxis.job.revised_program import RevisedProgram
-from fiveaxis.job.stages import Outcome
+from fiveaxis.job.stages import FrontOutcome, Outcome
 from fiveaxis.nc import DIALECTS, write_motion
 from fiveaxis.nc.formats import PROGRAM_SUFFIXES
 from fiveaxis.posture.mask import Mask
@@ -53,11 +53,13 @@ def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) 
     """
     with _filled(folder) as (temporary, made):
         made += _make_files(outcome, temporary, progress)
-        for number, one in enumerate(outcome.of_front, start=1):
-            inner = temporary / FRONT / str(number)
-            inner.mkdir(parents=True)
-            told = within(progress, f"solution {number} of {len(outcome.of_front)}")
-            made += _make_files(one, inner, told, alone=True)
+        if isinstance(outcome, FrontOutcome):
+            made.append(write_front_figure(outcome.front, temporary / "front.svg"))
+            for number, one in enumerate(outcome.members, start=1):
+                inner = temporary / FRONT / str(number)
+                inner.mkdir(parents=True)
+                told = within(progress, f"solution {number} of {len(outcome.members)}")
+                made += _make_files(one, inner, told)
     return made
 
 
@@ -71,7 +73,7 @@ def write_revised(made: RevisedProgram, folder: Path, progress: Progress = unhea
             inner = temporary / f"{OPERATION}{number}"
             inner.mkdir()
             told = within(progress, f"operation {number}")
-            files += _make_files(outcome, inner, told, alone=True, with_program=False)
+            files += _make_files(outcome, inner, told, with_program=False)
         if made.ok and made.outcomes:
             suffix = next(iter(made.outcomes.values())).program.text.suffix
             files.append(write_atomically(temporary / f"program{suffix}", made.data))
@@ -157,9 +159,9 @@ def undisturbed() -> Iterator[None]:
 
 
 def _make_files(
-    outcome: Outcome, folder: Path, progress: Progress, *, alone: bool = False, with_program: bool = True
+    outcome: Outcome, folder: Path, progress: Progress, *, with_program: bool = True
 ) -> list[Path]:
-    """Write an outcome's files; with `alone` without the figure of its front."""
+    """Write the files of one solution."""
     solution = outcome.solution
     progress("writing the report", 0, 1)
     made = [
@@ -181,8 +183,6 @@ def _make_files(
             findings=outcome.verdict.findings,
         )
     )
-    if outcome.front is not None and not alone:
-        made.append(write_front_figure(outcome.front, folder / "front.svg"))
     if with_program and outcome.gate.is_open:
         made.append(outcome.program.write(folder / f"program{outcome.program.text.suffix}"))
     return made

@@ -14,11 +14,11 @@ from fiveaxis.files import write_atomically
 from fiveaxis.job.description import Job, Trade
 from fiveaxis.job.in_place import timed_reading
 from fiveaxis.job.loading import load_job_machine, operation_text, program_machine, revises
-from fiveaxis.job.placement import load_placed
 from fiveaxis.job.program_costs import Pricing, price_program
 from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.stages import Outcome
+from fiveaxis.job.task import resolve
 from fiveaxis.machine import Machine
 from fiveaxis.nc.formats import list_operations
 from fiveaxis.nc.operation_text import OperationText
@@ -236,7 +236,7 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
     # The part stands where the first operation that is revised has it, in all of them.
     first = next((number for number, why in reasons.items() if not why), None)
     if first is not None:
-        job = job.model_copy(update={"setup": load_placed(_of(job, first, tool=tool_of[first])).job.setup})
+        job = job.model_copy(update={"setup": resolve(_of(job, first, tool=tool_of[first])).job.setup})
     machine = load_job_machine(job)
     parts = []
     for operation in operations:

@@ -13,11 +13,11 @@ from fiveaxis.errors import Infeasible, NoBaseline
 from fiveaxis.findings import Finding, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job, SetupTable
-from fiveaxis.job.loading import load_job_machine, load_job_toolpath, require_writable
-from fiveaxis.job.placement import advised, kept_clear, load_placed, with_ranges, with_usual_cone
+from fiveaxis.job.placement import advised
 from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
+from fiveaxis.job.task import JobTask, resolve
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.posture.baselines import follow_axes
 from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard, within
@@ -52,25 +52,31 @@ def run_job(job: Job, progress: Progress = unheard, checkpoint: Checkpoint = UNK
     FiveAxisError
         Wrong input, or no admissible posture in any setup (`Infeasible`).
     """
+    return run_task(resolve(job, progress), progress, checkpoint)
+
+
+def run_task(task: JobTask, progress: Progress = unheard, checkpoint: Checkpoint = UNKEPT) -> Outcome:
+    """Take a resolved job through all further stages, as `run_job` does.
+
+    Raises
+    ------
+    Infeasible
+        No admissible posture in any setup.
+    """
+    job = task.job
     if job.setup.search is None:
-        return _run_placed(job, progress, checkpoint)
-    require_writable(job)
-    machine = load_job_machine(job)
-    toolpath = load_job_toolpath(job, progress)
-    job, toolpath = with_usual_cone(job, toolpath)
-    stated = job.setup.model_copy(update={"search": None})
-    job, chosen = with_ranges(job, machine, toolpath)
-    loaded = replace(toolpath, findings=(*toolpath.findings, *chosen))
+        try:
+            return run_stages(task, progress, checkpoint=checkpoint)
+        except Infeasible as fault:
+            raise advised(fault, job, task.machine, task.toolpath, task.obstacles) from None
     given = job.setup.model_copy(update={"search": None})
-    trials = search_setups(job, machine, loaded, progress, kept_clear(job))
+    trials = search_setups(task, progress)
     numbers = count(1)
 
     def run(setup: SetupTable, start: Array | None = None) -> Outcome | Infeasible:
+        told = within(progress, f"setup in full, run {next(numbers)}")
         try:
-            there = job.model_copy(update={"setup": setup})
-            told = within(progress, f"setup in full, run {next(numbers)}")
-            moved = setup != stated
-            return run_stages(there, told, loaded, moved=moved, start=start, checkpoint=checkpoint)
+            return run_stages(task.at(setup), told, start=start, checkpoint=checkpoint)
         except Infeasible as fault:
             return fault
 
@@ -88,17 +94,6 @@ def run_job(job: Job, progress: Progress = unheard, checkpoint: Checkpoint = UNK
     kept = choice.explain_kept()
     solution = best.solution if kept is None else add_findings(best.solution, kept)
     return replace(best, solution=solution, setup_search=figures)
-
-
-def _run_placed(job: Job, progress: Progress, checkpoint: Checkpoint) -> Outcome:
-    """Take a job through all stages, with the part where the job says, or else where it is reached."""
-    require_writable(job)
-    placed = load_placed(job, progress)
-    try:
-        moved = placed.job.setup != job.setup
-        return run_stages(placed.job, progress, placed.toolpath, moved=moved, checkpoint=checkpoint)
-    except Infeasible as fault:
-        raise advised(fault, placed.job, placed.machine, placed.toolpath) from None
 
 
 class _Choice:

@@ -1,7 +1,4 @@
-"""Search for cheap setups within a job's ranges, on some of the path's locations.
-
-Of a costly function over a box few values are taken, always the same: scattered points, then a compass.
-"""
+"""Search for cheap setups within a job's ranges, on some of the path's locations."""
 
 from __future__ import annotations
 
@@ -17,16 +14,13 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.collision.accessibility import find_accessible
 from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.geometry import Array
-from fiveaxis.job.description import Job, SetupSearch, SetupTable
+from fiveaxis.job.box_search import SCATTERED, follow_compass, halton, search_box
+from fiveaxis.job.description import SetupSearch, SetupTable
+from fiveaxis.job.task import JobTask
 from fiveaxis.machine import Machine
 from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Toolpath
 
-# Scattered points for each side; at most this share of all calls.
-SCATTERED, SCATTERED_SHARE = 6, 0.5
-# The compass's first and last step, as shares of a side.
-FIRST_STEP, LAST_STEP = 0.25, 1.0 / 200.0
 logger = logging.getLogger(__name__)
 
 # Share of the tries that is kept for the neighbourhood of the best setup that can be kept clear.
@@ -37,30 +31,19 @@ ROUGH_LOCATIONS = 120
 DIGITS = 2
 
 
-def search_setups(
-    job: Job,
-    machine: Machine,
-    toolpath: Toolpath,
-    progress: Progress = unheard,
-    around: Surroundings | None = None,
-) -> SetupTrials:
+def search_setups(task: JobTask, progress: Progress = unheard) -> SetupTrials:
     """Search for cheap setups within a job's ranges, with rough costs.
-
-    Parameters
-    ----------
-    machine : in the given setup
-    toolpath : the whole path
-    around : what the tool keeps clear of; None where it needn't
 
     Raises
     ------
     JobError
         The job has no ranges.
     """
+    job = task.job
     if job.setup.search is None:
         raise JobError("setup.search is missing; give ranges of x, y, z or angle", file=job.input)
     tries = job.setup.search.tries
-    costs = SetupCosts(job, machine, toolpath, around)
+    costs = SetupCosts(task)
     steps = 0
 
     def cost(setup: SetupTable) -> float:
@@ -86,21 +69,17 @@ class SetupCosts:
 
     Parameters
     ----------
-    job : with its bounds and effort
-    machine : in the given setup
-    toolpath : the whole path
-    around : part, stock and fixtures to keep clear of; None for none
+    task : of the job, in the given setup
     """
 
-    def __init__(
-        self, job: Job, machine: Machine, toolpath: Toolpath, around: Surroundings | None = None
-    ) -> None:
+    def __init__(self, task: JobTask) -> None:
+        job, machine, toolpath = task.job, task.machine, task.toolpath
         stride = -(-len(toolpath) // ROUGH_LOCATIONS)
         rows = np.unique(np.append(np.arange(0, len(toolpath), stride), len(toolpath) - 1))
         thinned = toolpath.at(rows)
         self.toolpath = thinned if thinned.cutting.any() else toolpath
-        self.machine, self.around = machine, around
-        bounds = job.constraints
+        self.machine, self.around = machine, task.obstacles
+        bounds = task.constraints
         turn = None if bounds.max_turn is None else stride * bounds.max_turn
         self.constraints = replace(bounds, max_turn=turn if turn is None or turn < math.pi else 2.0 * math.pi)
         price = job.search.time_price
@@ -254,69 +233,3 @@ class SetupTrials:
     def _by_cost(self, name: str) -> list[Tried]:
         known = (tried for tried in self.tried.values() if getattr(tried, name) is not None)
         return sorted(known, key=lambda tried: float(getattr(tried, name)))
-
-
-def search_box(cost: Callable[[Array], float], start: Array, calls: int) -> None:
-    """Search for the point of the unit box at which a cost is least; `cost` records what it finds.
-
-    The start and evenly scattered points (Halton) come first; a compass search continues from the best one.
-
-    Parameters
-    ----------
-    cost : of a point (d,), each side 0…1; infinite where the point isn't admissible
-    start : (d,), the first point
-    calls : most calls of `cost`
-
-    References
-    ----------
-    Kolda, Lewis & Torczon (2003), SIAM Review 45(3), section 1.1: compass search.
-    """
-    sides = len(start)
-    scattered = min(SCATTERED * sides, int(SCATTERED_SHARE * calls))
-    points = [start, *halton(scattered, sides)][:calls]
-    costs = [cost(point) for point in points]
-    best = int(np.argmin(costs))
-    follow_compass(cost, points[best], costs[best], calls - len(points))
-
-
-def follow_compass(cost: Callable[[Array], float], here: Array, least: float, calls: int) -> None:
-    """Search on from a point of the unit box: a step along each side, halved where no step improves.
-
-    Parameters
-    ----------
-    cost, calls : as for `search_box`
-    here, least : the point, (d,), and its cost
-
-    References
-    ----------
-    Kolda, Lewis & Torczon (2003), SIAM Review 45(3), section 1.1.
-    """
-    step, seen = FIRST_STEP, {here.tobytes()}
-    while step >= LAST_STEP:
-        better = False
-        for direction in np.vstack([np.eye(len(here)), -np.eye(len(here))]):
-            there = np.clip(here + step * direction, 0.0, 1.0)
-            if there.tobytes() in seen:
-                continue
-            if calls == 0:
-                return
-            calls -= 1
-            seen.add(there.tobytes())
-            found = cost(there)
-            if found < least:
-                here, least, better = there, found, True
-        if not better:
-            step /= 2.0
-
-
-def halton(count: int, sides: int) -> Array:
-    """Scatter points evenly over the unit box, (count, sides), the same ones every time; not its corner.
-
-    References
-    ----------
-    Halton (1960), Numerische Mathematik 2: radical inverses in different prime bases.
-    """
-    # Takes long to import.
-    from scipy.stats.qmc import Halton
-
-    return np.asarray(Halton(sides, scramble=False).fast_forward(1).random(count))

@@ -31,7 +31,7 @@ def add_findings(solution: Found, *findings: Finding) -> Found:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution(Optimum):
-    """Postures with what they were chosen within, which also applies to the programs made of them.
+    """Optimum with what they were chosen within, which also applies to the programs made of them.
 
     Parameters
     ----------

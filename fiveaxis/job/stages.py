@@ -4,47 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.contour import on_part
 from fiveaxis.energy import Budget, Energy, job_budget
-from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
 from fiveaxis.job.clearing import Cleared, solve_clear
 from fiveaxis.job.description import Job
-from fiveaxis.job.in_place import RevisedOperation
-from fiveaxis.job.kept import keep_stated
 from fiveaxis.job.loading import (
     describe_inputs,
     is_mesh,
-    load_factors,
-    load_job_machine,
-    load_job_toolpath,
-    load_surroundings,
     measure_plan,
-    part_unit,
-    require_writable,
-    revises,
 )
-from fiveaxis.job.process import make_process
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_choice import Chosen, Comparison, choose
 from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution, add_findings
+from fiveaxis.job.task import JobTask
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import Machine, describe_powers
-from fiveaxis.mesh import mesh_size, size_findings
-from fiveaxis.motion import Clock, Filling, Interpolation
+from fiveaxis.mesh import mesh_size
+from fiveaxis.motion import Filling, Interpolation
 from fiveaxis.nc.own_header import tool_comments
 from fiveaxis.nc.revision import Revision
-from fiveaxis.nc.writing.word_writer import WordWriter
 from fiveaxis.posture import RESULT, Front, Optimum, Options, find_front, optimise_postures
 from fiveaxis.posture.solution import Baseline, blocks_energy
 from fiveaxis.posture.strategy.front import undominated
@@ -52,15 +39,9 @@ from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
 from fiveaxis.report import InputFile, ReportDocument
 from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
 from fiveaxis.toolpath import Constraints, Toolpath
-from fiveaxis.toolpath.bounds import require_touching
 from fiveaxis.toolpath.edge import EdgeUse, admitted
 from fiveaxis.verification import Report
 
-# Codes of the planner's findings on what no pass reaches.
-LEFT_OUT = {
-    "contacts-left-out": "the contacts on its walls",
-    "faces-left-out": "the faces that were chosen",
-}
 # Share of the scallop asked for above which ridges are a finding.
 MOST_SCALLOP = 1.05
 
@@ -76,10 +57,8 @@ class Outcome:
     program : its NC program, verified
     budget : energy of the whole job
     inputs : the files that the run read, of `describe_inputs`
-    front : the solutions between the cheapest path and the steadiest, where the job asks for them
     cleared : what kept the solution clear of collisions
-    of_front : the outcome of each solution of the front, in its order, this one among them
-    front_programs : what the report says of a front
+    front_programs : what the report says of a front, where the job asks for one
     setup_search : what the report says of the search for the setup
     revision : the lines of the input program that were written anew; None for a program of its own
     chosen : of all that was found for an operation that is revised; None for a program of its own
@@ -92,9 +71,7 @@ class Outcome:
     program: MadeProgram
     budget: Budget
     inputs: Sequence[InputFile]
-    front: Front | None = None
     cleared: Cleared | None = None
-    of_front: tuple[Outcome, ...] = ()
     front_programs: FrontPrograms | None = None
     setup_search: SetupSearched | None = None
     revision: Revision | None = None
@@ -161,118 +138,113 @@ class Outcome:
         return self.program.ok
 
 
-def run_stages(
-    job: Job,
-    progress: Progress = unheard,
-    loaded: Toolpath | None = None,
-    *,
-    moved: bool = False,
-    start: Array | None = None,
-    checkpoint: Checkpoint = UNKEPT,
-) -> Outcome:
-    """Take a job through planning or reading, optimisation and verification.
+@dataclass(frozen=True, eq=False)
+class FrontOutcome(Outcome):
+    """What a job gave that asks for a front: the solution that it picks.
 
     Parameters
     ----------
-    job : what to do
+    front : the solutions between the cheapest path and the steadiest, or the fastest
+    members : the outcome of each of them, in its order
+    """
+
+    front: Front = field(kw_only=True)
+    members: tuple[Outcome, ...] = field(kw_only=True)
+
+
+def run_stages(
+    task: JobTask,
+    progress: Progress = unheard,
+    *,
+    start: Array | None = None,
+    checkpoint: Checkpoint = UNKEPT,
+) -> Outcome:
+    """Take a resolved job through optimisation and verification.
+
+    Parameters
+    ----------
+    task : of `resolve`
     progress : called with what is being done, steps done and steps in all
-    loaded : the path, if `load_job_toolpath` was called before
-    moved : whether the job's setup was searched for, and isn't the given one
     start : (n, 2), rad, chain order, postures that are refined in place of a search
     checkpoint : takes what long steps find
 
     Raises
     ------
-    FiveAxisError
-        Wrong input, or no admissible posture somewhere (`Infeasible`).
+    Infeasible
+        No admissible posture somewhere.
+    AlreadyBetter
+        Nothing is better than the operation that would be revised.
     """
-    # What can't be written or read is found before the work, not after it.
-    require_writable(job)
-    machine = load_job_machine(job)
-    toolpath = load_job_toolpath(job, progress) if loaded is None else loaded
-    operation = RevisedOperation.of(job, toolpath, machine) if revises(job) else None
-    if operation is None:
-        job, toolpath = keep_stated(job, toolpath)
-        wording = job.program_options.wording(machine)
-    else:
-        toolpath, wording = operation.path, operation.wording
-    progress("reading part and stock", 0, 1)
-    fastest = float(toolpath.feed.max())
-    process = None if job.process is None else make_process(job.process, toolpath.tool, fastest)
-    factors = load_factors(job)
-    around = load_surroundings(job)
-    constraints = job.constraints
-    toolpath = on_part(constraints.zoned(_with_part_size(job, toolpath, around)), around.part)
-    require_reached(toolpath, job.override)
-    if job.edge_use:
-        require_touching(toolpath, "where on its edge it cuts (edge_use)")
+    job, operation, path = task.job, task.operation, task.toolpath
     # A program's input files don't name the programs that it calls.
-    checkpoint.about(toolpath.pivot, toolpath.normal, toolpath.axis, toolpath.feed, toolpath.kind)
-    options = search_options(job, wording, progress, start, checkpoint)
-    gouge = job.surrounding.gouge_tolerance
+    checkpoint.about(path.pivot, path.normal, path.axis, path.feed, path.kind)
+    options = replace(task.options, start=start, progress=progress, checkpoint=checkpoint)
     chosen = front = None
     if operation is None or job.front is not None:
-        cleared, front = solve(job, constraints, toolpath, machine, options, around)
+        cleared, front = solve(task, options)
     else:
-        chosen = choose(
-            job,
-            operation,
-            options,
-            lambda changed: solve(job, constraints, toolpath, machine, changed, around)[0],
-            lambda found: Solution.of(found.solution, constraints, around, gouge),
-        )
+        chosen = choose(task, operation, options, lambda changed: solve(task, changed)[0])
         cleared = chosen.cleared
     inputs = describe_inputs(job)
-
-    def finish(postures: Optimum) -> Outcome:
-        solution, scallop = _with_ridges(job, Solution.of(postures, constraints, around, gouge))
-        revision, taken = None, chosen
-        if operation is None:
-            writing = job.program_options.named(job.input.stem)
-            program = solution.make(replace(writing, header=program_header(solution, inputs, moved=moved)))
-        elif chosen is not None:
-            program, revision = chosen.program, chosen.revision
-        else:
-            program, revision = operation.make(solution, job)
-        # What is priced is the text: its words are rounded, and redundant blocks may have stayed in it.
-        blocks, rounding = program.blocks, program.rounding
-        if operation is not None and program.energy is not None:
-            solution = replace(operation.compared(solution), energy=program.energy)
-            if taken is None and revision is not None:  # one of a front
-                was = Comparison(operation.as_it_was.energy, program.energy, options.objective)
-                taken = Chosen(cleared, program, revision, was, ())
-            if program.spent is not None:
-                solution = replace(solution, spent={**solution.spent, RESULT: program.spent})
-        else:
-            filling = Filling.of(constraints, program.motion.interpolation)
-            solution = replace(
-                solution,
-                energy=blocks_energy(machine, blocks, solution.clock, rounding),
-                compared=_rounded_alike(solution, filling, rounding),
-            )
-        timed = blocks if operation is not None else solution.clock.timed(blocks, machine)
-        budget = job_budget(machine, timed, process, factors, engaged=program.engaged)
-        return Outcome(
-            job,
-            solution,
-            program,
-            budget,
-            inputs,
-            cleared=cleared,
-            revision=revision,
-            chosen=taken,
-            scallop=scallop,
-        )
-
     solutions = (cleared.solution,) if front is None else front.solutions
     outcomes = []
     for number, one in enumerate(solutions, start=1):
         progress("writing and verifying the program", number - 1, len(solutions))
-        outcomes.append(finish(one))
+        outcomes.append(_finished(task, one, cleared, chosen, inputs))
     return outcomes[0] if front is None else _picked(job, front, outcomes)
 
 
-def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
+def _finished(
+    task: JobTask, postures: Optimum, cleared: Cleared, chosen: Chosen | None, inputs: Sequence[InputFile]
+) -> Outcome:
+    """Make the program of postures, verified and priced by its text.
+
+    Parameters
+    ----------
+    chosen : the program of an operation that is revised; None for one of its own, and for one of a front
+    """
+    job, machine, operation = task.job, task.machine, task.operation
+    solution, scallop = _with_ridges(job, task.finished(postures))
+    revision = None
+    if operation is None:
+        header = program_header(solution, inputs, moved=task.moved)
+        program = solution.make(replace(job.program_options.named(job.input.stem), header=header))
+    elif chosen is not None:
+        program, revision = chosen.program, chosen.revision
+    else:
+        program, revision = operation.make(solution)
+    # What is priced is the text: its words are rounded, and redundant blocks may have stayed in it.
+    blocks, rounding = program.blocks, program.rounding
+    if operation is not None and program.energy is not None:
+        solution = replace(operation.compared(solution), energy=program.energy)
+        if chosen is None and revision is not None:
+            was = Comparison(operation.as_it_was.energy, program.energy, task.options.objective)
+            chosen = Chosen(cleared, program, revision, was, ())
+        if program.spent is not None:
+            solution = replace(solution, spent={**solution.spent, RESULT: program.spent})
+    else:
+        filling = Filling.of(task.constraints, program.motion.interpolation)
+        solution = replace(
+            solution,
+            energy=blocks_energy(machine, blocks, solution.clock, rounding),
+            compared=_rounded_alike(solution, filling, rounding),
+        )
+    timed = blocks if operation is not None else solution.clock.timed(blocks, machine)
+    budget = job_budget(machine, timed, task.process, task.factors, engaged=program.engaged)
+    return Outcome(
+        job,
+        solution,
+        program,
+        budget,
+        inputs,
+        cleared=cleared,
+        revision=revision,
+        chosen=chosen,
+        scallop=scallop,
+    )
+
+
+def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> FrontOutcome:
     """Return the outcome that a job picks of a front: of the programs that no other one dominates as made.
 
     Words are rounded and blocks removed, so two programs may be in another order than their solutions were.
@@ -291,11 +263,11 @@ def _picked(job: Job, front: Front, outcomes: Sequence[Outcome]) -> Outcome:
         for number, (point, made) in enumerate(zip(points, members, strict=True), start=1)
     )
     picked = min(job.pick or 1, len(members))
-    return replace(
-        members[picked - 1],
+    told = replace(members[picked - 1], front_programs=FrontPrograms(programs, dominated, picked))
+    return FrontOutcome(
+        **{each.name: getattr(told, each.name) for each in fields(Outcome)},
         front=Front(points, dominated, solutions[0], tuple(solutions[1:])),
-        of_front=members,
-        front_programs=FrontPrograms(programs, dominated, picked),
+        members=members,
     )
 
 
@@ -348,28 +320,6 @@ def _with_ridges(job: Job, solution: Solution) -> tuple[Solution, tuple[float, f
     return add_findings(solution, found), (asked, ridges.scallop_largest)
 
 
-def _with_part_size(job: Job, toolpath: Toolpath, around: Surroundings) -> Toolpath:
-    """Add the finding on a part of implausible size to a path that was read: the planner adds its own."""
-    file = job.surrounding.part
-    if around.part is None or file is None:
-        return toolpath
-    size, diameter = mesh_size(around.part), toolpath.tool.diameter
-    found = size_findings(size, unit=part_unit(job) or "mm", diameter=diameter, name=str(file))
-    return replace(toolpath, findings=(*toolpath.findings, *found))
-
-
-def require_reached(toolpath: Toolpath, override: Sequence[str]) -> None:
-    """Raise `Infeasible` if passes reach less than half of the contacts or faces, and that isn't accepted."""
-    for code, what in LEFT_OUT.items():
-        lost = [f for f in toolpath.findings if f.severity is Severity.ERROR and f.code == code]
-        if lost and code not in override:
-            raise Infeasible(
-                f"{toolpath.name}: no pass reaches most of {what}; take a smaller cutter, or accept {code} "
-                "by name (override)",
-                lost,
-            )
-
-
 def program_header(solution: Optimum, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:
     """Return the comments of a job's program, which name its inputs.
 
@@ -390,49 +340,9 @@ def program_header(solution: Optimum, inputs: Sequence[InputFile], *, moved: boo
     return header
 
 
-def search_options(
-    job: Job,
-    wording: WordWriter,
-    progress: Progress,
-    start: Array | None,
-    checkpoint: Checkpoint,
-) -> Options:
-    """Return what a job minimises, and how."""
-    return Options.of(
-        job.search,
-        interpolation=wording.interpolation,
-        clock=Clock(wording.dialect, wording.coordinates),
-        start=start,
-        progress=progress,
-        checkpoint=checkpoint,
-    )
-
-
-def solve(
-    job: Job,
-    constraints: Constraints,
-    toolpath: Toolpath,
-    machine: Machine,
-    options: Options,
-    around: Surroundings | None = None,
-) -> tuple[Cleared, Front | None]:
+def solve(task: JobTask, options: Options) -> tuple[Cleared, Front | None]:
     """Optimise a job's path, clear of obstacles; with the front of solutions if the job asks for one."""
-    if job.front is not None and options.smoothing:
-        raise JobError("smoothing is varied along a front; leave out one of them", file=job.input)
-    if job.pick is not None and job.pick > (job.front or 0):
-        raise JobError(
-            f"pick = {job.pick} is none of the {job.front} solutions of the front"
-            if job.front
-            else f"pick = {job.pick} chooses from a front; give front too",
-            file=job.input,
-        )
-    if job.feed_share is not None and (job.front is None or revises(job)):
-        raise JobError(
-            "feed_share belongs to a front, and to a program of its own; give front, and for a program "
-            "that is revised in place also control",
-            file=job.input,
-        )
-    fronts: list[Front] = []
+    job, fronts = task.job, list[Front]()
 
     def find(path: Toolpath, machine: Machine, constraints: Constraints, chosen: Options) -> Optimum:
         if job.front is None:
@@ -440,9 +350,7 @@ def solve(
         fronts.append(find_front(path, machine, constraints, job.front, chosen, feed_share=job.feed_share))
         return fronts[-1].pick(job.pick or 1)
 
-    cleared = solve_clear(
-        toolpath, machine, constraints, options, around if job.surrounding.keep_clear else None, find
-    )
+    cleared = solve_clear(replace(task, options=options), find)
     # Several paths may have been searched; take the front of the chosen one.
     motion = cleared.solution.motion
     front = next((f for f in fronts if any(s.motion is motion for s in f.solutions)), None)

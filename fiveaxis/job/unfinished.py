@@ -16,7 +16,6 @@ import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Set
 from contextlib import contextmanager
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -25,12 +24,14 @@ from numpy.typing import NDArray
 
 from fiveaxis import __version__
 from fiveaxis.errors import AlreadyBetter, Infeasible, JobError, SettingError
-from fiveaxis.files import hash_input, require_file, write_atomically
+from fiveaxis.files import hash_input, write_atomically
 from fiveaxis.geometry import Array
 from fiveaxis.job.description import Job
-from fiveaxis.job.loading import input_files
+from fiveaxis.job.loading import input_files, stated_control
 from fiveaxis.machine import load_machine, machine_text
 from fiveaxis.machine.files import find_machine
+from fiveaxis.nc import find_dialect
+from fiveaxis.options import USUAL_CONTROL
 from fiveaxis.progress import UNKEPT, Checkpoint, Found
 
 logger = logging.getLogger(__name__)
@@ -167,9 +168,10 @@ def _unplaced(value: Any, files: Set[str]) -> Any:
 def _hash_inputs(job: Job) -> Iterator[tuple[str, str]]:
     """Hash everything that a job names, by the key that names it."""
     # The job, controls and machines are hashed by what they say, with the files that they name.
-    yield from ((use, _hash_file(path)) for use, path in input_files(job) if use not in ("job", "control"))
+    files = [(use, path) for use, path in input_files(job) if use not in ("job", "control")]
+    yield from ((use, hash_input(path, JobError)) for use, path in files)
     # A control table may be based on others; what counts is the table that results.
-    yield "control", _hash_data(job.program_options.dialect.model_dump())
+    yield "control", _hash_data(find_dialect(stated_control(job) or USUAL_CONTROL).model_dump())
     machines = {"machine": job.machine, "drives": job.drives, "program.machine": job.program.machine}
     for key, name in machines.items():
         if name is not None:
@@ -187,14 +189,3 @@ def _as_json(value: object) -> object:
 
 def _hash_text(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _hash_file(path: Path) -> str:
-    stat = require_file(path, JobError)
-    return _hash_content(path, stat.st_size, stat.st_mtime_ns, stat.st_ino)
-
-
-@lru_cache(1024)
-def _hash_content(path: Path, *_state: int) -> str:
-    """Hash a file, once as long as its size, time and inode stay: the variants of a sweep share meshes."""
-    return hash_input(path, JobError)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from fiveaxis.errors import FigureError, MachineError, UnknownMachine
-from fiveaxis.files import require_suffix, write_atomically
+from fiveaxis.files import kept_by_file, require_suffix, write_atomically
 from fiveaxis.machine.building import build_machine, machine_document, toml_text, without_defaults
 from fiveaxis.machine.drafting import assuming
 from fiveaxis.machine.linuxcnc import read_linuxcnc
@@ -67,6 +67,7 @@ def find_machine(name: str | Path) -> Path:
     raise UnknownMachine(text, difflib.get_close_matches(text, known, n=3, cutoff=0.4), sorted(known))
 
 
+@kept_by_file(8)
 def read_machine_file(path: Path) -> Machine:
     """Read a machine file (TOML); names of mesh files in it are relative to its folder."""
     text, data = read_document(path, MachineError)

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fiveaxis.errors import MachineError
-from fiveaxis.files import MOST_SETTINGS_BYTES, is_file, read_input
+from fiveaxis.files import is_file
+from fiveaxis.settings import read_content
 
 MAX_DEPTH = 16  # of #INCLUDE, as in LinuxCNC
 TRUE, FALSE = ("1", "true", "yes"), ("0", "false", "no")
@@ -209,7 +210,7 @@ def _flat(path: Path, depth: int = 0) -> Iterator[tuple[Path, int, str]]:
 
 def _lines(path: Path, includes: bool = False) -> Iterator[tuple[int, str]]:
     r"""List the lines other than comments, with their numbers; ``\`` at the end of a line continues it."""
-    text = read_input(path, MOST_SETTINGS_BYTES, MachineError).decode("utf-8-sig", errors="replace")
+    text = read_content(path, error=MachineError).decode("utf-8-sig", errors="replace")
     begun, start = "", 0
     for number, line in enumerate(text.splitlines(), start=1):
         start = start if begun else number

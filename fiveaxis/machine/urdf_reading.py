@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fiveaxis.errors import MachineError
+from fiveaxis.files import kept_by_file
 from fiveaxis.geometry import Array, product, rotation_matrix
 from fiveaxis.machine.code import LETTERS
 from fiveaxis.machine.model import Machine
@@ -21,6 +22,7 @@ BEDS = ("bed", "base", "base_link", "world")
 LIMIT = ("lower", "upper", "velocity")
 
 
+@kept_by_file(8)
 def read_urdf(path: str | Path) -> Machine:
     """Read a machine from URDF.
 

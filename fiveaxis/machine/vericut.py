@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fiveaxis.errors import MachineError
-from fiveaxis.files import read_input
+from fiveaxis.files import kept_by_file, read_input
 from fiveaxis.geometry import Array, rotation_matrix
 from fiveaxis.machine.chain import UNIT_DIRECTION
 from fiveaxis.machine.figures import LINEAR_UNITS
@@ -54,6 +54,7 @@ class _Component:
     line: int | None
 
 
+@kept_by_file(8)
 def read_vericut(path: str | Path) -> Machine:
     """Read a machine from a Vericut machine file.
 

@@ -85,6 +85,7 @@ def load_mesh(
     else:
         parsed = parse_mesh(file)
         if unit not in (None, "mm"):
+            parsed = parsed.copy()  # what is parsed is kept
             parsed.vertices = FACTORS[unit] * np.asarray(parsed.vertices, dtype=float)
     mesh = check_mesh(parsed, name=str(file), allow_open=allow_open, turn=turn)
     logger.info("%s: %d triangles, %s", file.name, len(mesh.faces), size_text(mesh_size(mesh)))

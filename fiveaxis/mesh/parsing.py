@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.errors import MeshError
-from fiveaxis.files import MOST_MESH_BYTES, read_input
+from fiveaxis.files import MOST_MESH_BYTES, kept_by_file, read_input
 from fiveaxis.geometry import Array, IntArray
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ def require_few(count: int, name: str | Path) -> None:
         raise MeshError(f"has {count:,} triangles, more than {MOST_TRIANGLES:,}; {SIMPLIFY}", file=name)
 
 
+@kept_by_file(8)
 def parse_mesh(file: Path) -> trimesh.Trimesh:
     """Read the triangles of an STL, PLY, OBJ or OFF file, in its own unit; they may be none.
 

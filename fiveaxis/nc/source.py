@@ -9,7 +9,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.files import MOST_PATH_BYTES, read_input
+from fiveaxis.files import MOST_PATH_BYTES, kept_by_file, read_input
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 
@@ -38,6 +38,7 @@ class Source:
     unread : last lines of parts that are left out, empty lines in their place
     notes : what was left out when it was loaded
     language : word of the option, if the caller says that it is a program in one
+    data : bytes of the file, unpacked; empty for lines that are no file's
     """
 
     name: str
@@ -45,6 +46,7 @@ class Source:
     unread: tuple[int, ...] = ()
     notes: tuple[Finding, ...] = ()
     language: str | None = field(default=None, compare=False)
+    data: bytes = field(default=b"", compare=False, repr=False)
 
     def error(self, message: str, line: int | None = None) -> ToolpathError:
         """Create the error for a fault on a line, counted from 1."""
@@ -71,6 +73,7 @@ class Source:
         return re.sub(r"\W*$", "", " ".join(parts).lower())
 
 
+@kept_by_file(4)
 def load_source(path: str | Path) -> Source:
     r"""Read a text file, decompressed if its name ends in ``.gz``.
 
@@ -91,11 +94,11 @@ def load_source(path: str | Path) -> Source:
     data = read_input(path, MOST_PATH_BYTES, ToolpathError, unpack=True)
     _require_text(data, path)
     notes = _notes(data, path)
-    data = data.translate(None, _OF_TAPES) if notes else data
-    text = data.decode(_encoding(data)).removeprefix("\ufeff")
+    plain = data.translate(None, _OF_TAPES) if notes else data
+    text = plain.decode(_encoding(plain)).removeprefix("\ufeff")
     # `splitlines` would also split at form feeds and Unicode separators, which editors don't count.
     lines = text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\x1a").split("\n")
-    return Source(str(path), lines, notes=notes)
+    return Source(str(path), lines, notes=notes, data=data)
 
 
 def with_lines(source: Source, replaced: Mapping[int, tuple[str, ...]]) -> bytes:
@@ -105,18 +108,9 @@ def with_lines(source: Source, replaced: Mapping[int, tuple[str, ...]]) -> bytes
     ----------
     source : of `load_source`
     replaced : line, from 1 -> the lines in its place
-
-    Raises
-    ------
-    ToolpathError
-        The file has changed since it was read.
     """
-    path = source.name
-    if load_source(path) != source:
-        raise source.error("has changed since it was read; run it again")
-    data = read_input(path, MOST_PATH_BYTES, ToolpathError, unpack=True)
-    encoding = _encoding(data)
-    found = re.split(rb"(\r\n|\r|\n)", data)
+    encoding = _encoding(source.data)
+    found = re.split(rb"(\r\n|\r|\n)", source.data)
     texts, ends = found[::2], [*found[1::2], b""]
     usual, pieces = ends[0], []
     for line, (text, end) in enumerate(zip(texts, ends, strict=True), start=1):

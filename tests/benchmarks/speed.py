@@ -19,7 +19,7 @@ import numpy as np
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings
 from fiveaxis.contour import path_quality
-from fiveaxis.job import make_job
+from fiveaxis.job import make_job, resolve
 from fiveaxis.job.setup_search import search_setups
 from fiveaxis.kinematics import axis_positions, tool_poses
 from fiveaxis.machine import Limits
@@ -272,14 +272,15 @@ def time_gouges(part: Path) -> None:
         rate(what, len(tips), lambda b=body, t=tips, f=floors: b.depths(t, normal, tree, f))
 
 
-def time_setups(vase: fx.Toolpath, hayashi: fx.Machine) -> None:
+def time_setups() -> None:
     """Time setups looked at roughly, on some of the path's locations."""
     search = {"x": (-60.0, 60.0), "y": (-60.0, 60.0), "tries": 10}
     case = DATA / "cases" / "vase_overhang.csv"
     job = make_job(
         input=case, machine="hayashi-640123", tool="ball:10", tilt=(15, 75), setup={"search": search}
     )
-    rate("setups of the vase, looked at roughly", 10, lambda: search_setups(job, hayashi, vase))
+    task = resolve(job)
+    rate("setups of the vase, looked at roughly", 10, lambda: search_setups(task))
 
 
 def main() -> None:
@@ -311,7 +312,7 @@ def main() -> None:
     vase = fx.read_toolpath(DATA / "cases" / "vase_overhang.csv", tool=tool)
     hayashi = fx.load_machine("hayashi-640123")
     time_rewinds(hayashi)
-    time_setups(vase, hayashi)
+    time_setups()
     bounds = TILT.lean_bounds(vase)
     rate("baselines of the vase, locations", 3600, lambda: find_baselines(vase, hayashi, bounds))
     time_locations(vase, hayashi)

@@ -18,10 +18,9 @@ from shop import SHOPS, wall
 
 import fiveaxis as fx
 from fiveaxis.errors import AlreadyBetter
-from fiveaxis.job import RevisedProgram, make_job, revise_operations, write_revised
+from fiveaxis.job import RevisedProgram, make_job, resolve, revise_operations, write_revised
 from fiveaxis.job.description import Job
 from fiveaxis.job.in_place import RevisedOperation
-from fiveaxis.job.placement import load_placed
 from fiveaxis.job.program_choice import LONGER, MORE_OFTEN, WORTHWHILE
 from fiveaxis.job.solution import Solution
 from fiveaxis.machine import load_machine, with_powers
@@ -114,8 +113,9 @@ def revised(name: str, folder: Path, allow: tuple[str, ...]) -> RevisedProgram:
 
 
 def placed(name: str, folder: Path) -> tuple[Job, RevisedOperation]:
-    found = load_placed(job_of(name, folder))
-    return found.job, RevisedOperation.of(found.job, found.toolpath, found.machine)
+    found = resolve(job_of(name, folder))
+    assert found.operation is not None
+    return found.job, found.operation
 
 
 def own_solution(job: Job, operation: RevisedOperation) -> Solution:
@@ -149,7 +149,7 @@ def said(energy: fx.Energy) -> tuple[float, float, int, int]:
 def test_both_texts_cost_what_the_energy_of_their_files_says(name, folder, tmp_path):
     case, made = CASES[name], revised(name, folder, TRADES)
     part = made.parts[case.operation - 1]
-    machine = load_placed(job_of(name, folder)).machine
+    machine = resolve(job_of(name, folder)).machine
     given = {"operation": case.operation, **({} if case.rapid is None else {"rapid": case.rapid})}
     assert said(part.before) == said(fx.program_energy(file_of(name, folder), machine, **given).energy)
     new = tmp_path / file_of(name, folder).name
@@ -165,7 +165,7 @@ def test_the_programs_own_postures_change_no_byte_and_no_price(name, folder):
     assert written.revision.revised.lines == operation.text.source.lines
     assert said(operation.price(written.revision).energy) == said(operation.as_it_was.energy)
     # What the program's own chords leave the path by is no error of it.
-    _, gate = operation.verify(operation.text.source, solution, job)
+    _, gate = operation.verify(operation.text.source, solution)
     assert not {"off-path", "path-missed"} & set(gate.kept)
 
 
@@ -200,7 +200,7 @@ def test_a_trade_is_cheaper_and_called_a_trade(name, folder):
 def test_a_whole_program_changes_by_the_sum_of_its_operations(name, folder, tmp_path):
     """An operation that stays costs the same beside revised ones: nothing else changes."""
     case, made = CASES[name], revised(name, folder, TRADES)
-    machine = load_placed(job_of(name, folder)).machine
+    machine = resolve(job_of(name, folder)).machine
     new = tmp_path / file_of(name, folder).name
     new.write_bytes(made.data)
     rapid = {} if case.rapid is None else {"rapid": case.rapid}

@@ -16,7 +16,7 @@ import fiveaxis as fx
 from fiveaxis.collision import Fixture
 from fiveaxis.findings import Severity
 from fiveaxis.geometry import Array
-from fiveaxis.job import load_placed
+from fiveaxis.job import resolve
 from fiveaxis.job.reading import make_job
 from fiveaxis.kinematics import linear_positions, tool_poses
 from fiveaxis.machine import Machine, load_machine
@@ -188,7 +188,7 @@ def test_an_operation_that_is_revised_in_its_lines_is_where_the_machine_has_it(s
     reading = {"zero": {"X": 0.0}, "positions": "table", "rapid": 10_000.0}
     given: dict[str, Any] = {"machine": structure, "tool": "ball:6", "tool_length": 150.0, "cone": 20.0}
     job = make_job(input=file, program=reading, setup={"offset": offset}, **given)
-    placed = load_placed(job)
+    placed = resolve(job)
     path = placed.toolpath
     np.testing.assert_allclose(path.tips(path.axis)[-len(TIPS) + 2 :], TIPS[2:], atol=1e-5)
     motion = read_program(file, placed.machine, **reading)

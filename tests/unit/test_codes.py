@@ -69,7 +69,7 @@ def test_every_code_that_is_described_is_emitted(emitted):
 
 
 def test_severities_are_those_of_findings():
-    assert {code.severity for code in CODES.values()} == {s.value for s in Severity}
+    assert {code.severity for code in CODES.values()} == set(Severity)
 
 
 def test_what_can_be_overridden_is_what_keeps_a_program_back():

@@ -1,18 +1,28 @@
-"""Files appear whole or not at all."""
+"""Files appear whole or not at all, and are read once as long as they stay."""
 
 from __future__ import annotations
 
 import csv
 import errno
+import hashlib
 import os
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from killed import leave_behind
 
-from fiveaxis.errors import SettingError
-from fiveaxis.files import csv_text, remove_leftovers, temporary_folder, write_atomically
+from fiveaxis.errors import InputError, SettingError
+from fiveaxis.files import (
+    csv_text,
+    hash_input,
+    kept_by_file,
+    read_input,
+    remove_leftovers,
+    temporary_folder,
+    write_atomically,
+)
 from fiveaxis.job import require_folder
 
 
@@ -181,3 +191,42 @@ def test_what_is_moved_out_of_a_temporary_folder_has_the_access_of_any_new_file(
     (tmp_path / "plain").mkdir()
     with temporary_folder(tmp_path) as made:
         assert made.stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_a_file_is_read_once_as_long_as_it_stays_as_it_is(tmp_path):
+    file, opened = tmp_path / "mill.toml", []
+
+    @kept_by_file(2)
+    def read(path, *, suffix):
+        opened.append(path)
+        return path.read_text(encoding="utf-8") + suffix
+
+    file.write_text("a", encoding="utf-8")
+    os.utime(file, (1, 1))
+    assert read(file, suffix="!") == read(file, suffix="!") == "a!"
+    assert len(opened) == 1
+    assert read(file, suffix="?") == "a?"
+    file.write_text("b", encoding="utf-8")  # of the same size
+    os.utime(file, (2, 2))
+    assert read(file, suffix="!") == "b!"
+
+
+def test_a_file_that_was_written_just_now_is_read_each_time(tmp_path):
+    """The clock of a file system may be too coarse to tell two changes apart."""
+    file, opened = tmp_path / "mill.toml", []
+    read = kept_by_file(2)(opened.append)
+    file.write_text("a", encoding="utf-8")
+    later = time.time_ns() + 10**12
+    os.utime(file, ns=(later, later))
+    read(file)
+    read(file)
+    assert len(opened) == 2
+
+
+def test_the_hash_of_a_file_that_was_read_is_that_of_what_was_read(tmp_path, monkeypatch):
+    file = tmp_path / "part.stl"
+    file.write_bytes(b"solid")
+    os.utime(file, (1, 1))
+    assert read_input(file, 10, InputError) == b"solid"
+    monkeypatch.setattr(Path, "open", lambda *_, **__: pytest.fail("opened again"))
+    assert hash_input(file, InputError) == hashlib.sha256(b"solid").hexdigest()

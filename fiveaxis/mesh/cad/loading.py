@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.errors import MeshError, MissingDependency
-from fiveaxis.files import MEGABYTE, MOST_MESH_BYTES, read_input
+from fiveaxis.files import MEGABYTE, MOST_MESH_BYTES, kept_by_file, read_input
 from fiveaxis.mesh.cad.model import Model
 from fiveaxis.mesh.cad.records import KINDS, Face
 from fiveaxis.options import MESH_TOLERANCE, Unit
@@ -67,6 +67,8 @@ class _Asked:
     seconds: float
 
 
+# A job asks for its part several times: to plan, to check, to show.
+@kept_by_file(4)
 def load_model(
     file: Path,
     *,
@@ -112,7 +114,6 @@ def load_model(
     return _load(_Asked(file, digest, faces, unit, mesh_tolerance, body or None, limit))
 
 
-# A job asks for its part several times: to plan, to check, to show.
 @lru_cache(maxsize=4)
 def _load(asked: _Asked) -> Model:
     with tempfile.TemporaryDirectory() as folder:

@@ -37,7 +37,7 @@ def write_rich(write_job):
 
 
 def digest(file):
-    return Task(file.stem, file).load()[1]
+    return Task(file.stem, file).digest()
 
 
 @pytest.mark.parametrize(

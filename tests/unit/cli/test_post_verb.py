@@ -270,7 +270,7 @@ def test_what_cannot_be_written_is_reported_before_the_work(tmp_path, monkeypatc
     def never(*_, **__):
         raise AssertionError("the work has begun")
 
-    monkeypatch.setattr("fiveaxis.job.stages.load_job_toolpath", never)
+    monkeypatch.setattr("fiveaxis.job.task.load_job_toolpath", never)
     path = tmp_path / "ring.csv"
     path.write_text("x,y,z,nx,ny,nz\n1,0,0,0,0,1\n2,0,0,0,0,1\n")
     words = ("optimise", path, "-m", "hayashi-640123", "--tool", "ball:6", "--tilt", "15:75")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.job import load_placed, make_job
+from fiveaxis.job import make_job, resolve
 from fiveaxis.machine.files import find_machine
 
 FANUC = """%
@@ -31,7 +31,7 @@ def placed(tmp_path):
         file = tmp_path / name
         file.write_text(text, encoding="utf-8")
         given = {"machine": "dmu50ev", "tool": "ball:6", "tool_length": 100.0} | settings
-        return load_placed(make_job(input=file, **given))
+        return resolve(make_job(input=file, **given))
 
     return load
 

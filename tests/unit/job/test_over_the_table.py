@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.job import load_placed, load_surroundings, make_job, run_job
+from fiveaxis.job import load_surroundings, make_job, resolve, run_job
 from fiveaxis.nc import write_toolpath
 from fiveaxis.toolpath import parse_tool
 from fiveaxis.viewer.page import render_page
@@ -112,11 +112,11 @@ def test_a_program_under_tcp_is_optimised_where_its_head_says_that_the_part_stan
     setup = {"offset": (0.0, 0.0, 40.0)}
     first = run(folder, control="fanuc", coordinates="tip", above_table=60.0, setup=setup)
     again = {"input": written(first, folder), "machine": "hayashi-640123", "tool": str(folder / "tool.toml")}
-    there = load_placed(make_job(cone=20.0, **again))
+    there = resolve(make_job(cone=20.0, **again))
     assert there.machine.setup.offset == (0.0, 0.0, 40.0)
     assert "setup-read" in {f.code for f in there.toolpath.findings}
     assert load_surroundings(there.job).above_table == 60.0
     # What the job says comes first.
-    given = load_placed(make_job(cone=20.0, above_table=5.0, setup={"offset": (1.0, 2.0, 3.0)}, **again))
+    given = resolve(make_job(cone=20.0, above_table=5.0, setup={"offset": (1.0, 2.0, 3.0)}, **again))
     assert given.machine.setup.offset == (1.0, 2.0, 3.0)
     assert load_surroundings(given.job).above_table == 5.0

@@ -11,7 +11,7 @@ import fiveaxis as fx
 from fiveaxis.cli import app
 from fiveaxis.collision import Surroundings
 from fiveaxis.errors import Infeasible
-from fiveaxis.job import load_placed, make_job, run_job
+from fiveaxis.job import make_job, resolve, run_job
 from fiveaxis.job.reach import Reach
 from fiveaxis.nc import write_toolpath
 
@@ -107,10 +107,10 @@ def test_a_part_is_raised_until_cutter_and_head_pass_the_bed(over_the_bed):
 
 
 def test_the_place_that_is_chosen_leaves_every_tried_location_a_posture(over_the_bed):
-    offset = load_placed(over_the_bed).machine.setup.offset
+    offset = resolve(over_the_bed).machine.setup.offset
     assert offset[2] > -300.0
     lower = make_job(over_the_bed, setup={"offset": (*offset[:2], -300.0)})
-    there = load_placed(lower)
+    there = resolve(lower)
     reach = Reach.of(there.toolpath, there.machine, lower.constraints, (0.0, 0.0, 0.0), Surroundings())
     assert reach.reached(offset).all()
     assert not reach.reached(lower.setup.offset).all()

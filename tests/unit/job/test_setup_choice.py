@@ -14,19 +14,16 @@ from fiveaxis.cli import app
 from fiveaxis.errors import Infeasible, JobError
 from fiveaxis.job import (
     choose_search,
-    load_placed,
-    load_surroundings,
     make_job,
+    resolve,
     run_job,
     setup_choice,
     setup_search,
 )
-from fiveaxis.job.placement import with_ranges
-from fiveaxis.job.setup_search import SetupCosts, halton, search_box, search_setups
+from fiveaxis.job.box_search import halton, search_box
+from fiveaxis.job.setup_search import SetupCosts, search_setups
 from fiveaxis.machine import DirectionalDrive, load_machine
-from fiveaxis.nc import read_toolpath
 from fiveaxis.report.sections import setup_section
-from fiveaxis.toolpath import Tool, parse_tool
 
 MACHINE = "hayashi-640123"
 
@@ -58,8 +55,9 @@ def same_both_ways():
 
 
 def test_a_ring_is_cheapest_where_its_middle_stands_on_the_axis_of_the_table(ring):
-    job = make(ring, x=(-40.0, 30.0), tries=20)
-    search = search_setups(job, same_both_ways(), read_toolpath(ring, tool=Tool.ball(10.0)))
+    task = resolve(make(ring, x=(-40.0, 30.0), tries=20))
+    there = same_both_ways().with_setup(task.job.setup.offset)
+    search = search_setups(replace(task, machine=there))
     best = search.ranked[0]
     assert best.setup.offset[0] == pytest.approx(0.0, abs=1.0)
     assert best.setup.offset[1:] == (0.0, 0.0)
@@ -224,11 +222,7 @@ def test_a_clamp_that_blocks_the_cheapest_setup_sends_the_search_to_another(besi
 
 
 def test_where_all_tried_setups_are_blocked_further_ones_are_scattered(beside_a_clamp):
-    job = beside_a_clamp(8)
-    tool = parse_tool(job.tool)
-    search = search_setups(
-        job, load_machine(MACHINE), read_toolpath(job.input, tool=tool), around=load_surroundings(job)
-    )
+    search = search_setups(resolve(beside_a_clamp(8)))
     assert len(search.tried) <= 8
     assert search.ranked
     assert all(tried.setup.rotation[2] > 90.0 for tried in search.ranked)
@@ -287,12 +281,11 @@ def test_scattered_points_are_even():
 
 def test_an_automatic_search_is_about_the_place_that_is_chosen_and_keeps_ranges_that_are_given(ring):
     job = make_job(input=ring, machine="variaxis-630", tool="ball:10", tilt=(15, 75), effort="quick")
-    there = load_placed(job).machine.setup.offset
+    there = resolve(job).machine.setup.offset
     assert there[2] > 50.0
     search = {"auto": True, "x": (-5.0, 5.0)}
     asked = make_job(job, setup={"search": search})
-    placed = load_placed(asked)
-    ranged = with_ranges(asked, placed.machine, placed.toolpath)[0].setup
+    ranged = resolve(asked).job.setup
     assert ranged.offset == there
     assert ranged.search.ranges["x"] == (-5.0, 5.0)
     low, high = ranged.search.ranges["y"]

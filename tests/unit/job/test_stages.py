@@ -32,16 +32,16 @@ def outcome(job):
 
 def test_the_picked_solution_is_the_result(outcome):
     front = outcome.front
-    assert len(outcome.of_front) == len(front.points) >= 2
+    assert len(outcome.members) == len(front.points) >= 2
     assert outcome.solution.motion is front.solutions[1].motion
     assert outcome.document["front"]["picked"] == 2
-    assert outcome.program is outcome.of_front[1].program
+    assert outcome.program is outcome.members[1].program
 
 
 def test_every_solution_passed_the_gate_and_the_document_lists_its_cost(outcome):
     points = outcome.document["front"]["points"]
     assert [point["number"] for point in points] == list(range(1, len(points) + 1))
-    for point, one in zip(points, outcome.of_front, strict=True):
+    for point, one in zip(points, outcome.members, strict=True):
         assert point["released"] is one.gate.is_open
         assert point["energy_J"] == one.solution.energy.total
         assert one.verdict.figures["contact_error_mm"] is not None
@@ -57,7 +57,7 @@ def test_each_has_its_files_and_those_of_an_earlier_run_go(outcome, tmp_path):
     write_outcome(outcome, tmp_path)
     assert not earlier.exists()
     assert (tmp_path / "front" / "notes.txt").read_text() == "mine"
-    for number, one in enumerate(outcome.of_front, start=1):
+    for number, one in enumerate(outcome.members, start=1):
         folder = tmp_path / "front" / str(number)
         assert {path.name for path in folder.iterdir()} == FILES
         told = json.loads((folder / "report.json").read_text(encoding="utf-8"))
@@ -72,15 +72,15 @@ def test_each_has_its_files_and_those_of_an_earlier_run_go(outcome, tmp_path):
 def test_on_a_known_clock_no_program_of_a_front_beats_another_as_delivered(job):
     clocked = make_job(job, machine="linuxcnc-xyzac-trt", front=4, pick=1, feed_share=0.7, feed=2000.0)
     outcome = run_job(clocked)
-    figures = [(one.solution.energy.total, one.solution.energy.time) for one in outcome.of_front]
+    figures = [(one.solution.energy.total, one.solution.energy.time) for one in outcome.members]
     assert len(figures) >= 2
     # Cheaper ones take longer, so none is as good as another in both.
     assert figures == sorted(figures)
     assert [time for _, time in figures] == sorted((time for _, time in figures), reverse=True)
     assert len({time for _, time in figures}) == len(figures)
-    assert all(one.gate.is_open and one.verdict.ok for one in outcome.of_front)
+    assert all(one.gate.is_open and one.verdict.ok for one in outcome.members)
     assert outcome.front_programs.by_time
-    assert outcome.program is outcome.of_front[0].program
+    assert outcome.program is outcome.members[0].program
     told = outcome.document["front"]["points"]
     assert [(p["energy_J"], p["program_time_s"]) for p in told] == figures
     limited = outcome.document["energy"]["limited"]
