@@ -30,6 +30,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 # than fills the memory of a computer.
 MEGABYTE = 1_000_000
 MOST_PATH_BYTES = 400 * MEGABYTE
+# Files of parts: exact surfaces, and all that meshes come from.
+CAD_SUFFIXES = (".step", ".stp", ".iges", ".igs")
+MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", *CAD_SUFFIXES)
 MOST_MESH_BYTES = 1000 * MEGABYTE
 # TOML and configurations of controls: written by hand, and the largest known ones have some 100 kB.
 MOST_SETTINGS_BYTES = MEGABYTE

@@ -101,7 +101,7 @@ def info(
     **_: Any,
 ) -> None:
     """Show a machine (chain, limits, powers, figures' sources), a program's operations, or a part's faces."""
-    from fiveaxis.mesh import CAD_SUFFIXES
+    from fiveaxis.files import CAD_SUFFIXES
 
     with errors_explained(as_json):
         reading = reading_of(context.params)

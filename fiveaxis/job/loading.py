@@ -12,6 +12,7 @@ from fiveaxis.collision import Surroundings
 from fiveaxis.contour import Plan, PlanOptions, PlanReport, path_quality, plan_passes
 from fiveaxis.energy import Factors
 from fiveaxis.errors import JobError, SettingError
+from fiveaxis.files import MESH_SUFFIXES
 from fiveaxis.job.description import TOOL_FILE, Job
 from fiveaxis.job.part_evidence import find_settled_contacts
 from fiveaxis.job.reading import require_input
@@ -19,7 +20,6 @@ from fiveaxis.machine import Machine, lender_of, load_machine, with_powers
 from fiveaxis.machine.bodies import MeshShape
 from fiveaxis.machine.files import find_machine
 from fiveaxis.machine.unknown import unknown_figures
-from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.mesh import Unit, load_mesh, read_solid
 from fiveaxis.nc import control_for, find_dialect, read_toolpath
 from fiveaxis.nc.formats import kind_of, read_path_of

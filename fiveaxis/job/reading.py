@@ -10,11 +10,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from fiveaxis.errors import InputError, JobError
-from fiveaxis.files import require_file
+from fiveaxis.files import MESH_SUFFIXES, require_file
 from fiveaxis.job.description import SEARCHED, SWEEP, TOOL_FILE, FixtureFile, Job
 from fiveaxis.machine import load_machine
 from fiveaxis.machine.files import READERS as MACHINE_READERS
-from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 from fiveaxis.nc.formats import SUFFIXES, holds_path, suffix_of
 from fiveaxis.settings import explain, line_of, read_document, read_settings, validate_settings
 from fiveaxis.stock import names_file

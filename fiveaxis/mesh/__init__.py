@@ -1,6 +1,5 @@
 """Meshes of parts and bodies: files, distances, smooth normals, exact surfaces of CAD files."""
 
-from fiveaxis.mesh.cad.loading import CAD_SUFFIXES as CAD_SUFFIXES
 from fiveaxis.mesh.cad.model import Model as Model
 from fiveaxis.mesh.cad.model import model_of as model_of
 from fiveaxis.mesh.cad.records import Face as Face
@@ -8,7 +7,6 @@ from fiveaxis.mesh.cad.records import Foot as Foot
 from fiveaxis.mesh.distance import TriangleTree as TriangleTree
 from fiveaxis.mesh.distance import kept_by_mesh as kept_by_mesh
 from fiveaxis.mesh.distance import tree_of as tree_of
-from fiveaxis.mesh.loading import SUFFIXES as SUFFIXES
 from fiveaxis.mesh.loading import body_findings as body_findings
 from fiveaxis.mesh.loading import check_mesh as check_mesh
 from fiveaxis.mesh.loading import load_mesh as load_mesh

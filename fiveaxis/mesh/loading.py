@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fiveaxis.errors import MeshError, SettingError
-from fiveaxis.files import require_file
+from fiveaxis.files import CAD_SUFFIXES, MESH_SUFFIXES, require_file
 from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.geometry import Array
-from fiveaxis.mesh.cad.loading import CAD_SUFFIXES, FACTORS, load_model
+from fiveaxis.mesh.cad.loading import FACTORS, load_model
 from fiveaxis.mesh.cad.model import model_of, with_model
 from fiveaxis.mesh.parsing import DAMAGED, parse_mesh, require_few
 from fiveaxis.options import MESH_TOLERANCE, Unit
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from fiveaxis.mesh.surface import Surface
 
-SUFFIXES = (".stl", ".ply", ".obj", ".off", *CAD_SUFFIXES)
 # mm: products of three larger coordinates, as in volumes, lose their last digit that matters.
 FARTHEST = 1e7
 
@@ -65,8 +64,8 @@ def load_mesh(
     """
     file = Path(path)
     require_file(file, MeshError)
-    if file.suffix.lower() not in SUFFIXES:
-        known = ", ".join(SUFFIXES)
+    if file.suffix.lower() not in MESH_SUFFIXES:
+        known = ", ".join(MESH_SUFFIXES)
         raise MeshError(f"suffix {file.suffix!r} is not a mesh format read here; known: {known}", file=file)
     if unit is not None and unit not in FACTORS:
         raise SettingError(f"unit = {unit!r} must be {', '.join(FACTORS)}")

@@ -9,9 +9,8 @@ from itertools import takewhile
 from pathlib import Path
 
 from fiveaxis.errors import ToolpathError
-from fiveaxis.files import MOST_PATH_BYTES, kept_by_file, read_input
+from fiveaxis.files import MESH_SUFFIXES, MOST_PATH_BYTES, kept_by_file, read_input
 from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.mesh import SUFFIXES as MESH_SUFFIXES
 
 # Control characters but tab, line ends, form feed and the end mark of DOS: no text file has them.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))

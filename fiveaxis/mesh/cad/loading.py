@@ -18,13 +18,12 @@ from typing import Any
 import numpy as np
 
 from fiveaxis.errors import MeshError, MissingDependency
-from fiveaxis.files import MEGABYTE, MOST_MESH_BYTES, kept_by_file, read_input
+from fiveaxis.files import CAD_SUFFIXES, MEGABYTE, MOST_MESH_BYTES, kept_by_file, read_input
 from fiveaxis.mesh.cad.model import Model
 from fiveaxis.mesh.cad.records import KINDS, Face
 from fiveaxis.options import MESH_TOLERANCE, Unit
 
 READER = Path(__file__).with_name("reader.py")
-CAD_SUFFIXES = (".step", ".stp", ".iges", ".igs")
 # Bytes of address space: 4 GiB are enough for parts of 100 000 faces.
 MEMORY = 4 << 30
 # s, for reading any file, and more per MB: 0.3 s per MB of ordinary parts, 5 s of twisted blades.
