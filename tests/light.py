@@ -32,7 +32,7 @@ class StandIn:
 
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        return StandIn if name == "Task" else super().find_class(module, name)
+        return StandIn if name == "QueuedJob" else super().find_class(module, name)
 
 
 def light_entry(text: str) -> str:

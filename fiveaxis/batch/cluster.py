@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from fiveaxis import __version__
 from fiveaxis.batch.record import Event, Listener, Row, row_of_fault
-from fiveaxis.batch.tasks import Task
-from fiveaxis.batch.worker import Throttle, run_task
+from fiveaxis.batch.tasks import QueuedJob
+from fiveaxis.batch.worker import Throttle, run_queued
 from fiveaxis.errors import LostScheduler, MissingDependency, SettingError
 
 if TYPE_CHECKING:
@@ -29,7 +29,9 @@ logger = logging.getLogger(__name__)
 ANSWER = 10.0
 
 
-def run_on_scheduler(tasks: Sequence[Task], folder: Path, scheduler: str, tell: Listener) -> Generator[Row]:
+def run_on_scheduler(
+    tasks: Sequence[QueuedJob], folder: Path, scheduler: str, tell: Listener
+) -> Generator[Row]:
     """Run tasks on a scheduler's workers, and yield the row of each as soon as it is done.
 
     Certificates for an address ``tls://`` are those of dask's configuration.
@@ -66,7 +68,7 @@ def run_on_scheduler(tasks: Sequence[Task], folder: Path, scheduler: str, tell: 
                 future.cancel()
 
 
-def _row(future: Future, task: Task) -> Row:
+def _row(future: Future, task: QueuedJob) -> Row:
     from distributed import CancelledError, KilledWorker
 
     # A future's status can change between two looks at it, so that the result alone is asked for.
@@ -83,7 +85,7 @@ def _row(future: Future, task: Task) -> Row:
         return row_of_fault(task.blank, fault)
 
 
-def run_remotely(task: Task, folder: str, version: str, topic: str) -> dict[str, Any]:
+def run_remotely(task: QueuedJob, folder: str, version: str, topic: str) -> dict[str, Any]:
     """Run a task on a dask worker, and send its progress as events of a topic.
 
     Returns
@@ -100,7 +102,7 @@ def run_remotely(task: Task, folder: str, version: str, topic: str) -> dict[str,
     def tell(stage: str, done: int, total: int) -> None:
         worker.log_event(topic, place | {"stage": stage, "done": done, "total": total})
 
-    return run_task(task, Path(folder), Throttle(tell)).as_dict()
+    return run_queued(task, Path(folder), Throttle(tell)).as_dict()
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from fiveaxis.batch.ledger import own_folder
 from fiveaxis.batch.machine_page import write_machines
 from fiveaxis.batch.record import ORDER, Listener, Row, Status
 from fiveaxis.batch.run import Batch, run_batch
-from fiveaxis.batch.tasks import Task
+from fiveaxis.batch.tasks import QueuedJob
 from fiveaxis.energy import Factors
 from fiveaxis.errors import JobError, SettingError
 from fiveaxis.files import write_atomically
@@ -331,7 +331,7 @@ def _candidate(row: Row, job: Path, folder: Path, factors: Factors) -> Candidate
     report = json.loads((own / REPORT).read_text(encoding="utf-8"))
     figures, widths = _figures(report, factors)
     if row.status is Status.FINE and "place" in figures:
-        _write_job(Task(row.name, job, row.sweep, row.values), figures["place"], own / JOB)
+        _write_job(QueuedJob(row.name, job, row.sweep, row.values), figures["place"], own / JOB)
     return Candidate(row, figures, widths, factors)
 
 
@@ -361,7 +361,7 @@ def _figures(report: Mapping[str, Any], factors: Factors) -> tuple[dict[str, Any
     return figures, {c: joules[c] * (high - low) for c, (low, high) in bands.items()}
 
 
-def _write_job(task: Task, place: Mapping[str, Any], file: Path) -> None:
+def _write_job(task: QueuedJob, place: Mapping[str, Any], file: Path) -> None:
     """Write a job with the machine and the place of the part, for ``fiveaxis optimise``."""
     import tomli_w
 

@@ -27,7 +27,7 @@ from typing import Any, BinaryIO, cast
 import psutil
 
 from fiveaxis.batch.record import Event, Listener, Row, bounded
-from fiveaxis.batch.tasks import Task
+from fiveaxis.batch.tasks import QueuedJob
 from fiveaxis.batch.worker import FAULT, remove_program
 from fiveaxis.errors import LostWorkers
 
@@ -140,13 +140,13 @@ class Limits:
 
 
 def run_on_pool(
-    tasks: Sequence[Task], folder: Path, workers: int, limits: Limits, tell: Listener
+    tasks: Sequence[QueuedJob], folder: Path, workers: int, limits: Limits, tell: Listener
 ) -> Generator[Row]:
     """Run tasks on processes of this computer, and yield the row of each as soon as it is done.
 
     Parameters
     ----------
-    tasks : to run
+    tasks : jobs to run
     folder : of the batch
     workers : number of processes
     limits : of each job
@@ -184,7 +184,7 @@ class _Worker:
 
     def __init__(self, number: int, news: queue.SimpleQueue[_News]) -> None:
         self.number, self._news = number, news
-        self.task: Task | None = None
+        self.task: QueuedJob | None = None
         self.has_reported, self.excess = False, ""
         self._since = time.monotonic()
         self._last_lines: deque[bytes] = deque(maxlen=LAST_LINES)
@@ -251,7 +251,7 @@ class _Worker:
     def __str__(self) -> str:
         return f"worker {self.number} (pid {self.pid})"
 
-    def give(self, task: Task, folder: Path) -> None:
+    def give(self, task: QueuedJob, folder: Path) -> None:
         """Give it a task; if it has died, that is in the news."""
         self.task, self.has_reported, self._since = task, False, time.monotonic()
         self.excess = ""  # of a job that finished just before it was stopped
@@ -300,7 +300,7 @@ _News = tuple[_Worker, Mapping[str, Any] | None]
 class _Pool:
     """The workers, the tasks that wait, and what is known of workers that died."""
 
-    def __init__(self, tasks: Sequence[Task], folder: Path, limits: Limits, tell: Listener) -> None:
+    def __init__(self, tasks: Sequence[QueuedJob], folder: Path, limits: Limits, tell: Listener) -> None:
         self._waiting, self._folder, self._limits, self._tell = deque(tasks), folder, limits, tell
         self._workers: dict[int, _Worker] = {}
         self._news: queue.SimpleQueue[_News] = queue.SimpleQueue()
@@ -344,7 +344,7 @@ class _Pool:
         worker = self._workers.get(number)
         return None if worker is None or worker.task else worker
 
-    def _receive(self, worker: _Worker, task: Task, message: Mapping[str, Any]) -> Row | None:
+    def _receive(self, worker: _Worker, task: QueuedJob, message: Mapping[str, Any]) -> Row | None:
         """Pass on the progress of a job, or return its row."""
         if not worker.has_reported:
             self._losses.survive(worker.seconds)
@@ -384,7 +384,7 @@ class _Pool:
         self._waiting.append(task)  # behind the others: if it does kill its workers, they come first
         return None
 
-    def _give_up(self, task: Task, message: str) -> Row:
+    def _give_up(self, task: QueuedJob, message: str) -> Row:
         remove_program(self._folder, task.name)
         return replace(task.blank, message=message)
 

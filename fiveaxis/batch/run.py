@@ -16,7 +16,7 @@ from fiveaxis.batch.comparison import Comparison, write_comparison, write_page
 from fiveaxis.batch.ledger import TABLE, Ledger, locked
 from fiveaxis.batch.pool import Limits, run_on_pool
 from fiveaxis.batch.record import Event, Listener, Relay, Row, Status, worst
-from fiveaxis.batch.tasks import Planned, Task, plan_tasks
+from fiveaxis.batch.tasks import Planned, QueuedJob, plan_tasks
 from fiveaxis.errors import SettingError
 from fiveaxis.files import remove_leftovers
 from fiveaxis.job import require_folder
@@ -156,7 +156,12 @@ def _finish(planned: Planned, ledger: Ledger, resumed: frozenset[str]) -> Batch:
 
 
 def _run(
-    tasks: Sequence[Task], ledger: Ledger, scheduler: str | None, workers: int, limits: Limits, tell: Listener
+    tasks: Sequence[QueuedJob],
+    ledger: Ledger,
+    scheduler: str | None,
+    workers: int,
+    limits: Limits,
+    tell: Listener,
 ) -> None:
     if not tasks:
         return

@@ -167,7 +167,7 @@ def _shorten(text: str, value: Any, longest: int) -> str:
 
 
 @dataclass(frozen=True)
-class Task:
+class QueuedJob:
     """One job to run.
 
     Parameters
@@ -223,7 +223,7 @@ class Planned:
     sweeps : names of the variants of each sweep, in its order
     """
 
-    tasks: dict[str, Task]
+    tasks: dict[str, QueuedJob]
     digests: dict[str, str]
     faults: list[Row]
     sweeps: dict[str, list[str]]
@@ -251,13 +251,15 @@ def plan_tasks(
             text, data = read_document(file, JobError)
             variants = _expand({"machine": list(machines)}) if machines else read_sweep(data, text, file)
         except Exception as fault:  # of whatever kind: it mustn't end the others
-            planned.faults.append(_row_of_unreadable(Task(name, file), fault))
+            planned.faults.append(_row_of_unreadable(QueuedJob(name, file), fault))
             continue
         more = dict(settings or {}) if machines else {}
-        tasks = [Task(f"{name}/{variant}", file, name, values | more) for variant, values in variants.items()]
+        tasks = [
+            QueuedJob(f"{name}/{variant}", file, name, values | more) for variant, values in variants.items()
+        ]
         if variants:
             planned.sweeps[name] = [task.name for task in tasks]
-        for task in tasks or [Task(name, file)]:
+        for task in tasks or [QueuedJob(name, file)]:
             try:
                 planned.digests[task.name] = task.digest()
                 planned.tasks[task.name] = task
@@ -266,7 +268,7 @@ def plan_tasks(
     return planned
 
 
-def _row_of_unreadable(task: Task, fault: Exception) -> Row:
+def _row_of_unreadable(task: QueuedJob, fault: Exception) -> Row:
     """Make the row of a task that can't be read; what Python itself can't hold or open is wrong input."""
     if isinstance(fault, RecursionError | MemoryError | OSError | ValueError):
         fault = JobError(f"can't be read: {type(fault).__name__}: {fault}; simplify it", file=task.file)

@@ -17,10 +17,9 @@ from typing import Any, BinaryIO
 
 from fiveaxis.batch.ledger import own_folder
 from fiveaxis.batch.record import Row, Status, row_of, row_of_fault
-from fiveaxis.batch.tasks import Task
+from fiveaxis.batch.tasks import QueuedJob
 from fiveaxis.errors import SettingError
-from fiveaxis.job import digest_job, resolve, resumable, write_outcome
-from fiveaxis.job import run_task as run_resolved
+from fiveaxis.job import digest_job, resolve, resumable, run_task, write_outcome
 from fiveaxis.progress import Progress
 
 # s between two messages of one stage, quick enough for a live table.
@@ -29,7 +28,7 @@ PAUSE = 0.5
 FAULT = 70
 
 
-def run_task(task: Task, folder: Path, progress: Progress) -> Row:
+def run_queued(task: QueuedJob, folder: Path, progress: Progress) -> Row:
     """Run a task; either all of its results are in its folder, or none, and the row says why.
 
     Parameters
@@ -46,7 +45,7 @@ def run_task(task: Task, folder: Path, progress: Progress) -> Row:
         digest = digest_job(job, whole)
         own = own_folder(folder, task.name)
         with resumable(digest, own) as checkpoint:
-            outcome = run_resolved(resolved, progress, checkpoint)
+            outcome = run_task(resolved, progress, checkpoint)
             files = write_outcome(outcome, own, progress)
         row = row_of(task.blank, outcome, files)
     except Exception as fault:  # a fault of one job, of whatever kind, mustn't end the others
@@ -58,7 +57,7 @@ def run_task(task: Task, folder: Path, progress: Progress) -> Row:
     return replace(row, digest=digest if digest and _digest(task) == digest else "")
 
 
-def _digest(task: Task) -> str:
+def _digest(task: QueuedJob) -> str:
     try:
         return task.digest()
     except Exception:  # what can't be read now isn't what was read
@@ -95,12 +94,12 @@ def main() -> None:
     """
     faulthandler.enable()
     send = _take_stdout()
-    tasks: queue.SimpleQueue[tuple[Task, Path]] = queue.SimpleQueue()
+    tasks: queue.SimpleQueue[tuple[QueuedJob, Path]] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(_take_stdin(), tasks), daemon=True).start()
     while True:
         task, folder = tasks.get()
         progress = Throttle(lambda stage, done, total: send(stage=stage, done=done, total=total))
-        send(row=run_task(task, folder, progress).as_dict())
+        send(row=run_queued(task, folder, progress).as_dict())
 
 
 def _take_stdin() -> BinaryIO:
@@ -126,7 +125,7 @@ def _take_stdout() -> Callable[..., None]:
     return send
 
 
-def _receive(stream: BinaryIO, tasks: queue.SimpleQueue[tuple[Task, Path]]) -> None:
+def _receive(stream: BinaryIO, tasks: queue.SimpleQueue[tuple[QueuedJob, Path]]) -> None:
     """Receive tasks; end the process at once when the command that sends them has ended."""
     try:
         while True:

@@ -19,8 +19,8 @@ from patience import PATIENCE
 
 from fiveaxis.batch import Event, Row
 from fiveaxis.batch.record import Listener
-from fiveaxis.batch.tasks import Task
-from fiveaxis.batch.worker import run_task
+from fiveaxis.batch.tasks import QueuedJob
+from fiveaxis.batch.worker import run_queued
 from fiveaxis.findings import Finding, Place, Severity, group_findings
 from fiveaxis.job import Job
 
@@ -149,13 +149,13 @@ def pretend() -> Iterator[Pretended]:
     stand_in = Pretended()
 
     def run_on_threads(
-        tasks: Sequence[Task], folder: Path, workers: int, _limits: object, tell: Listener
+        tasks: Sequence[QueuedJob], folder: Path, workers: int, _limits: object, tell: Listener
     ) -> Iterator[Row]:
-        def run(task: Task) -> Row:
+        def run(task: QueuedJob) -> Row:
             def step(stage: str, done: int, total: int) -> None:
                 tell(Event.running(task.name, stage, done, total, worker="1", pid=os.getpid()))
 
-            return Row.from_dict(run_task(task, folder, step).as_dict())
+            return Row.from_dict(run_queued(task, folder, step).as_dict())
 
         with ThreadPoolExecutor(workers) as threads:
             rows = [threads.submit(run, task) for task in tasks]

@@ -8,7 +8,7 @@ from soaking.rings import contents
 
 from fiveaxis.batch import run_batch
 from fiveaxis.batch.cluster import require_scheduler, run_remotely
-from fiveaxis.batch.tasks import Task
+from fiveaxis.batch.tasks import QueuedJob
 from fiveaxis.errors import SettingError
 
 distributed = pytest.importorskip("distributed")
@@ -28,7 +28,7 @@ def test_an_address_that_is_none_or_needs_certificates_is_named(address):
 
 
 def test_a_worker_of_another_version_is_reported(jobs, tmp_path):
-    row = run_remotely(Task("a", jobs[0]), str(tmp_path), "99.0", "a topic")
+    row = run_remotely(QueuedJob("a", jobs[0]), str(tmp_path), "99.0", "a topic")
     assert row["status"] == "broken"
     assert "this command 99.0; install one everywhere" in row["message"]
 

@@ -18,7 +18,7 @@ from light import light_entry
 
 from fiveaxis.batch import Event, Row, pool
 from fiveaxis.batch.pool import Limits, run_on_pool
-from fiveaxis.batch.tasks import Task
+from fiveaxis.batch.tasks import QueuedJob
 from fiveaxis.errors import LostWorkers
 
 if sys.platform == "win32":
@@ -41,7 +41,7 @@ def run(tmp_path, monkeypatch, in_time) -> Callable[..., dict[str, Row]]:
         tell: Callable[[Event], Any] = lambda _: None,
     ) -> dict[str, Row]:
         monkeypatch.setattr(pool, "ENTRY", light_entry(entry))
-        tasks = [Task(name, tmp_path / f"{name}.toml") for name in names]
+        tasks = [QueuedJob(name, tmp_path / f"{name}.toml") for name in names]
         rows = in_time(lambda: list(run_on_pool(tasks, tmp_path, workers, limits or Limits(), tell)))
         assert sorted(row.name for row in rows) == sorted(names)
         return {row.name: row for row in rows}

@@ -14,7 +14,7 @@ class Answer:
     def as_dict(self):
         return {"read": len(os.read(0, 1))}
 
-worker.run_task = lambda *_: Answer()
+worker.run_queued = lambda *_: Answer()
 worker.main()
 """
 

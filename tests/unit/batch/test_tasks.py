@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fiveaxis.batch import Status
-from fiveaxis.batch.tasks import Task, plan_tasks
+from fiveaxis.batch.tasks import QueuedJob, plan_tasks
 from fiveaxis.errors import JobError, SettingError
 
 MACHINES = Path(__file__).parents[3] / "machines"
@@ -37,7 +37,7 @@ def write_rich(write_job):
 
 
 def digest(file):
-    return Task(file.stem, file).digest()
+    return QueuedJob(file.stem, file).digest()
 
 
 @pytest.mark.parametrize(

@@ -129,9 +129,9 @@ def test_a_batch_opens_each_file_once_in_the_process_that_runs_its_jobs(folder):
     write_job(folder, more=TILT + 'part = "part.stl"\n' + CLAMP)
     act = """
 from pathlib import Path
-from fiveaxis.batch.tasks import Task
-from fiveaxis.batch.worker import run_task
-row = run_task(Task("job", Path("job.toml")), Path("out"), lambda *_: None)
+from fiveaxis.batch.tasks import QueuedJob
+from fiveaxis.batch.worker import run_queued
+row = run_queued(QueuedJob("job", Path("job.toml")), Path("out"), lambda *_: None)
 assert row.digest, row
 """
     assert count_opened(folder, act) == once(*FILES, "path.csv")
