@@ -1,6 +1,6 @@
 """Break the package in forty small ways, and print which of them its tests notice.
 
-Usage: python tests/benchmarks/mutants.py [--part 1/2] [--only WORD…]
+Usage: python tests/benchmarks/mutants.py [--part 1/2] [--only WORD…] [--under COMMAND]
 
 Each mutant is one wrong sign, bound, limit, unit, axis or index. It is made in a copy of the repository in a
 temporary folder, with nothing beside it; then the quick tests of the rooms that should notice run there, up
@@ -362,8 +362,8 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-def is_killed(mutant: Mutant, copy: Path) -> tuple[bool, str]:
-    """Run a mutant's tests; return whether one failed, and its name."""
+def is_killed(mutant: Mutant, copy: Path, under: list[str]) -> tuple[bool, str]:
+    """Run a mutant's tests under another command; return whether one failed, and its name."""
     file = copy / "fiveaxis" / mutant.file
     right = copy.parent / "right"
     shutil.copy2(file, right)
@@ -375,10 +375,15 @@ def is_killed(mutant: Mutant, copy: Path) -> tuple[bool, str]:
         environment = os.environ | {"PYTHONPATH": str(copy)}
         environment |= {"NUMBA_CACHE_DIR": machine_code} if mutant.compiled else {}
         tests = [f"tests/{name}" for name in mutant.tests]
-        command = [sys.executable, "-m", "pytest", "-x", "-m", "not slow", "-p", "no:cacheprovider", *tests]
+        command = [*under, sys.executable, "-m", "pytest", "-x", "-m", "not slow", "-p", "no:cacheprovider"]
         try:
             run = subprocess.run(
-                command, cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE
+                [*command, *tests],
+                cwd=copy,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=PATIENCE,
             )
             code, output = run.returncode, run.stdout
         except subprocess.TimeoutExpired:
@@ -396,6 +401,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--part", default="1/1", help="1/2 and 2/2 are the halves, for two processes")
     parser.add_argument("--only", nargs="*", default=[], help="words of file or description")
+    parser.add_argument("--under", nargs=1, default=[], help="a command that runs others, such as nice")
     given = parser.parse_args()
     part, parts = map(int, given.part.split("/"))
     chosen = [m for m in MUTANTS if not given.only or any(w in f"{m.file} {m.what}" for w in given.only)]
@@ -404,7 +410,7 @@ def main() -> int:
         copy = copied(Path(folder) / "alone" / "main")
         for mutant in chosen[part - 1 :: parts]:
             begin = time.perf_counter()
-            killed, by = is_killed(mutant, copy)
+            killed, by = is_killed(mutant, copy, given.under)
             survived += not killed
             verdict, seconds = "killed" if killed else "SURVIVED", f"{time.perf_counter() - begin:.0f}"
             print(ROW.format(mutant.file, verdict, seconds, f"{mutant.what}: {by}"), flush=True)
