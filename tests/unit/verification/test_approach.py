@@ -148,6 +148,7 @@ def test_a_retract_goes_up_and_stays_within_the_travel_of_z(hayashi, lollipop, r
         assert fault is None or fault in found[0]
 
 
+@pytest.mark.slow
 def test_below_a_roof_there_is_no_clear_approach_and_no_clear_retract(hayashi, lollipop):
     # The shank passes a slot in the roof that is as long as the path.
     slotted = trimesh.util.concatenate(

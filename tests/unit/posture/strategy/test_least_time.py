@@ -52,7 +52,9 @@ def machine(hayashi) -> Machine:
     return limited(hayashi)
 
 
-@pytest.fixture(scope="module", params=["within 5 um", "LinuxCNC", "LinuxCNC, tip"])
+@pytest.fixture(
+    scope="module", params=["within 5 um", pytest.param("LinuxCNC", marks=pytest.mark.slow), "LinuxCNC, tip"]
+)
 def solution(request, machine):
     told = {
         "within 5 um": (Clock(), Interpolation.JOINT),

@@ -250,7 +250,7 @@ def helix(hayashi):
     return solved
 
 
-@pytest.mark.parametrize(("low", "high"), [(-180.0, 180.0), (0.0, 360.0)])
+@pytest.mark.parametrize(("low", "high"), [(-180.0, 180.0), pytest.param(0.0, 360.0, marks=pytest.mark.slow)])
 def test_a_helix_on_an_axis_of_one_turn_is_optimised(helix, low, high):
     solution = helix(low, high)
     machine = solution.machine

@@ -250,6 +250,7 @@ def test_only_axes_with_a_whole_turn_wind(hayashi):
     assert endless(machine).axis("A") == machine.axis("A")
 
 
+@pytest.mark.slow
 def test_a_path_that_winds_further_than_c_can_is_optimised_with_rewinds(hayashi):
     machine = limited(hayashi, 200.0)
     path, _ = helix()
