@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser
 from hypothesis import HealthCheck, settings
+from support.browser import Browser
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.toolpath import Tool, Toolpath
@@ -89,7 +89,7 @@ def data() -> Path:
 @pytest.fixture(scope="session")
 def parts(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of CAD files, as Open Cascade writes them."""
-    folder, maker = tmp_path_factory.mktemp("parts"), Path(__file__).parent / "cad_parts.py"
+    folder, maker = tmp_path_factory.mktemp("parts"), Path(__file__).parent / "support/cad_parts.py"
     subprocess.run([sys.executable, str(maker), str(folder)], check=True, capture_output=True, timeout=300)
     return folder
 

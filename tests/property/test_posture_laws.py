@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
 from scipy.optimize import minimize
+from support.quick_optimiser import tilt_bounds
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy, travel_costs

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shop import SHOPS, wall
+from support.shop_programs import SHOPS, wall
 
 import fiveaxis as fx
 from fiveaxis.errors import AlreadyBetter

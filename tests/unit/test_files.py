@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from killed import leave_behind
+from support.killed_writer import leave_behind
 
 from fiveaxis.errors import SettingError
 from fiveaxis.files import csv_text, remove_leftovers, temporary_folder, write_atomically

@@ -5,9 +5,9 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 import trimesh
-from cad_models import mesh
-from leaned import leaned
-from left_over import left_over
+from support.cad_models import mesh
+from support.leaned_paths import leaned
+from support.left_over_material import left_over
 
 from fiveaxis.contour import PlanOptions, path_quality, plan_contour, plan_passes
 from fiveaxis.errors import MeshError

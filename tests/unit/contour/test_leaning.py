@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from leaned import leaned
+from support.leaned_paths import leaned
 
 from fiveaxis.contour import path_quality, plan_contour
 from fiveaxis.errors import SettingError, ToolError

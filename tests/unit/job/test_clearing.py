@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
-from by_degrees import optimise as optimise_postures
+from support.quick_optimiser import optimise as optimise_postures
 
 import fiveaxis as fx
 from fiveaxis.collision import Clearances, Fixture, Surroundings

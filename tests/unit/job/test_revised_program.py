@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shop import SHOPS, Shop, wall
+from support.shop_programs import SHOPS, Shop, wall
 from typer.testing import CliRunner
 
 import fiveaxis as fx

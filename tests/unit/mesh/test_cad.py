@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cad_models import mesh as read
-from cad_models import model
+from support.cad_models import mesh as read
+from support.cad_models import model
 
 import fiveaxis as fx
 from fiveaxis.contour import path_quality
@@ -32,7 +32,7 @@ from fiveaxis.viewer import write_preview
 from fiveaxis.viewer.numbers import number_marks
 
 pytestmark = pytest.mark.skipif(find_spec("OCP") is None, reason="needs Open Cascade: fiveaxis[step]")
-MAKER = Path(__file__).parents[2] / "cad_parts.py"
+MAKER = Path(__file__).parents[2] / "support/cad_parts.py"
 # mm and rad: what rounding leaves of a distance and of a normal.
 ROUNDING, TURNED = 1e-9, 1e-8
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trapezoids import rest_times
+from support.trapezoid_times import rest_times
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import linear_positions

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from support.sampled_surfaces import without_nose
 
 from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.errors import Unverified
@@ -21,7 +22,6 @@ from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Report, choose_leads, verify
 from fiveaxis.verification.approach import clear_from_anywhere, height_above
-from tests.shapes import without_nose
 
 UPRIGHT = np.zeros((9, 2))
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from by_degrees import for_tilt, tilt_bounds
+from support.quick_optimiser import for_tilt, tilt_bounds
 
 from fiveaxis.energy import motion_energy, travel_costs
 from fiveaxis.kinematics import tool_axes, within_limits

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from pairs import in_pairs
+from support.pairwise_cases import in_pairs
+from support.quick_optimiser import tilt_bounds
 
 import fiveaxis as fx
 from fiveaxis.errors import MachineError

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_travel import find_front, optimise
-from rings import ring
+from support.ring_path import ring
+from support.travel_optimiser import find_front, optimise
 
 from fiveaxis import posture
 from fiveaxis.errors import SettingError

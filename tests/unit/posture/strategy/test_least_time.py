@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import for_tilt, optimise, tilt_bounds
+from support.quick_optimiser import for_tilt, optimise, tilt_bounds
 
 import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError

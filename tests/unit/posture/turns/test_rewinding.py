@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from by_travel import optimise
+from support.quick_optimiser import tilt_bounds
+from support.travel_optimiser import optimise
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Severity

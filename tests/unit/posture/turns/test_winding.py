@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from by_travel import optimise
 from hypothesis import given
 from hypothesis import strategies as st
+from support.quick_optimiser import tilt_bounds
+from support.travel_optimiser import optimise
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible
