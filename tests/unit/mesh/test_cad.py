@@ -220,6 +220,7 @@ def test_numbers_bend_with_their_faces_and_keep_off_the_borders(name, parts):
     assert high > 0.01 * size
 
 
+@pytest.mark.slow
 def test_an_assembly_has_its_bodies_where_it_places_them(parts):
     part = model(parts / "assembly_inch.step")
     assert part.bodies == {1: "pin", 2: "pin", 3: "block"}
@@ -239,6 +240,7 @@ def test_an_assembly_has_its_bodies_where_it_places_them(parts):
         load_mesh(parts / "assembly_inch.step", body="vice")
 
 
+@pytest.mark.slow
 def test_bodies_that_meet_are_no_part_and_others_are(parts):
     assert read(parts / "two.step").is_watertight
     with pytest.raises(MeshError, match=r"bodies 1 .* and 2 .* touch or reach into each other"):
@@ -246,6 +248,7 @@ def test_bodies_that_meet_are_no_part_and_others_are(parts):
     assert load_mesh(parts / "inside_out.step").volume == pytest.approx(6000.0)
 
 
+@pytest.mark.slow
 def test_the_unit_is_the_files_or_asked_for(parts):
     with pytest.raises(MeshError, match="states no unit; say which it is"):
         load_mesh(parts / "unitless.step")
@@ -256,6 +259,7 @@ def test_the_unit_is_the_files_or_asked_for(parts):
         load_mesh(parts / "two.step", unit="inch")
 
 
+@pytest.mark.slow
 def test_surfaces_without_edges_in_common_are_sewn(parts):
     assert load_mesh(parts / "two.iges").volume == pytest.approx(read(parts / "two.step").volume, rel=1e-3)
 
@@ -266,10 +270,11 @@ def test_an_open_shell_is_taken_only_when_allowed(parts):
     assert not load_mesh(parts / "swept.step", body="2", allow_open=True).is_watertight
 
 
-BROKEN = ["empty", "text", "half", "no_data", "no_end", "letters", "knots", "references", "shuffled"]
+# Each is read in a process of its own.
+BROKEN = [pytest.param(n, marks=pytest.mark.slow) for n in ("empty", "text", "no_data", "no_end", "letters")]
 
 
-@pytest.mark.parametrize("name", BROKEN)
+@pytest.mark.parametrize("name", ["half", "knots", "references", "shuffled", *BROKEN])
 def test_a_damaged_file_is_one_clear_error(parts, name):
     path = parts / f"broken_{name}.step"
     with pytest.raises(MeshError, match="export it again") as caught:
@@ -278,6 +283,7 @@ def test_a_damaged_file_is_one_clear_error(parts, name):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_file_that_open_cascade_never_ends_on_is_ended(parts):
     begun = time.monotonic()
     with pytest.raises(MeshError, match="isn't read within 2 s"):

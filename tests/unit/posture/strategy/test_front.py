@@ -52,6 +52,7 @@ def given(solution, motion):
     return motion.positions[~solution.toolpath.inserted][:, solution.machine.rotary_columns]
 
 
+@pytest.mark.slow
 def test_a_path_that_the_mask_refuses_is_no_point_of_the_front(hayashi):
     """A mask that admits tilts that differ by less than eight degrees from what `optimise` found."""
     alone = optimise(ring(60), hayashi, tilt=(15, 75))
@@ -134,6 +135,7 @@ def test_a_single_location_is_a_front_of_one(trunnion, hayashi):
     assert len(front.points) == 1
 
 
+@pytest.mark.slow
 def test_where_speeds_are_known_delay_costs_more_along_the_front_and_time_shrinks(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
     small = Toolpath.from_contacts(ring(30).contact, ring(30).normal, Tool.ball(6), feed_mm_min=3000.0)

@@ -172,6 +172,7 @@ def test_time_as_the_objective_excludes_another_price_of_time(machine):
         fx.optimise(wavy(9), machine, objective="time", time_price=5.0, **CONE)
 
 
+@pytest.mark.slow
 def test_terminal_report_and_document_of_a_job_have_the_same_time(tmp_path):
     path, file = wavy(21), tmp_path / "wavy.csv"
     table = np.hstack([path.contact, path.axis])

@@ -270,6 +270,7 @@ def ahead_of_normal(normal: Array, c: Array) -> Array:
     return np.degrees(np.mod(c - follows + np.pi, TURN) - np.pi)
 
 
+@pytest.mark.slow
 def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
     machine = ranged(hayashi, 0.0, 360.0)
     path, _ = turns_round(1.6, 36)
