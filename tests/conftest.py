@@ -19,7 +19,7 @@ from fiveaxis.toolpath import Tool, Toolpath
 # The same examples every time: some at each push, more before a merge (`--hypothesis-profile=merge`). How
 # long they take to draw is no property of the code, as machines are shared. What a test writes to its own
 # folder for one example, it overwrites for the next.
-for profile, examples in {"push": 20, "merge": 200}.items():
+for profile, examples in {"push": 20, "merge": 100}.items():
     settings.register_profile(
         profile,
         derandomize=True,
