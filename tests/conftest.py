@@ -32,8 +32,8 @@ settings.load_profile("push")
 SHARED = Path(__file__).parents[2] / "shared"
 # s of processor time, of a test with its processes, where all loops are compiled: a longer one is `slow`.
 BOUND = 2.0
-# What is run first, and compiles the optimiser's loops; and rooms of `unit` that compile hardly anything.
-COMPILING = {"posture"}
+# What is run first, and compiles most loops; and rooms of `unit` that compile hardly anything.
+COMPILING = "test_program_truth.py"
 UNCOMPILED = {"energy", "kinematics", "machine", "nc", "toolpath"}
 
 
@@ -45,8 +45,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
 
     def turn(item: pytest.Item) -> int:
-        parts = set(item.path.parts)
-        return 0 if COMPILING & parts else 1 if UNCOMPILED & parts else 2
+        return 0 if item.path.name == COMPILING else 1 if UNCOMPILED & set(item.path.parts) else 2
 
     items.sort(key=turn)
     for item in items:
