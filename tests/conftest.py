@@ -2,44 +2,78 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser
 from hypothesis import HealthCheck, settings
+from support.browser import Browser
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.toolpath import Tool, Toolpath
 
-# The same examples every time. How long they take to draw is no property of the code, as machines are shared.
-# What a test writes to its own folder for one example, it overwrites for the next.
-settings.register_profile(
-    "same",
-    derandomize=True,
-    max_examples=60,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
-)
-settings.load_profile("same")
+# The same examples every time: some at each push, more before a merge (`--hypothesis-profile=merge`). How
+# long they take to draw is no property of the code, as machines are shared. What a test writes to its own
+# folder for one example, it overwrites for the next.
+for profile, examples in {"push": 20, "merge": 100}.items():
+    settings.register_profile(
+        profile,
+        derandomize=True,
+        max_examples=examples,
+        deadline=None,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+    )
+settings.load_profile("push")
 
 SHARED = Path(__file__).parents[2] / "shared"
-# Rooms of `unit` whose tests compile hardly anything.
+# s of processor time, of a test with its processes, where all loops are compiled: a longer one is `slow`.
+BOUND = 2.0
+# What is run first, and compiles most loops; and rooms of `unit` that compile hardly anything.
+COMPILING = "test_program_truth.py"
 UNCOMPILED = {"energy", "kinematics", "machine", "nc", "toolpath"}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put rooms that compile nothing after the laws: of two processes each begins with one of them.
+    """Let one of two processes compile while the other runs what needs no loops; mark what needs real inputs.
 
-    In a fresh checkout both would compile the optimiser's loops at the same time.
+    In a fresh checkout both would compile the optimiser's loops at the same time. Processes take whole files
+    (`--dist loadfile`), so a file's fixtures are made once.
     """
 
     def turn(item: pytest.Item) -> int:
-        parts = set(item.path.parts)
-        return 0 if "unit" not in parts else 1 if UNCOMPILED & parts else 2
+        return 0 if item.path.name == COMPILING else 1 if UNCOMPILED & set(item.path.parts) else 2
 
     items.sort(key=turn)
+    for item in items:
+        if "data" in getattr(item, "fixturenames", ()):
+            item.add_marker("shared")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None]:
+    """Note a test that takes longer than what isn't `slow` may."""
+    begin = sum(os.times()[:4])
+    try:
+        return (yield)
+    finally:
+        spent = sum(os.times()[:4]) - begin
+        if spent > BOUND and item.get_closest_marker("slow") is None:
+            item.user_properties.append(("processor time", spent))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """List the tests that should be `slow`, or shorter."""
+    reports = [report for group in ("passed", "failed") for report in terminalreporter.getreports(group)]
+    spent = [(dict(report.user_properties).get("processor time", 0.0), report.nodeid) for report in reports]
+    long = sorted((each for each in set(spent) if each[0]), reverse=True)
+    if long:
+        terminalreporter.section(f"over {BOUND:g} s, but not slow (or compiling for the first time)")
+        for seconds, name in long:
+            terminalreporter.write_line(f"{seconds:6.1f} s  {name}")
 
 
 @pytest.fixture(scope="session")
@@ -48,6 +82,14 @@ def data() -> Path:
     folder = SHARED / "data"
     if not folder.is_dir():
         pytest.skip("the real inputs (../shared/data) aren't beside this checkout")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def parts(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of CAD files, as Open Cascade writes them."""
+    folder, maker = tmp_path_factory.mktemp("parts"), Path(__file__).parent / "support/cad_parts.py"
+    subprocess.run([sys.executable, str(maker), str(folder)], check=True, capture_output=True, timeout=300)
     return folder
 
 

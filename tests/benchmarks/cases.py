@@ -23,7 +23,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from paths import PATHS
-from shapes import denser, turned
+from support.sampled_surfaces import denser, turned
 
 import fiveaxis as fx
 from fiveaxis.energy import block_costs, motion_energy

@@ -25,14 +25,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from left_over import left_over
+from support.left_over_material import left_over
 
 import fiveaxis as fx
 from fiveaxis.contour import PlanOptions, path_quality, plan_passes
 from fiveaxis.geometry import angle_between
 from fiveaxis.mesh import load_mesh, model_of
 
-MAKER = Path(__file__).parents[1] / "cad_parts.py"
+MAKER = Path(__file__).parents[1] / "support/cad_parts.py"
 PROPELLER = Path(__file__).parents[3] / "shared/data/step/propeller_d.step"
 # deg and mm: what is no more than rounding, and how far apart faces meet.
 ROUNDING, MEETING = 1e-3, 1e-3

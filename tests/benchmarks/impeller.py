@@ -17,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-MAKER = Path(__file__).parents[1] / "cad_parts.py"
+MAKER = Path(__file__).parents[1] / "support/cad_parts.py"
 ROW = "{:>6} {:>6} {:>8} {:>16} {:>16} {:>10}"
 
 

@@ -3,8 +3,9 @@
     python tests/benchmarks/interpreter.py [--count N] [--first SEED] [--only examples|drawn]
 
 Every example program that LinuxCNC's package installs, and N programs drawn from seeds
-(``tests/interpretable.py``: arcs in all planes, cycles, shifts, feed modes, units, expressions, O words,
-rotary axes). Of a drawn program the line that one of the two refuses is left out, and the rest compared.
+(``tests/support/interpretable_programs.py``: arcs in all planes, cycles, shifts, feed modes, units,
+expressions, O words, rotary axes). Of a drawn program the line that one of the two refuses is
+left out, and the rest compared.
 Needs ``rs274`` (linuxcnc-uspace).
 
 The exit code is 1 if a program is read differently.
@@ -25,9 +26,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from interpretable import program
-from interpreted import RS274
-from interpreting import Comparison, compare, compare_lines
+from support.compared_moves import Comparison, compare, compare_lines
+from support.interpretable_programs import program
+from support.rs274 import RS274
 
 from fiveaxis.machine import Machine, load_machine
 

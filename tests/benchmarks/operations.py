@@ -16,7 +16,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
-from haas import haas_trunnion  # noqa: E402
+from support.haas_trunnion import haas_trunnion  # noqa: E402
 
 import fiveaxis as fx  # noqa: E402
 from fiveaxis.nc import measure_operations  # noqa: E402

@@ -14,7 +14,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from coal_query import PAIRS, SHAPES, CoalQuery, poses_of
+from support.coal_query import PAIRS, SHAPES, CoalQuery, poses_of
 
 from fiveaxis.collision.pieces import PairQuery
 from fiveaxis.geometry import Array

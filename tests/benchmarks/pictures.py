@@ -22,8 +22,8 @@ import numpy as np
 
 HERE = Path(__file__).parents[2]
 sys.path.insert(0, str(HERE / "tests"))
-from browser import Browser  # noqa: E402
-from shop import SHOPS, Row, wall  # noqa: E402
+from support.browser import Browser  # noqa: E402
+from support.shop_programs import SHOPS, Row, wall  # noqa: E402
 
 # Where in the program the simulation is shown: a share of its duration.
 PLACE = 0.45

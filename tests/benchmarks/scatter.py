@@ -2,9 +2,9 @@
 
 Usage: python tests/benchmarks/scatter.py [--effort quick,normal] [--locations 60] [SHAPE …]
 
-The shapes of `tests/shapes.py` (four passes each), and `dome-top` where ../shared is there. Each is solved as
-given, turned by 37, 101 and 200 deg about the table's axis, which has no limits, given at two times its
-locations, and backwards on a machine whose drives take as much power the other way round.
+The shapes of `tests/support/sampled_surfaces.py` (four passes each), and `dome-top` where ../shared is there.
+Each is solved as given, turned by 37, 101 and 200 deg about the table's axis, which has no limits, given
+at two times its locations, and backwards on a machine whose drives take as much power the other way round.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from paths import DATA, PATHS
-from shapes import SHAPES, backwards, denser, sampled, turned
+from support.sampled_surfaces import SHAPES, backwards, denser, sampled, turned
 
 import fiveaxis as fx
 

@@ -26,7 +26,7 @@ from fiveaxis.toolpath import Constraints
 from fiveaxis.viewer import write_preview
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from browser import Browser
+from support.browser import Browser
 
 COUNTS = (2_000, 100_000)
 PLAY = (

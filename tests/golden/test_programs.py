@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from written import write_text
+from support.unverified_text import write_text
 
 from fiveaxis.kinematics import tool_poses
 from fiveaxis.machine import Machine, load_machine

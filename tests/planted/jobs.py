@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pairs import Case
+from support.pairwise_cases import Case
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolpathError

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import for_tilt, tilt_bounds
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.quick_optimiser import for_tilt, tilt_bounds
 
 from fiveaxis.energy import travel_costs
 from fiveaxis.kinematics import linear_positions, tool_axes

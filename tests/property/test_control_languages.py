@@ -7,9 +7,9 @@ import random
 
 import numpy as np
 import pytest
-from blocks import one_by_one
 from hypothesis import example, given
 from hypothesis import strategies as st
+from support.nc_blocks import one_by_one
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.nc.languages.block import BlockError

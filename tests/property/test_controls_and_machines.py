@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pairs import pairwise_cover
+from support.pairwise_cases import pairwise_cover
 
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.geometry import Array

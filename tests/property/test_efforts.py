@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from shapes import SHAPES, backwards, denser, sampled, turned
+from support.sampled_surfaces import SHAPES, backwards, denser, sampled, turned
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pairs import Case, pairwise_cover
 from planted.fault import Fault
 from planted.jobs import jobs, of_job, of_settings
 from planted.registry import FAULTS
 from planted.tables import TABLE_FAULTS, TableTrial
 from planted.trial import CLEAN, MODES, PARTS, Count, Trial, try_program
+from support.pairwise_cases import Case, pairwise_cover
 
 # A program of each kind of words on each part: one part's machine has rotary axes that count the other way,
 # another has links.

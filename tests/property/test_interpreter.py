@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from interpretable import program
-from interpreted import needs_rs274
-from interpreting import canonical_moves, compare, compare_lines, difference, read_moves
+from support.compared_moves import canonical_moves, compare, compare_lines, difference, read_moves
+from support.interpretable_programs import program
+from support.rs274 import needs_rs274
 
 from fiveaxis.machine import load_machine
 

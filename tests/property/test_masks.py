@@ -3,9 +3,9 @@
 from functools import cache
 
 import numpy as np
-from by_degrees import optimise
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from support.quick_optimiser import optimise
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.kinematics import tool_axes

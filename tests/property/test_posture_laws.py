@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
 from scipy.optimize import minimize
+from support.quick_optimiser import tilt_bounds
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy, travel_costs
@@ -306,7 +306,7 @@ def test_a_part_turned_about_an_endless_c_costs_the_same_and_c_alone_turns_with_
     assert other.problem.cost(positions) == pytest.approx(costs[0], rel=1e-12)
 
 
-@pytest.mark.parametrize("objective", ["energy", "travel", "time"])
+@pytest.mark.parametrize("objective", ["energy", "travel", pytest.param("time", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_no_baseline_in_the_table_is_cheaper_by_what_is_minimised(machine, seed, objective):
     measure = {"energy": "total"}.get(objective, objective)

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from blocks import one_by_one
 from hypothesis import example, given
 from hypothesis import strategies as st
+from support.nc_blocks import one_by_one
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolpathError

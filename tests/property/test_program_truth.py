@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shop import SHOPS, wall
+from support.shop_programs import SHOPS, wall
 
 import fiveaxis as fx
 from fiveaxis.errors import AlreadyBetter
@@ -73,16 +73,36 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("programs")
 
 
-# Half a minute each, with all searches.
-SLOW = {"inches"}
+# A third of a minute each, with all searches, or longer.
+SLOW = {"inches", "fan", "three tools"}
 
 
-@pytest.fixture(params=[pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES])
-def name(request: pytest.FixtureRequest) -> str:
-    case = CASES[request.param]
-    if case.file and not (PROGRAMS / case.file).is_file():
+# Shop programs that are revised without a trade, too, at each push.
+TWICE = {"fanuc", "heidenhain"}
+
+
+def marked(slow: set[str]) -> list[Any]:
+    """All cases, with their marks."""
+    marks = [[pytest.mark.shared] * (n in REAL) + [pytest.mark.slow] * (n in slow) for n in CASES]
+    return [pytest.param(name, marks=some) for name, some in zip(CASES, marks, strict=True)]
+
+
+def present(name: str) -> str:
+    """Return a case's name, if its program is here."""
+    if CASES[name].file and not (PROGRAMS / CASES[name].file).is_file():
         pytest.skip("the programs are among the shared data, which aren't here")
-    return str(request.param)
+    return name
+
+
+@pytest.fixture(params=marked(SLOW))
+def name(request: pytest.FixtureRequest) -> str:
+    return present(request.param)
+
+
+@pytest.fixture(params=marked(SLOW | set(SHOPS) - TWICE))
+def twice(request: pytest.FixtureRequest) -> str:
+    """The name of a case, for tests that need another revision of each."""
+    return present(request.param)
 
 
 @cache
@@ -169,8 +189,8 @@ def test_the_programs_own_postures_change_no_byte_and_no_price(name, folder):
     assert not {"off-path", "path-missed"} & set(gate.kept)
 
 
-def test_what_is_delivered_is_better_in_what_counts_and_worse_in_nothing(name, folder):
-    part = revised(name, folder, ()).parts[CASES[name].operation - 1]
+def test_what_is_delivered_is_better_in_what_counts_and_worse_in_nothing(twice, folder):
+    part = revised(twice, folder, ()).parts[CASES[twice].operation - 1]
     before, after = part.before, part.after
     if part.outcome is None:
         assert part.verdict == "already better"
@@ -210,7 +230,7 @@ def test_a_whole_program_changes_by_the_sum_of_its_operations(name, folder, tmp_
             assert said(part.before) == said(part.after) == said(alone)
 
 
-@pytest.mark.parametrize("allow", [(), TRADES])
+@pytest.mark.parametrize("allow", [pytest.param((), marks=pytest.mark.slow), TRADES])
 def test_every_picture_of_a_program_shows_the_same_figures(name, folder, tmp_path, allow):
     made = revised(name, folder, allow)
     outcome = made.outcomes.get(CASES[name].operation)

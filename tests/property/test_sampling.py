@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import cone, dome, ellipse, sampled, wave
+from support.sampled_surfaces import cone, dome, ellipse, sampled, wave
 
 import fiveaxis as fx
 from fiveaxis.errors import SettingError

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from interpreted import canonical, needs_rs274
+from support.rs274 import canonical, needs_rs274
 
 import fiveaxis as fx
 from fiveaxis.collision import Fixture

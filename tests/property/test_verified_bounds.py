@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from by_travel import optimise
+from support.travel_optimiser import optimise
 
 from fiveaxis.toolpath import Tool, Toolpath
 from fiveaxis.verification import Tolerances, verify

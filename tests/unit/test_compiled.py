@@ -19,6 +19,7 @@ print(TriangleTree.build(np.eye(3)[None]).distances(np.zeros((1, 3)))[0])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no /proc")
 def test_without_a_folder_for_machine_code_it_is_compiled_anew_and_that_is_said_once(tmp_path):
     copy = tmp_path / "fiveaxis"

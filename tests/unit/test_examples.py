@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from patience import PATIENCE
+from support.patience import PATIENCE
 
 from fiveaxis.job import read_job, run_job
 from fiveaxis.report.page import compose_page

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from killed import leave_behind
+from support.killed_writer import leave_behind
 
 from fiveaxis.errors import InputError, SettingError
 from fiveaxis.files import (

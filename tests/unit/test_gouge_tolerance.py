@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from support.unverified_text import write_text
 from typer.testing import CliRunner
-from written import write_text
 
 import fiveaxis as fx
 from fiveaxis.cli import app

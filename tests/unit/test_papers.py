@@ -14,8 +14,8 @@ import form_shaping
 import nc_programs
 import numpy as np
 import pytest
-from patience import PATIENCE
 from showing import NO_MATPLOTLIB, Paper, Row, Table, draw
+from support.patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = ("cutting_forces", "drilling", "form_shaping", "milling", "nc_programs")

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from patience import PATIENCE
+from support.patience import PATIENCE
 
 from fiveaxis.batch import Event, Row
 from fiveaxis.batch.record import Listener

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 
 import pytest
-from browser import NEEDS_BROWSER, Browser, LeftError
-from patience import PATIENCE
+from support.browser import NEEDS_BROWSER, Browser, LeftError
+from support.patience import PATIENCE
 
 from fiveaxis.batch.comparison import write_page
 from fiveaxis.batch.record import Row, Status

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from patience import PATIENCE
+from support.patience import PATIENCE
 
 if sys.platform == "win32":
     pytest.skip("no pseudo terminals there", allow_module_level=True)

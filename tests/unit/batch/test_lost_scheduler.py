@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
-from patience import PATIENCE
+from support.patience import PATIENCE
 
 from fiveaxis.batch import run_batch
 from fiveaxis.batch.ledger import LINES

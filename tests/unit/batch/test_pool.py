@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from light import light_entry
+from support.light_workers import light_entry
 
 from fiveaxis.batch import Event, Row, pool
 from fiveaxis.batch.pool import Limits, run_on_pool

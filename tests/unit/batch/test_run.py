@@ -4,7 +4,7 @@ import builtins
 import json
 
 import pytest
-from killed import leave_behind
+from support.killed_writer import leave_behind
 
 from fiveaxis.batch import Status, run_batch
 from fiveaxis.batch.comparison import RESULTS

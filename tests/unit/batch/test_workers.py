@@ -9,8 +9,8 @@ import sys
 
 import psutil
 import pytest
-from light import COMMAND, DIGEST
-from patience import PATIENCE
+from support.light_workers import COMMAND, DIGEST
+from support.patience import PATIENCE
 
 from fiveaxis.batch import run_batch
 from fiveaxis.batch.ledger import LINES

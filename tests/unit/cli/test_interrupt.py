@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from patience import PATIENCE
+from support.patience import PATIENCE
 
 from fiveaxis.cli.work import NAME, Work
 from fiveaxis.job.results import undisturbed

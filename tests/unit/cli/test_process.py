@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from patience import PATIENCE
+from support.patience import PATIENCE
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and devices there")
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shown_stock import unpacked
+from support.stock_on_page import unpacked
 from typer.testing import CliRunner
 
 from fiveaxis.cli import app

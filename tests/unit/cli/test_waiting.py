@@ -15,7 +15,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from patience import PATIENCE
+from support.patience import PATIENCE
 
 pty = pytest.importorskip("pty", reason="there are no pseudo terminals on this system")
 

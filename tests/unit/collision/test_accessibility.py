@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from support.sampled_surfaces import without_nose
 
 import fiveaxis as fx
 from fiveaxis.collision import Clearances, Fixture, Surroundings
@@ -22,7 +23,6 @@ from fiveaxis.kinematics import axis_positions, tool_axes
 from fiveaxis.machine import Body, Box, Cylinder
 from fiveaxis.toolpath import shapes
 from fiveaxis.toolpath.tool import CUTTER, HOLDER, SHANK, Holder, Section
-from tests.shapes import without_nose
 
 # Half of the widest cell of the map of directions, deg.
 HALF_CELL = 3.8

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from coal_query import HERE, PAIRS, SHAPES, CoalQuery, poses_of
 from scipy.spatial.transform import Rotation
+from support.coal_query import HERE, PAIRS, SHAPES, CoalQuery, poses_of
 
 from fiveaxis.collision.pieces import PairQuery, box_piece, cylinder_piece, mesh_piece, revolved_pieces
 from fiveaxis.geometry import translation

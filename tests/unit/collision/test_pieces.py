@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import trimesh
-from pairs import in_pairs
 from scipy.spatial.transform import Rotation
+from support.pairwise_cases import in_pairs
 
 from fiveaxis.collision.pieces import (
     PairQuery,

@@ -13,7 +13,7 @@ from fiveaxis.kinematics import link_poses
 from fiveaxis.machine import Machine
 
 TOLERANCE = 0.05
-SAMPLES = 100
+SAMPLES = 60
 TORUS = trimesh.creation.torus(major_radius=25.0, minor_radius=6.0, major_sections=24, minor_sections=12)
 OBSTACLES = {
     "box": box_piece(np.array([20.0, 5.0, 30.0]), translation((25.0, 0.0, 10.0))),
@@ -57,11 +57,12 @@ def sampled_depths(pair: Pair, stretch: Stretch, samples: int = SAMPLES) -> np.n
     return depths
 
 
+@pytest.mark.parametrize("seeds", [2, pytest.param(8, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("clearance", [0.0, 2.0])
 @pytest.mark.parametrize("obstacle", OBSTACLES)
-def test_a_sweep_finds_what_close_samples_find_and_nothing_else(machine, obstacle, clearance):
+def test_a_sweep_finds_what_close_samples_find_and_nothing_else(machine, obstacle, clearance, seeds):
     judged = []
-    for seed in range(5):
+    for seed in range(seeds):
         stretch, pair = random_stretch(machine, seed), pair_of(obstacle, clearance)
         hits = Sweep(TOLERANCE).run(pair, stretch, np.ones(len(stretch), dtype=bool))
         found = np.zeros(len(stretch), dtype=bool)
@@ -76,7 +77,7 @@ def test_a_sweep_finds_what_close_samples_find_and_nothing_else(machine, obstacl
 
 def test_groups_of_short_moves_hide_nothing(machine):
     """A dense path is proven clear in groups, mostly without queries at single locations."""
-    stretch, pair = random_stretch(machine, 1, n=1500), pair_of("torus", 0.0)
+    stretch, pair = random_stretch(machine, 1, n=600), pair_of("torus", 0.0)
     sweep = Sweep(TOLERANCE)
     hits = sweep.run(pair, stretch, np.ones(len(stretch), dtype=bool))
     found = np.zeros(len(stretch), dtype=bool)
@@ -84,7 +85,7 @@ def test_groups_of_short_moves_hide_nothing(machine):
     depths = sampled_depths(pair, stretch, samples=4)
     assert found[depths > TOLERANCE].all()
     assert not found[(depths == 0.0)].any()
-    assert 50 < found.sum() < 1000
+    assert 50 < found.sum() < 400
     clear = Sweep(TOLERANCE)
     above = stretch.positions + np.array([0.0, 0.0, 40.0, 0.0, 0.0])
     hits = clear.run(pair, Stretch(machine, stretch.poses, above), np.ones(len(above), dtype=bool))
@@ -93,7 +94,7 @@ def test_groups_of_short_moves_hide_nothing(machine):
 
 
 def test_a_clearance_finds_all_that_touching_finds(machine):
-    for seed in range(4):
+    for seed in range(2):
         stretch = random_stretch(machine, seed)
         every = np.ones(len(stretch), dtype=bool)
         touching = Sweep(TOLERANCE).run(pair_of("torus", 0.0), stretch, every)

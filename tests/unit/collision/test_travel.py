@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pairs import in_pairs
+from support.pairwise_cases import in_pairs
 
 from fiveaxis.collision.pieces import box_piece
 from fiveaxis.collision.travel import Stretch, Travel

@@ -1,45 +1,29 @@
 """Passes along the faces of CAD files against closed forms and brute force."""
 
-import subprocess
-import sys
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
-from leaned import leaned
-from left_over import left_over
+from support.cad_models import mesh
+from support.leaned_paths import leaned
+from support.left_over_material import left_over
 
 from fiveaxis.contour import PlanOptions, path_quality, plan_contour, plan_passes
 from fiveaxis.errors import MeshError
 from fiveaxis.geometry import angle_between
 from fiveaxis.job import make_job, run_job
-from fiveaxis.mesh import Model, load_mesh, model_of
+from fiveaxis.mesh import load_mesh, model_of
 from fiveaxis.toolpath import Tool, Toolpath, parse_tool
 
 pytestmark = pytest.mark.skipif(find_spec("OCP") is None, reason="needs Open Cascade: fiveaxis[step]")
-MAKER = Path(__file__).parents[2] / "cad_parts.py"
 # mm and deg: what planned contacts may be off.
 OFF, TURNED = 1e-3, 0.01
 BLADE = "1,2,3,4"
 BOUNDS = {"lead": (4.0, 6.0), "lean": (-0.5, 0.5)}
 
 
-@pytest.fixture(scope="module")
-def parts(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("parts")
-    subprocess.run([sys.executable, str(MAKER), str(folder)], check=True, capture_output=True, timeout=300)
-    return folder
-
-
-def model(path: Path) -> Model:
-    found = model_of(load_mesh(path))
-    assert found is not None
-    return found
-
-
-def passes_of(part: Path, **options) -> list[tuple[np.ndarray, np.ndarray]]:
+def passes_of(part: trimesh.Trimesh, **options) -> list[tuple[np.ndarray, np.ndarray]]:
     """Contacts and normals of each pass, in cutting order."""
     plan = plan_passes(part, Tool.ball(6), PlanOptions(strategy="flow", **options))
     path, ends = plan.toolpath, zip(plan.first, plan.last, strict=True)
@@ -82,13 +66,13 @@ def of_ruled(p):
     [
         pytest.param("sphere", "u", of_sphere, marks=pytest.mark.slow),
         pytest.param("torus", "v", of_torus, marks=pytest.mark.slow),
-        ("cylinder", "u", of_cylinder),
+        pytest.param("cylinder", "u", of_cylinder, marks=pytest.mark.slow),
         ("cylinder", "v", of_cylinder),
         ("ruled", "v", of_ruled),
     ],
 )
 def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, name, along, form):
-    part, scallop = parts / f"{name}.step", 0.01
+    part, scallop = mesh(parts / f"{name}.step"), 0.01
     path = plan_contour(
         part, Tool.ball(6), strategy="flow", flow_along=along, faces="1", scallop=scallop, spacing=0.1
     )
@@ -97,7 +81,7 @@ def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, nam
     assert np.degrees(angle_between(path.normal[path.cutting], normal)).max() < TURNED
     found = path_quality(path, part, strategy="flow", faces="1")
     assert found.scallop_largest == pytest.approx(scallop, rel=0.05)
-    left = left_over(path, model(part), [0])
+    left = left_over(path, model_of(part), [0])
     assert left.max() < 1.06 * scallop
 
 
@@ -105,8 +89,8 @@ def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, nam
 @pytest.mark.parametrize(
     ("name", "strategy", "form", "least"),
     [
-        ("sphere", "flow", of_sphere, 0.75),
-        ("torus", "flow", of_torus, 0.75),
+        pytest.param("sphere", "flow", of_sphere, 0.75, marks=pytest.mark.slow),
+        pytest.param("torus", "flow", of_torus, 0.75, marks=pytest.mark.slow),
         ("ruled", "flow", of_ruled, 0.65),  # its lines fan out
         ("ruled", "waterline", of_ruled, 0.5),  # on a twisted wall the steepest place of each level counts
     ],
@@ -114,7 +98,7 @@ def test_contacts_lie_on_closed_forms_and_ridges_are_as_high_as_asked(parts, nam
 def test_other_cutters_leave_no_higher_ridges_and_not_much_lower_ones(
     parts, name, strategy, form, least, tool
 ):
-    part, scallop = parts / f"{name}.step", 0.03
+    part, scallop = mesh(parts / f"{name}.step"), 0.03
     path = plan_contour(
         part, parse_tool(tool), strategy=strategy, faces="1", scallop=scallop, spacing=0.3, **BOUNDS
     )
@@ -132,8 +116,8 @@ def test_other_cutters_leave_no_higher_ridges_and_not_much_lower_ones(
 
 @pytest.mark.parametrize("along", [None, "u", "v"])
 def test_trimmed_faces_are_cut_up_to_slanted_borders_and_round_holes(parts, along):
-    part, scallop = parts / "slanted.step", 0.01
-    exact = model(part)
+    part, scallop = mesh(parts / "slanted.step"), 0.01
+    exact = model_of(part)
     walls = [i for i, face in enumerate(exact.faces) if face.kind == "cylinder" and face.area > 1000.0]
     assert len(walls) == 1
     path = plan_contour(
@@ -144,8 +128,8 @@ def test_trimmed_faces_are_cut_up_to_slanted_borders_and_round_holes(parts, alon
 
 
 def test_a_blade_of_four_faces_is_cut_around(parts):
-    part = parts / "blade.step"
-    exact = model(part)
+    part = mesh(parts / "blade.step")
+    exact = model_of(part)
     passes = passes_of(part, faces=BLADE, scallop=0.05)
     for contact, normal in passes:
         assert set(exact.nearest(contact[::5]).face) == {0, 1, 2, 3}
@@ -156,12 +140,12 @@ def test_a_blade_of_four_faces_is_cut_around(parts):
 
 
 def test_one_spiral_winds_around_a_blade_and_leaves_no_higher_ridges(parts):
-    part = parts / "blade.step"
+    part = mesh(parts / "blade.step")
     options = {"strategy": "flow", "faces": BLADE, "scallop": 0.05}
     plan = plan_passes(part, Tool.ball(6), PlanOptions(spiral=True, **options))
     assert len(plan.first) == 1
     path = plan.toolpath
-    foot = model(part).nearest(path.contact[path.cutting])
+    foot = model_of(part).nearest(path.contact[path.cutting])
     assert foot.distance.max() < OFF
     # Where faces meet, at whole numbers of u, their normals differ a little.
     inside = np.abs(foot.uv[:, 0] - np.round(foot.uv[:, 0])) > 1e-6
@@ -170,7 +154,7 @@ def test_one_spiral_winds_around_a_blade_and_leaves_no_higher_ridges(parts):
 
 
 def test_along_the_other_parameter_passes_run_from_root_to_tip(parts):
-    for contact, _ in passes_of(parts / "blade.step", faces=BLADE, scallop=0.05, flow_along="v"):
+    for contact, _ in passes_of(mesh(parts / "blade.step"), faces=BLADE, scallop=0.05, flow_along="v"):
         assert np.ptp(contact[:, 2]) > 39.9
 
 
@@ -179,7 +163,7 @@ def test_climbing_has_the_next_strip_to_the_right_and_conventional_to_the_left(p
     sides = []
     for direction in ("climb", "conventional"):
         passes = passes_of(
-            parts / "ruled.step", faces="1", stepover=3.0, flow_along=along, direction=direction
+            mesh(parts / "ruled.step"), faces="1", stepover=3.0, flow_along=along, direction=direction
         )
         contact, normal = passes[1]
         right = np.cross(contact[-1] - contact[0], normal[len(normal) // 2])
@@ -188,14 +172,14 @@ def test_climbing_has_the_next_strip_to_the_right_and_conventional_to_the_left(p
 
 
 def test_a_stepover_is_measured_on_the_surface(parts):
-    passes = passes_of(parts / "cylinder.step", faces="1", stepover=2.0, flow_along="v")
+    passes = passes_of(mesh(parts / "cylinder.step"), faces="1", stepover=2.0, flow_along="v")
     angles = np.sort([np.arctan2(*contact[0, 1::-1]) for contact, _ in passes])
     # 2 pi 5 mm in 16 equal steps of at most 2 mm.
     np.testing.assert_allclose(np.diff(angles) * 5.0, np.pi * 10.0 / 16.0, atol=1e-6)
 
 
 def test_what_lies_on_the_table_is_cut_only_where_it_is_named(parts):
-    part = parts / "sphere.step"
+    part = mesh(parts / "sphere.step")
     whole, named = (passes_of(part, stepover=1.0, faces=faces) for faces in (None, "1"))
     lowest = [min(normal[:, 2].min() for _, normal in passes) for passes in (whole, named)]
     assert lowest[0] >= -np.cos(np.radians(10.0)) > lowest[1]
@@ -206,9 +190,11 @@ def test_islands_and_zigzag_reorder_the_same_passes(parts):
         return int(path.cutting.sum()), float(path.lengths[~path.cutting].sum())
 
     options = {"strategy": "flow", "stepover": 2.0}
-    levels = figures(plan_contour(parts / "slanted.step", Tool.ball(6), **options))
+    levels = figures(plan_contour(mesh(parts / "slanted.step"), Tool.ball(6), **options))
     zigzag = figures(
-        plan_contour(parts / "slanted.step", Tool.ball(6), order="islands", direction="zigzag", **options)
+        plan_contour(
+            mesh(parts / "slanted.step"), Tool.ball(6), order="islands", direction="zigzag", **options
+        )
     )
     assert zigzag[0] == pytest.approx(levels[0], abs=30)
     assert zigzag[1] < levels[1]
@@ -221,13 +207,13 @@ def test_a_mesh_has_no_faces_to_flow_along():
 
 def test_faces_without_overhangs_say_so(parts):
     with pytest.raises(MeshError, match="has no overhanging wall on its faces"):
-        plan_contour(parts / "cylinder.step", Tool.ball(4), strategy="flow", faces="1", overhang=True)
+        plan_contour(mesh(parts / "cylinder.step"), Tool.ball(4), strategy="flow", faces="1", overhang=True)
 
 
 @pytest.mark.slow
 def test_faces_of_the_propeller_are_cut_as_far_as_the_ball_has_room(data):
     part = data / "step" / "propeller_d.step"
-    exact = model(part)
+    exact = model_of(load_mesh(part))
     path = plan_contour(part, Tool.ball(6), strategy="flow", faces="12", scallop=0.01)
     contact = path.contact[path.cutting]
     foot = exact.nearest(contact, np.full(len(contact), 11))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from leaned import leaned
+from support.leaned_paths import leaned
 
 from fiveaxis.contour import path_quality, plan_contour
 from fiveaxis.errors import SettingError, ToolError
@@ -64,7 +64,7 @@ def test_ridges_of_leaned_cutters_are_those_of_their_outlines(tool, lead, lean):
 
 
 @pytest.mark.parametrize("tool", CUTTERS)
-@pytest.mark.parametrize("shape", ["cylinder", "sphere"])
+@pytest.mark.parametrize("shape", ["cylinder", pytest.param("sphere", marks=pytest.mark.slow)])
 def test_planned_ridges_are_at_most_as_high_as_asked_and_nearly_so(shape, tool):
     if shape == "cylinder":
         part = trimesh.creation.cylinder(radius=20.0, height=60.0, sections=720)

@@ -106,15 +106,21 @@ def test_faces_that_the_strategy_leaves_out_have_no_ridges():
     assert path_quality(path, cylinder).scallop_largest < 0.0105
 
 
-def test_planned_ridges_of_a_sphere_have_the_wanted_height():
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        pytest.param({"strategy": "raster", "raster_angle": 30.0}, marks=pytest.mark.slow),
+        pytest.param({"spiral": True}, marks=pytest.mark.slow),
+    ],
+)
+def test_planned_ridges_of_a_sphere_have_the_wanted_height(options):
     sphere = trimesh.creation.icosphere(subdivisions=5, radius=20.0)
     chords = 20.0 - np.linalg.norm(sphere.triangles_center, axis=1).min()
-    for options in ({}, {"strategy": "raster", "raster_angle": 30.0}, {"spiral": True}):
-        path = plan_contour(sphere, Tool.ball(6), scallop=0.03, spacing=1.0, **options)
-        same = {k: v for k, v in options.items() if k != "spiral"}
-        found = path_quality(path, sphere, **same)
-        assert 0.02 < found.scallop_mean < found.scallop_largest < 0.03 + chords
-        assert found.ridges > 5000
+    path = plan_contour(sphere, Tool.ball(6), scallop=0.03, spacing=1.0, **options)
+    found = path_quality(path, sphere, **{k: v for k, v in options.items() if k != "spiral"})
+    assert 0.02 < found.scallop_mean < found.scallop_largest < 0.03 + chords
+    assert found.ridges > 5000
 
 
 def test_lengths_add_up_to_the_paths():

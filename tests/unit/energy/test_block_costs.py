@@ -118,3 +118,16 @@ def test_rapid_moves_pay_for_travel_alone():
     costs = block_costs(HAYASHI, np.array([10.0]), np.array([True]), time=np.array([0.0]))
     assert not costs.standing.any()
     assert (costs.slope > 0.0).all()
+
+
+def test_the_way_back_costs_block_by_block_what_the_way_there_does():
+    costs = block_costs(HAYASHI, np.array([5.0, 10.0]), time=np.array([0.1, 0.3]))
+    last = block_costs(HAYASHI, np.array([10.0]), time=np.array([0.3]))
+    for move in np.diag(last.step[0]):
+        assert cost(costs.backwards(), -move) == pytest.approx(cost(last, move), rel=1e-12)
+
+
+def test_travel_over_several_blocks_costs_what_it_does_in_equal_parts():
+    costs = block_costs(UMC, np.full(3, 10.0), time=np.full(3, 0.1))
+    for move in np.diag(costs.step[0]):
+        assert cost(costs.thinned(np.array([0, 3])), 3.0 * move) == pytest.approx(3.0 * cost(costs, move))

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
-from by_degrees import optimise as optimise_postures
+from support.quick_optimiser import optimise as optimise_postures
 
 import fiveaxis as fx
 from fiveaxis.collision import Clearances, Fixture, Surroundings
@@ -239,6 +239,7 @@ def test_stock_that_isnt_there_is_one_clear_error(job_folder):
         run_job(make_job(read_job(job_folder / "job.toml"), stock=job_folder / "stock.stl"))
 
 
+@pytest.mark.slow
 def test_what_earlier_passes_cut_away_is_no_obstacle(machine):
     """Under 5 mm of stock no posture is clear of all of it; on the path there is room over the cut side."""
     part, stock = (trimesh.creation.box(extents=(30.0, 16.0, height)) for height in (10.0, 15.0))

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import optimise
 from hypothesis import given
 from hypothesis import strategies as st
+from support.quick_optimiser import optimise
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy

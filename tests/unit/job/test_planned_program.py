@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import optimise
-from shapes import ellipse, sampled
+from support.quick_optimiser import optimise
+from support.sampled_surfaces import ellipse, sampled
 
 import fiveaxis as fx
 from fiveaxis.collision import Surroundings

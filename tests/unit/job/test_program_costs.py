@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from support.unverified_text import write_text
 from typer.testing import CliRunner
-from written import write_text
 
 import fiveaxis as fx
 from fiveaxis.cli import app

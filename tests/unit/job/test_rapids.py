@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import optimise, tilt_bounds
-from pairs import in_pairs
-from written import write_text
+from support.pairwise_cases import in_pairs
+from support.quick_optimiser import optimise, tilt_bounds
+from support.unverified_text import write_text
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shop import SHOPS, Shop, wall
+from support.shop_programs import SHOPS, Shop, wall
 from typer.testing import CliRunner
 
 import fiveaxis as fx
@@ -38,7 +38,12 @@ def short(shop: Shop, notes=()):
     return [f"{n} {line}" for n, line in enumerate(lines)] if shop.numbered else lines
 
 
-@pytest.mark.parametrize("control", SHOPS)
+def some_of(quick):
+    """All controls, those that aren't named in the slow tests alone."""
+    return [pytest.param(c, marks=[] if c in quick else pytest.mark.slow) for c in SHOPS]
+
+
+@pytest.mark.parametrize("control", some_of(("sinumerik", "heidenhain")))
 def test_one_operation_is_revised_and_verified_and_every_other_line_stays(control, tmp_path):
     file = shop_file(tmp_path, control)
     before = file.read_text(encoding="utf-8").split("\n")
@@ -217,6 +222,7 @@ def test_every_new_line_states_the_whole_direction_of_the_tool(tmp_path):
     assert {sum(f"{name}=" in line for name in ("A3", "B3", "C3")) for line in text} == {0, 3}
 
 
+@pytest.mark.slow
 def test_a_list_chooses_several_operations(tmp_path):
     file, tools = shop_file(tmp_path, "fanuc"), "3=ball:6,5=ball:8"
     made = fx.revise_program(file, tool=tools, operation=[3, 5], **QUICK)

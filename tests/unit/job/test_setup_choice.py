@@ -205,6 +205,7 @@ def beside_a_clamp(tmp_path: Path):
     return make
 
 
+@pytest.mark.slow
 def test_a_clamp_that_blocks_the_cheapest_setup_sends_the_search_to_another(beside_a_clamp):
     outcome = run_job(beside_a_clamp(16))
     found = outcome.document["setup_search"]

@@ -69,6 +69,7 @@ def test_each_has_its_files_and_those_of_an_earlier_run_go(outcome, tmp_path):
     assert "Number 2 is the optimised program" in page
 
 
+@pytest.mark.slow
 def test_on_a_known_clock_no_program_of_a_front_beats_another_as_delivered(job):
     clocked = make_job(job, machine="linuxcnc-xyzac-trt", front=4, pick=1, feed_share=0.7, feed=2000.0)
     outcome = run_job(clocked)

@@ -44,6 +44,7 @@ def kept(folder: Path) -> list[Path]:
     return sorted(folder.rglob("*.npy"))
 
 
+@pytest.mark.slow
 def test_a_job_interrupted_after_each_of_its_steps_does_each_once_and_gives_the_same_files(
     job, tmp_path, monkeypatch
 ):

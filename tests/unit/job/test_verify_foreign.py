@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from written import write_text
+from support.unverified_text import write_text
 
 import fiveaxis as fx
 from fiveaxis.collision import Fixture

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from linuxcnc_kinematics import five_axis, max5, pointing
+from support.linuxcnc_kinematics import five_axis, max5, pointing
 
 from fiveaxis.geometry import Array
 from fiveaxis.kinematics import tool_poses

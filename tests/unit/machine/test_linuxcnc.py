@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linuxcnc_kinematics import five_axis, max5, pointing
+from support.linuxcnc_kinematics import five_axis, max5, pointing
 from typer.testing import CliRunner
 
 from fiveaxis.cli import app

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.cad_models import mesh as read
+from support.cad_models import model
 
 import fiveaxis as fx
 from fiveaxis.contour import path_quality
@@ -30,22 +32,9 @@ from fiveaxis.viewer import write_preview
 from fiveaxis.viewer.numbers import number_marks
 
 pytestmark = pytest.mark.skipif(find_spec("OCP") is None, reason="needs Open Cascade: fiveaxis[step]")
-MAKER = Path(__file__).parents[2] / "cad_parts.py"
+MAKER = Path(__file__).parents[2] / "support/cad_parts.py"
 # mm and rad: what rounding leaves of a distance and of a normal.
 ROUNDING, TURNED = 1e-9, 1e-8
-
-
-@pytest.fixture(scope="module")
-def parts(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("parts")
-    subprocess.run([sys.executable, str(MAKER), str(folder)], check=True, capture_output=True, timeout=300)
-    return folder
-
-
-def model(path: Path, **options) -> Model:
-    found = model_of(load_mesh(path, allow_open=True, **options))
-    assert found is not None
-    return found
 
 
 def points_near(part: Model, count: int, off: float) -> np.ndarray:
@@ -177,7 +166,7 @@ def test_faces_are_trimmed_as_open_cascade_trims_them(data, tmp_path):
 
 
 def test_contacts_lie_on_the_exact_surface_with_its_normal(parts):
-    part = load_mesh(parts / "torus.step", mesh_tolerance=0.1)
+    part = read(parts / "torus.step", mesh_tolerance=0.1)
     path = fx.plan_contour(part, fx.Tool.ball(3.0), stepdown=1.0)
     distance, normal = of_torus(path.contact[path.cutting])
     assert distance.max() < 1e-3
@@ -187,8 +176,10 @@ def test_contacts_lie_on_the_exact_surface_with_its_normal(parts):
 
 
 def test_only_the_chosen_faces_are_cut(parts):
-    path = fx.plan_contour(parts / "cone.step", fx.Tool.ball(3.0), stepdown=2.0, faces="1")
-    assert fx.plan_contour(parts / "blade.step", fx.Tool.ball(2.0), stepdown=4.0, faces="1").cutting.any()
+    path = fx.plan_contour(read(parts / "cone.step"), fx.Tool.ball(3.0), stepdown=2.0, faces="1")
+    assert fx.plan_contour(
+        read(parts / "blade.step"), fx.Tool.ball(2.0), stepdown=4.0, faces="1"
+    ).cutting.any()
     part = model(parts / "cone.step")
     assert (part.nearest(path.contact[path.cutting]).face == 0).all()
     with pytest.raises(SettingError, match=r"no face is called '9'; there are numbers 1 to 3"):
@@ -196,7 +187,7 @@ def test_only_the_chosen_faces_are_cut(parts):
 
 
 def test_chosen_faces_that_no_pass_touches_are_told(parts):
-    path = fx.plan_contour(parts / "cone.step", fx.Tool.ball(3.0), stepdown=2.0, faces="1,2")
+    path = fx.plan_contour(read(parts / "cone.step"), fx.Tool.ball(3.0), stepdown=2.0, faces="1,2")
     (found,) = (finding for finding in path.findings if finding.code == "faces-left-out")
     assert found.severity == "warning"
     assert "no pass touches face 2, 6 % of the chosen area" in found.message
@@ -229,6 +220,7 @@ def test_numbers_bend_with_their_faces_and_keep_off_the_borders(name, parts):
     assert high > 0.01 * size
 
 
+@pytest.mark.slow
 def test_an_assembly_has_its_bodies_where_it_places_them(parts):
     part = model(parts / "assembly_inch.step")
     assert part.bodies == {1: "pin", 2: "pin", 3: "block"}
@@ -248,25 +240,28 @@ def test_an_assembly_has_its_bodies_where_it_places_them(parts):
         load_mesh(parts / "assembly_inch.step", body="vice")
 
 
+@pytest.mark.slow
 def test_bodies_that_meet_are_no_part_and_others_are(parts):
-    assert load_mesh(parts / "two.step").is_watertight
+    assert read(parts / "two.step").is_watertight
     with pytest.raises(MeshError, match=r"bodies 1 .* and 2 .* touch or reach into each other"):
         load_mesh(parts / "meeting.step")
     assert load_mesh(parts / "inside_out.step").volume == pytest.approx(6000.0)
 
 
+@pytest.mark.slow
 def test_the_unit_is_the_files_or_asked_for(parts):
     with pytest.raises(MeshError, match="states no unit; say which it is"):
         load_mesh(parts / "unitless.step")
-    assert load_mesh(parts / "unitless.step", unit="inch").extents[2] == pytest.approx(25.4 * 35.0, rel=1e-3)
+    assert load_mesh(parts / "unitless.step", unit="inch", mesh_tolerance=0.3).extents[2] == pytest.approx(
+        25.4 * 35.0, rel=1e-3
+    )
     with pytest.raises(MeshError, match="is in millimetre, as it states itself, and unit = inch"):
         load_mesh(parts / "two.step", unit="inch")
 
 
+@pytest.mark.slow
 def test_surfaces_without_edges_in_common_are_sewn(parts):
-    assert load_mesh(parts / "two.iges").volume == pytest.approx(
-        load_mesh(parts / "two.step").volume, rel=1e-3
-    )
+    assert load_mesh(parts / "two.iges").volume == pytest.approx(read(parts / "two.step").volume, rel=1e-3)
 
 
 def test_an_open_shell_is_taken_only_when_allowed(parts):
@@ -275,10 +270,11 @@ def test_an_open_shell_is_taken_only_when_allowed(parts):
     assert not load_mesh(parts / "swept.step", body="2", allow_open=True).is_watertight
 
 
-BROKEN = ["empty", "text", "half", "no_data", "no_end", "letters", "knots", "references", "shuffled"]
+# Each is read in a process of its own.
+BROKEN = [pytest.param(n, marks=pytest.mark.slow) for n in ("empty", "text", "no_data", "no_end", "letters")]
 
 
-@pytest.mark.parametrize("name", BROKEN)
+@pytest.mark.parametrize("name", ["half", "knots", "references", "shuffled", *BROKEN])
 def test_a_damaged_file_is_one_clear_error(parts, name):
     path = parts / f"broken_{name}.step"
     with pytest.raises(MeshError, match="export it again") as caught:
@@ -287,10 +283,11 @@ def test_a_damaged_file_is_one_clear_error(parts, name):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_file_that_open_cascade_never_ends_on_is_ended(parts):
     begun = time.monotonic()
-    with pytest.raises(MeshError, match="isn't read within 4 s"):
-        loading.load_model(parts / "broken_endless.step", seconds=4.0)
+    with pytest.raises(MeshError, match="isn't read within 2 s"):
+        loading.load_model(parts / "broken_endless.step", seconds=2.0)
     assert time.monotonic() - begun < 30.0
 
 
@@ -316,7 +313,7 @@ def test_without_open_cascade_the_error_says_how_to_install_it(parts, monkeypatc
 
 
 def test_a_mesh_keeps_its_model_until_it_is_changed(parts):
-    mesh = load_mesh(parts / "cone.step")
+    mesh = read(parts / "cone.step")
     own = model_of(mesh)
     for kept in (mesh.copy(), copy.deepcopy(mesh), check_mesh(mesh, name="part")):
         assert model_of(kept) is own
@@ -391,7 +388,7 @@ def leaning_into(form, tool, sunk, count=100, low=0.3, high=0.7):
 @pytest.mark.parametrize("name", ON)
 @pytest.mark.parametrize("text", ["bull:10:2", "taper:4:5:10", "barrel:16:85:3"])
 def test_planted_gouges_of_leaning_cutters_are_as_deep_as_planted(parts, name, text):
-    mesh, tool = load_mesh(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool(text)
+    mesh, tool = read(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool(text)
     body, depths = CuttingBody.of(tool), PartDepths.of(CuttingBody.of(tool), mesh, Tolerances())
     for sunk in (0.012, 0.03):
         _, tips, axes = leaning_into(ON[name], tool, sunk)
@@ -403,7 +400,7 @@ def test_planted_gouges_of_leaning_cutters_are_as_deep_as_planted(parts, name, t
 
 @pytest.mark.parametrize("name", ON)
 def test_a_sharp_edge_sinks_as_deep_as_the_deepest_of_many_points_of_the_surface(parts, name):
-    mesh, tool = load_mesh(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool("flat:6")
+    mesh, tool = read(parts / f"{name}.step", mesh_tolerance=0.1), parse_tool("flat:6")
     on, tips, axes = leaning_into(ON[name], tool, 0.015, count=8)
     found = PartDepths.of(CuttingBody.of(tool), mesh, Tolerances()).measure(tips, axes, np.full(8, -1.0))
     part = model_of(mesh)

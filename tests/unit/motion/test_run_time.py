@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trapezoids import rest_times
+from support.trapezoid_times import rest_times
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import linear_positions
 from fiveaxis.machine import load_machine
-from fiveaxis.motion import Motion, predicted_time, time_motion
+from fiveaxis.motion import Motion, block_ends, predicted_time, time_motion
 from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, find_dialect, read_program
 
 TRUNNION = load_machine("linuxcnc-xyzac-trt")
@@ -151,3 +151,8 @@ def test_a_control_that_stops_between_blocks_needs_a_cycle(tmp_path):
     table.write_text('based_on = "haas"\ncorners = "exact-path"\n')
     with pytest.raises(SettingError, match="cycle"):
         find_dialect(table)
+
+
+def test_where_a_motion_begins_is_no_part_of_its_first_block():
+    motion = replace(motion_of([[0], [1], [2], [3]]), source=np.array([4, 4, 4, 5]))
+    assert block_ends(motion).tolist() == [True, False, True, True]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from trapezoids import rest_times
+from support.trapezoid_times import rest_times
 
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.machine import Machine, load_machine

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from written import write_text
+from support.unverified_text import write_text
 
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.kinematics import linear_positions, tool_poses

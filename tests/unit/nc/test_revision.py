@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from shop import SHOPS
+from support.shop_programs import SHOPS
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolpathError

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from by_travel import optimise
-from rings import ring
+from support.ring_path import ring
+from support.travel_optimiser import optimise
 
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.kinematics import tool_axes
@@ -104,6 +104,7 @@ def test_a_mask_that_refuses_everything_lists_every_location(hayashi):
     assert "the mask refuses each of the" in c.value.findings[0].message
 
 
+@pytest.mark.slow
 def test_where_a_mask_refuses_a_narrow_tilt_range_it_is_named_and_not_the_largest_turn():
     """The range is narrower than the steps of the samples, which have no posture at some locations."""
     machine = load_machine("linuxcnc-bridgemill").with_tool_length(60.0).with_setup((0.0, 0.0, -200.0))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
+from support.quick_optimiser import tilt_bounds
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.findings import JOB, Finding, Place, Severity, risk

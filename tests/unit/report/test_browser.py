@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import NEEDS_BROWSER, Browser
+from support.browser import NEEDS_BROWSER, Browser
 
 from fiveaxis.findings import Gap, risk
 from fiveaxis.posture import Optimum

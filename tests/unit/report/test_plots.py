@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from by_degrees import find_front
+from support.quick_optimiser import find_front
 
 from fiveaxis.errors import SettingError
 from fiveaxis.posture.strategy.front import Front

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from browser import CHROMIUM
+from support.browser import CHROMIUM
 
 import fiveaxis as fx
 from fiveaxis.energy import motion_energy, travel_costs

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from by_degrees import for_tilt, tilt_bounds
+from support.quick_optimiser import for_tilt, tilt_bounds
 
 from fiveaxis.errors import ToolError, ToolpathError
 from fiveaxis.geometry import normalise

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from by_degrees import for_tilt, tilt_bounds
 from hypothesis import given
 from hypothesis import strategies as st
+from support.quick_optimiser import for_tilt, tilt_bounds
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.geometry import normalise

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
+from support.quick_optimiser import tilt_bounds
 
 from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from support.sampled_surfaces import without_nose
 
 from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.errors import Unverified
@@ -21,7 +22,6 @@ from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from fiveaxis.toolpath.tool import Holder, Section
 from fiveaxis.verification import Report, choose_leads, verify
 from fiveaxis.verification.approach import clear_from_anywhere, height_above
-from tests.shapes import without_nose
 
 UPRIGHT = np.zeros((9, 2))
 
@@ -148,6 +148,7 @@ def test_a_retract_goes_up_and_stays_within_the_travel_of_z(hayashi, lollipop, r
         assert fault is None or fault in found[0]
 
 
+@pytest.mark.slow
 def test_below_a_roof_there_is_no_clear_approach_and_no_clear_retract(hayashi, lollipop):
     # The shank passes a slot in the roof that is as long as the path.
     slotted = trimesh.util.concatenate(

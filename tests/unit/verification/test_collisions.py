@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from support.sampled_surfaces import FAR_HEAD
 
 from fiveaxis.collision import Clearances, Fixture, Surroundings
 from fiveaxis.findings import Severity
@@ -19,7 +20,6 @@ from fiveaxis.verification.check_context import CheckContext, make_context
 from fiveaxis.verification.collisions import check_collisions
 from fiveaxis.verification.model import link_poses as verified_poses
 from fiveaxis.verification.report import Result, make_report
-from tests.shapes import FAR_HEAD
 
 TOUCHING_ONLY = Clearances(0.0, 0.0, 0.0, 0.0)
 SHANK, STICK_OUT, HOLDER, TOP = 3.0, 40.0, 20.0, 80.0

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from written import write_text
+from support.unverified_text import write_text
 
 import fiveaxis as fx
 from fiveaxis.errors import SettingError

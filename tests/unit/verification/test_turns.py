@@ -8,8 +8,11 @@ import pytest
 from fiveaxis.errors import SettingError
 from fiveaxis.findings import Severity
 from fiveaxis.motion import follow
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
-from fiveaxis.verification import verify
+from fiveaxis.toolpath import Constraints, MoveKind, Tool, Toolpath
+from fiveaxis.verification import PathConstraints, Tolerances, verify
+from fiveaxis.verification.check_context import make_context
+from fiveaxis.verification.checks import check_tilt
+from fiveaxis.verification.turns import check_block_turns
 
 UP = [0.0, 0.0, 1.0]
 
@@ -156,3 +159,22 @@ def test_an_invalid_bound_is_refused(hayashi, bounds, message):
     path = line(2)
     with pytest.raises(SettingError, match=message):
         verify(turning(path, hayashi), hayashi, path, **bounds)
+
+
+@pytest.mark.parametrize(("kind", "fires"), [(MoveKind.CUT, True), (MoveKind.LINK, False)])
+def test_turns_of_one_line_add_up_unless_a_link_parts_its_cuts(hayashi, kind, fires):
+    path = line(4, kind=[0, 0, kind, 0], source=[1, 2, 2, 2])
+    given = PathConstraints.of(path, hayashi, Constraints.of_degrees(max_turn=15.0))
+    motion = turning(path, hayashi, c=[0, 10, 10, 20])
+    found = check_block_turns(make_context(motion, hayashi, path, given, Tolerances()), None)
+    assert (len(found.rows) > 0) is fires
+
+
+@pytest.mark.parametrize("row", [1, 2])
+def test_a_lean_may_be_off_by_more_where_no_posture_was_chosen(hayashi, row):
+    path = line(4)
+    given = PathConstraints.of(path, hayashi, Constraints.of_degrees(cone=10.0))
+    given = replace(given, passed=np.arange(4) == row)
+    motion = turning(path, hayashi, a=[0, 10.5, 0, 0])
+    context = make_context(motion, hayashi, path, given, Tolerances(lean_between=np.radians(1.0)))
+    assert check_tilt(context).rows.tolist() == ([] if row == 1 else [1])

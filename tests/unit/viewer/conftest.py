@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
-from by_degrees import tilt_bounds
+from support.quick_optimiser import tilt_bounds
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy

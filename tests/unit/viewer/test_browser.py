@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import NEEDS_BROWSER, Browser
-from patience import PATIENCE
+from support.browser import NEEDS_BROWSER, Browser
+from support.patience import PATIENCE
 
 from fiveaxis.collision import Fixture, Surroundings
 from fiveaxis.findings import Finding, Place, Severity

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from browser import CHROMIUM, Browser
-from patience import PATIENCE
+from support.browser import CHROMIUM, Browser
+from support.patience import PATIENCE
 
 from fiveaxis.viewer import Preview, preview
 from fiveaxis.viewer.page import MOST_INLINE

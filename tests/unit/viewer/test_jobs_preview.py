@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from shown_stock import surface, unpacked
+from support.stock_on_page import surface, unpacked
 
 from fiveaxis.job import load_surroundings, read_job, run_job, write_outcome
 from fiveaxis.viewer import render_page

@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import trimesh
-from by_degrees import tilt_bounds
+from support.quick_optimiser import tilt_bounds
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.energy import motion_energy
@@ -142,6 +142,7 @@ def test_a_hundred_thousand_locations_stay_below_the_largest_page(solution, tmp_
     assert LARGEST / 4 < len(page.encode()) < LARGEST
 
 
+@pytest.mark.slow
 def test_two_thousand_rough_moves_with_their_stock_stay_below_the_largest_page(solution):
     part = trimesh.creation.icosphere(subdivisions=5, radius=80.0)
     around = Surroundings.load(part, "part+0.5", stock_resolution=0.5)

@@ -8,7 +8,7 @@ import time
 import webbrowser
 
 import pytest
-from patience import PATIENCE
+from support.patience import PATIENCE
 
 from fiveaxis.errors import SettingError
 from fiveaxis.viewer import Preview, preview

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import cKDTree
-from shown_stock import surface, unpacked
+from support.stock_on_page import surface, unpacked
 
 from fiveaxis.collision import Surroundings
 from fiveaxis.kinematics import tool_poses

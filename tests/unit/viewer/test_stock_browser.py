@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from browser import NEEDS_BROWSER, Browser
-from shown_stock import surface, unpacked
+from support.browser import NEEDS_BROWSER, Browser
+from support.stock_on_page import surface, unpacked
 
 pytestmark = NEEDS_BROWSER
 READY = "document.body.dataset.ready === 'yes' || document.querySelector('#fault:not([hidden])') !== null"

@@ -6,7 +6,7 @@ import gzip
 
 import numpy as np
 import pytest
-from whole import each_path
+from support.whole_files import each_path
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.findings import Severity

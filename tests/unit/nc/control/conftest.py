@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import haas
 import pytest
+from support import haas_trunnion as haas
 
 from fiveaxis.machine import Machine, load_machine
 from fiveaxis.nc import ReadMotion, read_program

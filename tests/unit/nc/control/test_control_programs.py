@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from blocks import one_by_one
-from whole import each_path
+from support.nc_blocks import one_by_one
+from support.whole_files import each_path
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.geometry import angle_between

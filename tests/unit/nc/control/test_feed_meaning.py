@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from interpreted import canonical, needs_rs274
+from support.rs274 import canonical, needs_rs274
 
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import load_machine

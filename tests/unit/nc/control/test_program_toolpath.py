@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from whole import each_path
+from support.whole_files import each_path
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolError, ToolpathError

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from interpreted import interpret, needs_rs274
+from support.rs274 import interpret, needs_rs274
 
 from fiveaxis.errors import SettingError, ToolpathError
 from fiveaxis.findings import Severity

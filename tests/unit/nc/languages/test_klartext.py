@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from blocks import about, one_by_one
+from support.nc_blocks import about, one_by_one
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.nc.languages import tape

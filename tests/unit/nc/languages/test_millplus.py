@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from whole import each_path
+from support.whole_files import each_path
 
 import fiveaxis as fx
 from fiveaxis.errors import ToolpathError

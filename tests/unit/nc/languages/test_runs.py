@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from blocks import one_by_one
+from support.nc_blocks import one_by_one
 
 from fiveaxis.nc.languages.choice import ISO, KLARTEXT, MILLPLUS, SINUMERIK
 from fiveaxis.nc.languages.runs import SHORTEST, Run

@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from blocks import about, one_by_one
+from support.nc_blocks import about, one_by_one
 
 from fiveaxis.errors import ToolpathError
 from fiveaxis.nc.languages import tape

@@ -101,3 +101,14 @@ def test_a_block_that_an_axis_slows_has_its_own_feed_and_the_next_one_that_of_th
 def test_the_inverse_of_a_duration_stands_in_every_block():
     program = compose_program(passes([CUT] * 6), machine=OPEN, control="fanuc", coordinates="axes")
     assert sum(line.endswith(" F200.000") for line in program.lines) == 5
+
+
+def test_f_of_a_turn_on_the_spot_counts_the_degrees_between_two_directions():
+    turned = np.array([[0.0, 0.2], [0.0, 0.3]])
+    positions = linear_positions(OPEN, np.tile([10.0, 0.0, 0.0], (2, 1)), turned)
+    still = np.zeros(2, int)
+    motion = Motion(
+        "XYZAC", np.asarray(positions), np.full(2, 10.0), np.array([0.0, 60.0]), still, np.arange(2)
+    )
+    text = compose_program(motion, machine=OPEN, control="sinumerik", coordinates="vector").text
+    assert float(re.findall(r" F([0-9.]+)", text)[1]) == pytest.approx(np.degrees(0.1), abs=1e-3)

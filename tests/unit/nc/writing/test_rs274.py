@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interpreted import canonical, needs_rs274
+from support.rs274 import canonical, needs_rs274
 
 from fiveaxis.machine import load_machine, machine_names
 from fiveaxis.motion import Motion

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from written import write_text
+from support.unverified_text import write_text
 
 from fiveaxis.errors import MachineError, SettingError, ToolpathError
 from fiveaxis.kinematics import tool_poses

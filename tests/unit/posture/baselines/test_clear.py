@@ -4,9 +4,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from by_degrees import optimise, tilt_bounds
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.quick_optimiser import optimise, tilt_bounds
 
 from fiveaxis.kinematics import tool_axes
 from fiveaxis.machine import load_machine

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from pairs import in_pairs
+from support.pairwise_cases import in_pairs
+from support.quick_optimiser import tilt_bounds
 
 import fiveaxis as fx
 from fiveaxis.errors import MachineError
@@ -135,6 +135,7 @@ def test_bounded_turns_raise_the_bound_and_it_stays_below_what_is_found_within_t
     assert free.total < 21_609.0 < bound.total < 32_172.0
 
 
+@pytest.mark.slow
 def test_a_narrow_tilt_leaves_hardly_a_gap_to_brute_force():
     """With hardly any freedom in the lean, and one branch only, the bound is nearly attained."""
     path, machine = wandering("ball:6", 4, 1), limited(powered("640123"), "A", -3.0, 0.0)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import for_tilt, tilt_bounds
+from support.quick_optimiser import for_tilt, tilt_bounds
 
 from fiveaxis.machine import Limits, Machine, load_machine
 from fiveaxis.posture.problem import Problem

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from by_degrees import optimise
+from support.quick_optimiser import optimise
 
 from fiveaxis.machine import load_machine
 from fiveaxis.posture.local import kernel

@@ -5,8 +5,8 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from rings import ring
+from support.quick_optimiser import tilt_bounds
+from support.ring_path import ring
 
 from fiveaxis.errors import SettingError
 from fiveaxis.machine import load_machine

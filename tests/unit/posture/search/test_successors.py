@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapes import SHAPES, cone, sampled, turned
+from support.quick_optimiser import tilt_bounds
+from support.sampled_surfaces import SHAPES, cone, sampled, turned
 
 import fiveaxis as fx
 from fiveaxis.contour import plan_contour

@@ -1,8 +1,8 @@
 """Efforts: by name, and more of it never costs more."""
 
 import pytest
-from by_travel import optimise
-from rings import ring
+from support.ring_path import ring
+from support.travel_optimiser import optimise
 
 from fiveaxis.errors import SettingError
 from fiveaxis.posture import Effort

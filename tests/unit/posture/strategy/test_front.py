@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_travel import find_front, optimise
-from rings import ring
+from support.ring_path import ring
+from support.travel_optimiser import find_front, optimise
 
 from fiveaxis import posture
 from fiveaxis.errors import SettingError
@@ -51,6 +51,7 @@ def given(solution, motion):
     return motion.positions[~solution.toolpath.inserted][:, solution.machine.rotary_columns]
 
 
+@pytest.mark.slow
 def test_a_path_that_the_mask_refuses_is_no_point_of_the_front(hayashi):
     """A mask that admits tilts that differ by less than eight degrees from what `optimise` found."""
     alone = optimise(ring(60), hayashi, tilt=(15, 75))
@@ -85,7 +86,7 @@ def bends(solution) -> float:
 
 
 @pytest.mark.parametrize("end", [0, -1])
-@pytest.mark.parametrize("locations", [40, 60])
+@pytest.mark.parametrize("locations", [pytest.param(40, marks=pytest.mark.slow), 60])
 def test_the_ends_are_no_worse_than_a_search_at_their_own_price(found, hayashi, end, locations):
     path = ring(locations)
     front = found if locations == 60 else find_front(path, hayashi, 5, tilt=(15, 75))
@@ -118,7 +119,7 @@ def test_no_other_point_is_better_at_a_points_own_price(found):
 
 def test_where_the_clock_is_known_less_time_costs_more_and_the_first_is_the_cheapest(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
-    path = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
+    path = Toolpath.from_contacts(ring(30).contact, ring(30).normal, Tool.ball(6), feed_mm_min=3000.0)
     front = find_front(path, machine, 3, tilt=(15, 75), time_price=500.0)
     spent, times = ([getattr(p.energy, name) for p in front.points] for name in ("travel", "time"))
     assert spent == sorted(spent)
@@ -133,9 +134,10 @@ def test_a_single_location_is_a_front_of_one(trunnion, hayashi):
     assert len(front.points) == 1
 
 
+@pytest.mark.slow
 def test_where_speeds_are_known_delay_costs_more_along_the_front_and_time_shrinks(trunnion, hayashi):
     machine = trunnion.with_drives_of(hayashi)
-    small = Toolpath.from_contacts(ring(60).contact, ring(60).normal, Tool.ball(6), feed_mm_min=3000.0)
+    small = Toolpath.from_contacts(ring(30).contact, ring(30).normal, Tool.ball(6), feed_mm_min=3000.0)
     found = find_front(small, machine, 3, tilt=(15, 75))
     assert found.points[0].time_price < found.points[-1].time_price
     assert found.points[-1].energy.time <= found.points[0].energy.time * (1 + 1e-9)
@@ -215,10 +217,10 @@ def rewound_front(hayashi):
     limits = Limits(0.0, 2.0 * np.pi)
     axes = tuple(replace(a, limits=limits) if a.letter == "C" else a for a in hayashi.axes)
     machine = replace(hayashi, axes=axes)
-    one = ring(50)
+    one = ring(30)
     contact = np.concatenate([one.contact, one.contact - [0.0, 0.0, 0.5]])
     path = Toolpath.from_contacts(contact, np.tile(one.normal, (2, 1)), Tool.ball(6))
-    return path, machine, find_front(path, machine, 4, tilt=(15, 75))
+    return path, machine, find_front(path, machine, 3, tilt=(15, 75))
 
 
 def test_a_front_of_a_path_with_rewinds_has_points_each_with_its_own(rewound_front):

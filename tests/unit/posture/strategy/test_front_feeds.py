@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from rings import ring
+from support.quick_optimiser import tilt_bounds
+from support.ring_path import ring
 
 from fiveaxis.machine import FrictionDrive, Machine
 from fiveaxis.motion import Filling, follow

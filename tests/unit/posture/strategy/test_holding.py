@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
-from by_travel import optimise
-from rings import ring
+from support.ring_path import ring
+from support.travel_optimiser import optimise
 
 from fiveaxis.errors import Infeasible, SettingError
 from fiveaxis.kinematics import tool_axes

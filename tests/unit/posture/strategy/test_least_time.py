@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import for_tilt, optimise, tilt_bounds
+from support.quick_optimiser import for_tilt, optimise, tilt_bounds
 
 import fiveaxis as fx
 from fiveaxis.errors import MachineError, SettingError
@@ -52,7 +52,9 @@ def machine(hayashi) -> Machine:
     return limited(hayashi)
 
 
-@pytest.fixture(scope="module", params=["within 5 um", "LinuxCNC", "LinuxCNC, tip"])
+@pytest.fixture(
+    scope="module", params=["within 5 um", pytest.param("LinuxCNC", marks=pytest.mark.slow), "LinuxCNC, tip"]
+)
 def solution(request, machine):
     told = {
         "within 5 um": (Clock(), Interpolation.JOINT),
@@ -170,6 +172,7 @@ def test_time_as_the_objective_excludes_another_price_of_time(machine):
         fx.optimise(wavy(9), machine, objective="time", time_price=5.0, **CONE)
 
 
+@pytest.mark.slow
 def test_terminal_report_and_document_of_a_job_have_the_same_time(tmp_path):
     path, file = wavy(21), tmp_path / "wavy.csv"
     table = np.hstack([path.contact, path.axis])

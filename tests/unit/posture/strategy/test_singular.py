@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from by_travel import optimise
+from support.quick_optimiser import tilt_bounds
+from support.travel_optimiser import optimise
 
 from fiveaxis.errors import SettingError
 from fiveaxis.kinematics import tool_axes

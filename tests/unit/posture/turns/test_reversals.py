@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
+from support.quick_optimiser import tilt_bounds
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.geometry import Array

@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from by_travel import optimise
+from support.quick_optimiser import tilt_bounds
+from support.travel_optimiser import optimise
 
 from fiveaxis.errors import Infeasible
 from fiveaxis.findings import Severity
@@ -250,7 +250,7 @@ def helix(hayashi):
     return solved
 
 
-@pytest.mark.parametrize(("low", "high"), [(-180.0, 180.0), (0.0, 360.0)])
+@pytest.mark.parametrize(("low", "high"), [(-180.0, 180.0), pytest.param(0.0, 360.0, marks=pytest.mark.slow)])
 def test_a_helix_on_an_axis_of_one_turn_is_optimised(helix, low, high):
     solution = helix(low, high)
     machine = solution.machine
@@ -270,6 +270,7 @@ def ahead_of_normal(normal: Array, c: Array) -> Array:
     return np.degrees(np.mod(c - follows + np.pi, TURN) - np.pi)
 
 
+@pytest.mark.slow
 def test_a_mask_holds_on_a_path_that_is_rewound(hayashi, helix):
     machine = ranged(hayashi, 0.0, 360.0)
     path, _ = turns_round(1.6, 36)

@@ -23,7 +23,7 @@ def ring(tool: str, n: int = 60, rings: int = 2) -> Toolpath:
     )
 
 
-@pytest.mark.parametrize("tool", ["ball:8", "bull:8:1.5"])
+@pytest.mark.parametrize("tool", [pytest.param("ball:8", marks=pytest.mark.slow), "bull:8:1.5"])
 def test_a_program_with_a_rewind_within_a_curved_cut_is_verified(hayashi, tool):
     axes = (
         replace(a, limits=Limits(-np.radians(200.0), np.radians(200.0))) if a.letter == "C" else a

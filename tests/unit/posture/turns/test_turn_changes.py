@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
 from hypothesis import given
 from hypothesis import strategies as st
+from support.quick_optimiser import tilt_bounds
 
 from fiveaxis.geometry import Array, angle_between
 from fiveaxis.kinematics import tool_axes

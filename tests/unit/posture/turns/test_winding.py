@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from by_degrees import tilt_bounds
-from by_travel import optimise
 from hypothesis import given
 from hypothesis import strategies as st
+from support.quick_optimiser import tilt_bounds
+from support.travel_optimiser import optimise
 
 from fiveaxis.energy import motion_energy
 from fiveaxis.errors import Infeasible
@@ -251,6 +251,7 @@ def test_only_axes_with_a_whole_turn_wind(hayashi):
     assert endless(machine).axis("A") == machine.axis("A")
 
 
+@pytest.mark.slow
 def test_a_path_that_winds_further_than_c_can_is_optimised_with_rewinds(hayashi):
     machine = limited(hayashi, 200.0)
     path, _ = helix()

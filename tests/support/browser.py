@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from patience import PATIENCE
+
+from support.patience import PATIENCE
 
 CHROMIUM = shutil.which("chromium")
 # Marks of a module whose tests need the browser.

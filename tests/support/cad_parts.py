@@ -1,8 +1,8 @@
 """Write CAD files with Open Cascade, and ask it about their faces, in a process of its own.
 
-usage: python tests/cad_parts.py FOLDER
-       python tests/cad_parts.py classify part.step points.npz answer.npy
-       python tests/cad_parts.py impeller part.step 24
+usage: python tests/support/cad_parts.py FOLDER
+       python tests/support/cad_parts.py classify part.step points.npz answer.npy
+       python tests/support/cad_parts.py impeller part.step 24
 """
 
 from __future__ import annotations

@@ -15,8 +15,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from interpreted import interpret
-from patience import PATIENCE
 
 from fiveaxis.errors import FiveAxisError
 from fiveaxis.machine import Machine
@@ -25,6 +23,8 @@ from fiveaxis.nc.control.running import at_least_speed, run_program
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
 from fiveaxis.toolpath import MoveKind
+from support.patience import PATIENCE
+from support.rs274 import interpret
 
 LETTERS = "XYZABC"
 # Units, deg: the interpreter prints four decimals. Share of a time.

@@ -11,7 +11,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from patience import PATIENCE
+
+from support.patience import PATIENCE
 
 RS274 = shutil.which("rs274")
 needs_rs274 = pytest.mark.skipif(

@@ -5,7 +5,7 @@ Of a path without a feed that means something the turns are bound per move.
 
 from functools import partial
 
-import by_degrees
+from support import quick_optimiser
 
-optimise = partial(by_degrees.optimise, objective="travel", max_turn=15.0)
-find_front = partial(by_degrees.find_front, objective="travel", max_turn=15.0)
+optimise = partial(quick_optimiser.optimise, objective="travel", max_turn=15.0)
+find_front = partial(quick_optimiser.find_front, objective="travel", max_turn=15.0)

@@ -16,7 +16,7 @@ COMMAND = """
 import sys
 from fiveaxis.batch import pool, tasks
 from fiveaxis.cli import main
-from light import DIGEST, light_entry
+from support.light_workers import DIGEST, light_entry
 
 pool.ENTRY = light_entry(sys.argv.pop(1))
 tasks.digest_job = lambda *_: DIGEST
@@ -40,7 +40,9 @@ def light_entry(text: str) -> str:
     from fiveaxis.batch import pool
 
     head, _, _ = pool.ENTRY.partition("from fiveaxis")
-    return f"{head}import time; from pathlib import Path; from light import send, work\n{text}\n"
+    return (
+        f"{head}import time; from pathlib import Path; from support.light_workers import send, work\n{text}\n"
+    )
 
 
 def send(**message: Any) -> None:

@@ -1,0 +1,1 @@
+"""What tests and benchmarks share: paths, parts, programs, and judges that take nothing from the package."""
