@@ -1,8 +1,8 @@
 """Build the documentation: `python -W error docs/build.py out/docs`.
 
-The pages of `docs/pages`, the tables of keys (`formats.py`), the reference (`reference.py`) and the figures
-(`figures.py`) are gathered in a temporary folder, and Sphinx makes the site of them there. A warning of
-Sphinx is an error.
+The pages of `docs/pages`, the tables of keys (`formats.py`) and of papers (`papers.py`), the reference
+(`reference.py`) and the figures (`figures.py`) are gathered in a temporary folder, and Sphinx makes the site
+of them there. A warning of Sphinx is an error.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 
 import figures
 import formats
+import papers
 import reference
 from sphinx.cmd.build import build_main
 
@@ -25,7 +26,7 @@ def gather(folder: Path) -> None:
     """Write all that the site is made of into a folder."""
     shutil.copytree(HERE / "pages", folder, dirs_exist_ok=True)
     shutil.copy(HERE / "conf.py", folder)
-    for name, text in formats.pages().items():
+    for name, text in (formats.pages() | papers.pages()).items():
         _write(folder / "_generated" / f"{name}.md", text)
     for name, text in reference.pages().items():
         _write(folder / "reference" / name, text)
@@ -42,7 +43,8 @@ def build(folder: Path) -> int:
     with tempfile.TemporaryDirectory(prefix="fiveaxis-docs-") as gathered:
         # As deep as in the repository, for the programs that pages include.
         source = Path(gathered, "docs", "pages")
-        shutil.copytree(HERE.parent / "tests" / "golden", Path(gathered, "tests", "golden"))
+        for folder_of_programs in ("tests/golden", "examples"):
+            shutil.copytree(HERE.parent / folder_of_programs, Path(gathered, folder_of_programs))
         gather(source)
         doctrees = str(Path(gathered, "doctrees"))
         options = ["-b", "html", "-W", "--keep-going", "-q", "-d", doctrees]

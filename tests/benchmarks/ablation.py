@@ -16,7 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from paths import PATHS
-from shapes import SHAPES, sampled
+from support.sampled_surfaces import SHAPES, sampled
 
 import fiveaxis as fx
 from fiveaxis.posture import Effort, Options, optimise_postures

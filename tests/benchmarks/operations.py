@@ -1,9 +1,8 @@
 """Print the operations of the public programs in `../shared/data/toolpaths` as `fiveaxis info` lists them.
 
-Usage: python tests/benchmarks/operations.py [--page]
+Usage: python tests/benchmarks/operations.py
 
-`--page` writes them to `docs/pages/formats/public.md`. Locations include those that are inserted in arcs; mm
-are those of the tip on the workpiece in feed moves.
+Locations include those that are inserted in arcs; mm are those of the tip on the workpiece in feed moves.
 """
 
 from __future__ import annotations
@@ -23,13 +22,7 @@ from fiveaxis.nc import measure_operations  # noqa: E402
 from fiveaxis.nc.options import ProgramReading  # noqa: E402
 
 DATA = ROOT.parent / "shared" / "data" / "toolpaths"
-PAGE = ROOT / "docs" / "pages" / "formats" / "public.md"
 OFFSETS = ("G54", "G55", "G56", "G57", "G59", "G54.1P1", "G54.1P2", "G54.1P3")
-HEAD = """# Operations of public programs
-
-What `fiveaxis info` finds in programs that others have written (their sources are named in
-`../shared/data/README.md`). `python tests/benchmarks/operations.py --page` writes this page.
-"""
 
 
 @dataclass(frozen=True)
@@ -90,12 +83,9 @@ def table_of(program: Public) -> Iterator[str]:
 
 
 def main() -> None:
-    """Print the tables, or write the page."""
-    lines = [line for program in PROGRAMS for line in table_of(program)]
-    if "--page" in sys.argv[1:]:
-        PAGE.write_text("\n".join([HEAD, *lines]), encoding="utf-8")
-    else:
-        print("\n".join(lines))
+    """Print the tables."""
+    for program in PROGRAMS:
+        print("\n".join(table_of(program)))
 
 
 if __name__ == "__main__":

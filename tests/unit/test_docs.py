@@ -1,4 +1,4 @@
-"""The examples of the documentation run, and print what the pages say; `.ci/run` builds the site."""
+"""The examples of README and documentation run, and print what they say; `.ci/run` builds the site."""
 
 from __future__ import annotations
 
@@ -19,11 +19,15 @@ from support.patience import PATIENCE
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted((DOCS / "pages").rglob("*.md"))
-TUTORIAL = DOCS / "pages/tutorial.md"
+README = ROOT / "README.md"
+# Their files and results are what the other pages go on from.
+FIRST = [DOCS / "pages/my-machine.md", DOCS / "pages/my-part.md"]
 # Between a number on a page and the one that a run prints: libraries and processors round differently.
 TOLERANCE = 0.02
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 FENCE = re.compile(r"^```(\{code-block\} )?(\w+)\n(?::caption: (\S+)\n\n?)?(.*?)^```$", re.M | re.S)
+# A file of the repository that a page shows under its own name, and goes on with.
+INCLUDED = re.compile(r"^```\{literalinclude\} (\S+)\n:caption: (\S+)$", re.M)
 
 
 @dataclass(frozen=True)
@@ -92,8 +96,11 @@ class Checker(doctest.OutputChecker):
 def run_page(page: Path, folder: Path) -> None:
     """Run what a page shows, block by block, in a folder."""
     names: dict[str, object] = {}
+    for path, caption in INCLUDED.findall(page.read_text(encoding="utf-8")):
+        if caption == Path(path).name:
+            shutil.copy(page.parent / path, folder)
     for block in blocks_of(page):
-        place = f"{page.relative_to(DOCS)}:{block.line}"
+        place = f"{page.relative_to(ROOT)}:{block.line}"
         if block.caption is not None:
             folder.joinpath(block.caption).write_text(block.text, encoding="utf-8")
         elif block.language == "console":
@@ -134,28 +141,28 @@ def uses_commands(page: Path) -> bool:
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory) -> Path:
-    """Give the folder that the tutorial leaves; the how-to pages go on from there.
+    """Give the folder that the first pages leave; the others go on from there.
 
-    With several test processes one of them runs the tutorial, and the others wait for it.
+    With several test processes one of them runs these pages, and the others wait for it.
     """
     if "PYTEST_XDIST_WORKER" not in os.environ:
-        folder = tmp_path_factory.mktemp("tutorial")
-        run_page(TUTORIAL, folder)
+        folder = tmp_path_factory.mktemp("first-pages")
+        run_first(folder)
         return folder
-    folder = tmp_path_factory.getbasetemp().parent / "tutorial"
-    whole = folder.with_name("tutorial-whole")
-    failed = folder.with_name("tutorial-failed")
+    folder = tmp_path_factory.getbasetemp().parent / "first-pages"
+    whole = folder.with_name("first-pages-whole")
+    failed = folder.with_name("first-pages-failed")
     try:
         folder.mkdir()
     except FileExistsError:
         deadline = time.monotonic() + PATIENCE
         while not whole.exists():
-            assert not failed.exists(), "the tutorial failed in another test process"
-            assert time.monotonic() < deadline, "the tutorial isn't done after 10 minutes"
+            assert not failed.exists(), "the first pages failed in another test process"
+            assert time.monotonic() < deadline, "the first pages aren't done after 10 minutes"
             time.sleep(0.2)
         return folder
     try:
-        run_page(TUTORIAL, folder)
+        run_first(folder)
     except BaseException:
         failed.touch()
         raise
@@ -163,14 +170,25 @@ def finished(tmp_path_factory) -> Path:
     return folder
 
 
+def run_first(folder: Path) -> None:
+    for page in FIRST:
+        run_page(page, folder)
+
+
 @pytest.mark.slow
-def test_the_tutorial_runs_as_it_is_printed(finished):
+def test_machine_and_part_are_described_as_it_is_printed(finished):
     assert (finished / "out/program.nc").is_file()
 
 
 @pytest.mark.slow
+def test_the_readme_s_commands_print_what_it_says(tmp_path):
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    run_page(README, tmp_path)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "page", [p for p in PAGES if p != TUTORIAL and uses_commands(p)], ids=lambda page: page.stem
+    "page", [p for p in PAGES if p not in FIRST and uses_commands(p)], ids=lambda page: page.stem
 )
 def test_the_commands_of_a_page_print_what_it_says(page, finished, tmp_path):
     folder = tmp_path / "work"

@@ -123,7 +123,7 @@ def test_a_batch_of_two_jobs_runs_and_then_finds_its_results():
 @pytest.mark.slow
 def test_the_public_mill_is_fitted_to_one_run_and_gives_the_others_as_the_page_says(data, tmp_path):
     lines = ran(ROOT / "examples/calibration/umich.py", str(data / "power"), str(tmp_path)).splitlines()
-    page = (ROOT / "docs/pages/results.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/pages/research/results.md").read_text(encoding="utf-8")
     rows = {
         cells[1].strip(): cells
         for cells in (line.split("|") for line in page.splitlines())

@@ -165,14 +165,20 @@ def test_a_run_has_every_figure_and_is_not_repeated(peers, tmp_path):
     assert peers.comparison.result_of(tmp_path, "arc", "normal", 300.0, again=False)["energy"] == 1.0
 
 
-def test_the_table_has_a_row_for_each_method_the_cheapest_first(peers):
+def test_each_figure_has_a_table_of_methods_by_cases_with_a_star_where_a_bound_is_broken(peers):
     done = {"energy": 5e3, "travel": 10.0, "time": 1.0, "processor": 0.5, "memory": 7.0, "locations": 60}
     results = [
         {"case": "arc", "method": "one", "why": "needs two"},
         {"case": "arc", "method": "two", **done, "violations": {"turn": 3}},
         {"case": "arc", "method": "three", **done, "energy": 4e3, "violations": {}},
+        {"case": "wall", "method": "three", **done, "violations": {}},
     ]
-    rows = [line for line in peers.comparison.table_of(results).splitlines() if line.startswith("| t")]
-    assert [row.split(" | ")[0] for row in rows] == ["| three", "| two"]
-    assert "turn at 3" in rows[1]
-    assert "needs two" in peers.comparison.table_of(results)
+    lines = peers.comparison.table_of(results).splitlines()
+    rows = [line for line in lines if line.startswith("| t")]
+    assert rows == [
+        "| two | 5 000* |  |",
+        "| three | 4 000 | 5 000 |",
+        "| two | 10* |  |",
+        "| three | 10 | 10 |",
+    ]
+    assert "- **arc**, 60 locations; one: needs two; two breaks turn at 3." in lines

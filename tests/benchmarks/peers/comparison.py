@@ -1,8 +1,8 @@
-"""Compare fiveaxis with what a user would take instead: one table and one picture from one run.
+"""Compare fiveaxis with what a user would take instead: tables and a picture from one run.
 
 Usage: python tests/benchmarks/peers [CASES] [--methods "IPOPT; lattice"] [--again] [--limit 600]
            [--results FOLDER]   one JSON file for each case and method; what is there isn't run again
-           [--page]             write docs/pages/peers.md's table and picture
+           [--page]             write docs/pages/research/peers.md's tables and picture
 
 Every method runs alone in a process of its own. Its postures become a program with the same inserted blocks,
 priced by the same drives, and an independent checker counts what they break. A new method is a function in
@@ -28,12 +28,10 @@ from methods import BOUND, METHODS
 
 HERE = Path(__file__).parent
 DOCS = HERE.parents[2] / "docs" / "pages"
-PAGE, PICTURE = DOCS / "peers.md", DOCS / "pictures" / "peers.svg"
+PAGE, PICTURE = DOCS / "research" / "peers.md", DOCS / "pictures" / "peers.svg"
 TABLE = re.compile(r"(?<=<!-- table -->\n).*(?=<!-- end -->)", re.DOTALL)
-HEADS = (
-    "| method | energy, J | travel metric, J | time, s | processor, s | memory, MB | breaks |",
-    "|---|---:|---:|---:|---:|---:|---|",
-)
+# Figures of a result that have a table, each with its key.
+FIGURES = (("energy", "Energy, J"), ("travel", "Travel metric, J"))
 
 Result = dict[str, Any]
 
@@ -59,15 +57,30 @@ def result_of(folder: Path, case: str, method: str, limit: float, again: bool) -
     return result
 
 
-def row_of(result: Result) -> str:
-    """Write a result as a row of the table."""
+def cell_of(result: Result | None, key: str) -> str:
+    """Write a figure of a result, with a star where the result breaks a bound."""
+    if result is None or result.get(key) is None:
+        return ""
+    number = f"{result[key]:,.0f}".replace(",", " ")
+    return f"{number}*" if result.get("violations") else number
+
+
+def broken_by(result: Result) -> str:
+    """Say what a result breaks, and at how many locations, or why there is none; else nothing."""
     if "why" in result:
-        return f"| {result['method']} | | | | | | {result['why']} |"
-    values = [result[key] for key in ("energy", "travel", "time")]
-    figures = ["" if value is None else f"{value:,.0f}".replace(",", " ") for value in values]
-    broken = ", ".join(f"{what} at {count}" for what, count in result["violations"].items())
-    spent = f"{result['processor']:,.1f} | {result['memory']:.0f}"
-    return f"| {result['method']} | {' | '.join(figures)} | {spent} | {broken}{result.get('left', '')} |"
+        return f"{result['method']}: {result['why']}"
+    broken = [f"{what} at {count}" for what, count in result["violations"].items()]
+    return f"{result['method']} breaks {', '.join(broken)}" if broken else ""
+
+
+def line_of(result: Result) -> str:
+    """Say in a line what a method made of a case."""
+    if "why" in result:
+        return broken_by(result)
+    figures = [f"{title} {cell_of(result, key)}" for key, title in FIGURES]
+    spent = f"{result['processor']:.1f} s of processor, {result['memory']:.0f} MB"
+    told = f"{result['method']}: {', '.join(figures)}, {spent}"
+    return "; ".join(filter(None, (told, broken_by(result))))
 
 
 def left_of(bound: float, results: list[Result]) -> str:
@@ -79,17 +92,25 @@ def left_of(bound: float, results: list[Result]) -> str:
 
 
 def table_of(results: list[Result]) -> str:
-    """Write all results, a table for each case, the cheapest first."""
+    """Write all results: a table for each figure, with a row for each method and a column for each case."""
+    cases = list(dict.fromkeys(result["case"] for result in results))
+    methods = list(dict.fromkeys(result["method"] for result in results))
+    found = {(result["case"], result["method"]): result for result in results}
     lines = []
-    for case in dict.fromkeys(result["case"] for result in results):
+    for key, title in FIGURES:
+        lines += ["", f"| {title} | {' | '.join(cases)} |", f"|---|{'---:|' * len(cases)}"]
+        for method in methods:
+            cells = [cell_of(found.get((case, method)), key) for case in cases]
+            if any(cells):
+                lines.append(f"| {method} | {' | '.join(cells)} |")
+    lines.append("")
+    for case in cases:
         own = [result for result in results if result["case"] == case]
-        own.sort(key=lambda result: (result["method"] != BOUND, result.get("energy") or float("inf")))
-        for result in own:
-            if result["method"] == BOUND and "travel" in result:
-                clock = f"{result['seconds']:.0f} s on the clock"
-                result["left"] = "; ".join(filter(None, (left_of(result["travel"], own), clock)))
+        said = [text for text in map(broken_by, own) if text]
+        bounds = [r["travel"] for r in own if r["method"] == BOUND and "travel" in r]
+        said += [text for bound in bounds if (text := left_of(bound, own))]
         count = next((result["locations"] for result in own if "locations" in result), 0)
-        lines += ["", f"**{case}**, {count} locations", "", *HEADS, *map(row_of, own)]
+        lines.append(f"- **{case}**, {count} locations{''.join(f'; {text}' for text in said)}.")
     return "\n".join(lines) + "\n\n"
 
 
@@ -150,7 +171,7 @@ def main() -> None:
     for case in given.cases or case_names():
         for method in methods:
             results.append(result_of(given.results, case, method, given.limit, given.again))
-            print(f"{case}: {row_of(results[-1])}", flush=True)
+            print(f"{case}: {line_of(results[-1])}", flush=True)
     text = f"{made_on()}\n{table_of(results)}"
     print(text)
     if given.page:
