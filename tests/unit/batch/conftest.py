@@ -166,7 +166,8 @@ def pretend() -> Iterator[Pretended]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fiveaxis.batch.run.run_on_pool", run_on_threads)
-        patch.setattr("fiveaxis.batch.worker.run_job", stand_in.run)
+        patch.setattr("fiveaxis.batch.worker.resolve", lambda job, _tell: job)
+        patch.setattr("fiveaxis.batch.worker.run_task", stand_in.run)
         patch.setattr("fiveaxis.batch.worker.write_outcome", stand_in.write)
         yield stand_in
 

@@ -37,7 +37,7 @@ with pretending.pretend() as stand_in:
         while not go.exists():
             time.sleep(0.01)
         return stand_in.run(job)
-    worker.run_job = run
+    worker.run_task = run
     from fiveaxis.cli import main
     main()
 """

@@ -27,7 +27,7 @@ def run(job, tell, checkpoint):
     if job.input.name != "path_a.csv":
         threading.Event().wait(600)
     raise Infeasible("an end that the inputs decide", [])
-worker.run_job = run
+worker.resolve, worker.run_task = (lambda job, tell: job), run
 with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", host="127.0.0.1",
                   dashboard_address="127.0.0.1:0") as cluster:
     print(cluster.scheduler_address, flush=True)

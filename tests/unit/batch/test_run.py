@@ -84,7 +84,7 @@ def test_a_job_whose_input_changes_while_it_runs_isnt_taken_for_done(jobs, prete
         job.input.write_text(job.input.read_text() + "2,0,0,0,0,1\n")
         return run(job, tell)
 
-    monkeypatch.setattr("fiveaxis.batch.worker.run_job", edited)
+    monkeypatch.setattr("fiveaxis.batch.worker.run_task", edited)
     assert run_batch(jobs[:1], tmp_path / "out", workers=1).rows[0].digest == ""
 
 
