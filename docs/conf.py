@@ -28,7 +28,7 @@ autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
 # Said by name; what numpy makes of the first fills lines.
 autodoc_type_aliases = {name: name for name in ("ArrayLike", "Array", "BoolArray", "IntArray")}
-# The source of an option (`fiveaxis.options`) has more than its default.
+# The source of an option (`fiveaxis.base.options`) has more than its default.
 autodoc_preserve_defaults = False
 autodoc_member_order = "bysource"
 autodoc_default_options = {

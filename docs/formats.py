@@ -19,14 +19,14 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from fiveaxis.base.settings import models_in
 from fiveaxis.job import Job
 from fiveaxis.job.guide import bounds_text, docstring_parameters, has_numbers, list_entries, to_toml
-from fiveaxis.machine.tables import Figure, MachineFile
+from fiveaxis.model.machine.tables import Figure, MachineFile
+from fiveaxis.model.toolpath.shapes import SHAPES
+from fiveaxis.model.toolpath.tool import ToolTable
 from fiveaxis.nc import Dialect
 from fiveaxis.nc.writing.table_parts import TEMPLATES
-from fiveaxis.settings import models_in
-from fiveaxis.toolpath.shapes import SHAPES
-from fiveaxis.toolpath.tool import ToolTable
 
 SUPPLEMENT = Path(__file__).with_name("keys.toml")
 FILES: Mapping[str, type[BaseModel]] = {

@@ -1,4 +1,4 @@
-"""Pages of the reference: one for each room of the package, with every public name."""
+"""Pages of the reference: one for each house of the package, with every name of its door."""
 
 from __future__ import annotations
 
@@ -9,44 +9,18 @@ from typing import Literal, get_args, get_origin
 
 import fiveaxis as fx
 
-ROOMS = (
-    "batch",
-    "collision",
-    "contour",
-    "energy",
-    "geometry",
-    "job",
-    "kinematics",
-    "machine",
-    "mesh",
-    "motion",
-    "nc",
-    "posture",
-    "report",
-    "toolpath",
-    "verification",
-    "viewer",
-    "errors",
-    "findings",
-)
+HOUSES = ("model", "cam", "nc", "posture", "check", "lab", "show", "job", "base")
 
 
 def pages() -> dict[str, str]:
     """Write the reference: file name → reStructuredText."""
-    return {"index.rst": _index()} | {f"{room}.rst": _room(room) for room in ROOMS}
+    return {"index.rst": _index()} | {f"{house}.rst": _house(house) for house in HOUSES}
 
 
-def public_names(room: str) -> list[str]:
-    """List the public names of a room: what its folder's face imports, or what its module defines."""
-    module = import_module(f"fiveaxis.{room}")
-    is_folder = hasattr(module, "__path__")
-    return sorted(
-        name
-        for name, value in vars(module).items()
-        if not name.startswith("_")
-        and not inspect.ismodule(value)
-        and (is_folder or getattr(value, "__module__", "") == module.__name__)
-    )
+def public_names(house: str) -> list[str]:
+    """List the names of a house's door."""
+    door = import_module(f"fiveaxis.{house}")
+    return [name for name in door.__all__ if not inspect.ismodule(getattr(door, name))]
 
 
 def _first_sentence(thing: object) -> str:
@@ -61,7 +35,7 @@ def _heading(title: str, sign: str = "=") -> list[str]:
 def _index() -> str:
     lines = [
         *_heading("Reference"),
-        "``import fiveaxis as fx`` gives the names below. The rooms of the package have more.",
+        "``import fiveaxis as fx`` gives the names below. The houses of the package have more.",
         "",
         ".. list-table::",
         "   :widths: 30 70",
@@ -69,28 +43,28 @@ def _index() -> str:
     ]
     for name in fx.__all__:
         thing = getattr(fx, name)
-        home = fx._HOMES[name]
+        home = thing.__module__.split(".")[1]
         role = "class" if inspect.isclass(thing) else "func"
         role = "exc" if inspect.isclass(thing) and issubclass(thing, Exception) else role
         lines += [
             f"   * - :py:{role}:`fx.{name} <fiveaxis.{home}.{name}>`",
             f"     - {_first_sentence(thing)}",
         ]
-    rooms = [f"   {name}" for name in ("examples", *ROOMS)]
-    return "\n".join([*lines, "", ".. toctree::", "   :caption: Rooms", "   :maxdepth: 1", "", *rooms, ""])
+    houses = [f"   {name}" for name in ("examples", *HOUSES)]
+    return "\n".join([*lines, "", ".. toctree::", "   :caption: Houses", "   :maxdepth: 1", "", *houses, ""])
 
 
-def _room(room: str) -> str:
-    module = import_module(f"fiveaxis.{room}")
+def _house(house: str) -> str:
+    module = import_module(f"fiveaxis.{house}")
     lines = [
-        *_heading(f"fiveaxis.{room}"),
-        f".. automodule:: fiveaxis.{room}",
+        *_heading(f"fiveaxis.{house}"),
+        f".. automodule:: fiveaxis.{house}",
         "   :no-members:",
         "",
-        f".. currentmodule:: fiveaxis.{room}",
+        f".. currentmodule:: fiveaxis.{house}",
         "",
     ]
-    for name in public_names(room):
+    for name in public_names(house):
         thing = getattr(module, name)
         if inspect.isclass(thing):
             lines += [f".. auto{'exception' if issubclass(thing, Exception) else 'class'}:: {name}", ""]

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.kinematics import axis_positions, singular_angles, singular_direction, tool_poses
+from fiveaxis.model import axis_positions, singular_angles, singular_direction, tool_poses
 
 CLOSED = 1e-9  # mm, and of a unit vector
 LEANS = (40.0, 10.0, 1.0)  # degrees between tool axis and singular direction

@@ -10,9 +10,9 @@ from __future__ import annotations
 import trimesh
 
 import fiveaxis as fx
-from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.machine import Box
-from fiveaxis.toolpath import Holder, Section
+from fiveaxis.check import Clearances, Fixture, Surroundings
+from fiveaxis.model import Box
+from fiveaxis.model.toolpath.tool import Holder, Section
 
 TILT = (15, 75)  # degrees between tool axis and surface normal
 

@@ -13,8 +13,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from support.browser import Browser
 
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.model import Machine, Tool, Toolpath, load_machine
 
 # The same examples every time: some at each push, more before a merge (`--hypothesis-profile=merge`). How
 # long they take to draw is no property of the code, as machines are shared. What a test writes to its own
@@ -132,9 +131,9 @@ def write(tmp_path: Path) -> Callable[..., Path]:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the figures out of reports: drawing takes most of a short run, and other tests look at them."""
     for name in ("energy_bars", "limit_strips", "spending_lines", "axis_lines", "speed_lines", "power_lines"):
-        monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_: "<svg></svg>")
+        monkeypatch.setattr(f"fiveaxis.show.report.page.{name}", lambda *_: "<svg></svg>")
     for name in ("path_valley", "draw_valley", "draw_location"):
-        monkeypatch.setattr(f"fiveaxis.report.page.{name}", lambda *_, **__: "data:,")
+        monkeypatch.setattr(f"fiveaxis.show.report.page.{name}", lambda *_, **__: "data:,")
 
 
 def read_case(data: Path, name: str, diameter: float) -> Toolpath:

@@ -20,8 +20,8 @@ import sys
 from pathlib import Path
 
 import fiveaxis as fx
-from fiveaxis.energy import Calibration
-from fiveaxis.report.plots import write_calibration_figure
+from fiveaxis.lab import Calibration
+from fiveaxis.show.report.plots import write_calibration_figure
 
 FITTED = "umich_experiment_11.csv"  # the longest
 STEADY = 30.0  # mm/s²

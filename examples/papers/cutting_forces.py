@@ -9,9 +9,10 @@ width db along the profile. The forces oppose the tooth: tangential its motion, 
 profile's upward tangent (a positive K_a, as of a right-hand helix, pulls the tool out of its holder). Edge
 coefficients are per mm of chip width, so the helix shifts forces in time without changing their mean.
 
-The mean power of the tangential force has a closed form (`fiveaxis.energy.mean_cutting_power`, which prices a
-job's cut): removal rate times K_tc plus swept surface times K_te. Neither depends on how a ball leans, so in
-this model leaning changes the mean forces but not the mean cutting power. The script shows it.
+The mean power of the tangential force has a closed form
+(`fiveaxis.lab.cutting.cutting_forces.mean_cutting_power`, which prices a job's cut): removal rate times K_tc
+plus swept surface times K_te. Neither depends on how a ball leans, so in this model leaning changes the mean
+forces but not the mean cutting power. The script shows it.
 
 The model assumes circular tooth paths, a rigid tool without runout, and coefficients that don't change with
 speed, chip thickness or position on the edge.
@@ -33,10 +34,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from showing import Paper, Row, Table, show
 
-from fiveaxis.energy import Cut, CuttingCoefficients, EndMill, mean_cutting_power
-from fiveaxis.energy.engagement import WATT, require_finite, require_not_negative
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, product
+from fiveaxis.base import Array, BoolArray, product
+from fiveaxis.base.errors import SettingError
+from fiveaxis.lab import CuttingCoefficients, EndMill
+from fiveaxis.lab.cutting.cutting_forces import mean_cutting_power
+from fiveaxis.lab.cutting.engagement import WATT, Cut, require_finite, require_not_negative
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

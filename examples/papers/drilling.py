@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from showing import BLUE, GREEN, GREY, ORANGE, Misprint, Paper, Row, Table, show
 
-from fiveaxis.energy import CuttingCoefficients, Drill, auxiliary_power, idle_power, mean_drilling_power
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
+from fiveaxis.lab import CuttingCoefficients, Drill
+from fiveaxis.lab.cutting.drilling import auxiliary_power, idle_power, mean_drilling_power
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -22,10 +22,9 @@ import numpy as np
 from showing import BLUE, GREY, ORANGE, SURFACE, Misprint, Paper, Row, Table, show
 
 import fiveaxis as fx
-from fiveaxis.energy import drive_power, travel_costs
-from fiveaxis.geometry import Array, every_pair
-from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.report.plots import Drawn
+from fiveaxis.base import Array, every_pair
+from fiveaxis.model import drive_power, linear_positions, tool_poses, travel_costs
+from fiveaxis.show.report.plots import Drawn
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

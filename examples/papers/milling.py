@@ -31,7 +31,7 @@ from wrench import (
     wrench_power,
 )
 
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -29,7 +29,7 @@ import numpy as np
 from showing import BLUE, GREY, ORANGE, Misprint, Paper, Row, Table, show
 
 import fiveaxis as fx
-from fiveaxis.energy import drive_power
+from fiveaxis.model import drive_power
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fiveaxis.report.plots import Drawn
+from fiveaxis.show.report.plots import Drawn
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

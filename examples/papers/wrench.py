@@ -20,9 +20,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fiveaxis.energy.engagement import WATT, require_finite, require_not_negative, require_positive
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
+from fiveaxis.base.errors import SettingError
+from fiveaxis.lab.cutting.engagement import WATT, require_finite, require_not_negative, require_positive
 
 ROUNDING = 1e-9  # share of a turn that a record may lack at its end, from rounded time stamps
 

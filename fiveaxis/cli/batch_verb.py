@@ -14,18 +14,14 @@ from rich.live import Live
 from rich.markup import escape
 from rich.table import Column, Table
 
+from fiveaxis.base import Costs, Severity
 from fiveaxis.cli.options import AsJson, JobTimeout, Scheduler, Workers, flags_of, read_flags, takes
 from fiveaxis.cli.process import INTERRUPTED
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import clock_text
-from fiveaxis.findings import Severity
-from fiveaxis.options import Costs
 
 if TYPE_CHECKING:
-    from fiveaxis.batch import Batch, Event, Row
-    from fiveaxis.batch.comparison import Comparison
-    from fiveaxis.batch.machines import MachineComparison
-    from fiveaxis.batch.record import Listener
+    from fiveaxis.job import Batch, Comparison, Event, Listener, MachineComparison, Row
 
 
 # Rows of a live table: one longer than the screen can't be redrawn.
@@ -57,7 +53,7 @@ def batch(
     """
     with errors_explained(as_json) as written:
         with interruptible(), live_table(err) as listener:
-            from fiveaxis.batch import run_batch
+            from fiveaxis.job import run_batch
 
             done = run_batch(
                 files,
@@ -198,7 +194,7 @@ def _print_batch(done: Batch) -> None:
 
 
 def _print_comparison(comparison: Comparison) -> None:
-    from fiveaxis.batch.comparison import format_value
+    from fiveaxis.job import format_value
 
     keys = (escape(key) for key in comparison.keys)
     table = Table(*keys, "state", *FIGURES, "against the first", box=None)
@@ -244,7 +240,7 @@ def compare(
     """
     with errors_explained(as_json) as written:
         with interruptible(), live_table(err) as listener:
-            from fiveaxis.batch.machines import compare as run
+            from fiveaxis.job import compare as run
 
             names = [name.strip() for name in machines.split(",") if name.strip()]
             limits: Any = {"scheduler": scheduler, "workers": workers, "job_timeout": job_timeout}
@@ -262,7 +258,7 @@ def compare(
 
 
 def _print_machines(done: MachineComparison) -> None:
-    from fiveaxis.batch.machine_page import HEADS, cells
+    from fiveaxis.job import HEADS, cells
 
     rows = [cells(candidate) for candidate in done.candidates]
     # What no machine has would only make the others narrow.

@@ -10,14 +10,14 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from fiveaxis.base import Calibrate, FitDrive, ReadLog
 from fiveaxis.cli.options import AsJson, flags_of, read_flags, takes
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import shown_work
-from fiveaxis.options import Calibrate, FitDrive, ReadLog
 
 if TYPE_CHECKING:
-    from fiveaxis.energy.calibration_record import Calibration
+    from fiveaxis.lab import Calibration
 
 BLOCK = ".toml"
 LOG, DRIVE = flags_of(ReadLog), flags_of(FitDrive)
@@ -59,9 +59,9 @@ def calibrate(
     """
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
-            from fiveaxis.energy.calibration import calibrate_drive
-            from fiveaxis.files import require_suffix
-            from fiveaxis.report.plots import DRAWN_SUFFIXES
+            from fiveaxis.base import require_suffix
+            from fiveaxis.lab import calibrate_drive
+            from fiveaxis.show import DRAWN_SUFFIXES
 
             suffixes = [
                 require_suffix(p, (BLOCK, *DRAWN_SUFFIXES), "a block, table or figure") for p in output or ()
@@ -83,8 +83,8 @@ def calibrate(
 
 def _write(path: Path, found: Calibration) -> Path:
     """Write the block, the table of the rows or the figure, by the suffix."""
-    from fiveaxis.files import columns_text, write_atomically
-    from fiveaxis.report.plots import write_calibration_figure
+    from fiveaxis.base import columns_text, write_atomically
+    from fiveaxis.show import write_calibration_figure
 
     match path.suffix.lower():
         case ".toml":

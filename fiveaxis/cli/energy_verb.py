@@ -11,6 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from fiveaxis.base import OnMachine, Progress
 from fiveaxis.cli.options import ON_MACHINE, PLACING, AsJson, read_flags, takes
 from fiveaxis.cli.terminal import (
     err,
@@ -25,12 +26,10 @@ from fiveaxis.cli.terminal import (
 )
 from fiveaxis.cli.verify_verb import PROGRAM, operations_apart, reading_of, set_up
 from fiveaxis.cli.work import shown_work
-from fiveaxis.options import OnMachine
-from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
     from fiveaxis.job import ProgramEnergy
-    from fiveaxis.machine import Machine
+    from fiveaxis.model import Machine
 
 # Blocks of the table on the terminal: to lay out a million would take half an hour.
 MOST_SHOWN = 1000
@@ -80,11 +79,11 @@ def energy(
     """
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
-            from fiveaxis.files import require_suffix
-            from fiveaxis.job.program_costs import Pricing, price_program
-            from fiveaxis.nc.source import load_source
-            from fiveaxis.report.plots import DRAWN_SUFFIXES
-            from fiveaxis.toolpath import parse_tool
+            from fiveaxis.base import require_suffix
+            from fiveaxis.job import Pricing, price_program
+            from fiveaxis.model import parse_tool
+            from fiveaxis.nc import load_source
+            from fiveaxis.show import DRAWN_SUFFIXES
 
             for path in output or ():
                 require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
@@ -119,8 +118,8 @@ def energy(
 
 def _write(path: Path, found: Sequence[ProgramEnergy]) -> Path:
     """Write the table of the blocks, or the figure, by the suffix."""
-    from fiveaxis.files import csv_text, write_atomically
-    from fiveaxis.report.plots import write_program_figure
+    from fiveaxis.base import csv_text, write_atomically
+    from fiveaxis.show import write_program_figure
 
     if path.suffix.lower() == ".csv":
         rows = [{"program": _name(p, found)} | row for p in found for row in p.rows]
@@ -172,7 +171,7 @@ def _name(program: ProgramEnergy, found: Sequence[ProgramEnergy]) -> str:
 
 def _print_totals(found: Sequence[ProgramEnergy]) -> None:
     """Print one line per program, with its difference to the first."""
-    from fiveaxis.report.words import time_shares
+    from fiveaxis.show import time_shares
 
     letters = found[0].machine.letters
     axes = (f"{c} J" for c in letters)

@@ -9,10 +9,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from fiveaxis.base import SettingError
 from fiveaxis.cli.options import AsJson, takes
 from fiveaxis.cli.terminal import err, errors_explained, out, print_json, print_written
 from fiveaxis.cli.work import shown_work
-from fiveaxis.errors import SettingError
 
 STARTER = Path("job.toml")
 
@@ -31,7 +31,7 @@ def job(
         if explain and file is not None:
             raise SettingError(f"{file} is for --init; --explain is about every job file")
         with shown_work(err, hidden=as_json):
-            from fiveaxis.job.guide import list_entries, write_starter
+            from fiveaxis.job import list_entries, write_starter
         if init:
             written.append(write_starter(file or STARTER))
             print_written(written[0], "fill in input, then run `fiveaxis optimise` on it")

@@ -11,19 +11,16 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from fiveaxis.base import Reading, SettingError, Severity, Unit, group_findings, options_of, require_suffix
 from fiveaxis.cli.options import AsJson, takes
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_causes, print_json, print_written
 from fiveaxis.cli.verify_verb import PROGRAM, reading_of
 from fiveaxis.cli.work import shown_work
-from fiveaxis.errors import SettingError
-from fiveaxis.files import require_suffix
-from fiveaxis.findings import Severity, group_findings
-from fiveaxis.options import Reading, Unit, options_of
 
 if TYPE_CHECKING:
-    from fiveaxis.machine import FormShapingCode
-    from fiveaxis.mesh.cad.choice import FaceSheet
+    from fiveaxis.cam import FaceSheet
+    from fiveaxis.model import FormShapingCode
 
 
 MachineFileName = Annotated[
@@ -40,7 +37,7 @@ collisions and new postures need it (--machine; `fiveaxis machines`)."""
 @takes()
 def machines(as_json: AsJson = False) -> None:
     """List the machines of the library."""
-    from fiveaxis.machine import load_machine, machine_names
+    from fiveaxis.model import load_machine, machine_names
 
     with errors_explained(as_json):
         loaded = [load_machine(name) for name in machine_names()]
@@ -65,7 +62,7 @@ def import_machine(
 ) -> None:
     """Convert another program's description of a machine to a machine file, to be completed by hand."""
     with errors_explained(False):
-        from fiveaxis.machine import machine_text, read_foreign, save_machine
+        from fiveaxis.model import machine_text, read_foreign, save_machine
 
         if output is not None:
             require_suffix(output, [".toml"], "a machine file")
@@ -101,7 +98,7 @@ def info(
     **_: Any,
 ) -> None:
     """Show a machine (chain, limits, powers, figures' sources), a program's operations, or a part's faces."""
-    from fiveaxis.files import CAD_SUFFIXES
+    from fiveaxis.base import CAD_SUFFIXES
 
     with errors_explained(as_json):
         reading = reading_of(context.params)
@@ -117,8 +114,8 @@ def info(
         if (machine is None) == (code is None):
             raise SettingError("give either a machine (`fiveaxis machines` lists the names) or --code")
         with shown_work(err, hidden=as_json):
-            from fiveaxis.machine import Machine, load_machine
-            from fiveaxis.report.sheet import describe_machine
+            from fiveaxis.model import Machine, load_machine
+            from fiveaxis.show import describe_machine
 
             found = Machine.from_code(code) if code is not None else load_machine(str(machine))
             sheet = describe_machine(found)
@@ -127,16 +124,15 @@ def info(
 
 def _is_program(path: Path) -> bool:
     """Check whether a file is a program or CL file: no machine has its suffix or content."""
-    from fiveaxis.nc.formats import holds_path
+    from fiveaxis.nc import holds_path
 
     return path.suffix.lower() not in (".toml", ".ini", ".urdf", ".mch", ".xml") and holds_path(path)
 
 
 def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_json: bool) -> None:
     """Print the operations of a program or CL file as a table."""
-    from fiveaxis.machine import load_machine
-    from fiveaxis.nc import measure_operations
-    from fiveaxis.nc.options import ProgramReading
+    from fiveaxis.model import load_machine
+    from fiveaxis.nc import ProgramReading, measure_operations
 
     with shown_work(err, hidden=as_json):
         used = None if machine is None else load_machine(machine)
@@ -175,8 +171,8 @@ def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_j
 def check(machine: MachineFileName, as_json: AsJson = False) -> None:
     """Check a machine file for faults, wrong units and missing figures."""
     with errors_explained(as_json):
-        from fiveaxis.findings import count_codes, has_errors
-        from fiveaxis.machine import check_machine, load_machine
+        from fiveaxis.base import count_codes, has_errors
+        from fiveaxis.model import check_machine, load_machine
         from fiveaxis.nc import control_for
 
         findings = check_machine(machine)
@@ -203,8 +199,8 @@ def urdf(
 ) -> None:
     """Write a machine as URDF, for pinocchio, ROS and other programs."""
     with errors_explained(False):
-        from fiveaxis.files import write_atomically
-        from fiveaxis.machine import load_machine
+        from fiveaxis.base import write_atomically
+        from fiveaxis.model import load_machine
 
         if output is not None:
             require_suffix(output, [".urdf"], "a URDF file")
@@ -314,9 +310,8 @@ def _end(value: float | None) -> str:
 
 def print_faces(path: Path, tool: str | None, unit: Unit | None, body: str | None, *, as_json: bool) -> None:
     """Print the faces of a CAD file, and whether a ball is small enough for their hollows."""
-    from fiveaxis.mesh import load_mesh, mesh_size, model_of, size_text
-    from fiveaxis.mesh.cad.choice import survey
-    from fiveaxis.toolpath import parse_tool
+    from fiveaxis.cam import load_mesh, mesh_size, model_of, size_text, survey
+    from fiveaxis.model import parse_tool
 
     radius = None if tool is None else parse_tool(tool).radius
     with shown_work(err, hidden=as_json):

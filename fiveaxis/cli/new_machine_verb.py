@@ -9,19 +9,28 @@ from typing import Annotated, Any
 
 import typer
 
+from fiveaxis.base import Finding, SettingError, Severity, require_new, require_suffix, write_atomically
 from fiveaxis.cli.options import optional, takes
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import alarm, err, errors_explained, print_written
-from fiveaxis.errors import SettingError
-from fiveaxis.files import require_new, require_suffix, write_atomically
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.machine import Machine, check_text, draft_machine, load_machine
-from fiveaxis.machine.answers import KINDS, QUESTIONS, parse_axis_answers
-from fiveaxis.machine.building import CONTROL_TABLE
-from fiveaxis.machine.drafting import DEFAULT_NAME
-from fiveaxis.machine.figures import ROTARY, Question, Stage
-from fiveaxis.machine.measuring import dimensions, draw, zero_of
-from fiveaxis.machine.tables import path_from
+from fiveaxis.model import (
+    CONTROL_TABLE,
+    DEFAULT_NAME,
+    KINDS,
+    QUESTIONS,
+    ROTARY,
+    Machine,
+    Question,
+    Stage,
+    check_text,
+    dimensions,
+    draft_machine,
+    draw,
+    load_machine,
+    parse_axis_answers,
+    path_from,
+    zero_of,
+)
 from fiveaxis.nc import find_dialect
 
 Answers = dict[tuple[str, str], str]

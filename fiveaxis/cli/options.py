@@ -11,17 +11,7 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import typer
 
-from fiveaxis.cli.help import ALL, LAST, RANKS, show_all
-from fiveaxis.cli.terminal import (
-    alarm,
-    err,
-    parse_integers,
-    parse_named,
-    parse_numbers,
-    parse_positions,
-    parse_words,
-)
-from fiveaxis.options import (
+from fiveaxis.base import (
     Bounds,
     Framing,
     LeanBounds,
@@ -39,6 +29,16 @@ from fiveaxis.options import (
     is_one_or_more,
     options_of,
     words_of,
+)
+from fiveaxis.cli.help import ALL, LAST, RANKS, show_all
+from fiveaxis.cli.terminal import (
+    alarm,
+    err,
+    parse_integers,
+    parse_named,
+    parse_numbers,
+    parse_positions,
+    parse_words,
 )
 
 Verbose = Annotated[

@@ -17,6 +17,19 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fiveaxis.base import (
+    Bounds,
+    Framing,
+    Infeasible,
+    OnMachine,
+    Placing,
+    ReadProgram,
+    SettingError,
+    Writing,
+    group_findings,
+    has_errors,
+    require_suffix,
+)
 from fiveaxis.cli.options import (
     LEANING,
     NC,
@@ -47,10 +60,6 @@ from fiveaxis.cli.terminal import (
     print_written,
 )
 from fiveaxis.cli.work import Work, shown_work
-from fiveaxis.errors import Infeasible, SettingError
-from fiveaxis.files import require_suffix
-from fiveaxis.findings import group_findings, has_errors
-from fiveaxis.options import Bounds, Framing, OnMachine, Placing, ReadProgram, Writing
 
 # Verdict -> the colour of the first answer.
 COLOURS = {"safe": "green", "partial": "yellow", "unknown": "yellow", "unsafe": "red", "overridden": "red"}
@@ -59,15 +68,11 @@ ONE_BY_ONE = ("Risk", "Correct", "Not asked for")
 KINDS = {"cut": "cuts", "link": "links", "rapid": "rapid"}
 
 if TYPE_CHECKING:
-    from fiveaxis.contour import PlanReport
-    from fiveaxis.energy import Energy
-    from fiveaxis.job import Job, Outcome, RevisedProgram
-    from fiveaxis.job.revised_program import Part
+    from fiveaxis.cam import PlanReport
+    from fiveaxis.job import Job, Outcome, Part, RevisedProgram
+    from fiveaxis.model import Energy, Toolpath
     from fiveaxis.posture import Optimum
-    from fiveaxis.report import Answer, ReportDocument
-    from fiveaxis.report.facts import FrontPrograms, SetupSearched
-    from fiveaxis.toolpath import Toolpath
-    from fiveaxis.viewer import Preview
+    from fiveaxis.show import Answer, FrontPrograms, Preview, ReportDocument, SetupSearched
 
 
 @takes(PLANNING, LEANING)
@@ -81,8 +86,8 @@ def plan(
     """Plan finishing passes on a mesh, and measure their ridges and chord error."""
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
+            from fiveaxis.cam import size_text
             from fiveaxis.job import is_mesh, measure_plan, plan_mesh
-            from fiveaxis.mesh import size_text
             from fiveaxis.nc import write_toolpath
 
             if output is not None:
@@ -208,7 +213,7 @@ def preview(
 def _result(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
     """Run a job, and show the result."""
     from fiveaxis.job import run_job
-    from fiveaxis.viewer import preview as show
+    from fiveaxis.show import preview as show
 
     outcome = work.run(partial(run_job, job_of(options)))
     work.step("making the scene", 0, 1)
@@ -224,11 +229,9 @@ def _result(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview
 def _as_it_is(options: Mapping[str, Any], work: Work, *, browser: bool) -> Preview:
     """Show all operations of a program as they are, or the chosen ones."""
     from fiveaxis.cli.verify_verb import operations_apart, reading_of
-    from fiveaxis.job import is_mesh, load_job_machine, load_surroundings, show_program
-    from fiveaxis.job.reading import require_input
-    from fiveaxis.nc.formats import kind_of
-    from fiveaxis.nc.source import load_source
-    from fiveaxis.viewer import preview as show
+    from fiveaxis.job import is_mesh, load_job_machine, load_surroundings, require_input, show_program
+    from fiveaxis.nc import kind_of, load_source
+    from fiveaxis.show import preview as show
 
     job = job_of(options)
     require_input(job.input)
@@ -274,7 +277,7 @@ def job_of(options: Mapping[str, Any]) -> Job:
 def job_work(*, hidden: bool = False) -> Iterator[Work]:
     """Show the work on a job, imports included, and say at its end how long it took."""
     with shown_work(err, hidden=hidden) as work:
-        from fiveaxis.posture.search.successor_kernel import advance
+        from fiveaxis.posture import advance
 
         print_first_run(advance)
         yield work
@@ -361,7 +364,7 @@ def _before_and_now(parts: Sequence[Part]) -> Iterator[str]:
 
 
 def _print_details(outcome: Outcome) -> None:
-    from fiveaxis.mesh import size_text
+    from fiveaxis.cam import size_text
 
     solution, program = outcome.solution, outcome.program
     print_causes(outcome.gate.report.summary(), out)
@@ -450,7 +453,7 @@ def _print_front(front: FrontPrograms) -> None:
 
 def _print_energies(solution: Optimum) -> None:
     """Print whole programs side by side: energy by axis and by kind of move, time, and travel metric."""
-    from fiveaxis.energy import DRAWN
+    from fiveaxis.model import DRAWN
 
     energies, savings = solution.energies, solution.savings()
     ranges = solution.savings_ranges()

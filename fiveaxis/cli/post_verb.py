@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
+from fiveaxis.base import Framing, Progress, SettingError, Writing, group_findings, require_new
 from fiveaxis.cli.options import NC, WRITING, AsJson, read_flags, takes
 from fiveaxis.cli.terminal import (
     alarm,
@@ -21,14 +22,9 @@ from fiveaxis.cli.terminal import (
 )
 from fiveaxis.cli.verify_verb import CHECKING, PathToFollow, load_checked, reading_of
 from fiveaxis.cli.work import shown_work
-from fiveaxis.errors import SettingError
-from fiveaxis.files import require_new
-from fiveaxis.findings import group_findings
-from fiveaxis.options import Framing, Writing
-from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
-    from fiveaxis.findings import Finding
+    from fiveaxis.base import Finding
     from fiveaxis.job import Posted
 
 

@@ -117,7 +117,7 @@ def _describe(fault: Exception) -> str:
     import logging
     import traceback
 
-    from fiveaxis.errors import shorten
+    from fiveaxis.base import shorten
 
     last = traceback.extract_tb(fault.__traceback__)[-1]
     line = (

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from fiveaxis.base import OnMachine, Progress, SettingError, columns_text, is_file, require_suffix
 from fiveaxis.cli.options import LEANING, NOT_GIVEN, ON_MACHINE, PLANNING, AsJson, optional, read_flags, takes
 from fiveaxis.cli.path_verbs import job_work
 from fiveaxis.cli.process import write_results
@@ -23,13 +24,9 @@ from fiveaxis.cli.terminal import (
     require_machine,
 )
 from fiveaxis.cli.work import shown_work
-from fiveaxis.errors import SettingError
-from fiveaxis.files import columns_text, is_file, require_suffix
-from fiveaxis.options import OnMachine
-from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
-    from fiveaxis.report.plots import Drawn
+    from fiveaxis.show import Drawn
 
 FEED, STEP = 1000.0, 2.0  # mm/min, deg
 # Options of a tip; a job has its own settings.
@@ -71,8 +68,7 @@ def surface(
     At a tip the cheapest posture is marked; of a job, which is run first, result and baselines are.
     """
     with errors_explained(as_json) as written:
-        from fiveaxis.report.plots import DRAWN_SUFFIXES
-        from fiveaxis.report.surfaces import STEPS
+        from fiveaxis.show import DRAWN_SUFFIXES, STEPS
 
         if output is not None:
             require_suffix(output, DRAWN_SUFFIXES, "a table or a figure")
@@ -98,7 +94,7 @@ def surface(
 
 def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
     """Compute the surface of a tip."""
-    from fiveaxis.report import tip_surface
+    from fiveaxis.show import tip_surface
 
     tip = parse_numbers(source, 3, "X,Y,Z")
     if options["location"] is not None:
@@ -118,9 +114,8 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
 
 def _of_job(source: Path, options: Mapping[str, Any], progress: Progress) -> Drawn:
     """Run a job, and compute the surface at one of its locations or the valley along its path."""
-    from fiveaxis.job import read_job, run_job
-    from fiveaxis.job.results import clear_postures
-    from fiveaxis.report import location_surface, path_valley
+    from fiveaxis.job import clear_postures, read_job, run_job
+    from fiveaxis.show import location_surface, path_valley
 
     given = next((name for name in TIP if options[name] not in NOT_GIVEN), None)
     if given is not None:

@@ -16,15 +16,22 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from fiveaxis.base import (
+    AlreadyBetter,
+    Cause,
+    FiveAxisError,
+    Infeasible,
+    SettingError,
+    Unverified,
+    group_findings,
+)
 from fiveaxis.cli.process import INTERRUPTED, NobodyReads, write_results
 from fiveaxis.cli.work import leave_if_working
-from fiveaxis.errors import AlreadyBetter, FiveAxisError, Infeasible, SettingError, Unverified
-from fiveaxis.findings import Cause, group_findings
 
 if TYPE_CHECKING:
-    from fiveaxis.energy import Budget
     from fiveaxis.job import Gate
-    from fiveaxis.machine import Machine
+    from fiveaxis.lab import Budget
+    from fiveaxis.model import Machine
 
 FIRST_RUN = "compiling, once per installation: this first run takes about half a minute longer"
 
@@ -145,8 +152,7 @@ def require_machine(name: str | None) -> str:
 
 def load_powered(name: str, drives: str | None, assume: Mapping[str, str] | None = None) -> Machine:
     """Load a machine with its own drives, borrowed or estimated ones, and say which."""
-    from fiveaxis.energy import power_findings
-    from fiveaxis.machine import load_machine, with_powers
+    from fiveaxis.model import load_machine, power_findings, with_powers
 
     machine = with_powers(load_machine(name, assume), drives)
     print_causes(group_findings(power_findings(machine)), err)

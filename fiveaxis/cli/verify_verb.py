@@ -10,6 +10,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
+from fiveaxis.base import (
+    CadFile,
+    Meshes,
+    OnMachine,
+    Placing,
+    ProgramBounds,
+    Progress,
+    Reading,
+    ReadProgram,
+    SettingError,
+    Workpiece,
+    as_list,
+    group_findings,
+    group_gaps,
+)
 from fiveaxis.cli.options import (
     ON_MACHINE,
     PLACING,
@@ -33,28 +48,12 @@ from fiveaxis.cli.terminal import (
     require_machine,
 )
 from fiveaxis.cli.work import shown_work
-from fiveaxis.errors import SettingError
-from fiveaxis.findings import group_findings, group_gaps
-from fiveaxis.options import (
-    CadFile,
-    Meshes,
-    OnMachine,
-    Placing,
-    ProgramBounds,
-    Reading,
-    ReadProgram,
-    Workpiece,
-    as_list,
-)
-from fiveaxis.progress import Progress
 
 if TYPE_CHECKING:
-    from fiveaxis.collision import Surroundings
-    from fiveaxis.findings import Finding
+    from fiveaxis.base import Finding
+    from fiveaxis.check import Against, Report, Surroundings
     from fiveaxis.job import Job
-    from fiveaxis.machine import Machine
-    from fiveaxis.toolpath import Operation
-    from fiveaxis.verification import Against, Report
+    from fiveaxis.model import Machine, Operation
 
 # How the program itself is read.
 PROGRAM: Mapping[str, Any] = {"unit": READING["unit"], **flags_of(ReadProgram)}
@@ -130,8 +129,7 @@ def verify(
             return machine, told
 
         with shown_work(err, hidden=as_json) as shown:
-            from fiveaxis.collision import Surroundings
-            from fiveaxis.verification import check_program
+            from fiveaxis.check import Surroundings, check_program
 
             machine, told = shown.run(work)
         print_causes(group_findings(told), err)
@@ -153,8 +151,8 @@ def verify(
 
 def _save_stock(reports: Iterable[Report], result: Path | None, picture: Path | None) -> None:
     """Write the stock that the last operation leaves, and the map of the finished part."""
-    from fiveaxis.report import write_finished
-    from fiveaxis.stock import save_stock
+    from fiveaxis.check import save_stock
+    from fiveaxis.show import write_finished
 
     if result is None and picture is None:
         return
@@ -178,9 +176,7 @@ def operations_apart(
     ----------
     whole : whether the program is to be one: a path that it follows is that of one operation
     """
-    from fiveaxis.nc.formats import list_operations
-    from fiveaxis.nc.options import ProgramReading
-    from fiveaxis.nc.source import load_source
+    from fiveaxis.nc import ProgramReading, list_operations, load_source
 
     given = replace(reading, operation=None)
     chosen = dict.fromkeys(as_list(reading.operation) or ())
@@ -203,14 +199,11 @@ def load_checked(
     path: Path | None, options: Mapping[str, Any]
 ) -> tuple[Machine, Against, tuple[Finding, ...]]:
     """Load a check's machine and what it checks against, and say where a job's part stands."""
-    from fiveaxis.contour import on_part
-    from fiveaxis.job import ProgramOptions, part_unit, read_job, resolve
-    from fiveaxis.job.loading import stated_control
-    from fiveaxis.job.verifying import Checking
-    from fiveaxis.machine import load_machine
+    from fiveaxis.cam import on_part
+    from fiveaxis.check import Against
+    from fiveaxis.job import Checking, ProgramOptions, part_unit, read_job, resolve, stated_control
+    from fiveaxis.model import Constraints, load_machine, parse_tool
     from fiveaxis.nc import read_toolpath
-    from fiveaxis.toolpath import Constraints, parse_tool
-    from fiveaxis.verification import Against
 
     tool = None if options["tool"] is None else parse_tool(options["tool"])
     around, toolpath, asked = _surroundings(options), None, None
@@ -279,7 +272,7 @@ def reading_of(options: Mapping[str, Any]) -> Reading:
 
 def _surroundings(options: Mapping[str, Any]) -> Surroundings | None:
     """Load part, stock, fixtures and their height over the table; None where none is given."""
-    from fiveaxis.collision import Surroundings
+    from fiveaxis.check import Surroundings
     from fiveaxis.job import read_fixtures
 
     near = Workpiece(**read_flags(Workpiece, options))
@@ -315,7 +308,7 @@ def _print_report(report: Report) -> None:
 
 
 def _print_codes(as_json: bool) -> None:
-    from fiveaxis.codes import CODES, OVERRIDABLE
+    from fiveaxis.base import CODES, OVERRIDABLE
 
     if as_json:
         rows = {

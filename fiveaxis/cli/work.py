@@ -24,7 +24,7 @@ from rich.progress import Progress as ProgressLine
 from rich.table import Column
 from rich.text import Text
 
-from fiveaxis.progress import Progress
+from fiveaxis.base import Progress
 
 logger = logging.getLogger(__name__)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
 
 # Scattered points for each side; at most this share of all calls.
 SCATTERED, SCATTERED_SHARE = 6, 0.5

@@ -9,24 +9,28 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.collision.accessibility import Accessibility, find_accessible
-from fiveaxis.contour import on_part
-from fiveaxis.errors import Infeasible
-from fiveaxis.geometry import Array
+from fiveaxis.base import (
+    Array,
+    Bounds,
+    Coordinates,
+    Infeasible,
+    Meshes,
+    Progress,
+    Search,
+    Surrounding,
+    keywords_of,
+    unheard,
+)
+from fiveaxis.cam import on_part
+from fiveaxis.check import Accessibility, Clearances, Fixture, Surroundings, find_accessible
 from fiveaxis.job.loading import take_machine, take_path
 from fiveaxis.job.obstruction import OF_BODIES, colliding_rows, explain, has_pairs, require_clear
 from fiveaxis.job.placement import placed
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.task import Task
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Clock, Coordinates, Interpolation
+from fiveaxis.model import Clock, Constraints, Interpolation, Machine, PathShape, Tool, Toolpath
 from fiveaxis.nc import require_program
-from fiveaxis.options import Bounds, Meshes, Search, Surrounding, keywords_of
-from fiveaxis.posture import Optimum, Options, optimise_postures, with_bound
-from fiveaxis.posture.mask import Mask, MaskFunction, Spots
-from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Constraints, PathShape, Tool, Toolpath
+from fiveaxis.posture import Mask, MaskFunction, Optimum, Options, Spots, optimise_postures, with_bound
 
 # Solves a path with a mask or None.
 Solve = Callable[[Toolpath, Mask | None], Optimum]

@@ -9,15 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
-from fiveaxis.codes import require_codes
-from fiveaxis.collision import ClearanceTable, FixtureTable
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.nc import ProgramSettings, find_dialect
-from fiveaxis.options import (
+from fiveaxis.base import (
     HIGHEST_FEED,
     Bounds,
     Costs,
+    FiveAxisError,
     Meshes,
     OnMachine,
     Placing,
@@ -25,17 +21,21 @@ from fiveaxis.options import (
     Reading,
     ReadProgram,
     Search,
+    StrictModel,
     Surrounding,
     Unit,
     Writing,
+    require_codes,
     table_of,
 )
-from fiveaxis.settings import StrictModel
-from fiveaxis.toolpath import Constraints, parse_tool, require_range
-from fiveaxis.toolpath.tool import tools_by_number
+from fiveaxis.check import ClearanceTable, FixtureTable
+from fiveaxis.job.program_options import ProgramOptions
+from fiveaxis.model import Constraints, parse_tool, require_range, tools_by_number
+from fiveaxis.nc import ProgramSettings, find_dialect
 
 TOOL_FILE = ".toml"
-# Table that makes many jobs of one file (`fiveaxis.batch`), and its key for how several lists are combined.
+# Table that makes many jobs of one file (`fiveaxis.job.batch`), and its key for how several lists are
+# combined.
 SWEEP, COMBINE = "sweep", "combine"
 COMBINATIONS = ("product", "zip")
 # Most jobs of one file: a list too long by mistake shouldn't keep a computer busy for a year.

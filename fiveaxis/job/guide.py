@@ -15,9 +15,8 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from fiveaxis.files import require_new, require_suffix, write_atomically
+from fiveaxis.base import models_in, require_new, require_suffix, write_atomically
 from fiveaxis.job.description import COMBINATIONS, COMBINE, LARGEST_SWEEP, SWEEP, Job
-from fiveaxis.settings import models_in
 
 # Units as descriptions write them, at their start or after a comma; the longest first.
 _UNIT = re.compile(

@@ -9,44 +9,47 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.energy import Energy
-from fiveaxis.errors import JobError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.base import Array, Coordinates, Finding, IntArray, JobError, Reading, Severity
+from fiveaxis.check import Against, check_read
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import operation_text, stated_control
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_costs import Pricing, ProgramEnergy, price_program, word_rounding
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine
-from fiveaxis.machine.unknown import require_stated
-from fiveaxis.motion import (
-    Coordinates,
+from fiveaxis.model import (
+    Energy,
     Fill,
     Filling,
     Interpolation,
+    Machine,
+    Phase,
     ProgramMotion,
+    Toolpath,
     follow,
     own_slack,
     predicted_time,
+    require_stated,
+    tool_poses,
 )
-from fiveaxis.motion.program_motion import Phase
-from fiveaxis.nc import DIALECTS, Program, require_program
-from fiveaxis.nc.control.axis_track import RAPID
-from fiveaxis.nc.formats import suffix_of
-from fiveaxis.nc.operation_text import OperationText
-from fiveaxis.nc.revised_words import Reviser
-from fiveaxis.nc.revision import Placement, Revision
-from fiveaxis.nc.source import Source, with_lines
-from fiveaxis.nc.traced_program import TracedProgram, load_program
-from fiveaxis.nc.writing.start_and_end import NO_ROW
-from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.options import Reading
-from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
-from fiveaxis.toolpath import Toolpath
-from fiveaxis.verification import Against, check_read
+from fiveaxis.nc import (
+    DIALECTS,
+    NO_ROW,
+    RAPID,
+    OperationText,
+    Placement,
+    Program,
+    Reviser,
+    Revision,
+    Source,
+    TracedProgram,
+    WordWriter,
+    load_program,
+    require_program,
+    suffix_of,
+    with_lines,
+)
+from fiveaxis.posture import AS_PROGRAMMED, Baseline
 
 # Rounding of a location's number.
 SAME_ROW = 1e-9

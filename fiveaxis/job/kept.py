@@ -6,13 +6,11 @@ import re
 from dataclasses import replace
 from typing import Any
 
-from fiveaxis.errors import JobError
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.base import USUAL_CONTROL, Finding, JobError, Place, Severity, Writing
 from fiveaxis.job.description import Job
 from fiveaxis.job.reading import make_job
+from fiveaxis.model import Operation, Toolpath
 from fiveaxis.nc import DIALECTS, Dialect, ProgramSettings, find_dialect
-from fiveaxis.options import USUAL_CONTROL, Writing
-from fiveaxis.toolpath import Operation, Toolpath
 
 # Code of the finding on what can't be kept.
 NOT_KEPT = "not-kept"

@@ -8,32 +8,50 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.contour import Plan, PlanOptions, PlanReport, path_quality, plan_passes
-from fiveaxis.energy import Factors
-from fiveaxis.errors import JobError, SettingError
-from fiveaxis.files import MESH_SUFFIXES
+from fiveaxis.base import (
+    MESH_SUFFIXES,
+    USUAL_CONTROL,
+    CadFile,
+    JobError,
+    Progress,
+    SettingError,
+    Unit,
+    Writing,
+    read_document,
+    unheard,
+)
+from fiveaxis.cam import Plan, PlanOptions, PlanReport, load_mesh, path_quality, plan_passes, read_solid
+from fiveaxis.check import Surroundings, names_file
 from fiveaxis.job.description import TOOL_FILE, Job
 from fiveaxis.job.part_evidence import find_settled_contacts
 from fiveaxis.job.reading import require_input
-from fiveaxis.machine import Machine, lender_of, load_machine, with_powers
-from fiveaxis.machine.bodies import MeshShape
-from fiveaxis.machine.files import find_machine
-from fiveaxis.machine.unknown import unknown_figures
-from fiveaxis.mesh import Unit, load_mesh, read_solid
-from fiveaxis.nc import control_for, find_dialect, read_toolpath
-from fiveaxis.nc.formats import kind_of, read_path_of
-from fiveaxis.nc.languages.choice import control_of, find_language
-from fiveaxis.nc.operation_text import OperationText
-from fiveaxis.nc.options import ReadOptions
-from fiveaxis.nc.own_header import stated_height
-from fiveaxis.nc.source import load_source
-from fiveaxis.options import USUAL_CONTROL, CadFile, Writing
-from fiveaxis.progress import Progress, unheard
-from fiveaxis.report import InputFile, describe_input
-from fiveaxis.settings import read_document
-from fiveaxis.stock import names_file
-from fiveaxis.toolpath import Tool, Toolpath, parse_tool
+from fiveaxis.lab import Factors
+from fiveaxis.model import (
+    Machine,
+    MeshShape,
+    Tool,
+    Toolpath,
+    find_machine,
+    lender_of,
+    load_machine,
+    parse_tool,
+    unknown_figures,
+    with_powers,
+)
+from fiveaxis.nc import (
+    OperationText,
+    ReadOptions,
+    control_for,
+    control_of,
+    find_dialect,
+    find_language,
+    kind_of,
+    load_source,
+    read_path_of,
+    read_toolpath,
+    stated_height,
+)
+from fiveaxis.show import InputFile, describe_input
 
 
 def load_job_machine(job: Job) -> Machine:

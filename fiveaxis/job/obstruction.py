@@ -6,25 +6,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.collision.accessibility import CELLS, Accessibility, cell_centres
-from fiveaxis.collision.scene import build_scene, choose_pairs
-from fiveaxis.errors import Infeasible
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.base import Array, Finding, Infeasible, IntArray, Severity
+from fiveaxis.check import (
+    CELLS,
+    DEFAULT_TOLERANCES,
+    Accessibility,
+    PathConstraints,
+    Surroundings,
+    build_scene,
+    cell_centres,
+    check_collisions,
+    check_gouge,
+    check_table,
+    choose_pairs,
+    cut_along,
+    make_context,
+)
 from fiveaxis.job.reach import spread
-from fiveaxis.machine import Machine
-from fiveaxis.posture import Optimum
-from fiveaxis.posture.baselines.branches import postures
-from fiveaxis.posture.mask import Wording
-from fiveaxis.toolpath import Constraints, Tool
-from fiveaxis.toolpath.tool import CUTTER
-from fiveaxis.verification import PathConstraints
-from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
-from fiveaxis.verification.collisions import check_collisions
-from fiveaxis.verification.gouging import check_gouge
-from fiveaxis.verification.removal import cut_along
-from fiveaxis.verification.standing import check_table
+from fiveaxis.model import CUTTER, Constraints, Machine, Tool
+from fiveaxis.posture import Optimum, Wording, postures
 
 # Most locations without a posture whose blocking bodies are determined.
 MOST_EXPLAINED = 20

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from fiveaxis.contour.touching import count_touching, find_contacts
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.base import Finding, Severity
+from fiveaxis.cam import count_touching, find_contacts
+from fiveaxis.model import Toolpath
 
 if TYPE_CHECKING:
     import trimesh

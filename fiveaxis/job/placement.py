@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.errors import Infeasible
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.base import USUAL_CONE, Finding, Infeasible, Place, Severity
+from fiveaxis.check import Surroundings
 from fiveaxis.job.description import Job
 from fiveaxis.job.reach import Reach
-from fiveaxis.kinematics import require_orienting
-from fiveaxis.machine import Body, Box, Cylinder, Machine, load_machine
-from fiveaxis.machine.chain import Triple
-from fiveaxis.nc.own_header import set_up_as_stated
-from fiveaxis.nc.source import load_source
-from fiveaxis.options import USUAL_CONE
-from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.model import (
+    Body,
+    Box,
+    Constraints,
+    Cylinder,
+    Machine,
+    Toolpath,
+    Triple,
+    load_machine,
+    require_orienting,
+)
+from fiveaxis.nc import load_source, set_up_as_stated
 
 # Automatic ranges for the setup: mm to each side, deg.
 WIDEST, ROUND = 100.0, (-180.0, 180.0)

@@ -7,15 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.findings import Finding
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill, Filling, Motion, ProgramMotion
-from fiveaxis.nc import ProgramSettings
-from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.toolpath import Constraints, Toolpath
-from fiveaxis.verification import Leads, Tolerances, choose_leads
-from fiveaxis.verification.outside import surface_at_contacts
+from fiveaxis.base import Finding
+from fiveaxis.check import Leads, Surroundings, Tolerances, choose_leads, surface_at_contacts
+from fiveaxis.model import Constraints, Fill, Filling, Machine, Motion, ProgramMotion, Toolpath
+from fiveaxis.nc import ProgramSettings, WordWriter
 
 
 @dataclass(frozen=True, eq=False)

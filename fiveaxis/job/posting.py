@@ -8,24 +8,46 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding
+from fiveaxis.base import Finding, Reading, ToolpathError, Writing, keywords_of
+from fiveaxis.check import (
+    NOTHING,
+    Against,
+    ReadBack,
+    Report,
+    check_motion_table,
+    check_read,
+    check_text,
+    make_report,
+)
 from fiveaxis.job.kept import stated_settings, with_stated
 from fiveaxis.job.program import MadeProgram, Verdict, compose_verified, make_program
 from fiveaxis.job.program_options import ProgramOptions
 from fiveaxis.job.release import Gate, require_report
-from fiveaxis.machine import Machine
-from fiveaxis.machine.unknown import require_stated
-from fiveaxis.motion import Interpolation, Motion, ProgramMotion, located, respaced
-from fiveaxis.nc import Program, ProgramSettings, ReadMotion, control_for, find_dialect, require_motion
-from fiveaxis.nc.own_header import set_up_as_stated
-from fiveaxis.nc.source import load_source
-from fiveaxis.nc.traced_program import load_program, load_text, trace_tool, with_feeds_of
-from fiveaxis.options import Reading, Writing, keywords_of
-from fiveaxis.report import describe_input
-from fiveaxis.toolpath import Constraints
-from fiveaxis.verification import NOTHING, Against, ReadBack, Report, check_read, check_table, check_text
-from fiveaxis.verification.report import make_report
+from fiveaxis.model import (
+    Constraints,
+    Interpolation,
+    Machine,
+    Motion,
+    ProgramMotion,
+    located,
+    require_stated,
+    respaced,
+)
+from fiveaxis.nc import (
+    Program,
+    ProgramSettings,
+    ReadMotion,
+    control_for,
+    find_dialect,
+    load_program,
+    load_source,
+    load_text,
+    require_motion,
+    set_up_as_stated,
+    trace_tool,
+    with_feeds_of,
+)
+from fiveaxis.show import describe_input
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,6 +312,6 @@ def _verdict_of(against: Against, machine: Machine, table: Motion | None = None)
         read = load_text(draft, machine, {}, back.planned.motion.positions[:1], against.cutter)
         # The report it is merged with is about the same motion, in other rows.
         found = replace(check_read(read, machine, against), about=None)
-        return (found,) if table is None else (found, check_table(table, machine, against))
+        return (found,) if table is None else (found, check_motion_table(table, machine, against))
 
     return verdict

@@ -10,11 +10,10 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import ValidationError
 
-from fiveaxis.energy import CuttingCoefficients, Drill, EndMill, Process
-from fiveaxis.errors import JobError, SettingError, ToolError
+from fiveaxis.base import JobError, SettingError, ToolError, explain, read_settings
 from fiveaxis.job.description import ProcessTable
-from fiveaxis.settings import explain, read_settings
-from fiveaxis.toolpath import Tool, parse_tool
+from fiveaxis.lab import CuttingCoefficients, Drill, EndMill, Process
+from fiveaxis.model import Tool, parse_tool
 
 # A process file, or its keys.
 ProcessFigures = str | Path | Mapping[str, Any]

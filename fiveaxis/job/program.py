@@ -10,42 +10,46 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.energy import Energy, Engaged
-from fiveaxis.errors import ToolpathError, Unverified
-from fiveaxis.files import write_atomically
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
-from fiveaxis.job.program_costs import price_program, word_rounding
-from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.job.release import Gate
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine
-from fiveaxis.motion import (
-    AXIS_TOLERANCE,
-    PATH_TOLERANCE,
-    Fill,
-    Motion,
-    PredictedTime,
-    ProgramMotion,
-    predicted_time,
-)
-from fiveaxis.nc import NOT_VERIFIED, Program, compose_program, require_motion
-from fiveaxis.nc.formats import require_program_suffix
-from fiveaxis.nc.source import Source
-from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.report.facts import ProgramFigures
-from fiveaxis.toolpath import Constraints, Toolpath
-from fiveaxis.verification import (
+from fiveaxis.base import Array, Finding, IntArray, Severity, ToolpathError, Unverified, write_atomically
+from fiveaxis.check import (
     DEFAULT_TOLERANCES,
     ReadBack,
     Report,
+    Surroundings,
     Tolerances,
     WrittenText,
     unsaid,
     verify_text,
 )
+from fiveaxis.job.planned_program import PlannedProgram, may_thin, plan_program
+from fiveaxis.job.program_costs import price_program, word_rounding
+from fiveaxis.job.program_options import ProgramOptions
+from fiveaxis.job.release import Gate
+from fiveaxis.lab import Engaged
+from fiveaxis.model import (
+    AXIS_TOLERANCE,
+    PATH_TOLERANCE,
+    Constraints,
+    Energy,
+    Fill,
+    Machine,
+    Motion,
+    PredictedTime,
+    ProgramMotion,
+    Toolpath,
+    predicted_time,
+    tool_poses,
+)
+from fiveaxis.nc import (
+    NOT_VERIFIED,
+    Program,
+    Source,
+    WordWriter,
+    compose_program,
+    require_motion,
+    require_program_suffix,
+)
+from fiveaxis.show import ProgramFigures
 
 logger = logging.getLogger(__name__)
 

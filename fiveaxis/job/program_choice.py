@@ -9,19 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.energy import Energy
-from fiveaxis.errors import AlreadyBetter, Infeasible, ToolpathError
+from fiveaxis.base import AlreadyBetter, Infeasible, Objective, ToolpathError, within
 from fiveaxis.job.clearing import Cleared
 from fiveaxis.job.description import Trade
 from fiveaxis.job.in_place import RevisedOperation
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.solution import Solution
 from fiveaxis.job.task import JobTask
-from fiveaxis.motion import follow
-from fiveaxis.nc.revision import Revision
-from fiveaxis.options import Objective
+from fiveaxis.model import Energy, follow
+from fiveaxis.nc import Revision
 from fiveaxis.posture import Options
-from fiveaxis.progress import within
 
 logger = logging.getLogger(__name__)
 

@@ -12,34 +12,54 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fiveaxis.energy import (
-    Budget,
+from fiveaxis.base import (
+    Array,
+    BoolArray,
+    Cause,
+    Coordinates,
+    Finding,
+    IntArray,
+    Place,
+    Reading,
+    SettingError,
+    Severity,
+    group_findings,
+    keywords_of,
+)
+from fiveaxis.job.process import ProcessFigures, make_process, read_process
+from fiveaxis.lab import Budget, Process, job_budget
+from fiveaxis.model import (
     Energy,
-    Process,
+    Machine,
+    Motion,
+    MoveKind,
+    TimeLaw,
     Timing,
-    job_budget,
+    Tool,
+    block_ends,
+    figure_findings,
     law_energies,
+    law_limiting,
     motion_energy,
     move_powers,
     path_feed,
+    predicted_time,
+    programmed_time,
+    time_motion,
 )
-from fiveaxis.errors import SettingError
-from fiveaxis.findings import Cause, Finding, Place, Severity, group_findings
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.job.process import ProcessFigures, make_process, read_process
-from fiveaxis.machine import Machine
-from fiveaxis.machine.unknown import figure_findings
-from fiveaxis.motion import Motion, TimeLaw, block_ends, predicted_time, programmed_time, time_motion
-from fiveaxis.motion.limiting import law_limiting
-from fiveaxis.nc import ReadMotion, find_dialect
-from fiveaxis.nc.control.feed_meaning import program_dialect
-from fiveaxis.nc.control.program_reader import require_timed
-from fiveaxis.nc.own_header import set_up_as_stated, stated_feed, stated_tool
-from fiveaxis.nc.rows import require
-from fiveaxis.nc.source import Source, load_source
-from fiveaxis.nc.traced_program import load_program
-from fiveaxis.options import Coordinates, Reading, keywords_of
-from fiveaxis.toolpath import MoveKind, Tool
+from fiveaxis.nc import (
+    ReadMotion,
+    Source,
+    find_dialect,
+    load_program,
+    load_source,
+    program_dialect,
+    require,
+    require_timed,
+    set_up_as_stated,
+    stated_feed,
+    stated_tool,
+)
 
 # Characters of a block's text that are shown.
 BLOCK_TEXT = 60

@@ -7,13 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Coordinates
-from fiveaxis.nc import Dialect, ProgramSettings, control_for, find_dialect, require_program
-from fiveaxis.nc.formats import require_program_suffix
-from fiveaxis.nc.writing.start_and_end import RequiredTechnology
-from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.options import USUAL_CONTROL, Writing
+from fiveaxis.base import USUAL_CONTROL, Coordinates, Writing
+from fiveaxis.model import Machine
+from fiveaxis.nc import (
+    Dialect,
+    ProgramSettings,
+    RequiredTechnology,
+    WordWriter,
+    control_for,
+    find_dialect,
+    require_program,
+    require_program_suffix,
+)
 
 Header = Mapping[str, str]
 

@@ -10,17 +10,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.collision import Clearances, Surroundings
-from fiveaxis.collision.accessibility import find_accessible
-from fiveaxis.collision.assumed import is_described
-from fiveaxis.geometry import Array, BoolArray, IntArray, cross, perpendicular, product
+from fiveaxis.base import Array, BoolArray, IntArray, cross, perpendicular, product
+from fiveaxis.check import Clearances, Surroundings, find_accessible, is_described
 from fiveaxis.job.box_search import search_box
-from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, within_limits
-from fiveaxis.kinematics.windings import into_limits
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.machine.chain import Triple, as_triple
-from fiveaxis.posture.baselines import INSIDE
-from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.model import (
+    Constraints,
+    Limits,
+    Machine,
+    Toolpath,
+    Triple,
+    as_triple,
+    hold_singular,
+    into_limits,
+    linear_positions,
+    rotary_angles,
+    within_limits,
+)
+from fiveaxis.posture import INSIDE
 
 # Locations of the path, and tool axes at each of them, on which places are tried.
 LOCATIONS, RINGS, AXES_PER_RING = 120, 4, 16

@@ -9,15 +9,22 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fiveaxis.errors import InputError, JobError
-from fiveaxis.files import MESH_SUFFIXES, require_file
+from fiveaxis.base import (
+    MESH_SUFFIXES,
+    InputError,
+    JobError,
+    explain,
+    line_of,
+    read_document,
+    read_settings,
+    require_file,
+    validate_settings,
+)
+from fiveaxis.check import names_file
 from fiveaxis.job.description import SEARCHED, SWEEP, TOOL_FILE, FixtureFile, Job
-from fiveaxis.machine import load_machine
-from fiveaxis.machine.files import READERS as MACHINE_READERS
-from fiveaxis.nc.formats import SUFFIXES, holds_path, suffix_of
-from fiveaxis.settings import explain, line_of, read_document, read_settings, validate_settings
-from fiveaxis.stock import names_file
-from fiveaxis.toolpath import parse_tool
+from fiveaxis.model import READERS as MACHINE_READERS
+from fiveaxis.model import load_machine, parse_tool
+from fiveaxis.nc import SUFFIXES, holds_path, suffix_of
 
 
 def read_job(path: Path, **settings: Any) -> Job:

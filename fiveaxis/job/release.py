@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from fiveaxis.codes import require_codes
-from fiveaxis.errors import SettingError, Unverified
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, motion_digest
-from fiveaxis.nc import NOT_VERIFIED
-from fiveaxis.nc.own_header import table_comment
-from fiveaxis.verification import Report
+from fiveaxis.base import Finding, SettingError, Severity, Unverified, require_codes
+from fiveaxis.check import Report
+from fiveaxis.model import Machine, Motion, motion_digest
+from fiveaxis.nc import NOT_VERIFIED, table_comment
 
 NOTHING_TO_VERIFY = (
     "the program isn't verified: a motion alone doesn't say which path it should follow, with which tool and "

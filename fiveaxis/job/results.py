@@ -9,18 +9,22 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from fiveaxis.errors import SettingError
-from fiveaxis.files import persistently, remove_leftovers, temporary_folder, unwritable, write_atomically
+from fiveaxis.base import (
+    Progress,
+    SettingError,
+    persistently,
+    remove_leftovers,
+    temporary_folder,
+    unheard,
+    unwritable,
+    within,
+    write_atomically,
+)
 from fiveaxis.job.revised_program import RevisedProgram
 from fiveaxis.job.stages import FrontOutcome, Outcome
-from fiveaxis.nc import DIALECTS, write_motion
-from fiveaxis.nc.formats import PROGRAM_SUFFIXES
-from fiveaxis.posture.mask import Mask
-from fiveaxis.progress import Progress, unheard, within
-from fiveaxis.report import write_json, write_report
-from fiveaxis.report.landscape import Admits
-from fiveaxis.report.plots import write_front_figure
-from fiveaxis.viewer import write_preview
+from fiveaxis.nc import DIALECTS, PROGRAM_SUFFIXES, write_motion
+from fiveaxis.posture import Mask
+from fiveaxis.show import Admits, write_front_figure, write_json, write_preview, write_report
 
 # Folder of a front's solutions, each in a folder named by its number; most solutions of a front.
 FRONT, MOST_OF_FRONT = "front", 50

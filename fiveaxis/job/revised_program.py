@@ -8,9 +8,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fiveaxis.energy import Energy
-from fiveaxis.errors import AlreadyBetter, FiveAxisError, JobError
-from fiveaxis.files import write_atomically
+from fiveaxis.base import (
+    AlreadyBetter,
+    Bounds,
+    FiveAxisError,
+    JobError,
+    Meshes,
+    Progress,
+    Reading,
+    ReadProgram,
+    Search,
+    Surrounding,
+    keywords_of,
+    unheard,
+    within,
+    write_atomically,
+)
 from fiveaxis.job.description import Job, Trade
 from fiveaxis.job.in_place import timed_reading
 from fiveaxis.job.loading import load_job_machine, operation_text, program_machine, revises
@@ -19,17 +32,17 @@ from fiveaxis.job.reading import make_job
 from fiveaxis.job.setup_choice import run_job
 from fiveaxis.job.stages import Outcome
 from fiveaxis.job.task import resolve
-from fiveaxis.machine import Machine
-from fiveaxis.nc.formats import list_operations
-from fiveaxis.nc.operation_text import OperationText
-from fiveaxis.nc.options import ProgramReading
-from fiveaxis.nc.revision import revised
-from fiveaxis.nc.source import Source, load_source, with_lines
-from fiveaxis.nc.stated_tools import stated_tools
-from fiveaxis.options import Bounds, Meshes, Reading, ReadProgram, Search, Surrounding, keywords_of
-from fiveaxis.progress import Progress, unheard, within
-from fiveaxis.toolpath import Operation, Tool
-from fiveaxis.toolpath.tool import tools_by_number
+from fiveaxis.model import Energy, Machine, Operation, Tool, tools_by_number
+from fiveaxis.nc import (
+    OperationText,
+    ProgramReading,
+    Source,
+    list_operations,
+    load_source,
+    revised,
+    stated_tools,
+    with_lines,
+)
 
 # Stands for a tool that isn't known yet: its size moves nothing in a program's text.
 STAND_IN = Tool.ball(1.0)

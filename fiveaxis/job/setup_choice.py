@@ -9,19 +9,27 @@ from itertools import count
 
 import numpy as np
 
-from fiveaxis.errors import Infeasible, NoBaseline
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.base import (
+    UNKEPT,
+    Array,
+    Checkpoint,
+    Finding,
+    Infeasible,
+    NoBaseline,
+    Progress,
+    Severity,
+    unheard,
+    within,
+)
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.job.placement import advised
 from fiveaxis.job.setup_search import SetupTrials, search_setups
 from fiveaxis.job.solution import add_findings
 from fiveaxis.job.stages import Outcome, run_stages
 from fiveaxis.job.task import JobTask, resolve
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.posture.baselines import follow_axes
-from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard, within
-from fiveaxis.report.facts import SetupSearched, TriedSetup
+from fiveaxis.model import tool_axes
+from fiveaxis.posture import follow_axes
+from fiveaxis.show import SetupSearched, TriedSetup
 
 logger = logging.getLogger(__name__)
 

@@ -10,16 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.collision.accessibility import find_accessible
-from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array, Infeasible, JobError, Progress, unheard
+from fiveaxis.check import Surroundings, find_accessible
 from fiveaxis.job.box_search import SCATTERED, follow_compass, halton, search_box
 from fiveaxis.job.description import SetupSearch, SetupTable
 from fiveaxis.job.task import JobTask
-from fiveaxis.machine import Machine
+from fiveaxis.model import Machine
 from fiveaxis.posture import Options, optimise_postures
-from fiveaxis.progress import Progress, unheard
 
 logger = logging.getLogger(__name__)
 

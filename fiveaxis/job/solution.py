@@ -6,19 +6,23 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.findings import Finding, group_findings
+from fiveaxis.base import Finding, group_findings, keywords_of
+from fiveaxis.check import (
+    DEFAULT_TOLERANCES,
+    CheckedInterpolation,
+    Report,
+    Surroundings,
+    Tolerances,
+    verify_within,
+)
 from fiveaxis.job.program import MadeProgram, make_program
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.nc.own_header import tool_comments
-from fiveaxis.options import keywords_of
+from fiveaxis.model import Constraints
+from fiveaxis.nc import tool_comments
 from fiveaxis.posture import Optimum
-from fiveaxis.toolpath import Constraints
-from fiveaxis.verification import DEFAULT_TOLERANCES, CheckedInterpolation, Report, Tolerances
-from fiveaxis.verification.verdict import verify_within
 
 if TYPE_CHECKING:
-    from fiveaxis.viewer import Preview
+    from fiveaxis.show import Preview
 
 Found = TypeVar("Found", bound=Optimum)
 
@@ -96,7 +100,7 @@ class Solution(Optimum):
 
     def preview(self, *, open_browser: bool | None = None, port: int = 0) -> Preview:
         """Show the motion with what stands around it in a browser, as `fiveaxis.preview` does."""
-        from fiveaxis.viewer import preview
+        from fiveaxis.show import preview
 
         return preview(self, surroundings=self.surroundings, open_browser=open_browser, port=port)
 

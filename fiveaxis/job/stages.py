@@ -10,37 +10,44 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.energy import Budget, Energy, job_budget
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.base import UNKEPT, Array, Checkpoint, Finding, Place, Progress, Severity, unheard
+from fiveaxis.cam import mesh_size
+from fiveaxis.check import Report
 from fiveaxis.job.clearing import Cleared, solve_clear
 from fiveaxis.job.description import Job
-from fiveaxis.job.loading import (
-    describe_inputs,
-    is_mesh,
-    measure_plan,
-)
+from fiveaxis.job.loading import describe_inputs, is_mesh, measure_plan
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_choice import Chosen, Comparison, choose
 from fiveaxis.job.program_options import Header
 from fiveaxis.job.release import Gate
 from fiveaxis.job.solution import Solution, add_findings
 from fiveaxis.job.task import JobTask
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Machine, describe_powers
-from fiveaxis.mesh import mesh_size
-from fiveaxis.motion import Filling, Interpolation
-from fiveaxis.nc.own_header import tool_comments
-from fiveaxis.nc.revision import Revision
-from fiveaxis.posture import RESULT, Front, Optimum, Options, find_front, optimise_postures
-from fiveaxis.posture.solution import Baseline, blocks_energy
-from fiveaxis.posture.strategy.front import undominated
-from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
-from fiveaxis.report import InputFile, ReportDocument
-from fiveaxis.report.facts import FrontProgram, FrontPrograms, Overriding, SetupSearched
-from fiveaxis.toolpath import Constraints, Toolpath
-from fiveaxis.toolpath.edge import EdgeUse, admitted
-from fiveaxis.verification import Report
+from fiveaxis.lab import Budget, job_budget
+from fiveaxis.model import (
+    Constraints,
+    EdgeUse,
+    Energy,
+    Filling,
+    Interpolation,
+    Machine,
+    Toolpath,
+    admitted,
+    describe_powers,
+    tool_axes,
+)
+from fiveaxis.nc import Revision, tool_comments
+from fiveaxis.posture import (
+    RESULT,
+    Baseline,
+    Front,
+    Optimum,
+    Options,
+    blocks_energy,
+    find_front,
+    optimise_postures,
+    undominated,
+)
+from fiveaxis.show import FrontProgram, FrontPrograms, InputFile, Overriding, ReportDocument, SetupSearched
 
 # Share of the scallop asked for above which ridges are a finding.
 MOST_SCALLOP = 1.05

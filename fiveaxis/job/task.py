@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from fiveaxis.collision import Surroundings
-from fiveaxis.collision.scene import build_scene
-from fiveaxis.contour import on_part
-from fiveaxis.energy import Factors, Process
-from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.findings import Severity
+from fiveaxis.base import Infeasible, JobError, Progress, Severity, unheard
+from fiveaxis.cam import mesh_size, on_part, size_findings
+from fiveaxis.check import Surroundings, build_scene
 from fiveaxis.job.description import Job, SetupTable
 from fiveaxis.job.in_place import RevisedOperation
 from fiveaxis.job.kept import keep_stated
@@ -27,15 +24,10 @@ from fiveaxis.job.placement import place, with_ranges, with_usual_cone
 from fiveaxis.job.process import make_process
 from fiveaxis.job.reading import require_input
 from fiveaxis.job.solution import Solution
-from fiveaxis.machine import Machine
-from fiveaxis.machine.unknown import require_stated
-from fiveaxis.mesh import mesh_size, size_findings
-from fiveaxis.motion import Clock
-from fiveaxis.nc.writing.word_writer import WordWriter
+from fiveaxis.lab import Factors, Process
+from fiveaxis.model import Clock, Constraints, Machine, Toolpath, require_stated, require_touching
+from fiveaxis.nc import WordWriter
 from fiveaxis.posture import Optimum, Options
-from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Constraints, Toolpath
-from fiveaxis.toolpath.bounds import require_touching
 
 # Codes of the planner's findings on what no pass reaches.
 LEFT_OUT = {

@@ -23,16 +23,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fiveaxis import __version__
-from fiveaxis.errors import AlreadyBetter, Infeasible, JobError, SettingError
-from fiveaxis.files import hash_input, write_atomically
-from fiveaxis.geometry import Array
+from fiveaxis.base import (
+    UNKEPT,
+    USUAL_CONTROL,
+    AlreadyBetter,
+    Array,
+    Checkpoint,
+    Found,
+    Infeasible,
+    JobError,
+    SettingError,
+    hash_input,
+    write_atomically,
+)
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import input_files, stated_control
-from fiveaxis.machine import load_machine, machine_text
-from fiveaxis.machine.files import find_machine
+from fiveaxis.model import find_machine, load_machine, machine_text
 from fiveaxis.nc import find_dialect
-from fiveaxis.options import USUAL_CONTROL
-from fiveaxis.progress import UNKEPT, Checkpoint, Found
 
 logger = logging.getLogger(__name__)
 

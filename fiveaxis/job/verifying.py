@@ -6,21 +6,34 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fiveaxis.collision import Clearances, Fixture, Surroundings
+from fiveaxis.base import (
+    Bounds,
+    Meshes,
+    ProgramBounds,
+    Progress,
+    Reading,
+    Workpiece,
+    keywords_of,
+    unheard,
+    with_default,
+)
+from fiveaxis.check import (
+    DEFAULT_TOLERANCES,
+    Against,
+    Clearances,
+    Fixture,
+    Report,
+    Surroundings,
+    Tolerances,
+    check_program,
+)
 from fiveaxis.job.description import Job
 from fiveaxis.job.loading import load_job_machine
 from fiveaxis.job.program_costs import Pricing, price_program
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.machine import Machine
-from fiveaxis.nc import ProgramSettings
-from fiveaxis.nc.control.axis_track import RAPID
-from fiveaxis.nc.source import load_source
-from fiveaxis.options import Bounds, Meshes, ProgramBounds, Reading, Workpiece, keywords_of, with_default
-from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Constraints, Tool, Toolpath, parse_tool
-from fiveaxis.toolpath.tool import tools_by_number
-from fiveaxis.verification import DEFAULT_TOLERANCES, Against, Report, Tolerances, check_program
-from fiveaxis.viewer.whole import ShownOperation, WholeProgram
+from fiveaxis.model import Constraints, Machine, Tool, Toolpath, parse_tool, tools_by_number
+from fiveaxis.nc import RAPID, ProgramSettings, load_source
+from fiveaxis.show import ShownOperation, WholeProgram
 
 # deg and deg/mm: turns of a program that are told, within this angle of the first rotary axis.
 SINGULAR_CONE, SINGULAR_RATE = 5.0, 5.0

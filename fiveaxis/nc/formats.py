@@ -11,10 +11,17 @@ from typing import Literal
 
 import numpy as np
 
-from fiveaxis.errors import SeveralOperations, ToolpathError
-from fiveaxis.files import require_suffix
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.base import (
+    Array,
+    Finding,
+    Place,
+    SeveralOperations,
+    Severity,
+    ToolpathError,
+    keywords_of,
+    require_suffix,
+)
+from fiveaxis.model import Operation, Tool, Toolpath
 from fiveaxis.nc.apt.reader import read_apt
 from fiveaxis.nc.control.program_toolpath import read_program_path
 from fiveaxis.nc.languages.choice import bare_code, has_sign, head_lines
@@ -24,8 +31,6 @@ from fiveaxis.nc.options import PathReading, ProgramReading, ReadOptions
 from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import KNOWN, POSITION, fields_of, filled_lines, read_points
-from fiveaxis.options import keywords_of
-from fiveaxis.toolpath import Operation, Tool, Toolpath
 
 logger = logging.getLogger(__name__)
 

@@ -11,17 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.errors import MachineError
-from fiveaxis.files import require_suffix, write_atomically
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.base import Array, IntArray, MachineError, require_suffix, write_atomically
+from fiveaxis.model import Machine, Motion, MoveKind, Toolpath, tool_poses
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import require, require_finite, require_near, require_positive_feeds
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.table import fields_of, first_line, read_table
-from fiveaxis.toolpath import MoveKind, Toolpath
 
 logger = logging.getLogger(__name__)
 

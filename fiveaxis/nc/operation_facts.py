@@ -10,15 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.findings import Finding
-from fiveaxis.machine import Machine
+from fiveaxis.base import Finding, as_list
+from fiveaxis.model import Machine, Operation, Tool
 from fiveaxis.nc.formats import STAND_IN, kind_of, list_operations, read_path_of
 from fiveaxis.nc.languages.choice import bare_code
 from fiveaxis.nc.options import ProgramReading, ReadOptions
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.nc.stated_tools import stated_tools
-from fiveaxis.options import as_list
-from fiveaxis.toolpath import Operation, Tool
+from fiveaxis.nc.tool_words import stated_tools
 
 # A rotary word: A-30, C=DC(90), B#5. Sinumerik's A3=0 is a component of a direction.
 _ROTARY = re.compile(r"(?<![A-Z_])([ABC])(?! *[0-9]+ *=)(?: *=| *[-+]?[0-9.#\[Q])")

@@ -7,15 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.geometry import BoolArray
-from fiveaxis.machine import Machine
+from fiveaxis.base import BoolArray
+from fiveaxis.model import Machine, MoveKind, Operation, Toolpath
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program, take_operation
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.revision import Revision
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import MoveKind, Operation, Toolpath
 
 
 @dataclass(frozen=True, eq=False)

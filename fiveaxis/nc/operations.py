@@ -8,12 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.errors import SeveralOperations
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray, SeveralOperations
+from fiveaxis.model import InForce, MoveKind, Operation, OperationKind
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.unread import Unread
-from fiveaxis.toolpath import MoveKind, Operation
-from fiveaxis.toolpath.operation import InForce, OperationKind
 
 # Chord between two tool axes that count as the same: files write 6 to 7 decimals.
 SAME_AXIS = 2e-6

@@ -6,13 +6,10 @@ import re
 from dataclasses import dataclass, replace
 from typing import get_args
 
-from fiveaxis.errors import SettingError, ToolError
-from fiveaxis.findings import Finding
-from fiveaxis.machine import Machine
+from fiveaxis.base import HIGHEST_FEED, Finding, Reading, SettingError, ToolError
+from fiveaxis.model import Machine, Operation, PathShape, Tool
 from fiveaxis.nc.source import Source
-from fiveaxis.nc.stated_tools import tool_of
-from fiveaxis.options import HIGHEST_FEED, Reading
-from fiveaxis.toolpath import Operation, PathShape, Tool
+from fiveaxis.nc.tool_words import tool_of
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,13 +5,9 @@ from __future__ import annotations
 import re
 from typing import get_args
 
-from fiveaxis.errors import ToolError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.machine import Machine, Setup
-from fiveaxis.motion import Coordinates
+from fiveaxis.base import Coordinates, Finding, Positions, Severity, ToolError, Wrap
+from fiveaxis.model import Machine, Setup, Tool, parse_tool
 from fiveaxis.nc.source import Source
-from fiveaxis.options import Positions, Wrap
-from fiveaxis.toolpath import Tool, parse_tool
 
 # Names of the comments, and the forms of what they state, in lower case.
 _CONTROL, _WINDING, _POSITIONS = "control", "winding", "positions"

@@ -9,11 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.errors import MachineError, SettingError, ToolpathError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Coordinates, Motion, ProgramMotion
+from fiveaxis.base import (
+    USUAL_CONTROL,
+    Array,
+    Coordinates,
+    Finding,
+    MachineError,
+    SettingError,
+    Severity,
+    ToolpathError,
+    Winding,
+)
+from fiveaxis.model import STANDSTILL, Machine, Motion, ProgramMotion
 from fiveaxis.nc.control.program_reader import ReadMotion
 from fiveaxis.nc.words import feed_text, fill_formats
 from fiveaxis.nc.writing.blocks import block_lines
@@ -24,7 +31,6 @@ from fiveaxis.nc.writing.start_and_end import NO_ROW, StartAndEnd, numbered
 from fiveaxis.nc.writing.tables import find_dialect
 from fiveaxis.nc.writing.turns import require_winding
 from fiveaxis.nc.writing.word_writer import WordWriter, require_expressible
-from fiveaxis.options import USUAL_CONTROL, Winding
 
 Header = Mapping[str, str] | Sequence[tuple[str, str]]
 
@@ -166,8 +172,8 @@ def compose_program(
 ) -> Program:
     """Write the text of a program; it is not verified, and no blocks are inserted.
 
-    `fiveaxis.job.make_program` plans a program's motion, writes it with this function, reads it back and
-    verifies it.
+    `fiveaxis.job.program.make_program` plans a program's motion, writes it with this function, reads it back
+    and verifies it.
 
     Rotary words are the motion's angles in the control's sign, so that the machine moves as optimised; only
     tool directions leave them to the control. Every move is one block that moves all axes in proportion in

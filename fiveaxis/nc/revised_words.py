@@ -12,16 +12,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
+from fiveaxis.base import Array, BoolArray, IntArray, ToolpathError
+from fiveaxis.model import MoveKind, Toolpath, linear_positions, tool_axes, tool_poses
 from fiveaxis.nc.control.axis_track import travel_of
 from fiveaxis.nc.languages.choice import KLARTEXT, find_language
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.revision import Placement, Revision
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values, format_number
-from fiveaxis.toolpath import MoveKind, Toolpath
 
 # A word and its number, outside comments and texts.
 _WORD = re.compile(

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.base import Array, IntArray
 from fiveaxis.nc.source import Source
 
 

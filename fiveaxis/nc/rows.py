@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray, normalise
+from fiveaxis.base import HIGHEST_FEED, Array, BoolArray, IntArray, normalise
 from fiveaxis.nc.source import Source
-from fiveaxis.options import HIGHEST_FEED
 
 # mm and deg: a larger number is a wrong unit or a lost decimal point.
 LARGEST_POSITION = 1e6

@@ -8,9 +8,16 @@ from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.files import MESH_SUFFIXES, MOST_PATH_BYTES, kept_by_file, read_input
-from fiveaxis.findings import Finding, Place, Severity
+from fiveaxis.base import (
+    MESH_SUFFIXES,
+    MOST_PATH_BYTES,
+    Finding,
+    Place,
+    Severity,
+    ToolpathError,
+    kept_by_file,
+    read_input,
+)
 
 # Control characters but tab, line ends, form feed and the end mark of DOS: no text file has them.
 _CONTROL_BYTES = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))

@@ -21,9 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.files import require_suffix, write_atomically
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray, ToolpathError, require_suffix, write_atomically
+from fiveaxis.model import Toolpath
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import (
     DEFAULT_FEED,
@@ -38,7 +37,6 @@ from fiveaxis.nc.rows import (
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
 from fiveaxis.nc.words import format_number
-from fiveaxis.toolpath import Toolpath
 
 POSITION = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")

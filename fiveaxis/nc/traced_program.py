@@ -8,20 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import axis_positions, tool_poses
-from fiveaxis.kinematics.windings import nearest_turn
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, block_times, feed_times
-from fiveaxis.nc.control.axis_track import RAPID
-from fiveaxis.nc.control.program_reader import (
-    GIVES_DIRECTIONS,
-    NAMES_NO_AXES,
-    ReadMotion,
-    motion_of_run,
+from fiveaxis.base import Array, BoolArray, Finding, Reading, SettingError, Severity, options_of
+from fiveaxis.model import (
+    Machine,
+    Motion,
+    MoveKind,
+    Tool,
+    Toolpath,
+    axis_positions,
+    block_times,
+    feed_times,
+    nearest_turn,
+    tool_poses,
 )
+from fiveaxis.nc.control.axis_track import RAPID
+from fiveaxis.nc.control.program_reader import GIVES_DIRECTIONS, NAMES_NO_AXES, ReadMotion, motion_of_run
 from fiveaxis.nc.control.program_toolpath import path_of_run
 from fiveaxis.nc.control.running import run_program, take_operation
 from fiveaxis.nc.control.technology import TechnologyTrack
@@ -30,8 +31,6 @@ from fiveaxis.nc.motion_table import read_motion_table
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.program import Program
 from fiveaxis.nc.source import Source
-from fiveaxis.options import Reading, options_of
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 # mm: diameter of the ball that stands for the tip of an unknown tool.
 POINT = 1e-6

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.machine import Machine
+from fiveaxis.base import Finding, LengthUnit, Severity
+from fiveaxis.model import Machine
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
-from fiveaxis.options import LengthUnit
 
 UNIT_WORDS: dict[str, LengthUnit] = {
     **dict.fromkeys(("MM", "MILLIMETER", "MILLIMETERS", "MILLIMETRES", "METRIC"), "mm"),

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base import ToolpathError
 from fiveaxis.nc.source import Source
 
 T = TypeVar("T")

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.machine import Axis, Machine
+from fiveaxis.base import Array, BoolArray
+from fiveaxis.model import Axis, Machine
 from fiveaxis.nc.writing.table_parts import Feed
 
 # Rows that are formatted at once: small enough for the processor's cache, large enough to hide call overhead.

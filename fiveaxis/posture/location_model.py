@@ -12,12 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, IntArray, compiled
+from fiveaxis.model import Machine, TiltBounds, Zone
 from fiveaxis.posture.tape import BLOCK, play
 from fiveaxis.posture.terms import LocationTapes, location_tapes
-from fiveaxis.toolpath import TiltBounds, Zone
 
 # Symbols of a location's tape: two angles, pivot, normal.
 ANGLES, ARGUMENTS = 2, 8

@@ -13,10 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics.windings import TURN, into_limits
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, BoolArray, IntArray, SettingError
+from fiveaxis.model import TURN, Machine, into_limits
 
 # Which postures, (m, 2) rad, chain order, are admissible at locations, (m,), which come in any order and
 # repeated; (m,). Every answer has to depend on its arguments alone, never on earlier calls. A rotary axis of

@@ -10,16 +10,35 @@ from typing import TypeVar
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import BlockCosts, motion_energy, power_findings
-from fiveaxis.errors import Infeasible, MachineError, ToolpathError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
-from fiveaxis.kinematics import within_limits
-from fiveaxis.machine import Machine, with_powers
-from fiveaxis.motion import Filling, Interpolation, follow
-from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
-from fiveaxis.options import Objective
-from fiveaxis.posture.baselines import find_baselines, moved_clear
+from fiveaxis.base import (
+    Array,
+    Finding,
+    Infeasible,
+    MachineError,
+    Objective,
+    Progress,
+    Severity,
+    ToolpathError,
+    unheard,
+)
+from fiveaxis.model import (
+    WRITTEN_TOLERANCE,
+    BlockCosts,
+    Constraints,
+    Filling,
+    Interpolation,
+    Machine,
+    TiltBounds,
+    Toolpath,
+    follow,
+    knots,
+    motion_energy,
+    power_findings,
+    with_powers,
+    within_limits,
+)
+from fiveaxis.posture.baselines.catalogue import find_baselines
+from fiveaxis.posture.baselines.clear import moved_clear
 from fiveaxis.posture.bound.lower_bound import bound_energy, bound_travel
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import DEFAULTS, Options
@@ -37,8 +56,6 @@ from fiveaxis.posture.strategy.singular import Cone, with_findings
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
 from fiveaxis.posture.turns.unwrapped import path_check, rewind_solution
 from fiveaxis.posture.turns.winding import endless, winding_columns
-from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath, knots
 
 # Largest turns, as a share of the smallest one that broke a bound between locations; most mm that are kept
 # from the ends of travel; attempts.

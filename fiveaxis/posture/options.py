@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
-from fiveaxis.motion import USUAL_CLOCK, Clock, Interpolation
-from fiveaxis.options import Search
+from fiveaxis.base import UNKEPT, Array, Checkpoint, Progress, Search, SettingError, unheard
+from fiveaxis.model import USUAL_CLOCK, Clock, Interpolation
 from fiveaxis.posture.mask import Mask, MaskFunction
 from fiveaxis.posture.strategy.effort import Effort, effort_of
-from fiveaxis.progress import UNKEPT, Checkpoint, Progress, unheard
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Options(Search):
-    """What is minimised and how: the options of `fiveaxis.options.Search`, and what only code can give.
+    """What is minimised and how: the options of `fiveaxis.base.Search`, and what only code can give.
 
     Parameters
     ----------

@@ -7,16 +7,24 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.energy import lifting_costs, travel_costs
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray, product
-from fiveaxis.kinematics import require_orienting, require_positioning
-from fiveaxis.machine import Machine
-from fiveaxis.motion import least_times
-from fiveaxis.motion.timing import axis_bounds
+from fiveaxis.base import Array, BoolArray, IntArray, SettingError, product
+from fiveaxis.model import (
+    PER_LOCATION,
+    Machine,
+    StepTable,
+    TiltBounds,
+    Toolpath,
+    Zone,
+    axis_bounds,
+    least_times,
+    lifting_costs,
+    per_step,
+    require_orienting,
+    require_positioning,
+    travel_costs,
+)
 from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.terms import OTHERS, Term, terms_of
-from fiveaxis.toolpath import PER_LOCATION, StepTable, TiltBounds, Toolpath, Zone, per_step
 
 # Where rotary steps are bounded, no step of a thinned path is larger than this (or than the bound itself):
 # a longer turn would skip postures that the path has to pass through and that weren't checked.

@@ -10,18 +10,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.energy import Energy, energy_draws, motion_energy, move_powers
-from fiveaxis.geometry import Array, angle_between, product
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine
-from fiveaxis.motion import USUAL_CLOCK, Clock, Filling, Limiting, Motion, PredictedTime
-from fiveaxis.notebook import HasColumns, ShownAsTable, Table
+from fiveaxis.base import Array, HasColumns, ShownAsTable, Table, angle_between, product
+from fiveaxis.model import (
+    USUAL_CLOCK,
+    Clock,
+    Energy,
+    Filling,
+    Limiting,
+    Machine,
+    Motion,
+    PredictedTime,
+    TiltBounds,
+    Toolpath,
+    energy_draws,
+    lead_lean,
+    motion_energy,
+    move_powers,
+    tool_poses,
+)
 from fiveaxis.posture.bound.lower_bound import LowerBound
 from fiveaxis.posture.local.optima import Optimality, optimality
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turns.rewinding import Rewind
-from fiveaxis.toolpath import TiltBounds, Toolpath
-from fiveaxis.toolpath.bounds import lead_lean
 
 # Name of the result beside those of its baselines.
 RESULT = "optimised"

@@ -13,9 +13,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.geometry.angles import sine
+from fiveaxis.base import Array, IntArray, compiled, sine
 
 # Locations evaluated together: their registers fit into the processor's cache.
 BLOCK = 64

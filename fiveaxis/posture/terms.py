@@ -19,12 +19,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.kinematics.equations import Vector, dot
-from fiveaxis.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, IntArray
+from fiveaxis.model import Machine, Vector, Zone, dot, linear_axes_of_posture, tool_axis_of_posture
 from fiveaxis.posture.tape import Tape
-from fiveaxis.toolpath import Zone
 
 if TYPE_CHECKING:
     from fiveaxis.posture.problem import Problem

@@ -19,9 +19,9 @@ from paths import PATHS
 from support.sampled_surfaces import SHAPES, sampled
 
 import fiveaxis as fx
-from fiveaxis.posture import Effort, Options, optimise_postures
-from fiveaxis.posture.strategy.effort import effort_of
-from fiveaxis.toolpath import Constraints
+from fiveaxis.model import Constraints
+from fiveaxis.posture import Options, optimise_postures
+from fiveaxis.posture.strategy.effort import Effort, effort_of
 
 CASES = ("vase", "wall", "dome-top", *SHAPES)
 

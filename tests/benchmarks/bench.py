@@ -13,11 +13,10 @@ import time
 
 from paths import PATHS
 
-from fiveaxis.energy import Energy
+from fiveaxis.model import Constraints, Energy
 from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.optimiser import with_bound
 from fiveaxis.posture.strategy.effort import EFFORTS
-from fiveaxis.toolpath import Constraints
 
 
 def row(name: str, energy: Energy, saved: str = "") -> str:

@@ -26,12 +26,11 @@ from paths import PATHS
 from support.sampled_surfaces import denser, turned
 
 import fiveaxis as fx
-from fiveaxis.energy import block_costs, motion_energy
-from fiveaxis.motion import Filling, feed_times, follow
-from fiveaxis.posture import Options, Problem, optimise_postures
+from fiveaxis.model import Constraints, Filling, block_costs, feed_times, follow, motion_energy
+from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.local.optima import refine
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.toolpath import Constraints
 
 CASES = ("vase", "wall", "dome-top", "dome", "example", "propeller", "supportless")
 READ_BOTH_WAYS = ("vase", "wall", "dome-top", "dome")

@@ -17,12 +17,12 @@ import numpy as np
 import trimesh
 
 import fiveaxis as fx
-from fiveaxis.collision import Surroundings
-from fiveaxis.collision.accessibility import Accessibility
+from fiveaxis.check import Surroundings
+from fiveaxis.check.collision.accessibility import Accessibility
+from fiveaxis.check.verification import collisions
+from fiveaxis.model import Constraints
+from fiveaxis.model.toolpath.tool import Holder, Section
 from fiveaxis.posture import optimise_postures
-from fiveaxis.toolpath import Constraints
-from fiveaxis.toolpath.tool import Holder, Section
-from fiveaxis.verification import collisions
 
 TILT = (15.0, 75.0)
 AROUND, UP = 200, 100
@@ -96,8 +96,8 @@ def main() -> None:
 
 def collision_context(solution: fx.Solution, machine: fx.Machine) -> collisions.CheckContext:
     """Put a solution as verification sees it."""
-    from fiveaxis.verification import PathConstraints
-    from fiveaxis.verification.check_context import DEFAULT_TOLERANCES, make_context
+    from fiveaxis.check import PathConstraints
+    from fiveaxis.check.verification.check_context import DEFAULT_TOLERANCES, make_context
 
     constraints = PathConstraints.of(solution.toolpath, machine, Constraints())
     return make_context(solution.motion, machine, solution.toolpath, constraints, DEFAULT_TOLERANCES)

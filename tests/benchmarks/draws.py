@@ -16,7 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.batch import Candidate, MachineComparison, Row, Status
+from fiveaxis.job import MachineComparison, Row
+from fiveaxis.job.batch.machines import Candidate
+from fiveaxis.job.batch.record import Status
 
 MACHINES = ("dmu50ev", "linuxcnc-xyzac-trt", "variaxis-630", "variaxis-730")
 # Ends of each band, as powers of those that the library has: 1 for a machine's estimate as it is.

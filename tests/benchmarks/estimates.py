@@ -12,8 +12,8 @@ import argparse
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.energy import axis_powers
-from fiveaxis.machine import Machine, with_powers
+from fiveaxis.model import Machine, with_powers
+from fiveaxis.model.energy.drives import axis_powers
 
 ROW = "{:18} {:5} {:>10} {:>10} {:>8}   {}"
 

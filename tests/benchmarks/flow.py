@@ -28,9 +28,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from support.left_over_material import left_over
 
 import fiveaxis as fx
-from fiveaxis.contour import PlanOptions, path_quality, plan_passes
-from fiveaxis.geometry import angle_between
-from fiveaxis.mesh import load_mesh, model_of
+from fiveaxis.base import angle_between
+from fiveaxis.cam import PlanOptions, load_mesh, model_of, path_quality, plan_passes
 
 MAKER = Path(__file__).parents[1] / "support/cad_parts.py"
 PROPELLER = Path(__file__).parents[3] / "shared/data/step/propeller_d.step"

@@ -30,7 +30,7 @@ from support.compared_moves import Comparison, compare, compare_lines
 from support.interpretable_programs import program
 from support.rs274 import RS274
 
-from fiveaxis.machine import Machine, load_machine
+from fiveaxis.model import Machine, load_machine
 
 PACKAGE = "linuxcnc-uspace"
 # Machines whose axes the examples name, by their word of the second rotary axis.

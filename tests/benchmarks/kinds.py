@@ -21,10 +21,10 @@ from masks import wall
 from paths import PATHS
 
 import fiveaxis as fx
-from fiveaxis.motion import Clock, Interpolation
+from fiveaxis.model import Clock, Constraints, Interpolation
+from fiveaxis.model.toolpath.tool import Holder, Section
 from fiveaxis.nc import DIALECTS
 from fiveaxis.posture import Options, optimise_postures
-from fiveaxis.toolpath import Constraints, Holder, Section
 
 Case = tuple[fx.Toolpath, fx.Machine, dict[str, Any], dict[str, Any]]
 

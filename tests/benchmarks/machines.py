@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.errors import FiveAxisError
+from fiveaxis.base.errors import FiveAxisError
 from fiveaxis.job import make_job, run_job
 from fiveaxis.nc import write_toolpath
 

@@ -18,9 +18,8 @@ import numpy as np
 from scale import fine_vase
 
 import fiveaxis as fx
-from fiveaxis.kinematics import tool_axes
+from fiveaxis.model import Constraints, tool_axes
 from fiveaxis.posture import Options, optimise_postures
-from fiveaxis.toolpath import Constraints
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
 MACHINE = fx.load_machine("hayashi-640123")

@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from support.coal_query import PAIRS, SHAPES, CoalQuery, poses_of
 
-from fiveaxis.collision.pieces import PairQuery
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
+from fiveaxis.check.collision.pieces import PairQuery
 
 # mm: nearer to a bound than this both answers are right; and the margin.
 HAIR, MARGIN = 1e-6, 2.0

@@ -15,9 +15,9 @@ import numpy as np
 import trimesh
 
 import fiveaxis as fx
-from fiveaxis.collision import Fixture
-from fiveaxis.machine import Box
-from fiveaxis.toolpath import Holder, Section
+from fiveaxis.check import Fixture
+from fiveaxis.model import Box
+from fiveaxis.model.toolpath.tool import Holder, Section
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"

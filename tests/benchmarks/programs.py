@@ -21,8 +21,8 @@ from dataclasses import replace
 from paths import PATHS
 
 import fiveaxis as fx
-from fiveaxis.errors import FiveAxisError, Infeasible
-from fiveaxis.machine import DirectionalDrive, Limits, Machine
+from fiveaxis.base.errors import FiveAxisError, Infeasible
+from fiveaxis.model import DirectionalDrive, Limits, Machine
 from fiveaxis.nc import DIALECTS
 
 # One machine of each structure: table-table (with and without offsets, B and A), head-table, head-head.

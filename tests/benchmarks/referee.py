@@ -22,9 +22,10 @@ from pathlib import Path
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.motion import Coordinates, predicted_time
-from fiveaxis.nc import DIALECTS, read_motion
+from fiveaxis.base import Coordinates
+from fiveaxis.model import predicted_time, tool_poses
+from fiveaxis.nc import DIALECTS
+from fiveaxis.nc.motion_table import read_motion
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests"))

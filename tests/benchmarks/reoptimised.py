@@ -24,11 +24,11 @@ from typing import Any
 from paths import DATA, PATHS
 
 import fiveaxis as fx
-from fiveaxis.energy import Energy
-from fiveaxis.errors import FiveAxisError
+from fiveaxis.base.errors import FiveAxisError
 from fiveaxis.job import make_job, revise_operations
 from fiveaxis.job.program_choice import events
 from fiveaxis.job.revised_program import NOT_CHOSEN, Part
+from fiveaxis.model import Energy
 
 CONTROLS = ("fanuc", "haas", "heidenhain", "linuxcnc", "sinumerik")
 POSTED = {

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import fiveaxis as fx
-from fiveaxis.collision import Fixture
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.findings import Severity
+from fiveaxis.base.errors import FiveAxisError
+from fiveaxis.base.findings import Severity
+from fiveaxis.check import Fixture
 from fiveaxis.job import read_fixtures
-from fiveaxis.machine import Box
+from fiveaxis.model import Box
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "programs"
 IN_BOX, IN_CLAMPS = "15 mm into the fixture 'box'", "14.4 mm into the fixture 'two clamps'"

@@ -29,10 +29,10 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 import fiveaxis as fx
+from fiveaxis.cam.mesh.parsing import MOST_TRIANGLES
 from fiveaxis.job import make_job
 from fiveaxis.job.results import write_outcome
 from fiveaxis.job.setup_choice import run_job
-from fiveaxis.mesh.parsing import MOST_TRIANGLES
 
 VASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "vase_overhang.csv"
 PASSES, ROUND = 10, 360
@@ -222,7 +222,7 @@ def meshes(triangles: int) -> None:
             stream.truncate(84 + 50 * (MOST_TRIANGLES + 1))
         call(
             "load_mesh",
-            f"from fiveaxis.mesh import load_mesh; print(len(load_mesh({part!r}).faces), 'triangles')",
+            f"from fiveaxis.cam.mesh import load_mesh; print(len(load_mesh({part!r}).faces), 'triangles')",
         )
         tool = ("--tool", "ball:6")
         command("fiveaxis plan", "plan", part, *tool, "--stepdown", "2", "-o", path)

@@ -20,8 +20,8 @@ import numpy as np
 from paths import DATA, ROOT
 
 import fiveaxis as fx
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.motion import Coordinates, Motion, follow, predicted_time
+from fiveaxis.base import Coordinates
+from fiveaxis.model import Motion, follow, predicted_time, tool_axes
 from fiveaxis.nc import DIALECTS, Dialect, ProgramSettings, compose_program
 
 sys.path.insert(0, str(ROOT / "tests"))

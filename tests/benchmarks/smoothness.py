@@ -10,7 +10,7 @@ import argparse
 from paths import PATHS
 
 import fiveaxis as fx
-from fiveaxis.options import Search
+from fiveaxis.base import Search
 
 CASES = [name for name in PATHS if name.startswith("cone-")]
 CASES += ["dome-top", "vase", "dome", "wall", "example", "propeller"]

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from soaking.killing import KINDS, Tally, compare, draw_kinds, soak
 from soaking.rings import write_ring_jobs
 
-from fiveaxis.batch import run_batch
+from fiveaxis.job import run_batch
 
 HEAD = ("run", "kills", *KINDS, "starts", "jobs", "twice", "lost", "differ", "orphans", "exit", "s")
 ROW = " ".join(["{:>8}"] * len(HEAD))

@@ -17,30 +17,27 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.collision import Surroundings
-from fiveaxis.contour import path_quality
+from fiveaxis.cam import TriangleTree, load_mesh, path_quality
+from fiveaxis.check import Surroundings, Tolerances
+from fiveaxis.check.verification.check_context import make_context
+from fiveaxis.check.verification.collisions import check_collisions
+from fiveaxis.check.verification.cutting_body import CuttingBody
 from fiveaxis.job import make_job, resolve
 from fiveaxis.job.setup_search import search_setups
-from fiveaxis.kinematics import axis_positions, tool_poses
-from fiveaxis.machine import Limits
-from fiveaxis.mesh import TriangleTree, load_mesh
-from fiveaxis.motion import Motion, fill_in, thinned, time_motion
+from fiveaxis.model import Constraints, Limits, Motion, axis_positions, parse_tool, time_motion, tool_poses
+from fiveaxis.model.motion.filling import fill_in
+from fiveaxis.model.motion.thinning import thinned
+from fiveaxis.model.toolpath.tool import Holder, Section
 from fiveaxis.nc import DIALECTS, compose_program
 from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK
 from fiveaxis.nc.source import Source
 from fiveaxis.posture import Options, optimise_postures
-from fiveaxis.posture.baselines import find_baselines
+from fiveaxis.posture.baselines.catalogue import find_baselines
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turns.rewinding import insert_rewinds
-from fiveaxis.report import ReportDocument
-from fiveaxis.report.page import compose_page
-from fiveaxis.toolpath import Constraints, parse_tool
-from fiveaxis.toolpath.tool import Holder, Section
-from fiveaxis.verification import Tolerances
-from fiveaxis.verification.check_context import make_context
-from fiveaxis.verification.collisions import check_collisions
-from fiveaxis.verification.cutting_body import CuttingBody
-from fiveaxis.viewer import render_page
+from fiveaxis.show import ReportDocument
+from fiveaxis.show.report.page import compose_page
+from fiveaxis.show.viewer.page import render_page
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"

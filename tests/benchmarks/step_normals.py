@@ -15,10 +15,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import fiveaxis as fx
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.geometry import angle_between, perpendicular
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.mesh import Model, load_mesh, model_of
+from fiveaxis.base import angle_between, perpendicular
+from fiveaxis.base.errors import FiveAxisError
+from fiveaxis.cam import Model, load_mesh, model_of
+from fiveaxis.model import tool_poses
 
 PART = Path(__file__).parents[3] / "shared/data/step/propeller_d.step"
 BALL, TILT, MACHINE = 4.0, (15.0, 75.0), "hayashi-640123"

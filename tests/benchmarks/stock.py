@@ -13,9 +13,14 @@ from collections.abc import Iterator
 import numpy as np
 import trimesh
 
-from fiveaxis.stock import Blank, Poses, Stock, cut_stock, load_stock, sweep_tolerance, swept
-from fiveaxis.stock.sources import box
-from fiveaxis.toolpath import Tool, shapes
+from fiveaxis.check import Blank
+from fiveaxis.check.stock.comparing import sweep_tolerance
+from fiveaxis.check.stock.cutting import cut_stock
+from fiveaxis.check.stock.dexels import Stock
+from fiveaxis.check.stock.sources import box, load_stock
+from fiveaxis.check.stock.sweeping import Poses, swept
+from fiveaxis.model import Tool
+from fiveaxis.model.toolpath import shapes
 
 UP = (0.0, 0.0, 1.0)
 # mm, depths of planted gouges.

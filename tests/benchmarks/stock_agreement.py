@@ -18,8 +18,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fiveaxis as fx
-from fiveaxis.contour import plan_contour
-from fiveaxis.mesh import load_mesh
+from fiveaxis.cam import load_mesh, plan_contour
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT.parent / "shared/data/meshes"

@@ -19,9 +19,9 @@ import numpy as np
 from paths import program
 
 import fiveaxis as fx
-from fiveaxis.motion import Clock, Filling, Interpolation, Motion
-from fiveaxis.motion import time_motion as run_in_time
-from fiveaxis.motion.limiting import law_limiting
+from fiveaxis.model import Clock, Filling, Interpolation, Motion
+from fiveaxis.model import time_motion as run_in_time
+from fiveaxis.model.motion.limiting import law_limiting
 from fiveaxis.nc import DIALECTS
 from fiveaxis.posture.solution import blocks_energy
 

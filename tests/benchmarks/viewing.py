@@ -17,13 +17,10 @@ import numpy as np
 import trimesh
 
 import fiveaxis as fx
-from fiveaxis.collision import Surroundings
-from fiveaxis.energy import motion_energy
-from fiveaxis.kinematics import rotary_angles
-from fiveaxis.motion import follow
+from fiveaxis.check import Surroundings
+from fiveaxis.model import Constraints, follow, motion_energy, rotary_angles
 from fiveaxis.posture.solution import Baseline, Optimum
-from fiveaxis.toolpath import Constraints
-from fiveaxis.viewer import write_preview
+from fiveaxis.show import write_preview
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from support.browser import Browser

@@ -14,23 +14,23 @@ from typing import Any
 import numpy as np
 from typer.testing import CliRunner
 
-from fiveaxis.batch.ledger import read_rows
-from fiveaxis.batch.tasks import apply_values, read_sweep
-from fiveaxis.cli import app
+from fiveaxis.base import ReadLog
+from fiveaxis.base.errors import InputError, JobError, ToolpathError
+from fiveaxis.base.findings import has_errors
+from fiveaxis.base.settings import read_document
+from fiveaxis.cam import load_mesh, require_solid
+from fiveaxis.cam.mesh.cad.loading import load_model
+from fiveaxis.cli.commands import app
 from fiveaxis.cli.terminal import parse_numbers, parse_positions
-from fiveaxis.energy.log_columns import LogColumns
-from fiveaxis.energy.motion_log import read_axis_log, require_motion
-from fiveaxis.errors import InputError, JobError, ToolpathError
-from fiveaxis.findings import has_errors
 from fiveaxis.job import choose_search, make_job, read_fixtures, read_job
-from fiveaxis.machine import Machine, check_machine, check_text, draft_machine, load_machine
-from fiveaxis.machine.answers import BY_NAME
-from fiveaxis.mesh import load_mesh, require_solid
-from fiveaxis.mesh.cad.loading import load_model
-from fiveaxis.nc import find_dialect, read_motion, read_program, read_toolpath
-from fiveaxis.options import ReadLog
-from fiveaxis.settings import read_document
-from fiveaxis.toolpath import Tool, parse_tool
+from fiveaxis.job.batch.ledger import read_rows
+from fiveaxis.job.batch.tasks import apply_values, read_sweep
+from fiveaxis.lab.calibration.log_columns import LogColumns
+from fiveaxis.lab.calibration.motion_log import read_axis_log, require_motion
+from fiveaxis.model import Machine, Tool, check_machine, check_text, draft_machine, load_machine, parse_tool
+from fiveaxis.model.machine.answers import BY_NAME
+from fiveaxis.nc import find_dialect, read_program, read_toolpath
+from fiveaxis.nc.motion_table import read_motion
 from fuzzing import seeds
 from fuzzing.mutations import Seeds
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 
-from fiveaxis.errors import FiveAxisError
+from fiveaxis.base.errors import FiveAxisError
 from fuzzing.readers import Reader
 
 # s: an input that keeps the processor longer, or the clock, is a foreign end too; a verb has longer.

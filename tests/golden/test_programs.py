@@ -15,17 +15,18 @@ import numpy as np
 import pytest
 from support.unverified_text import write_text
 
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import Motion, block_times, follow
-from fiveaxis.nc import (
-    DIALECTS,
-    ProgramSettings,
-    compose_program,
-    read_program,
-    write_motion,
+from fiveaxis.model import (
+    Machine,
+    Motion,
+    MoveKind,
+    Tool,
+    Toolpath,
+    block_times,
+    follow,
+    load_machine,
+    tool_poses,
 )
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, read_program, write_motion
 
 GOLDEN = Path(__file__).parent
 HEADER = {"tool": "ball:10", "source": "five-points.apt", "energy": "7424 J (feed drives)"}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import normalise
+from fiveaxis.base import normalise
 from planted.fault import Fault, Plant, Subject, leaves_path
 from planted.measure import Measure
 from planted.words import DIRECTION, LINEAR, ROTARY, Text, Words, with_words, words_of

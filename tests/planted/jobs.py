@@ -12,11 +12,11 @@ import numpy as np
 from support.pairwise_cases import Case
 
 import fiveaxis as fx
-from fiveaxis.errors import ToolpathError
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
+from fiveaxis.base.errors import ToolpathError
 from fiveaxis.job import verify_program
+from fiveaxis.model import Tool, Toolpath
 from fiveaxis.nc import ProgramSettings, write_motion
-from fiveaxis.toolpath import Tool, Toolpath
 from planted.trial import ASKED, OFFSETS, RETRACT, Count, Trial, Verdict, two_passes, verdict_of
 
 # What jobs ask of programs, one at a time and together; a control without the words leaves them out.

@@ -1,6 +1,6 @@
 """Whether a fault matters: the tool's motion by the words of a program, compared with the path.
 
-It uses the equations of `fiveaxis.kinematics` and dense samples along every move, and nothing of the
+It uses the equations of `fiveaxis.model.kinematics` and dense samples along every move, and nothing of the
 verification. The path is the band between the chords of the given locations and a spline through them,
 scipy's and not the planned curve.
 """
@@ -14,10 +14,8 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fiveaxis.geometry import Array, BoolArray, angle_between, normalise
-from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.machine import Machine
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.base import Array, BoolArray, angle_between, normalise
+from fiveaxis.model import Machine, Toolpath, linear_positions, tool_poses
 from planted.words import DIRECTION, LINEAR, Text, Words
 
 Mode = Literal["axes", "tip", "vector"]

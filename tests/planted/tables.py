@@ -11,11 +11,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.geometry import Array
-from fiveaxis.job import MadeProgram, post_program, verify_program
+from fiveaxis.base import Array
+from fiveaxis.check import Against, Report
+from fiveaxis.job import post_program, verify_program
+from fiveaxis.job.program import MadeProgram
+from fiveaxis.model import Constraints
 from fiveaxis.nc import write_motion
-from fiveaxis.toolpath import Constraints
-from fiveaxis.verification import Against, Report
 from planted.fault import Fault, always
 from planted.measure import Meaning, Measure, Way
 from planted.trial import TILT, Verdict, verdict_of

@@ -12,16 +12,22 @@ from typing import Any
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.collision import Surroundings
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.findings import Severity
+from fiveaxis.base.errors import FiveAxisError
+from fiveaxis.base.findings import Severity
+from fiveaxis.check import (
+    DEFAULT_TOLERANCES,
+    ReadBack,
+    Report,
+    Surroundings,
+    WrittenText,
+    unsaid,
+    verify_text,
+)
 from fiveaxis.job import verify_program
 from fiveaxis.job.program import MadeProgram
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.motion import Phase
+from fiveaxis.model import Phase, Tool, Toolpath
 from fiveaxis.nc import DIALECTS, ProgramSettings
-from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.verification import DEFAULT_TOLERANCES, ReadBack, Report, WrittenText, unsaid, verify_text
 from planted.clean import clean
 from planted.fault import Fault, Subject
 from planted.measure import Meaning, Measure

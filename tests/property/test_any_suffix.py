@@ -9,12 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import load_machine
-from fiveaxis.motion import Motion
-from fiveaxis.nc import DIALECTS, compose_program, read_motion, read_program, read_toolpath, write_motion
-from fiveaxis.toolpath import Tool
+from fiveaxis.base.errors import FiveAxisError
+from fiveaxis.model import Motion, Tool, load_machine, tool_poses
+from fiveaxis.nc import DIALECTS, compose_program, read_program, read_toolpath, write_motion
+from fiveaxis.nc.motion_table import read_motion
 
 MACHINES = ["umc-750", "linuxcnc-xyzac-trt", "dmu80p-duoblock"]
 MODES = [(name, mode) for name, dialect in DIALECTS.items() for mode in dialect.modes]

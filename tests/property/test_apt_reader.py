@@ -12,11 +12,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fiveaxis.errors import SeveralOperations, ToolError, ToolpathError
-from fiveaxis.geometry import rotation_matrix
-from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.base import rotation_matrix
+from fiveaxis.base.errors import SeveralOperations, ToolError, ToolpathError
+from fiveaxis.model import PATH_TOLERANCE, Tool, Toolpath
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool, Toolpath
 
 # Real forms of all dialects, as the CAM systems write them; each can be read after `HEAD`.
 HEAD = """\

@@ -8,17 +8,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.quick_optimiser import for_tilt, tilt_bounds
 
-from fiveaxis.energy import travel_costs
-from fiveaxis.kinematics import linear_positions, tool_axes
-from fiveaxis.kinematics.windings import ON_LIMIT, nearest_turn
-from fiveaxis.machine import Chain, Line, Machine, load_machine
-from fiveaxis.motion import follow
+from fiveaxis.model import (
+    Line,
+    Machine,
+    Tool,
+    Toolpath,
+    follow,
+    linear_positions,
+    load_machine,
+    tool_axes,
+    travel_costs,
+)
+from fiveaxis.model.kinematics.windings import ON_LIMIT, nearest_turn
+from fiveaxis.model.machine.chain import Chain
 from fiveaxis.posture.baselines import catalogue
 from fiveaxis.posture.baselines.branches import Postures, cheapest_branches
 from fiveaxis.posture.local.rows import ChainModel, build_rows
 from fiveaxis.posture.location_model import LocationModel
 from fiveaxis.posture.problem import Problem
-from fiveaxis.toolpath import Tool, Toolpath
 
 # Both axes under the part, one on each side, both at the tool; linear axes in three orders.
 CODES = ["640123", "650213", "540321", "601235", "512036", "601324", "123064", "012354", "213064"]

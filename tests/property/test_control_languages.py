@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from support.nc_blocks import one_by_one
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
 from fiveaxis.nc.languages.block import BlockError
 from fiveaxis.nc.languages.choice import ISO, KLARTEXT, SINUMERIK
 from fiveaxis.nc.languages.expressions import evaluate

@@ -9,13 +9,10 @@ import numpy as np
 import pytest
 from support.pairwise_cases import pairwise_cover
 
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.geometry import Array
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine, load_machine, machine_names
-from fiveaxis.motion import Motion
+from fiveaxis.base import Array
+from fiveaxis.base.errors import FiveAxisError
+from fiveaxis.model import Machine, Motion, MoveKind, Tool, load_machine, machine_names, tool_poses
 from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, read_program, read_toolpath
-from fiveaxis.toolpath import MoveKind, Tool
 
 KINDS = [MoveKind.CUT, MoveKind.CUT, MoveKind.CUT, MoveKind.CUT, MoveKind.RAPID, MoveKind.LINK]
 SHARES = np.array([0.4, 0.5, 0.5, 0.6, 0.45, 0.4])

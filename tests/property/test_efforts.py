@@ -8,8 +8,7 @@ import pytest
 from support.sampled_surfaces import SHAPES, backwards, denser, sampled, turned
 
 import fiveaxis as fx
-from fiveaxis.energy import motion_energy
-from fiveaxis.motion import Filling, follow
+from fiveaxis.model import Filling, follow, motion_energy
 
 TILT = (15, 70)
 # Rounding of what is compared.

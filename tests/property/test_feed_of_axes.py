@@ -10,10 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fiveaxis.machine import load_machine
-from fiveaxis.motion import Motion
+from fiveaxis.model import Motion, MoveKind, load_machine
 from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, read_program
-from fiveaxis.toolpath import MoveKind
 
 MACHINE = load_machine("linuxcnc-xyzac-trt")
 KNOWN = [name for name, d in DIALECTS.items() if "axes" in d.modes and d.mixed_feed.degree is not None]

@@ -27,7 +27,7 @@ def test_an_end_that_is_not_ours_is_told_with_its_input(monkeypatch):
     def faulty(*_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("fiveaxis.toolpath.tool.float", faulty, raising=False)
+    monkeypatch.setattr("fiveaxis.model.toolpath.tool.float", faulty, raising=False)
     reader = next(reader for reader in readers() if reader.name == "tool")
     with pytest.raises(ZeroDivisionError):
         reader.read(b"ball:10", None, None)

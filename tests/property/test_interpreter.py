@@ -13,7 +13,7 @@ from support.compared_moves import canonical_moves, compare, compare_lines, diff
 from support.interpretable_programs import program
 from support.rs274 import needs_rs274
 
-from fiveaxis.machine import load_machine
+from fiveaxis.model import load_machine
 
 pytestmark = needs_rs274
 

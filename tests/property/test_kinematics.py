@@ -11,21 +11,25 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fiveaxis.errors import DegenerateChain
-from fiveaxis.geometry import rotation_matrix
-from fiveaxis.kinematics import (
+from fiveaxis.base import rotation_matrix
+from fiveaxis.base.errors import DegenerateChain
+from fiveaxis.check.verification.model import tool_poses as pinocchio_poses
+from fiveaxis.model import (
+    FormShapingCode,
+    Line,
+    Machine,
+    Tool,
     axis_positions,
-    jacobian,
-    redundant_axis,
     rotary_angles,
     tool_axes,
     tool_poses,
 )
-from fiveaxis.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
-from fiveaxis.machine import Chain, FormShapingCode, Line, LocationError, Machine, parse_code
-from fiveaxis.machine.code import commutation_class
-from fiveaxis.toolpath import Tool
-from fiveaxis.verification import tool_poses as pinocchio_poses
+from fiveaxis.model.kinematics.inverse import redundant_axis
+from fiveaxis.model.kinematics.poses import jacobian
+from fiveaxis.model.kinematics.symbolic import linear_axes_of_posture, tool_axis_of_posture
+from fiveaxis.model.machine.axes import LocationError
+from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.code import commutation_class, parse_code
 
 BALL = Tool.ball(10).zone
 

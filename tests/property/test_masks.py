@@ -7,10 +7,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.quick_optimiser import optimise
 
-from fiveaxis.errors import Infeasible
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import load_machine
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.base.errors import Infeasible
+from fiveaxis.model import Tool, Toolpath, load_machine, tool_axes
 
 MACHINE = load_machine("hayashi-640123")
 N = 30

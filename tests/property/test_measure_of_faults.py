@@ -11,8 +11,8 @@ from planted.trial import PARTS, Trial, cone_wall, two_passes
 from planted.words import DIRECTION, LINEAR, with_words, words_of
 
 import fiveaxis as fx
-from fiveaxis.geometry import Array, normalise
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.base import Array, normalise
+from fiveaxis.model import Toolpath
 
 PATHS = {"hayashi": cone_wall(-0.5), "trunnion": cone_wall(0.0), "passes": two_passes()}
 # mm: how far scipy's spline may be from the planned curve, at the ends of a pass, which have one neighbour.

@@ -11,12 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import Motion
-from fiveaxis.nc import ProgramSettings, read_motion, write_motion
+from fiveaxis.base import Array
+from fiveaxis.model import Machine, Motion, MoveKind, load_machine
+from fiveaxis.nc import ProgramSettings, write_motion
 from fiveaxis.nc import compose_program as compose_with_lead_out
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.nc.motion_table import read_motion
 
 # The lead-out has its own tests: here the last block is the last move.
 compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))

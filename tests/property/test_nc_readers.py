@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from fiveaxis.model import Tool
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool
 
 BALL = Tool.ball(8)
 

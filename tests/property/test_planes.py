@@ -6,12 +6,24 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fiveaxis.kinematics import linear_positions, tool_axes
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, AxisPlanes, fill_in, follow, thinned
-from fiveaxis.motion.deviation import WRITTEN_TOLERANCE
-from fiveaxis.toolpath import Tool, Toolpath, across, interpolate
-from fiveaxis.verification.model import tool_poses
+from fiveaxis.check.verification.model import tool_poses
+from fiveaxis.model import (
+    AXIS_TOLERANCE,
+    PATH_TOLERANCE,
+    AxisPlanes,
+    Machine,
+    Tool,
+    Toolpath,
+    across,
+    follow,
+    interpolate,
+    linear_positions,
+    load_machine,
+    tool_axes,
+)
+from fiveaxis.model.motion.deviation import WRITTEN_TOLERANCE
+from fiveaxis.model.motion.filling import fill_in
+from fiveaxis.model.motion.thinning import thinned
 
 MACHINES = {
     name: load_machine(name)

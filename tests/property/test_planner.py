@@ -5,10 +5,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fiveaxis.contour import path_quality, plan_contour
-from fiveaxis.errors import Infeasible, MeshError
-from fiveaxis.mesh import TriangleTree
-from fiveaxis.toolpath import Tool
+from fiveaxis.base.errors import Infeasible, MeshError
+from fiveaxis.cam import TriangleTree, path_quality, plan_contour
+from fiveaxis.model import Tool
 
 RADIUS = 2.0
 

@@ -13,14 +13,19 @@ from scipy.optimize import minimize
 from support.quick_optimiser import tilt_bounds
 
 import fiveaxis as fx
-from fiveaxis.energy import motion_energy, travel_costs
-from fiveaxis.geometry import normalise
-from fiveaxis.kinematics import linear_positions, tool_axes
-from fiveaxis.machine import Machine
-from fiveaxis.motion import follow
+from fiveaxis.base import normalise
+from fiveaxis.model import (
+    Machine,
+    Tool,
+    Toolpath,
+    follow,
+    linear_positions,
+    motion_energy,
+    tool_axes,
+    travel_costs,
+)
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.problem import ROTARY_EXCESS_PRICE, Problem
-from fiveaxis.toolpath import Tool, Toolpath
 
 TILT = (10.0, 45.0)
 TURN = 20.0

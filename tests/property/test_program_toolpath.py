@@ -14,16 +14,15 @@ from hypothesis import strategies as st
 from support.nc_blocks import one_by_one
 
 import fiveaxis as fx
-from fiveaxis.errors import ToolpathError
-from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
-from fiveaxis.machine import Machine, load_machine
+from fiveaxis.base import Wrap
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import Machine, linear_positions, load_machine, tool_axes, tool_poses
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import run_program
 from fiveaxis.nc.languages.choice import find_language
 from fiveaxis.nc.languages.runs import Run
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.options import Wrap
 
 BALL = fx.Tool.ball(6)
 # Table and table, table and head, head and head; two of them count axes against ISO 841.

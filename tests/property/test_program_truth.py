@@ -17,22 +17,21 @@ import pytest
 from support.shop_programs import SHOPS, wall
 
 import fiveaxis as fx
-from fiveaxis.errors import AlreadyBetter
+from fiveaxis.base.errors import AlreadyBetter
 from fiveaxis.job import RevisedProgram, make_job, resolve, revise_operations, write_revised
 from fiveaxis.job.description import Job
 from fiveaxis.job.in_place import RevisedOperation
 from fiveaxis.job.program_choice import LONGER, MORE_OFTEN, WORTHWHILE
 from fiveaxis.job.solution import Solution
-from fiveaxis.machine import load_machine, with_powers
-from fiveaxis.motion import Interpolation, block_ends, block_times, follow
-from fiveaxis.motion.deviation import WRITTEN_TOLERANCE, path_deviation
+from fiveaxis.model import Interpolation, block_ends, block_times, follow, load_machine, with_powers
+from fiveaxis.model.motion.deviation import WRITTEN_TOLERANCE, path_deviation
 from fiveaxis.nc.control.feed_meaning import program_dialect
 from fiveaxis.nc.own_header import control_comment
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.writing.header import comment_lines
 from fiveaxis.posture.solution import AS_PROGRAMMED
-from fiveaxis.report import write_json
-from fiveaxis.viewer.moves import choose_sides
+from fiveaxis.show import write_json
+from fiveaxis.show.viewer.moves import choose_sides
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 PROGRAMS = SHARED / "programs"

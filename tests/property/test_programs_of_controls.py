@@ -12,14 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fiveaxis.errors import FiveAxisError, ToolpathError
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import Coordinates, Motion, rapid_speeds
+from fiveaxis.base import Array, BoolArray, Coordinates
+from fiveaxis.base.errors import FiveAxisError, ToolpathError
+from fiveaxis.model import Machine, Motion, MoveKind, Tool, load_machine, tool_poses
+from fiveaxis.model.motion.timing import rapid_speeds
 from fiveaxis.nc import DIALECTS, Program, ProgramSettings, read_program, read_toolpath
 from fiveaxis.nc import compose_program as compose_with_way_out
-from fiveaxis.toolpath import MoveKind, Tool
 
 # A way out of the last cut has tests of its own: here the last block is the last move.
 compose_program = partial(compose_with_way_out, settings=ProgramSettings(way_out=False))

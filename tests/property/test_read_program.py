@@ -12,12 +12,10 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import PATH_TOLERANCE, Motion
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import PATH_TOLERANCE, Machine, Motion, MoveKind, load_machine
 from fiveaxis.nc import ProgramSettings, read_program
 from fiveaxis.nc import compose_program as compose_with_way_out
-from fiveaxis.toolpath import MoveKind
 
 # A way out of the last cut has tests of its own: here the last block is the last move.
 compose_program = partial(compose_with_way_out, settings=ProgramSettings(way_out=False))

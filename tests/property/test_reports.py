@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fiveaxis.errors import SettingError
-from fiveaxis.findings import Finding, Gap, Place, Severity
-from fiveaxis.verification.report import APPROACH, PATH, READING, Check, Report
+from fiveaxis.base.errors import SettingError
+from fiveaxis.base.findings import Finding, Gap, Place, Severity
+from fiveaxis.check.verification.report import APPROACH, PATH, READING, Check, Report
 
 CODES = ("tilt", "gouge", "axis-limit")
 ROWS = (PATH, APPROACH, READING)

@@ -7,7 +7,7 @@ import pytest
 from support.sampled_surfaces import cone, dome, ellipse, sampled, wave
 
 import fiveaxis as fx
-from fiveaxis.errors import SettingError
+from fiveaxis.base.errors import SettingError
 
 # Share by which energies may differ between paths with one and four times the locations.
 SAME = 0.02

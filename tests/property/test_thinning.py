@@ -7,12 +7,20 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fiveaxis.geometry import angle_between
-from fiveaxis.kinematics import linear_positions, tool_axes
-from fiveaxis.machine import load_machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in, thinned
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
-from fiveaxis.verification.model import tool_poses
+from fiveaxis.base import angle_between
+from fiveaxis.check.verification.model import tool_poses
+from fiveaxis.model import (
+    AXIS_TOLERANCE,
+    PATH_TOLERANCE,
+    MoveKind,
+    Tool,
+    Toolpath,
+    linear_positions,
+    load_machine,
+    tool_axes,
+)
+from fiveaxis.model.motion.filling import fill_in
+from fiveaxis.model.motion.thinning import thinned
 
 MACHINES = ("hayashi-640123", "linuxcnc-xyzac-trt", "linuxcnc-bridgemill", "dmu50ev", "dmu80p-duoblock")
 # Moments within each given block at which the two motions are compared.

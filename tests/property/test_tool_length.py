@@ -13,14 +13,13 @@ from hypothesis import strategies as st
 from support.rs274 import canonical, needs_rs274
 
 import fiveaxis as fx
-from fiveaxis.collision import Fixture
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
+from fiveaxis.base.findings import Severity
+from fiveaxis.check import Fixture
 from fiveaxis.job import resolve
 from fiveaxis.job.reading import make_job
-from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.machine.bodies import Box
+from fiveaxis.model import Machine, linear_positions, load_machine, tool_poses
+from fiveaxis.model.machine.bodies import Box
 from fiveaxis.nc import read_program, read_toolpath
 from fiveaxis.nc.own_header import length_comment
 from fiveaxis.nc.words import control_values

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from support.travel_optimiser import optimise
 
-from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.verification import Tolerances, verify
+from fiveaxis.check import Tolerances, verify
+from fiveaxis.model import Tool, Toolpath
 
 
 def wavy(n: int = 40) -> Toolpath:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine
+from fiveaxis.model import Machine, tool_poses
 
 # mm: pieces into which a path is cut to be searched, and how much farther than the nearest another may be
 # whose direction still counts: a path may stand while the tool turns.

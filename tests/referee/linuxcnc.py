@@ -25,9 +25,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine
-from fiveaxis.machine.axes import Axis
+from fiveaxis.model import Machine, tool_poses
+from fiveaxis.model.machine.axes import Axis
 from referee.housekeeping import MEMORY, SimulationFault, end_leftovers, machine_to_oneself
 
 FILES = Path(__file__).parent / "machine"

@@ -9,11 +9,21 @@ import numpy as np
 import pytest
 
 from fiveaxis import optimise
-from fiveaxis.kinematics import tool_axes, tool_poses
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, fill_in, follow, predicted_time
+from fiveaxis.model import (
+    AXIS_TOLERANCE,
+    PATH_TOLERANCE,
+    Machine,
+    MoveKind,
+    Tool,
+    Toolpath,
+    follow,
+    load_machine,
+    predicted_time,
+    tool_axes,
+    tool_poses,
+)
+from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, read_program
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 from referee.deviation import deviations, joint_path
 from referee.linuxcnc import SimulationFault, run_program, why_unavailable
 

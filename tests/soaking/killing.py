@@ -18,7 +18,7 @@ from pathlib import Path
 
 import psutil
 
-from fiveaxis.batch.ledger import LINES, LOCK
+from fiveaxis.job.batch.ledger import LINES, LOCK
 from soaking.rings import contents
 
 # What a victim does when it is killed, with its share of the kills; "batch" is the command itself.

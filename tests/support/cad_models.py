@@ -8,7 +8,7 @@ from typing import Any
 
 import trimesh
 
-from fiveaxis.mesh import Model, load_mesh, model_of
+from fiveaxis.cam import Model, load_mesh, model_of
 
 
 @cache

@@ -1,4 +1,4 @@
-"""coal's answers to the questions of `fiveaxis.collision.pieces.PairQuery`; shapes of both, and poses."""
+"""coal's answers to the questions of `check.collision.pieces.PairQuery`; shapes of both, and poses."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import trimesh
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from fiveaxis.collision.pieces import box_piece, cylinder_piece, hull_piece, mesh_piece, revolved_pieces
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.base import Array, IntArray
+from fiveaxis.check.collision.pieces import box_piece, cylinder_piece, hull_piece, mesh_piece, revolved_pieces
 
 HERE = np.eye(4)
 

@@ -16,13 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.machine import Machine
+from fiveaxis.base.errors import FiveAxisError
+from fiveaxis.model import Machine, MoveKind
 from fiveaxis.nc.control.axis_track import travel_of
 from fiveaxis.nc.control.running import at_least_speed, run_program
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import load_source
-from fiveaxis.toolpath import MoveKind
 from support.patience import PATIENCE
 from support.rs274 import interpret
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fiveaxis.machine import Machine
+from fiveaxis.model import Machine
 
 
 def haas_trunnion() -> Machine:

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.geometry import normalise
-from fiveaxis.toolpath import Toolpath, feed_directions
+from fiveaxis.base import normalise
+from fiveaxis.model import Toolpath, feed_directions
 
 
 def leaned(path: Toolpath, lead: float, lean: float = 0.0) -> Toolpath:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fiveaxis.mesh import Model, TriangleTree
-from fiveaxis.toolpath import Toolpath
+from fiveaxis.cam import Model, TriangleTree
+from fiveaxis.model import Toolpath
 
 # Halvings of the height of what is left.
 HALVINGS = 25

@@ -37,7 +37,7 @@ class _Unpickler(pickle.Unpickler):
 
 def light_entry(text: str) -> str:
     """Return what a worker runs, with a text of Python in place of the worker itself."""
-    from fiveaxis.batch import pool
+    from fiveaxis.job.batch import pool
 
     head, _, _ = pool.ENTRY.partition("from fiveaxis")
     return (

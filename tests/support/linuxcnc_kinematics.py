@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
 
 
 def five_axis(joints: Array, tilt: Array, spin: Array, length: float) -> Array:

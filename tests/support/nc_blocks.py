@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.runs import Run
 

@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from fiveaxis import posture
-from fiveaxis.toolpath import Constraints, TiltBounds, Toolpath
+from fiveaxis.model import Constraints, TiltBounds, Toolpath
 
 QUICK = {"effort": "quick"}
 BOUNDS = tuple(field.name for field in fields(Constraints))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.model import Tool, Toolpath
 
 
 def ring(n: int = 80, n_z: float = -0.3, radius: float = 20.0) -> Toolpath:

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 import fiveaxis as fx
-from fiveaxis.machine import Body, Box, DirectionalDrive, Machine
-from fiveaxis.toolpath import divided_rows, refined
+from fiveaxis.model import Body, Box, DirectionalDrive, Machine, divided_rows, refined
 
 # Computes x, y, z of places u along a pass, 0 to 1, at the place v across, 0 to 1.
 Surface = Callable[[np.ndarray, float], tuple[np.ndarray, ...]]

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.base import Array
+from fiveaxis.model import Machine, Motion
 
 
 def rest_times(motion: Motion, machine: Machine) -> Array:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from fiveaxis.files import write_atomically
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, ProgramMotion
+from fiveaxis.base.files import write_atomically
+from fiveaxis.model import Machine, Motion, ProgramMotion
 from fiveaxis.nc import ProgramSettings, compose_program
 
 

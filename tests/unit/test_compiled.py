@@ -14,7 +14,7 @@ PACKAGE = Path(fiveaxis.__file__).parent
 SCRIPT = """
 import numpy as np
 from fiveaxis.mesh import TriangleTree
-import fiveaxis.mesh.kernels
+import fiveaxis.cam.mesh.kernels
 print(TriangleTree.build(np.eye(3)[None]).distances(np.zeros((1, 3)))[0])
 """
 

@@ -239,7 +239,7 @@ def test_every_key_of_a_job_is_on_its_page(formats):
 def test_every_key_of_the_library_s_machines_and_of_the_tools_is_on_its_page(formats):
     import tomllib
 
-    from fiveaxis.toolpath.tool import HolderTable, SectionTable, ToolTable
+    from fiveaxis.model.toolpath.tool import HolderTable, SectionTable, ToolTable
 
     pages = formats.pages()
     for path in (ROOT / "machines").glob("*.toml"):

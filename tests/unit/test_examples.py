@@ -13,7 +13,7 @@ import pytest
 from support.patience import PATIENCE
 
 from fiveaxis.job import read_job, run_job
-from fiveaxis.report.page import compose_page
+from fiveaxis.show.report.page import compose_page
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("0*.py"))

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from support.killed_writer import leave_behind
 
-from fiveaxis.errors import InputError, SettingError
-from fiveaxis.files import (
+from fiveaxis.base.errors import InputError, SettingError
+from fiveaxis.base.files import (
     csv_text,
     hash_input,
     kept_by_file,
@@ -165,7 +165,7 @@ def held(name: str) -> PermissionError:
 
 @pytest.mark.parametrize("times", [2, 1000])
 def test_a_file_that_another_program_holds_is_replaced_once_it_lets_go(tmp_path, monkeypatch, times):
-    monkeypatch.setattr("fiveaxis.files.PAUSE", 0.0)
+    monkeypatch.setattr("fiveaxis.base.files.PAUSE", 0.0)
     path, replace, refused = tmp_path / "a.csv", Path.replace, []
     path.write_text("old")
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from fiveaxis.findings import Finding, Place, Severity, group_findings, sort_findings
+from fiveaxis.base.findings import Finding, Place, Severity, group_findings, sort_findings
 
 LEAN = "tool axis at {} deg to the normal is above the bound 80 deg; optimise again or widen the range"
 

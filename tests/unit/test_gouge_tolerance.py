@@ -11,14 +11,12 @@ from support.unverified_text import write_text
 from typer.testing import CliRunner
 
 import fiveaxis as fx
-from fiveaxis.cli import app
-from fiveaxis.errors import SettingError
+from fiveaxis.base.errors import SettingError
+from fiveaxis.check import Tolerances
+from fiveaxis.check.verification.verdict import verify
+from fiveaxis.cli.commands import app
 from fiveaxis.job import make_job, read_job
-from fiveaxis.machine import load_machine
-from fiveaxis.motion import follow
-from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.verification import Tolerances
-from fiveaxis.verification.verdict import verify
+from fiveaxis.model import Tool, Toolpath, follow, load_machine
 
 # mm: the floor is flat, so a ball that touches this far below it reaches as deep into the part.
 DEPTH = 0.03

@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis import files
-from fiveaxis.energy.log_columns import LogColumns
-from fiveaxis.energy.motion_log import read_axis_log
-from fiveaxis.errors import InputError, JobError, MachineError, MeshError, ToolpathError
+from fiveaxis.base import ReadLog, files
+from fiveaxis.base.errors import InputError, JobError, MachineError, MeshError, ToolpathError
+from fiveaxis.cam import load_mesh
+from fiveaxis.cam.mesh.loading import check_mesh
 from fiveaxis.job import make_job, read_fixtures, read_job, run_job, write_outcome
-from fiveaxis.machine import load_machine
-from fiveaxis.mesh import check_mesh, load_mesh
-from fiveaxis.nc import find_dialect, read_motion, read_program, read_toolpath, source
+from fiveaxis.lab.calibration.log_columns import LogColumns
+from fiveaxis.lab.calibration.motion_log import read_axis_log
+from fiveaxis.model import Tool, load_machine, parse_tool
+from fiveaxis.nc import find_dialect, read_program, read_toolpath, source
+from fiveaxis.nc.motion_table import read_motion
 from fiveaxis.nc.source import load_source
-from fiveaxis.options import ReadLog
-from fiveaxis.report import describe_input
-from fiveaxis.toolpath import Tool, parse_tool
+from fiveaxis.show import describe_input
 
 MARKUP = "<img src=x onerror=alert(1)>"
 FILES = {"motion.csv", "preview.html", "program.ngc", "report.html", "report.json"}

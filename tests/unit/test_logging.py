@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.energy import calibrate_drive
 from fiveaxis.job import make_job, run_job
+from fiveaxis.lab import calibrate_drive
 from fiveaxis.nc import write_motion
-from fiveaxis.report import write_report
-from fiveaxis.viewer import preview, write_preview
+from fiveaxis.show import preview, write_preview, write_report
 
 TOOL = """
 shape = "ball"
@@ -94,20 +93,20 @@ def test_a_room_says_what_it_did(told, room, gist, detail):
 
 
 def test_every_room_of_a_job_logs_under_its_own_name(told):
-    rooms = {record.name.split(".")[1] for record in told.records}
+    rooms = {part for record in told.records for part in record.name.split(".")}
     assert rooms >= {"nc", "collision", "posture", "verification", "energy"}
 
 
 def test_the_report_says_how_large_its_page_is(tmp_path, caplog, monkeypatch):
-    monkeypatch.setattr("fiveaxis.report.page.compose_page", lambda *_: "x" * 2000)
-    with caplog.at_level(logging.INFO, logger="fiveaxis.report"):
+    monkeypatch.setattr("fiveaxis.show.report.page.compose_page", lambda *_: "x" * 2000)
+    with caplog.at_level(logging.INFO, logger="fiveaxis.show.report"):
         write_report(SimpleNamespace(locations=5), tmp_path / "report.html")
     assert caplog.messages == ["report.html: 2 kB about 5 locations"]
 
 
 def test_the_viewer_says_where_it_is_seen_and_who_looks(tmp_path, caplog, monkeypatch):
-    monkeypatch.setattr("fiveaxis.viewer.page.render_page", lambda *_, **__: "x" * 2000)
-    with caplog.at_level(logging.DEBUG, logger="fiveaxis.viewer"):
+    monkeypatch.setattr("fiveaxis.show.viewer.page.render_page", lambda *_, **__: "x" * 2000)
+    with caplog.at_level(logging.DEBUG, logger="fiveaxis.show.viewer"):
         write_preview(None, tmp_path / "preview.html")
         with preview(None, open_browser=False) as shown, urlopen(shown.url()) as page:
             page.read()
@@ -122,7 +121,7 @@ def test_a_calibration_says_what_it_fits_and_what_it_drops(tmp_path, caplog):
     power = 5.0 + 0.4 * np.abs(speed)
     rows = np.column_stack([time, speed, power])
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t,v,p", comments="")
-    with caplog.at_level(logging.DEBUG, logger="fiveaxis.energy"):
+    with caplog.at_level(logging.DEBUG, logger="fiveaxis.model.energy"):
         columns = {"power": "p", "velocity": "v", "time": "t"}
         units = {"power_unit": "W", "velocity_unit": "mm/s", "time_unit": "s"}
         calibrate_drive(

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.errors import MissingDependency
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.base.errors import MissingDependency
+from fiveaxis.base.findings import Finding, Severity
+from fiveaxis.base.notebook import MOST_ROWS
 from fiveaxis.nc.motion_table import read_motion, write_motion
-from fiveaxis.notebook import MOST_ROWS
 
 NAME = "<script>alert('ring')</script> & co.csv"
 

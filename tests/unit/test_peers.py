@@ -81,7 +81,7 @@ def test_the_checker_finds_an_axis_that_is_off(peers, arc, leaned, column, by, w
 
 
 def test_the_checker_finds_leans_turns_and_limits(peers, arc):
-    from fiveaxis.motion import follow
+    from fiveaxis.model import follow
 
     problem = arc.problem
     along = np.tile([-np.pi / 2.0, 0.0], (len(arc.toolpath), 1))

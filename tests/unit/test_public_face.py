@@ -11,10 +11,10 @@ from dataclasses import fields
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.batch import run_batch
-from fiveaxis.options import Meshes, Search, Surrounding, options_of
+from fiveaxis.base import Meshes, Search, Surrounding, options_of
+from fiveaxis.job import run_batch
+from fiveaxis.model import Constraints
 from fiveaxis.posture import Options
-from fiveaxis.toolpath import Constraints
 
 # Loads nothing but the package itself; a name's own room comes when it is asked for.
 LOADED = """
@@ -40,7 +40,7 @@ def test_importing_the_package_loads_no_room():
 
 
 def test_a_name_that_isnt_there_is_named():
-    with pytest.raises(AttributeError, match="no attribute 'run_bach'"):
+    with pytest.raises(AttributeError, match="No fiveaxis attribute run_bach"):
         _ = fx.run_bach
 
 

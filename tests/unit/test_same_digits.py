@@ -1,7 +1,7 @@
 """Nothing that decides between postures has digits that depend on the processor.
 
 OpenBLAS chooses its kernels by processor, and so does numpy for functions that have vector code of their own;
-`fiveaxis.geometry.vectors` has what takes their place.
+`fiveaxis.base.geometry.vectors` has what takes their place.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ VECTOR_CODE |= {"logaddexp", "logspace", "power", "sinh", "tan", "tanh"}
 OPTIONS = {"fastmath", "optimize", "parallel"}
 # Who may use them, and why.
 EXCEPTIONS = {
-    "energy/drive_fits.py": "fits powers to a log before any posture is chosen; a user rounds and keeps them",
-    "energy/totals.py": "draws powers for the range of savings, after the postures are chosen",
+    "lab/calibration/drive_fits.py": "fits powers to logs before postures are chosen; users round them",
+    "model/energy/totals.py": "draws powers for the range of savings, after the postures are chosen",
     "posture/local/ipopt.py": "states the problem in CasADi; IPOPT's own linear algebra is BLAS",
-    "verification/tcp_moves.py": "judges a program that is chosen already",
-    "viewer/": "draws",
+    "check/verification/tcp_moves.py": "judges a program that is chosen already",
+    "show/viewer/": "draws",
 }
 
 
@@ -72,7 +72,7 @@ def test_no_module_that_decides_uses_what_depends_on_the_processor():
     found = [
         f"{place(p)}:{use}" for p in MODULES if not is_exception(p) for use in processor_code(p.read_text())
     ]
-    assert not found, "use fiveaxis.geometry.product, arctan2, arccos, arcsin, or the functions of math"
+    assert not found, "use fiveaxis.base.product, arctan2, arccos, arcsin, or the functions of math"
 
 
 @pytest.mark.parametrize("exception", EXCEPTIONS)

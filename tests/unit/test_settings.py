@@ -8,8 +8,8 @@ from typing import Literal
 import pytest
 from pydantic import Field, ValidationError
 
-from fiveaxis.errors import JobError
-from fiveaxis.settings import StrictModel, explain, line_of, read_settings
+from fiveaxis.base.errors import JobError
+from fiveaxis.base.settings import StrictModel, explain, line_of, read_settings
 
 
 class Inner(StrictModel):

@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.errors import JobError
+from fiveaxis.base.errors import JobError
 from fiveaxis.job import load_job_machine, make_job
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import DirectionalDrive, Limits, Machine, load_machine, machine_names
+from fiveaxis.model import (
+    DirectionalDrive,
+    Limits,
+    Machine,
+    Tool,
+    Toolpath,
+    load_machine,
+    machine_names,
+    tool_poses,
+)
 from fiveaxis.nc.program import compose_program
-from fiveaxis.toolpath import Tool, Toolpath
 
 FIVE_AXIS = [n for n in machine_names() if len(load_machine(n).rotaries) == 2]
 TILT = (10.0, 60.0)

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array, product
-from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.base import Array, product
+from fiveaxis.model import PATH_TOLERANCE
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, numbers_and_words
 from fiveaxis.nc.control.arcs import USUAL, Arc, arc_about
 from fiveaxis.nc.rows import LARGEST_POSITION, UNIT_TOLERANCE

@@ -12,10 +12,10 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from fiveaxis.findings import Finding
+from fiveaxis.base import Finding
+from fiveaxis.model import MoveKind
 from fiveaxis.nc.apt.feedrate import FEED_WORDS
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, Statement, parse_minors
-from fiveaxis.toolpath import MoveKind
 
 # Kind of cycle -> whether the tool retracts at the feed.
 KINDS = {"DRILL": False, "DEEP": False, "BRKCHP": False, "FACE": False, "THRU": False, "BORE": False}

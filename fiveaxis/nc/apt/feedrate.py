@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
 from fiveaxis.nc.apt.statements import LONGEST_SHOWN, numbers_and_words
 from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES
 from fiveaxis.nc.units import Units

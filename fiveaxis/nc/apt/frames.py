@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, inverse_transform, product
+from fiveaxis.base import Array, Finding, Severity, inverse_transform, product
 from fiveaxis.nc.apt.statements import CATIA_FRAME, CREO, LONGEST_SHOWN, Statement
 from fiveaxis.nc.rows import LARGEST_POSITION
 

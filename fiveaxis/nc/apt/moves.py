@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fiveaxis.findings import Finding
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.base import Array, Finding, IntArray
+from fiveaxis.model import MoveKind
 from fiveaxis.nc.apt.arcs import (
     StatedArc,
     agreement,
@@ -27,7 +27,6 @@ from fiveaxis.nc.apt.statements import Statement
 from fiveaxis.nc.control.arcs import USUAL
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.units import Units
-from fiveaxis.toolpath import MoveKind
 
 UPRIGHT = [0.0, 0.0, 1.0]
 

@@ -18,8 +18,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.base import Array, Finding, IntArray, Severity
+from fiveaxis.model import MoveKind, Toolpath
 from fiveaxis.nc.apt.feedrate import Feeds
 from fiveaxis.nc.apt.frames import FRAME_WORDS, Frames
 from fiveaxis.nc.apt.moves import Moves
@@ -30,7 +30,6 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import DEFAULT_FEED, MILLIMETRES, require_finite, scale_positions, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
-from fiveaxis.toolpath import MoveKind, Toolpath
 
 
 def read_apt(source: Source, options: ReadOptions) -> Toolpath:

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.base import Finding, Severity, ToolpathError
 from fiveaxis.nc.rows import parse_number
 from fiveaxis.nc.source import Source
 

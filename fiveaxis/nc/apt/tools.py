@@ -8,15 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.errors import ToolError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import IntArray
+from fiveaxis.base import Finding, IntArray, Severity, ToolError
+from fiveaxis.model import InForce, Tool, shapes
 from fiveaxis.nc.apt.statements import Statement, numbers_and_words
 from fiveaxis.nc.operations import rows_of
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import Tool, shapes
-from fiveaxis.toolpath.operation import InForce
 
 # mm, rounding of the figures of an APT cutter.
 APT_ROUNDING = 1e-3

@@ -13,11 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL
+from fiveaxis.base import Array, BoolArray, IntArray
+from fiveaxis.model import STANDSTILL, Machine, MoveKind
 from fiveaxis.nc.languages.block import Triple
-from fiveaxis.toolpath import MoveKind
 
 # Key of the counts: blocks to the position that the axes already have.
 NO_MOVE = "no move"

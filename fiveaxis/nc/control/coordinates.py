@@ -7,10 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, product
-from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, SettingError, product
+from fiveaxis.model import Machine, linear_positions, tool_axes, tool_poses
 from fiveaxis.nc.control.axis_track import Counting, Values, axis_values
 from fiveaxis.nc.languages.planes import Plane
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.machine import Machine
+from fiveaxis.base import Finding, Severity
+from fiveaxis.model import Machine, MoveKind
 from fiveaxis.nc.control.axis_track import Columns, travel_of
 from fiveaxis.nc.languages.choice import ISO, control_of, find_language
 from fiveaxis.nc.own_header import stated_control, stated_degree
@@ -17,7 +17,6 @@ from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.table_parts import MixedFeed
 from fiveaxis.nc.writing.tables import DIALECTS, Dialect, find_dialect
-from fiveaxis.toolpath import MoveKind
 
 # Sinumerik: axes of the path feed, and the radius at which a rotary one counts. By default it counts 1 mm a
 # degree, in inches too (6FC5398-1BP10-2BA0, 7.1 Feedrate, pp. 268-271).

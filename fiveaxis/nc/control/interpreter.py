@@ -14,9 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.findings import Severity
-from fiveaxis.kinematics import link_poses
-from fiveaxis.machine import BED
+from fiveaxis.base import Severity
+from fiveaxis.model import BED, link_poses
 from fiveaxis.nc.control.axis_track import Counting, axis_values
 from fiveaxis.nc.control.interpreter_state import CUT, Switch
 from fiveaxis.nc.control.modal import (

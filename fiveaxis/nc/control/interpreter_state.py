@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import product
+from fiveaxis.base import Finding, Place, Severity, product
+from fiveaxis.model import MoveKind
 from fiveaxis.nc.control.axis_track import NO_MOVE, UNKNOWN_END, AxisTrack, Values
 from fiveaxis.nc.control.coordinates import Coordinates, Point
 from fiveaxis.nc.control.feed_meaning import FeedMeaning
@@ -21,7 +21,6 @@ from fiveaxis.nc.languages.block import Block, BlockError, Triple
 from fiveaxis.nc.rows import LARGEST_POSITION, MILLIMETRES
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.unread import Unread
-from fiveaxis.toolpath import MoveKind
 
 CUT, RAPID = int(MoveKind.CUT), int(MoveKind.RAPID)
 

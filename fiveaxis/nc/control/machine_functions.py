@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.base import Finding, Severity
 from fiveaxis.nc.control.axis_track import AxisTrack
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.choice import ISO, KLARTEXT, MILLPLUS, SINUMERIK, Language

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fiveaxis.machine import Machine
+from fiveaxis.model import Machine
 from fiveaxis.nc.control.reading_rules import ControlRules
 from fiveaxis.nc.control.technology import (
     DEFAULT_OFFSET,

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array
-from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.base import Array, Severity
+from fiveaxis.model import PATH_TOLERANCE
 from fiveaxis.nc.control.arcs import USUAL, Arc, Pair, arc_about, arc_of_radius
 from fiveaxis.nc.control.axis_track import NO_MOVE, Values
 from fiveaxis.nc.control.coordinates import Point

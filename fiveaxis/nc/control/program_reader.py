@@ -19,12 +19,29 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.machine import Machine
-from fiveaxis.motion import PATH_TOLERANCE, Motion
+from fiveaxis.base import (
+    Array,
+    BoolArray,
+    Finding,
+    IntArray,
+    Place,
+    Reading,
+    Severity,
+    ToolpathError,
+    keywords_of,
+)
+from fiveaxis.model import (
+    PATH_TOLERANCE,
+    Machine,
+    Motion,
+    MoveKind,
+    Operation,
+    Tool,
+    divided_rows,
+    interpolate,
+    linear_positions,
+    tool_poses,
+)
 from fiveaxis.nc.control.axis_track import Columns, Counting, motion_times, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
@@ -35,8 +52,6 @@ from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import require
 from fiveaxis.nc.source import Source, load_source
 from fiveaxis.nc.words import control_values
-from fiveaxis.options import Reading, keywords_of
-from fiveaxis.toolpath import MoveKind, Operation, Tool, divided_rows, interpolate
 
 NAMES_NO_AXES = "is a list of cutter locations, which names no axes"
 _LIST = f"{NAMES_NO_AXES}; read it as a toolpath (read_toolpath)"

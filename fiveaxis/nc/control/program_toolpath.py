@@ -13,11 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.errors import ToolError
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import tool_axes, tool_poses
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, BoolArray, Severity, ToolError
+from fiveaxis.model import Machine, MoveKind, Operation, Toolpath, tool_axes, tool_poses
 from fiveaxis.nc.control.axis_track import Columns, filled, travel_of
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.running import note_assumptions, run_program, take_operation, why_nothing_moves
@@ -26,7 +23,6 @@ from fiveaxis.nc.languages.block import upper_ascii
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.rows import DEFAULT_FEED, unit_axes, unit_normals
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import MoveKind, Operation, Toolpath
 
 # deg: longer rotations in one move are reported. Most are rewinds, or a wrap that depends on the control.
 LONG_TURN = 180.0

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.base import Finding, Severity
+from fiveaxis.model import MoveKind
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.languages.choice import ISO, LANGUAGES, find_language, moves, tape_end
 from fiveaxis.nc.languages.increments import LEAST_ANGLE, first_whole_word, has_points
@@ -20,7 +21,6 @@ from fiveaxis.nc.languages.macro import compact_code
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.table_parts import ReadingRules
 from fiveaxis.nc.writing.tables import DIALECTS, Dialect
-from fiveaxis.toolpath import MoveKind
 
 # Key of the table -> what is read where nothing says otherwise, and the words that would.
 TAKEN = {

@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray
+from fiveaxis.base import Array, BoolArray
 from fiveaxis.nc.control.axis_track import NO_MOVE, Columns, nowhere
 from fiveaxis.nc.control.interpreter_state import CUT, RAPID
 from fiveaxis.nc.control.moves import STRAIGHT, Moves

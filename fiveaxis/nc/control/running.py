@@ -10,10 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.findings import Severity
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Machine
+from fiveaxis.base import SettingError, Severity
+from fiveaxis.model import InForce, Machine, MoveKind, Operation, tool_axes
 from fiveaxis.nc.control.axis_track import AxisTrack, Columns, Values, travel_of
 from fiveaxis.nc.control.coordinates import Coordinates, WorkOffsets
 from fiveaxis.nc.control.feed_meaning import dialect_of
@@ -41,8 +39,6 @@ from fiveaxis.nc.rows import MILLIMETRES, unit_axes
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.units import Size, Units
 from fiveaxis.nc.unread import read_around, uncertain_after
-from fiveaxis.toolpath import MoveKind, Operation
-from fiveaxis.toolpath.operation import InForce
 
 # Rotary words of programs in radians: a quarter turn, a whole one, and rounding to 4 decimals.
 QUARTER, TURN, SAME_QUARTER = math.pi / 2.0, 2.0 * math.pi, 6e-5

@@ -8,14 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray, Severity, ToolpathError
+from fiveaxis.model import MoveKind
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.control.technology import Technology, TechnologyTrack
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.toolpath import MoveKind
 
 _SKIPPED = re.compile(r"\s*(?:N?\s*[0-9]+\s*)?/")
 # What differs without harm to the cuts.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.base import Finding, Severity
 from fiveaxis.nc.languages.choice import KLARTEXT, bare_code, find_language
 from fiveaxis.nc.source import Source
 from fiveaxis.nc.writing.table_parts import Counted

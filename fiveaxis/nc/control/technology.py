@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.base import Array, IntArray
 from fiveaxis.nc.control.words_in_force import group_of, in_force_after, words_beside
 from fiveaxis.nc.languages.block import Block
 from fiveaxis.nc.languages.choice import ISO, SINUMERIK, Language, find_language

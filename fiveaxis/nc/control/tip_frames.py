@@ -10,16 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import link_poses
-from fiveaxis.machine import BED, Machine
+from fiveaxis.base import Array, BoolArray, Positions, Severity
+from fiveaxis.model import BED, Machine, MoveKind, link_poses
 from fiveaxis.nc.control.axis_track import Columns
 from fiveaxis.nc.control.interpreter import Interpreter
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.own_header import stated_positions
-from fiveaxis.options import Positions
-from fiveaxis.toolpath import MoveKind
 
 # Words that switch TCP on and leave the frame to a parameter of the control.
 OPEN_WORDS = frozenset(("G43.4", "G43.5", "M128"))

@@ -13,13 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.machine import Machine
+from fiveaxis.base import SettingError, Wrap
+from fiveaxis.model import Machine
 from fiveaxis.nc.languages.block import block_error
 from fiveaxis.nc.languages.choice import KLARTEXT, SINUMERIK, Language
 from fiveaxis.nc.own_header import stated_modulo
 from fiveaxis.nc.source import HEAD, Source
-from fiveaxis.options import Wrap
 
 # deg
 TURN, HALF_TURN = 360.0, 180.0

@@ -8,14 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
-from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, Finding, Severity
+from fiveaxis.model import Machine, MoveKind, linear_positions, tool_poses
 from fiveaxis.nc.control.axis_track import Columns, Counting
 from fiveaxis.nc.own_header import stated_control
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import MoveKind
 
 # A zero from which the cuts that turn are shorter by this factor is the one that was meant.
 CLEARLY = 2.0

@@ -8,9 +8,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import NamedTuple
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array, Finding, Severity, ToolpathError
 from fiveaxis.nc.source import Source
 
 Triple = tuple[float, float, float]

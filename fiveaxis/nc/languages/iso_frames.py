@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fiveaxis.geometry import Array, product
+from fiveaxis.base import Array, product
 from fiveaxis.nc.languages.block import Block, BlockError
 from fiveaxis.nc.languages.planes import Plane, rotation_onto, turns
 

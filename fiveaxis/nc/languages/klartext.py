@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fiveaxis.findings import Severity
+from fiveaxis.base import Severity
 from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, require_short, strip_comment
 from fiveaxis.nc.languages.klartext_move import MOVES, Move
 from fiveaxis.nc.languages.klartext_setup import SetUp

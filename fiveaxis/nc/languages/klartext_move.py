@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from fiveaxis.findings import Severity
+from fiveaxis.base import Severity
 from fiveaxis.nc.languages.block import SPINDLE_M, Block, BlockError, m_number, put_word
 from fiveaxis.nc.languages.klartext_state import END_M, REFUSED_M, VALUE, Line, State
 from fiveaxis.nc.languages.planes import TCP, turns

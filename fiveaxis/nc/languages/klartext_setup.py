@@ -6,8 +6,7 @@ import re
 
 import numpy as np
 
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array, product
+from fiveaxis.base import Array, Severity, product
 from fiveaxis.nc.languages.block import BlockError
 from fiveaxis.nc.languages.klartext_cycles import Cycle, require_drill
 from fiveaxis.nc.languages.klartext_state import IGNORED_CYCLES, INCH_FEED, VALUE, Line, refusal

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
 from fiveaxis.nc.languages.block import (
     IS_CYCLE,
     IS_JUMP,

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
+from fiveaxis.base import Finding, Severity
 from fiveaxis.nc.languages.block import Block, BlockError, FrameChange, Triple, number_of
 from fiveaxis.nc.languages.iso import WORD_NUMBER, Iso
 from fiveaxis.nc.languages.macro import compact_code

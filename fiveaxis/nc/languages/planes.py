@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from fiveaxis.geometry import Array, product, rotation_matrix
+from fiveaxis.base import Array, product, rotation_matrix
 from fiveaxis.nc.languages.block import Block, BlockError, Draft, FrameChange
 from fiveaxis.nc.source import Source
 

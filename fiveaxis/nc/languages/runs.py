@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array, IntArray
+from fiveaxis.base import Array, IntArray
 from fiveaxis.nc.languages.block import NUMBER, Block, BlockError, Triple
 from fiveaxis.nc.languages.tape import Tape
 from fiveaxis.nc.source import Source

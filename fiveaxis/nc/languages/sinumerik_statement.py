@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from fiveaxis.findings import Severity
+from fiveaxis.base import Severity
 from fiveaxis.nc.languages.block import SPINDLE_M, BlockError, m_number, number_of, put_word
 from fiveaxis.nc.languages.expressions import evaluate, evaluate_prefix
 from fiveaxis.nc.languages.holes import Hole

@@ -14,7 +14,7 @@ from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base import ToolpathError
 from fiveaxis.nc.languages.block import BlockError, block_error, upper_ascii
 from fiveaxis.nc.source import Source, load_source
 

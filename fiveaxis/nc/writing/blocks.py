@@ -7,11 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, Motion
+from fiveaxis.base import Array, BoolArray, Finding, IntArray, ToolpathError
+from fiveaxis.model import STANDSTILL, Machine, Motion
 from fiveaxis.nc.words import feed_formats, fill_formats
 from fiveaxis.nc.writing.feeds import (
     feed_form,

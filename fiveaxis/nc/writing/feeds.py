@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin
-from fiveaxis.motion import Motion
+from fiveaxis.base import Array, BoolArray, Finding, IntArray, Place, Severity, ToolpathError, arcsin
+from fiveaxis.model import Motion
 from fiveaxis.nc.control.axis_track import fed_lengths
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import feed_text

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.machine import Machine, Setup
-from fiveaxis.machine.unknown import assumed_figures
+from fiveaxis.model import Machine, Setup, assumed_figures
 from fiveaxis.nc.own_header import (
     CALLERS_READ_BACK,
     control_comment,

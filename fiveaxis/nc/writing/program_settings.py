@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError, field_validator
 
-from fiveaxis.errors import SettingError
+from fiveaxis.base import Framing, SettingError, StrictModel, explain, options_of, section_of, table_of
 from fiveaxis.nc.writing.tables import Dialect
-from fiveaxis.options import Framing, options_of, section_of, table_of
-from fiveaxis.settings import StrictModel, explain
 
 # Characters of a program's name.
 LONGEST_NAME = 60

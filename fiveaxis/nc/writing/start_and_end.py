@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.motion import Phase, ProgramMotion
+from fiveaxis.base import SettingError
+from fiveaxis.model import Phase, ProgramMotion
 from fiveaxis.nc.control.technology import Technology, read_technology
 from fiveaxis.nc.control.words_in_force import PLANES, TCP
 from fiveaxis.nc.rows import MILLIMETRES

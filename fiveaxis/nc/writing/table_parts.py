@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from fiveaxis.settings import StrictModel
+from fiveaxis.base import StrictModel
 
 FeedMode = Literal["inverse_time", "per_minute"]
 

@@ -10,8 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from fiveaxis.errors import SettingError
-from fiveaxis.motion import Coordinates
+from fiveaxis.base import Coordinates, SettingError, StrictModel, read_document, validate_settings
 from fiveaxis.nc.writing.table_parts import (
     TEMPLATES,
     ArcBounds,
@@ -32,7 +31,6 @@ from fiveaxis.nc.writing.table_parts import (
     require_ascii,
     require_fields,
 )
-from fiveaxis.settings import StrictModel, read_document, validate_settings
 
 FOLDER = Path(__file__).parents[1] / "controls"
 

@@ -8,12 +8,9 @@ from typing import get_args
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, BoolArray, IntArray, SettingError, Winding
+from fiveaxis.model import Machine, MoveKind
 from fiveaxis.nc.writing.word_writer import WordWriter
-from fiveaxis.options import Winding
-from fiveaxis.toolpath import MoveKind
 
 TURN = 360.0  # deg
 # deg: below half a turn, with room for rounding, the shorter turn is the intended one.

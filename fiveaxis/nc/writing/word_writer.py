@@ -8,11 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.errors import MachineError, SettingError
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import singular_angles, tool_poses
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Coordinates, Interpolation
+from fiveaxis.base import Array, BoolArray, Coordinates, MachineError, SettingError
+from fiveaxis.model import Interpolation, Machine, singular_angles, tool_poses
 from fiveaxis.nc.control.tip_frames import carry_to_machine
 from fiveaxis.nc.rows import MILLIMETRES
 from fiveaxis.nc.words import control_values, rounded

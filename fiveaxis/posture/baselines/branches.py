@@ -11,16 +11,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
-from fiveaxis.energy import travel_costs
-from fiveaxis.errors import NoBaseline
-from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular, product
-from fiveaxis.kinematics import hold_singular, linear_positions, rotary_angles, tool_axes, within_limits
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN, fit_turns, into_limits
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Fill, follow
+from fiveaxis.base import Array, BoolArray, IntArray, NoBaseline, compiled, normalise, perpendicular, product
+from fiveaxis.model import (
+    ON_LIMIT,
+    TURN,
+    Fill,
+    Machine,
+    TiltBounds,
+    Toolpath,
+    fit_turns,
+    follow,
+    hold_singular,
+    into_limits,
+    linear_positions,
+    rotary_angles,
+    tool_axes,
+    travel_costs,
+    within_limits,
+)
 from fiveaxis.posture.strategy.holding import free_angles
-from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Steps of the tilt range.
 TILT_STEPS = 61

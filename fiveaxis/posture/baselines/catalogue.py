@@ -12,14 +12,32 @@ from functools import partial
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
-from fiveaxis.energy import motion_energy, travel_costs
-from fiveaxis.errors import NoBaseline
-from fiveaxis.geometry import Array, BoolArray, IntArray, arcsin, arctan2, cross, product
-from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
-from fiveaxis.kinematics.windings import ON_LIMIT
-from fiveaxis.machine import Machine
-from fiveaxis.motion import follow
+from fiveaxis.base import (
+    UNKEPT,
+    Array,
+    BoolArray,
+    Checkpoint,
+    IntArray,
+    NoBaseline,
+    arcsin,
+    arctan2,
+    compiled,
+    cross,
+    product,
+)
+from fiveaxis.model import (
+    ON_LIMIT,
+    Machine,
+    TiltBounds,
+    Toolpath,
+    feed_directions,
+    follow,
+    linear_positions,
+    motion_energy,
+    tool_axes,
+    travel_costs,
+    within_limits,
+)
 from fiveaxis.posture.baselines.branches import (
     INSIDE,
     follow_axes,
@@ -30,8 +48,6 @@ from fiveaxis.posture.baselines.branches import (
 from fiveaxis.posture.location_model import LocationModel, Locations, place
 from fiveaxis.posture.solution import AS_PROGRAMMED, Baseline
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
-from fiveaxis.progress import UNKEPT, Checkpoint
-from fiveaxis.toolpath import TiltBounds, Toolpath, feed_directions
 
 # Step of the lead and lean angles of `lead-lean`.
 LEAN_STEP = np.radians(15.0)

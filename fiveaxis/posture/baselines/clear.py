@@ -12,15 +12,19 @@ from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.energy import motion_energy
-from fiveaxis.errors import NoBaseline
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import linear_positions, tool_axes, within_limits
-from fiveaxis.motion import follow
+from fiveaxis.base import Array, BoolArray, IntArray, NoBaseline
+from fiveaxis.model import (
+    TiltBounds,
+    Toolpath,
+    follow,
+    linear_positions,
+    motion_energy,
+    tool_axes,
+    within_limits,
+)
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline
-from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Radii of the rings around a refused posture that are queried one after the other, and the directions on
 # each, in the plane of first and second rotary angle, rad.

@@ -12,11 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.geometry.intervals import Enclosure, Interval
-from fiveaxis.kinematics.equations import (
+from fiveaxis.base import Array, Enclosure, IntArray, Interval, compiled
+from fiveaxis.model import (
+    TURN,
     Cosines,
+    Machine,
+    TiltBounds,
+    Toolpath,
+    Zone,
     add,
     cosines_of,
     cross,
@@ -26,9 +29,6 @@ from fiveaxis.kinematics.equations import (
     tool_axis,
     tool_tip,
 )
-from fiveaxis.kinematics.windings import TURN
-from fiveaxis.machine import Machine
-from fiveaxis.toolpath import TiltBounds, Toolpath, Zone
 
 # mm, stands for "no bound" in arithmetic: far beyond any machine.
 HUGE = 1e9

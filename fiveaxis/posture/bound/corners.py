@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray, compiled
 from fiveaxis.posture.bound.cells import Enclosed, Side
 
 # Stands for "not reached" among costs, in quanta, and for no corner; a 32-bit number, as costs are.

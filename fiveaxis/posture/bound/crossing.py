@@ -11,13 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, IntArray, Progress
+from fiveaxis.model import Machine, TiltBounds, Toolpath
 from fiveaxis.posture.bound.cells import AngleCells, enclose
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 from fiveaxis.posture.bound.sweep import Neighbours, Prices, find_sources, grouped, quantum_of, reach
-from fiveaxis.progress import Progress
-from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Parts into which the groups of a visit are divided for threads; locations that are enclosed at once, so that
 # their cells stay in the processor's cache, and how many such chunks ahead.

@@ -15,16 +15,20 @@ from typing import Any, Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fiveaxis.energy import least_travel_costs, travel_costs
-from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
-from fiveaxis.motion import LEAST_OF_PIVOT, feed_times
+from fiveaxis.base import Array, Progress, unheard
+from fiveaxis.model import (
+    LEAST_OF_PIVOT,
+    Machine,
+    TiltBounds,
+    Toolpath,
+    feed_times,
+    least_travel_costs,
+    travel_costs,
+)
 from fiveaxis.posture.bound.cells import HUGE, AngleCells, cut_cells, enclose
 from fiveaxis.posture.bound.climb import FIRST_CELLS, FIRST_STEP, Climb, Level
 from fiveaxis.posture.bound.corners import Lattice
 from fiveaxis.posture.bound.crossing import CHUNK, Crossed, Visits, cross
-from fiveaxis.progress import Progress, unheard
-from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Work in all (`crossing`).
 WORK = 1.6e10
@@ -115,7 +119,7 @@ def bound_energy(
 ) -> LowerBound:
     """Bound from below ∫P dt of the feed drives over every such path, however fast it is followed.
 
-    Travel is charged as little as it can cost (`fiveaxis.energy.least_travel_costs`), and what drives draw at
+    Travel is charged as little as it can cost (`fiveaxis.model.least_travel_costs`), and what drives draw at
     standstill for the least time at the programmed feed. Drives with a constant power can't be charged where
     their highest speed isn't known.
 

@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, BoolArray, IntArray, product
+from fiveaxis.base import Array, BoolArray, IntArray, compiled, product
 from fiveaxis.posture.bound.cells import SLACK
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
 

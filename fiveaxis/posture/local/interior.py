@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
 from fiveaxis.posture.local import kernel
 from fiveaxis.posture.local.rows import ChainModel, Model, Rows
 from fiveaxis.posture.location_model import ANGLES

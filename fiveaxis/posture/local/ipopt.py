@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array
 from fiveaxis.posture.local.interior import LocalOptimum, central_point
 from fiveaxis.posture.local.rows import ChainModel, Rows
 from fiveaxis.posture.location_model import ANGLES

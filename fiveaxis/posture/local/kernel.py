@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.compiled import compiled, inner
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray, compiled, inner
 
 # Compliance of an equation: its stiffness leaves the other terms their digits.
 YIELD = 1e-10

@@ -13,8 +13,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
+from fiveaxis.base import Array, SettingError
 from fiveaxis.posture.local import kernel
 from fiveaxis.posture.local.interior import LAST_BARRIER, LocalOptimum, minimise, split_rows
 from fiveaxis.posture.local.ipopt import SOLVED, minimise_by_ipopt

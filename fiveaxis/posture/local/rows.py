@@ -18,7 +18,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray
 from fiveaxis.posture.location_model import ANGLES, LocationModel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.terms import OTHERS, Term

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, IntArray
 
 # What a move asks of a posture, columns of `moves`: a row of the model, the shift of its value, the multiple
 # of the largest turn added to it, and the end of a bound that it lies on (0 low, 1 high; -1 for none).

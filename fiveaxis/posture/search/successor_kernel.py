@@ -20,9 +20,8 @@ import math
 
 import numpy as np
 
-from fiveaxis.compiled import compiled, inner, innermost
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.kinematics.windings import TURN
+from fiveaxis.base import Array, IntArray, compiled, inner, innermost
+from fiveaxis.model import TURN
 from fiveaxis.posture.search.records import (
     BESIDE_PATH,
     BREACH_PRICE,

@@ -22,20 +22,30 @@ from itertools import combinations
 
 import numpy as np
 
-from fiveaxis.energy import BlockCosts
-from fiveaxis.geometry import (
+from fiveaxis.base import (
     Array,
     BoolArray,
     IntArray,
+    Steps,
     angle_between,
     arccos,
     every_pair,
     normalise,
     perpendicular,
+    uncounted,
 )
-from fiveaxis.kinematics import rotary_angles, singular_direction
-from fiveaxis.kinematics.windings import TURN, into_limits, one_turn_from
-from fiveaxis.motion import standing_speeds
+from fiveaxis.model import (
+    TURN,
+    BlockCosts,
+    StepTable,
+    divided_rows,
+    into_limits,
+    one_turn_from,
+    per_step,
+    rotary_angles,
+    singular_direction,
+    standing_speeds,
+)
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.search.records import (
     BREACH_PRICE,
@@ -52,8 +62,6 @@ from fiveaxis.posture.search.records import (
 )
 from fiveaxis.posture.search.successor_kernel import advance, cheapest_steps
 from fiveaxis.posture.terms import location_tapes
-from fiveaxis.progress import Steps, uncounted
-from fiveaxis.toolpath import StepTable, divided_rows, per_step
 
 # A rotary axis with no more turns than this is searched over its whole range, including its ends.
 MOST_TURNS = 2

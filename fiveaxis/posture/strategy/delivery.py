@@ -16,11 +16,22 @@ from typing import TypeVar
 
 import numpy as np
 
-from fiveaxis.energy import BlockCosts, Energy, block_costs, lifting_costs
-from fiveaxis.errors import NoBaseline
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.motion import AxisPlanes, Filling, feed_times, follow
-from fiveaxis.posture.baselines import require_blocks
+from fiveaxis.base import Array, BoolArray, NoBaseline, Steps, at_once, unheard
+from fiveaxis.model import (
+    AxisPlanes,
+    BlockCosts,
+    Energy,
+    Filling,
+    TiltBounds,
+    Toolpath,
+    block_costs,
+    feed_times,
+    follow,
+    interpolate,
+    lifting_costs,
+    refined,
+)
+from fiveaxis.posture.baselines.branches import require_blocks
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.options import Options
 from fiveaxis.posture.problem import ALLOWED, Problem
@@ -32,9 +43,6 @@ from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_
 from fiveaxis.posture.strategy.near import Near
 from fiveaxis.posture.strategy.program_path import Breach, Delivered, Instance
 from fiveaxis.posture.strategy.turn_bounds import shared
-from fiveaxis.progress import Steps, unheard
-from fiveaxis.threads import at_once
-from fiveaxis.toolpath import TiltBounds, Toolpath, interpolate, refined
 
 # Share of a step below which a turn counts as none when time is the objective, by round.
 SHARPNESS = (0.1, 0.03, 0.01, 0.01, 0.01)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
+from fiveaxis.base import SettingError
 from fiveaxis.posture.search.successors import Resolution
 
 DEGREE = np.pi / 180.0
@@ -34,7 +34,7 @@ class Effort:
     Parameters
     ----------
     everywhere : searches of all postures; what each finds is refined on the locations searched
-    sharpness : of the prices of blocks (`fiveaxis.energy.BlockCosts.near`), refinement by refinement
+    sharpness : of the prices of blocks (`fiveaxis.model.BlockCosts.near`), refinement by refinement
     around : searches about each of the cheapest of these, on the same locations
     whole : how many of these are refined on all locations
     contains : the smaller effort; None for none

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.geometry import Array, angle_between, normalise
-from fiveaxis.kinematics import rotary_angles, tool_axes
-from fiveaxis.kinematics.windings import TURN
+from fiveaxis.base import Array, angle_between, normalise
+from fiveaxis.model import TURN, rotary_angles, tool_axes
 from fiveaxis.posture.local.kernel import solve_band
 from fiveaxis.posture.problem import Problem
 

@@ -11,17 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.energy import Energy, move_powers, travel_costs
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, follow, peak_rates
-from fiveaxis.options import Objective
+from fiveaxis.base import Array, Objective, SettingError
+from fiveaxis.model import (
+    Constraints,
+    Energy,
+    Machine,
+    Motion,
+    Toolpath,
+    follow,
+    move_powers,
+    peak_rates,
+    travel_costs,
+)
 from fiveaxis.posture.optimiser import optimise_postures
 from fiveaxis.posture.options import DEFAULTS, Options
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Optimum, program_energy
-from fiveaxis.toolpath import Constraints, Toolpath
 
 # How many shares of the feed are tried in each move.
 TRIED = 7

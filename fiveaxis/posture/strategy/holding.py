@@ -8,10 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.errors import SettingError
-from fiveaxis.geometry import Array, every_pair
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN, one_turn_from
-from fiveaxis.machine import Limits, Machine
+from fiveaxis.base import Array, SettingError, every_pair
+from fiveaxis.model import ON_LIMIT, TURN, Limits, Machine, one_turn_from
 
 # Step of the free axis's angle if the other is held (rad).
 FREE_STEP = np.radians(0.25)

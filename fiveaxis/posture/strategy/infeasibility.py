@@ -9,19 +9,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.errors import Infeasible
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, arccos, perpendicular, product
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.kinematics.windings import DECIMALS, ON_LIMIT, TURN, nearest_turn, outwards
-from fiveaxis.machine import Machine
-from fiveaxis.motion import follow
-from fiveaxis.posture.baselines import INSIDE, nearest_held, nearest_to_reference, postures
+from fiveaxis.base import Array, BoolArray, Finding, Infeasible, Severity, arccos, perpendicular, product
+from fiveaxis.model import (
+    DECIMALS,
+    ON_LIMIT,
+    TURN,
+    Machine,
+    TiltBounds,
+    Toolpath,
+    follow,
+    nearest_turn,
+    outwards,
+    tool_axes,
+)
+from fiveaxis.posture.baselines.branches import INSIDE, nearest_held, nearest_to_reference, postures
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search.successors import sampled
 from fiveaxis.posture.strategy.holding import free_angles, is_holding
-from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Rings of tool axes over the tilt range, around the reference, that are tried at a location.
 RINGS, AXES_PER_RING = 13, 120

@@ -12,11 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.energy import lifting_costs
-from fiveaxis.errors import MachineError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, Finding, MachineError, Severity
+from fiveaxis.model import Machine, lifting_costs
 from fiveaxis.posture.problem import Problem
 
 # W, of time.

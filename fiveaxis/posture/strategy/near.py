@@ -13,10 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from fiveaxis.energy import BlockCosts
-from fiveaxis.geometry import Array, BoolArray, IntArray, normalise, perpendicular, product
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.kinematics.windings import TURN
+from fiveaxis.base import Array, BoolArray, IntArray, Steps, normalise, perpendicular, product
+from fiveaxis.model import INSIDE_OF, TURN, BlockCosts, TiltBounds, tool_axes
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
@@ -24,9 +22,6 @@ from fiveaxis.posture.search.successors import ConeLimit, Resolution, cheapest_p
 from fiveaxis.posture.strategy.effort import DEGREE, Effort
 from fiveaxis.posture.strategy.program_path import Instance
 from fiveaxis.posture.strategy.singular import Cone, bounded_within, turning_within
-from fiveaxis.progress import Steps
-from fiveaxis.toolpath import TiltBounds
-from fiveaxis.toolpath.bounds import INSIDE_OF
 
 # First barrier parameter, J, near a path; IPOPT's iterations where a path is searched.
 BARRIER, WHOLE_ITERATIONS = 1e-2, 120

@@ -7,12 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from fiveaxis.energy import Energy
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
+from fiveaxis.base import Array, BoolArray, Finding, IntArray, Severity
+from fiveaxis.model import Energy, TiltBounds, Toolpath
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Violation that is tolerated between two locations (cosine, mm, rad).
 BETWEEN = 2e-4

@@ -13,14 +13,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray, IntArray
-from fiveaxis.kinematics import singular_angles, tool_axes
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion, feed_times, rapid_findings
+from fiveaxis.base import Array, BoolArray, Finding, IntArray, Severity
+from fiveaxis.model import (
+    Constraints,
+    Machine,
+    Motion,
+    Toolpath,
+    feed_times,
+    rapid_findings,
+    singular_angles,
+    singular_turn,
+    tool_axes,
+)
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Optimum
-from fiveaxis.toolpath import Constraints, Toolpath, singular_turn
 
 # A move that passes the singular direction closer than this is called a crossing (rad).
 NEAR = np.radians(10.0)

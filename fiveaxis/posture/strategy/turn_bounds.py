@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fiveaxis.geometry import Array, angle_between
-from fiveaxis.kinematics import rotary_angles
-from fiveaxis.kinematics.windings import TURN
-from fiveaxis.machine import Machine
-from fiveaxis.motion import STANDSTILL, feed_times
-from fiveaxis.toolpath import Constraints, Toolpath
+from fiveaxis.base import Array, angle_between
+from fiveaxis.model import STANDSTILL, TURN, Constraints, Machine, Toolpath, feed_times, rotary_angles
 
 # Default speed of rotary axes at the programmed feed, rad/s: that of most trunnion tables, 30 1/min.
 USUAL_SPEED = np.radians(180.0)

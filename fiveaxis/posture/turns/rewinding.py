@@ -11,12 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.errors import Infeasible
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, BoolArray
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN, outwards
-from fiveaxis.machine import Machine
+from fiveaxis.base import Array, BoolArray, Finding, Infeasible, Severity
+from fiveaxis.model import ON_LIMIT, TURN, Machine, MoveKind, TiltBounds, Toolpath, outwards, tool_axes
 from fiveaxis.posture.turns.stops import (
     Stops,
     UnwrappedPath,
@@ -29,7 +25,6 @@ from fiveaxis.posture.turns.stops import (
     with_turn_changes,
 )
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
-from fiveaxis.toolpath import MoveKind, TiltBounds, Toolpath
 
 
 @dataclass(frozen=True)

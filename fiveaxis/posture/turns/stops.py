@@ -5,7 +5,7 @@ be rewound only there. With a little more than one turn there is a band of such 
 steps may jump over it. In both cases a location is inserted into the move that passes these angles. The
 turns before and after it differ, so every inserted location is needed.
 
-It lies on the path, as inserted blocks do (`fiveaxis.toolpath.filled`), and both angles change in proportion
+It lies on the path, as inserted blocks do (`fiveaxis.model.filled`), and both angles change in proportion
 to the distance; where that would break a bound on the tool's lean, the other angle is changed.
 """
 
@@ -15,12 +15,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fiveaxis.energy import travel_costs
-from fiveaxis.geometry import Array, BoolArray, IntArray, product
-from fiveaxis.kinematics import linear_positions, tool_axes, tool_poses
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.toolpath import TiltBounds, Toolpath, filled, interpolate, turned
+from fiveaxis.base import Array, BoolArray, IntArray, product
+from fiveaxis.model import (
+    ON_LIMIT,
+    TURN,
+    Limits,
+    Machine,
+    TiltBounds,
+    Toolpath,
+    filled,
+    interpolate,
+    linear_positions,
+    tool_axes,
+    tool_poses,
+    travel_costs,
+    turned,
+)
 
 # Changes of the other angle to try (rad): smallest first, to both sides.
 CHANGES = np.radians(np.concatenate([[0.0], np.ravel([[a, -a] for a in np.arange(1, 101) * 0.05])]))

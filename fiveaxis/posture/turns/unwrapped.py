@@ -14,13 +14,8 @@ from operator import attrgetter
 
 import numpy as np
 
-from fiveaxis.errors import Infeasible, SettingError
-from fiveaxis.findings import Finding, Severity
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.kinematics.windings import TURN
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.motion import follow
+from fiveaxis.base import Array, Finding, Infeasible, IntArray, SettingError, Severity
+from fiveaxis.model import TURN, Limits, Machine, TiltBounds, Toolpath, follow, tool_axes
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.solution import Baseline, Optimum, Unwrapped, program_energy
@@ -28,7 +23,6 @@ from fiveaxis.posture.strategy.singular import Cone, turning_within
 from fiveaxis.posture.turns.rewinding import Rewind, Rewound, insert_rewinds
 from fiveaxis.posture.turns.stops import CUT_PRICE, find_turn_changes, keep_lean
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
-from fiveaxis.toolpath import TiltBounds, Toolpath
 
 # Takes a problem and a path, (n, 2) rad, to a cheaper path.
 Refine = Callable[[Problem, Array], Array]

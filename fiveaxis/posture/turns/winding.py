@@ -11,10 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fiveaxis.compiled import compiled
-from fiveaxis.geometry import Array, IntArray
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN
-from fiveaxis.machine import Limits, Machine
+from fiveaxis.base import Array, IntArray, compiled
+from fiveaxis.model import ON_LIMIT, TURN, Limits, Machine
 
 # Stands for: no turn is possible.
 NO_TURN = np.iinfo(np.int64).max

@@ -16,10 +16,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from paths import DATA, PATHS
 
 import fiveaxis as fx
-from fiveaxis.collision import Fixture
-from fiveaxis.posture import Problem
+from fiveaxis.check import Fixture
+from fiveaxis.model import Constraints, TiltBounds
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.toolpath import Constraints, TiltBounds
 
 FOLDER = Path(__file__).with_name("cases")
 KEYS = {"path", "tilt", "cone", "max_turn"}

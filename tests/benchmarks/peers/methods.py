@@ -10,7 +10,7 @@ from scipy.optimize import dual_annealing
 from tesseract import CannotDoError, by_tesseract
 
 import fiveaxis as fx
-from fiveaxis.motion import follow
+from fiveaxis.model import follow
 from fiveaxis.posture.baselines.catalogue import along_normal, lead_lean
 from fiveaxis.posture.local.optima import refine
 

@@ -16,9 +16,9 @@ from case import Case
 from checker import violations
 from methods import BOUND, METHODS, CannotDoError, axis_values
 
-from fiveaxis.errors import FiveAxisError
-from fiveaxis.motion import USUAL_CLOCK, Filling, Interpolation, follow
-from fiveaxis.posture import bound_travel
+from fiveaxis.base.errors import FiveAxisError
+from fiveaxis.model import USUAL_CLOCK, Filling, Interpolation, follow
+from fiveaxis.posture.bound.lower_bound import bound_travel
 from fiveaxis.posture.solution import blocks_energy
 
 WHOSE = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)

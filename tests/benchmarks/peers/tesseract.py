@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from case import Case
 
-from fiveaxis.errors import NoBaseline
+from fiveaxis.base.errors import NoBaseline
 from fiveaxis.posture.baselines.catalogue import along_normal, lead_lean
 
 # Environment variable with a folder of newer system libraries for the wheel.

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
-from fiveaxis.energy.calibration import calibrate_drive
-from fiveaxis.machine import AffineDrive, load_machine
+from fiveaxis.cli.commands import app
+from fiveaxis.lab.calibration.calibration import calibrate_drive
+from fiveaxis.model import AffineDrive, load_machine
 
 
 def run(*words: object) -> Any:

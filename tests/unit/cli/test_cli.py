@@ -18,11 +18,11 @@ import trimesh
 from typer.testing import CliRunner
 
 import fiveaxis.job
-import fiveaxis.viewer
-from fiveaxis.cli import app
-from fiveaxis.energy import power_surface
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.verification import Report
+import fiveaxis.show.viewer
+from fiveaxis.base.findings import Finding, Place, Severity
+from fiveaxis.check import Report
+from fiveaxis.cli.commands import app
+from fiveaxis.lab import power_surface
 
 PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 MACHINE = ("--machine", "hayashi-640123")
@@ -488,7 +488,7 @@ def test_check_lists_findings_and_fails_on_errors(tmp_path):
 
 
 def test_urdf_writes_what_the_library_does(tmp_path):
-    from fiveaxis.machine import load_machine
+    from fiveaxis.model import load_machine
 
     text = load_machine("linuxcnc-max5").to_urdf("bed")
     assert run("urdf", "linuxcnc-max5", "--root", "bed").stdout == text
@@ -516,8 +516,10 @@ def test_a_plan_read_back_is_the_path_planned_in_one_go(tmp_path):
     result = run("plan", PART, *planning, "--json", "-o", tmp_path / "path.csv")
     assert result.exit_code == 0, result.output
     job = fiveaxis.job.make_job(input=PART, tool="ball:8", plan={"stepdown": 6.0, "overhang": True})
-    planned = fiveaxis.job.load_job_toolpath(job)
-    read = fiveaxis.job.load_job_toolpath(fiveaxis.job.make_job(input=tmp_path / "path.csv", tool="ball:8"))
+    planned = fiveaxis.job.loading.load_job_toolpath(job)
+    read = fiveaxis.job.loading.load_job_toolpath(
+        fiveaxis.job.make_job(input=tmp_path / "path.csv", tool="ball:8")
+    )
     assert json.loads(result.stdout)["locations"] == len(planned) > 100
     np.testing.assert_allclose(read.pivot, planned.pivot, rtol=0.0, atol=1e-8)
     np.testing.assert_array_equal(read.kind, planned.kind)
@@ -654,11 +656,11 @@ def test_the_page_of_commands_lists_the_suffixes():
 def test_preview_serves_this_computer_only_until_it_is_closed(quick_job, monkeypatch):
     seen: dict[str, Any] = {}
 
-    def look(viewer: fiveaxis.viewer.Preview) -> None:
+    def look(viewer: fiveaxis.show.Preview) -> None:
         seen["url"] = viewer.url()
         seen["threads"] = {t for t in threading.enumerate() if t.name == "fiveaxis-preview"}
 
-    monkeypatch.setattr("fiveaxis.viewer.page.Preview.wait", look)
+    monkeypatch.setattr("fiveaxis.show.viewer.page.Preview.wait", look)
     result = run("preview", quick_job, "--no-browser")
     assert result.exit_code == 0, result.output
     assert "preview at http://127.0.0.1:" in result.stdout

@@ -6,7 +6,7 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
+from fiveaxis.cli.commands import app
 from fiveaxis.cli.help import MOST_SHOWN
 
 VERBS = sorted([*get_command(app).commands.keys() - {"machine"}, "machine new"])

@@ -113,10 +113,10 @@ def test_ctrl_c_doesnt_wait_for_a_step_that_hears_nothing(tmp_path):
     [
         ("fiveaxis.job:program_energy", "energy part.ngc --machine hayashi-640123"),
         (
-            "fiveaxis.energy.calibration:calibrate_drive",
+            "fiveaxis.lab.calibration.calibration:calibrate_drive",
             "calibrate log.csv --axis X --model affine --power p --power-unit W",
         ),
-        ("fiveaxis.verification:check_program", "verify part.ngc --machine hayashi-640123"),
+        ("fiveaxis.check.verification:check_program", "verify part.ngc --machine hayashi-640123"),
     ],
 )
 def test_other_verbs_work_in_the_thread_too_and_dont_wait_for_it(tmp_path, work, words):

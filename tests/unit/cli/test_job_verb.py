@@ -12,13 +12,13 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from fiveaxis.batch.tasks import read_sweep
-from fiveaxis.cli import app
-from fiveaxis.errors import SettingError
+from fiveaxis.base.errors import SettingError
+from fiveaxis.cli.commands import app
+from fiveaxis.job.batch.tasks import read_sweep
 from fiveaxis.job.description import Job
 from fiveaxis.job.guide import list_entries, starter_text, to_toml, write_starter
 from fiveaxis.job.reading import read_job
-from fiveaxis.machine.tables import MachineFile
+from fiveaxis.model.machine.tables import MachineFile
 from fiveaxis.nc import Dialect
 
 # Numbers that count or compare, and directions: they have no unit.

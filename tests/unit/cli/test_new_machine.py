@@ -14,9 +14,9 @@ import pytest
 from support.patience import PATIENCE
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
-from fiveaxis.machine import load_machine
-from fiveaxis.machine.answers import QUESTIONS
+from fiveaxis.cli.commands import app
+from fiveaxis.model import load_machine
+from fiveaxis.model.machine.answers import QUESTIONS
 
 pty = pytest.importorskip("pty", reason="there are no pseudo terminals on this system")
 

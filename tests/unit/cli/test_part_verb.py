@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
+from fiveaxis.cli.commands import app
 
 pytestmark = pytest.mark.skipif(find_spec("OCP") is None, reason="needs Open Cascade: fiveaxis[step]")
 CONE = Path(__file__).parents[2] / "golden/cad_cone.step"

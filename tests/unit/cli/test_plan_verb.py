@@ -10,10 +10,11 @@ import trimesh
 from typer.testing import CliRunner
 
 import fiveaxis
-from fiveaxis.cli import app
-from fiveaxis.contour import path_quality
-from fiveaxis.errors import Infeasible
-from fiveaxis.job import load_job_toolpath, make_job, read_job, run_job
+from fiveaxis.base.errors import Infeasible
+from fiveaxis.cam import path_quality
+from fiveaxis.cli.commands import app
+from fiveaxis.job import make_job, read_job, run_job
+from fiveaxis.job.loading import load_job_toolpath
 
 PART = Path(__file__).parents[3] / "examples" / "overhang" / "part.stl"
 RASTER: dict[str, Any] = {

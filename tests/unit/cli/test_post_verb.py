@@ -9,12 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 import fiveaxis as fx
-from fiveaxis.cli import app
+from fiveaxis.check import Against
+from fiveaxis.cli.commands import app
 from fiveaxis.job import post_program
-from fiveaxis.machine.files import find_machine
-from fiveaxis.motion import follow
-from fiveaxis.nc import DIALECTS, read_motion, read_program, write_motion
-from fiveaxis.verification import Against
+from fiveaxis.model import follow
+from fiveaxis.model.machine.files import find_machine
+from fiveaxis.nc import DIALECTS, read_program, write_motion
+from fiveaxis.nc.motion_table import read_motion
 
 
 @pytest.fixture

@@ -22,10 +22,10 @@ except BaseException:
 """
 # A fault of the program, as nobody has found it yet.
 FAULTY = """
-import fiveaxis.machine
+import fiveaxis.model.machine
 def faulty():
     raise ZeroDivisionError("of nothing" + 10_000 * "!")
-fiveaxis.machine.machine_names = faulty
+fiveaxis.model.machine_names = faulty
 from fiveaxis.cli import main
 main()
 """

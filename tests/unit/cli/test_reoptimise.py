@@ -7,11 +7,9 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
-from fiveaxis.kinematics import rotary_angles, tool_axes
-from fiveaxis.machine import load_machine
+from fiveaxis.cli.commands import app
+from fiveaxis.model import Tool, load_machine, parse_tool, rotary_angles, tool_axes
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool, parse_tool
 
 MACHINE = "linuxcnc-xyzac-trt"
 QUICK = ("--drives", "hayashi-640123", "--effort", "quick")

@@ -7,10 +7,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
+from fiveaxis.base.errors import Infeasible, SettingError
+from fiveaxis.base.findings import Finding, Place, Severity
+from fiveaxis.cli.commands import app
 from fiveaxis.cli.terminal import FIRST_RUN, errors_explained, parse_positions, print_first_run
-from fiveaxis.errors import Infeasible, SettingError
-from fiveaxis.findings import Finding, Place, Severity
 from fiveaxis.posture.search.successor_kernel import advance
 
 

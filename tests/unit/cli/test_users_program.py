@@ -11,8 +11,8 @@ import pytest
 from support.stock_on_page import unpacked
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
-from fiveaxis.machine import load_machine
+from fiveaxis.cli.commands import app
+from fiveaxis.model import load_machine
 
 # A face, then a 5-axis cut under TCP with the cutter in a comment, then one by axis words.
 PROGRAM = """\
@@ -151,7 +151,7 @@ def test_a_path_with_axes_may_lean_by_15_degrees_where_nothing_bounds_it_and_tha
 def shown(monkeypatch, *words: object) -> tuple[dict[str, Any], dict[str, np.ndarray], str]:
     """What a preview shows: its head, its arrays, and the page."""
     pages = []
-    monkeypatch.setattr("fiveaxis.viewer.page.Preview.wait", lambda viewer: pages.append(viewer.page))
+    monkeypatch.setattr("fiveaxis.show.viewer.page.Preview.wait", lambda viewer: pages.append(viewer.page))
     found = run("preview", *words, "--no-browser")
     assert found.exit_code == 0, found.output
     return *unpacked(pages[0]), pages[0]

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fiveaxis
-from fiveaxis.cli import app
+from fiveaxis.cli.commands import app
 from fiveaxis.cli.options import ROOT, ConsoleHandler, set_verbosity
 
 ROOMS = ("nc", "posture", "cli")

@@ -10,13 +10,12 @@ import trimesh
 from support.quick_optimiser import optimise as optimise_postures
 
 import fiveaxis as fx
-from fiveaxis.collision import Clearances, Fixture, Surroundings
-from fiveaxis.errors import Infeasible, JobError, MeshError
+from fiveaxis.base.errors import Infeasible, JobError, MeshError
+from fiveaxis.check import Clearances, Fixture, Surroundings
 from fiveaxis.job import clearing, make_job, read_job, run_job, write_outcome
 from fiveaxis.job.obstruction import colliding_rows
-from fiveaxis.machine import Box
-from fiveaxis.toolpath import Constraints
-from fiveaxis.toolpath.tool import Holder, Section
+from fiveaxis.model import Box, Constraints
+from fiveaxis.model.toolpath.tool import Holder, Section
 
 TILT = (10.0, 70.0)
 BOUNDS = Constraints.of_degrees(tilt=TILT)

@@ -9,11 +9,11 @@ import pytest
 from typer.testing import CliRunner
 
 import fiveaxis as fx
-from fiveaxis.cli import app
-from fiveaxis.errors import SettingError
+from fiveaxis.base import Framing, Surrounding, Workpiece, Writing, options_of
+from fiveaxis.base.errors import SettingError
+from fiveaxis.cli.commands import app
 from fiveaxis.job import Job, make_job, run_job
 from fiveaxis.nc import write_toolpath
-from fiveaxis.options import Framing, Surrounding, Workpiece, Writing, options_of
 
 WITHIN = {"tilt": (15.0, 70.0), "effort": "quick"}
 

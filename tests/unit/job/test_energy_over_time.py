@@ -11,15 +11,24 @@ from hypothesis import strategies as st
 from support.quick_optimiser import optimise
 
 import fiveaxis as fx
-from fiveaxis.energy import motion_energy
-from fiveaxis.errors import SettingError
-from fiveaxis.job import MadeProgram, ProgramOptions, make_program
-from fiveaxis.machine import load_machine
-from fiveaxis.motion import Clock, Interpolation, Motion, axis_times, measure_steadiness
+from fiveaxis.base.errors import SettingError
+from fiveaxis.job import ProgramOptions
+from fiveaxis.job.program import MadeProgram, make_program
+from fiveaxis.model import (
+    Clock,
+    Constraints,
+    Interpolation,
+    Motion,
+    Tool,
+    Toolpath,
+    load_machine,
+    motion_energy,
+)
+from fiveaxis.model.motion.steadiness import measure_steadiness
+from fiveaxis.model.motion.timing import axis_times
 from fiveaxis.nc import DIALECTS
 from fiveaxis.posture import Optimum
 from fiveaxis.posture.solution import blocks_energy
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
 TRUNNION = load_machine("linuxcnc-xyzac-trt").with_drives_of(load_machine("hayashi-640123"))
 MODES = {"axes": Interpolation.JOINT, "tip": Interpolation.TCP}

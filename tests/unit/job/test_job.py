@@ -7,19 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fiveaxis.errors import JobError, MachineError, SettingError
-from fiveaxis.job import (
-    load_job_machine,
-    load_job_toolpath,
-    make_job,
-    part_of,
-    read_job,
-    require_folder,
-    run_job,
-)
+from fiveaxis.base.errors import JobError, MachineError, SettingError
+from fiveaxis.check import verify
+from fiveaxis.job import load_job_machine, make_job, read_job, require_folder, run_job
+from fiveaxis.job.loading import load_job_toolpath, part_of
 from fiveaxis.job.reading import require_input
-from fiveaxis.report.words import plain
-from fiveaxis.verification import verify
+from fiveaxis.show.report.words import plain
 
 POINTS = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,0,0,1\n"
 LINES = {

@@ -6,7 +6,7 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.job import make_job, resolve
-from fiveaxis.machine.files import find_machine
+from fiveaxis.model.machine.files import find_machine
 
 FANUC = """%
 O1000

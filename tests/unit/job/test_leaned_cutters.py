@@ -32,7 +32,7 @@ def test_a_bull_nose_gets_a_verified_program_with_the_ridges_asked_for(wall):
 
 
 def test_a_flat_end_mill_without_bounds_on_lead_and_lean_is_told_to_give_them(wall):
-    from fiveaxis.errors import SettingError
+    from fiveaxis.base.errors import SettingError
 
     with pytest.raises(SettingError, match=r"bound lead and lean \(--lead 5:15 --lean -2:2\)"):
         outcome_of(wall, tool="flat:6", tilt=(20.0, 75.0), plan={"scallop": 0.03})

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base import Reading
+from fiveaxis.base.errors import ToolpathError
 from fiveaxis.job import post_program
-from fiveaxis.machine import Limits, Machine, load_machine, with_powers
+from fiveaxis.model import Limits, Machine, load_machine, with_powers
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.traced_program import load_program
-from fiveaxis.options import Reading
 
 # What only one view of the rows can say: long turns and kinds of work of a path, angles of a motion.
 OF_ONE_VIEW = {"long-turn", "long-turns", "no-simultaneous-path", "angles-assumed", "feed-assumed"}

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from opening import command, count_opened
 
-from fiveaxis.machine import load_machine, machine_text
+from fiveaxis.model import load_machine, machine_text
 
 JOB = """input = "{input}"
 machine = "mill.toml"

@@ -9,9 +9,9 @@ import pytest
 
 import fiveaxis as fx
 from fiveaxis.job import load_surroundings, make_job, resolve, run_job
+from fiveaxis.model import parse_tool
 from fiveaxis.nc import write_toolpath
-from fiveaxis.toolpath import parse_tool
-from fiveaxis.viewer.page import render_page
+from fiveaxis.show.viewer.page import render_page
 
 TOOL = """shape = "ball"
 diameter = 8

@@ -10,8 +10,8 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
-from fiveaxis.errors import JobError
+from fiveaxis.base.errors import JobError
+from fiveaxis.cli.commands import app
 from fiveaxis.job import make_job, read_job
 
 pytestmark = pytest.mark.usefixtures("undrawn")

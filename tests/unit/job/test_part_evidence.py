@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from fiveaxis.job import load_job_toolpath, make_job
-from fiveaxis.kinematics import tool_axes
+from fiveaxis.job import make_job
+from fiveaxis.job.loading import load_job_toolpath
+from fiveaxis.model import tool_axes
 from fiveaxis.nc.control.tip_frames import carry_to_work
 
 

@@ -8,9 +8,9 @@ import trimesh
 from typer.testing import CliRunner
 
 import fiveaxis as fx
-from fiveaxis.cli import app
-from fiveaxis.collision import Surroundings
-from fiveaxis.errors import Infeasible
+from fiveaxis.base.errors import Infeasible
+from fiveaxis.check import Surroundings
+from fiveaxis.cli.commands import app
 from fiveaxis.job import make_job, resolve, run_job
 from fiveaxis.job.reach import Reach
 from fiveaxis.nc import write_toolpath

@@ -11,16 +11,16 @@ from support.quick_optimiser import optimise
 from support.sampled_surfaces import ellipse, sampled
 
 import fiveaxis as fx
-from fiveaxis.collision import Surroundings
-from fiveaxis.energy import motion_energy, move_energies
-from fiveaxis.findings import Finding, Place, Severity
-from fiveaxis.job import MadeProgram, ProgramOptions, make_job, make_program, verify_program
+from fiveaxis.base import Coordinates
+from fiveaxis.base.findings import Finding, Place, Severity
+from fiveaxis.check import DEFAULT_TOLERANCES, Surroundings
+from fiveaxis.job import ProgramOptions, make_job, verify_program
 from fiveaxis.job.planned_program import may_thin, plan_program
-from fiveaxis.motion import AXIS_TOLERANCE, Coordinates, follow
+from fiveaxis.job.program import MadeProgram, make_program
+from fiveaxis.model import AXIS_TOLERANCE, Constraints, Tool, Toolpath, follow, motion_energy
+from fiveaxis.model.energy.totals import move_energies
 from fiveaxis.nc import ProgramSettings
 from fiveaxis.posture import Optimum
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
-from fiveaxis.verification import DEFAULT_TOLERANCES
 
 AS_ASKED = {"tilt": (15.0, 75.0), "max_turn": 15.0}
 BOUNDS = Constraints.of_degrees(**AS_ASKED)
@@ -134,7 +134,7 @@ def test_fewer_blocks_cost_no_more(solution):
 def test_where_fewer_blocks_fail_verification_all_stay(hayashi, monkeypatch):
     solution = optimise(sampled(ellipse, 240, rings=1), hayashi, effort="quick", **AS_ASKED)
     # Blocks of eight moves each, however far that takes the tool off its path.
-    eight = "fiveaxis.motion.thinning.longest_spans"
+    eight = "fiveaxis.model.motion.thinning.longest_spans"
     monkeypatch.setattr(eight, lambda last, _fits: np.unique(np.append(np.arange(0, last, 8), last)))
     program = program_of(solution)
     assert "contact-error" in program.held_back

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.errors import SettingError, ToolpathError, Unverified
-from fiveaxis.job import make_of_motion, post_program
+from fiveaxis.base.errors import SettingError, ToolpathError, Unverified
+from fiveaxis.check import Against, ReadBack
+from fiveaxis.job import post_program
+from fiveaxis.job.posting import make_of_motion
 from fiveaxis.job.program import make_program
 from fiveaxis.job.program_options import ProgramOptions
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.motion import AXIS_TOLERANCE, PATH_TOLERANCE, follow
+from fiveaxis.model import AXIS_TOLERANCE, PATH_TOLERANCE, Constraints, Tool, Toolpath, follow, tool_axes
 from fiveaxis.nc import DIALECTS, ProgramSettings, write_motion
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
-from fiveaxis.verification import Against, ReadBack
 
 TILT = (15.0, 75.0)
 MODES = [(name, mode) for name, dialect in DIALECTS.items() for mode in dialect.modes]

@@ -13,9 +13,9 @@ from support.unverified_text import write_text
 from typer.testing import CliRunner
 
 import fiveaxis as fx
-from fiveaxis.cli import app
-from fiveaxis.errors import JobError, MachineError, SettingError, ToolpathError
-from fiveaxis.machine import load_machine
+from fiveaxis.base.errors import JobError, MachineError, SettingError, ToolpathError
+from fiveaxis.cli.commands import app
+from fiveaxis.model import load_machine
 
 # Edem & Balogun (2018), the zigzag program of Table 1; N16 is misprinted there (Y43).
 ZIGZAG = (
@@ -216,8 +216,7 @@ def test_the_verb_shows_the_first_thousand_blocks_and_says_so(tmp_path):
 
 def test_a_written_program_costs_what_its_motion_did(tmp_path, hayashi):
     """The optimiser's own motion, written as NC and read back, has the same power integral."""
-    from fiveaxis.energy import motion_energy
-    from fiveaxis.motion import Motion
+    from fiveaxis.model import Motion, motion_energy
 
     turn = np.linspace(0.0, 1.0, 30)
     positions = np.column_stack([30.0 * np.cos(turn), 30.0 * np.sin(turn), 5.0 * turn, -0.3 * turn, turn])
@@ -306,7 +305,7 @@ def test_options_of_the_verb_are_the_librarys(tmp_path):
 
 def test_a_part_away_from_zero_is_priced_where_the_head_or_the_option_puts_it(tmp_path, hayashi):
     """Words of TCP are of the workpiece: how far the axes travel depends on where it stands."""
-    from fiveaxis.motion import Motion
+    from fiveaxis.model import Motion
 
     turn, columns = np.linspace(0.0, 1.0, 30), np.zeros((30, 5))
     columns[:, 3], columns[:, 4] = -0.3 * turn - 0.5, turn
@@ -330,9 +329,8 @@ def test_a_part_away_from_zero_is_priced_where_the_head_or_the_option_puts_it(tm
 @pytest.mark.parametrize("decimals", [3, 4, 6])
 def test_head_and_reader_price_the_words_and_rounding_decides_nothing(tmp_path, hayashi, decimals):
     """Y creeps by less than a digit in each block, and the table turns under the tip's words."""
-    from fiveaxis.energy import motion_energy
     from fiveaxis.job import post_program
-    from fiveaxis.motion import Motion
+    from fiveaxis.model import Motion, motion_energy
     from fiveaxis.nc import write_motion
 
     turn = np.linspace(0.0, 1.0, 60)

@@ -11,14 +11,13 @@ from support.quick_optimiser import optimise, tilt_bounds
 from support.unverified_text import write_text
 
 import fiveaxis as fx
-from fiveaxis.energy import motion_energy
-from fiveaxis.job import MadeProgram, ProgramOptions, make_program, verify_program
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Coordinates, fill_in, follow
+from fiveaxis.base import Coordinates
+from fiveaxis.job import ProgramOptions, verify_program
+from fiveaxis.job.program import MadeProgram, make_program
+from fiveaxis.model import Constraints, Machine, MoveKind, Tool, Toolpath, follow, motion_energy, tool_axes
+from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.posture import Optimum
-from fiveaxis.posture.baselines import as_programmed
-from fiveaxis.toolpath import Constraints, MoveKind, Tool, Toolpath
+from fiveaxis.posture.baselines.catalogue import as_programmed
 
 CUT, LINK, RAPID = MoveKind
 # mm/min, of axes whose speed no machine file tells.

@@ -7,13 +7,13 @@ import re
 import numpy as np
 import pytest
 
-from fiveaxis.errors import SettingError, Unverified
-from fiveaxis.findings import Finding, Place, Severity, risk
+from fiveaxis.base.errors import SettingError, Unverified
+from fiveaxis.base.findings import Finding, Place, Severity, risk
+from fiveaxis.check import Report
 from fiveaxis.job import Gate
 from fiveaxis.job.release import require_report
-from fiveaxis.motion import Motion, motion_digest
+from fiveaxis.model import Motion, motion_digest
 from fiveaxis.nc import DIALECTS, compose_program
-from fiveaxis.verification import Report
 
 
 def found(*codes: str, severity: Severity = Severity.ERROR, about: str | None = None) -> Report:

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.energy import motion_energy
-from fiveaxis.motion import follow
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
+from fiveaxis.model import MoveKind, Tool, Toolpath, follow, motion_energy
 
 CONE = 10.0
 # Rows of the rapid move: up, over and down again.

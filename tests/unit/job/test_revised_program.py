@@ -12,11 +12,11 @@ from support.shop_programs import SHOPS, Shop, wall
 from typer.testing import CliRunner
 
 import fiveaxis as fx
-from fiveaxis.cli import app
-from fiveaxis.errors import JobError, ToolpathError
+from fiveaxis.base.errors import JobError, ToolpathError
+from fiveaxis.cli.commands import app
 from fiveaxis.job import make_job, revise_operations, takes_operations, write_revised
 from fiveaxis.job.program_choice import Comparison
-from fiveaxis.machine import machine_text
+from fiveaxis.model import machine_text
 from fiveaxis.nc.revised_words import Reviser
 
 # So short an operation can hardly be cheaper without a start more.

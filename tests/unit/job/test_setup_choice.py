@@ -10,20 +10,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fiveaxis.cli import app
-from fiveaxis.errors import Infeasible, JobError
-from fiveaxis.job import (
-    choose_search,
-    make_job,
-    resolve,
-    run_job,
-    setup_choice,
-    setup_search,
-)
+from fiveaxis.base.errors import Infeasible, JobError
+from fiveaxis.cli.commands import app
+from fiveaxis.job import choose_search, make_job, resolve, run_job, setup_choice, setup_search
 from fiveaxis.job.box_search import halton, search_box
 from fiveaxis.job.setup_search import SetupCosts, search_setups
-from fiveaxis.machine import DirectionalDrive, load_machine
-from fiveaxis.report.sections import setup_section
+from fiveaxis.model import DirectionalDrive, load_machine
+from fiveaxis.show.report.sections import setup_section
 
 MACHINE = "hayashi-640123"
 

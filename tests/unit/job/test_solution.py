@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.collision import Fixture
-from fiveaxis.energy import motion_energy
-from fiveaxis.machine import Box
+from fiveaxis.check import Fixture
+from fiveaxis.model import Box, motion_energy
 
 TILT = (10.0, 40.0)
 

@@ -8,11 +8,11 @@ import pytest
 from planted.trial import TILT, cone_wall
 
 import fiveaxis as fx
-from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.base.errors import SettingError, ToolpathError
 from fiveaxis.job import verify_program
-from fiveaxis.motion import fill_in
+from fiveaxis.model import Toolpath, parse_tool
+from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.nc import ProgramSettings, write_motion
-from fiveaxis.toolpath import Toolpath, parse_tool
 
 SETTINGS = ProgramSettings(
     spindle_rpm=8000, tool_number=7, length_offset=13, coolant="flood", work_offset="G55", retract=0.0

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fiveaxis.errors import AlreadyBetter, Infeasible
+from fiveaxis.base.errors import AlreadyBetter, Infeasible
 from fiveaxis.job import Job, digest_job, make_job, resumable, run_job, write_outcome
 from fiveaxis.job.unfinished import Kept
 

@@ -8,12 +8,11 @@ import trimesh
 from support.unverified_text import write_text
 
 import fiveaxis as fx
-from fiveaxis.collision import Fixture
-from fiveaxis.geometry import normalise
-from fiveaxis.kinematics import rotary_angles, tool_poses
-from fiveaxis.machine import Box
-from fiveaxis.motion import fill_in
-from fiveaxis.toolpath import Holder, Section, Tool, Toolpath, parse_tool
+from fiveaxis.base import normalise
+from fiveaxis.check import Fixture
+from fiveaxis.model import Box, Tool, Toolpath, parse_tool, rotary_angles, tool_poses
+from fiveaxis.model.motion.filling import fill_in
+from fiveaxis.model.toolpath.tool import Holder, Section
 
 TURNED = """G71 G90 G17
 TRAORI

@@ -12,15 +12,14 @@ from support.unverified_text import write_text
 from typer.testing import CliRunner
 
 import fiveaxis as fx
-from fiveaxis.cli import app
-from fiveaxis.codes import CODES
-from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.geometry import normalise
-from fiveaxis.kinematics import rotary_angles
-from fiveaxis.machine import Limits
-from fiveaxis.motion import fill_in, follow
+from fiveaxis.base import normalise
+from fiveaxis.base.codes import CODES
+from fiveaxis.base.errors import SettingError, ToolpathError
+from fiveaxis.cli.commands import app
+from fiveaxis.model import Limits, Tool, Toolpath, follow, rotary_angles
+from fiveaxis.model.motion.filling import fill_in
+from fiveaxis.model.toolpath.tool import Holder, Section
 from fiveaxis.nc import DIALECTS, write_motion, write_toolpath
-from fiveaxis.toolpath import Holder, Section, Tool, Toolpath
 
 BALL = 10.0
 RADIUS = 40.0

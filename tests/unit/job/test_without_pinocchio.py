@@ -7,10 +7,10 @@ import pytest
 import trimesh
 
 import fiveaxis as fx
-from fiveaxis.collision import Clearances, Fixture, Surroundings
+from fiveaxis.check import Clearances, Fixture, Surroundings
 from fiveaxis.job import read_job, run_job
-from fiveaxis.machine import Box, Cylinder
-from fiveaxis.toolpath import Holder, Section
+from fiveaxis.model import Box, Cylinder
+from fiveaxis.model.toolpath.tool import Holder, Section
 
 EXAMPLE = Path(__file__).parents[3] / "examples/overhang/job.toml"
 TILT = (15, 75)

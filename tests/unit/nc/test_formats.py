@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.findings import Severity
-from fiveaxis.machine import load_machine
+from fiveaxis.base.errors import SettingError, ToolpathError
+from fiveaxis.base.findings import Severity
+from fiveaxis.model import MoveKind, Tool, Toolpath, load_machine
 from fiveaxis.nc import read_toolpath
 from fiveaxis.nc.formats import kind_of, remark_on
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 BALL = Tool.ball(10)
 GOLDEN = Path(__file__).parents[2] / "golden"

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import MachineError, ToolpathError
-from fiveaxis.motion import Motion
-from fiveaxis.nc import read_motion, write_motion
+from fiveaxis.base.errors import MachineError, ToolpathError
+from fiveaxis.model import Motion
+from fiveaxis.nc import write_motion
+from fiveaxis.nc.motion_table import read_motion
 
 MOTION = Motion(
     letters="XYZAC",
@@ -30,7 +31,7 @@ def test_a_motion_is_written_in_mm_deg_and_mm_per_minute(trunnion, tmp_path):
 
 
 def test_a_motion_of_another_machine_is_not_written(tmp_path):
-    from fiveaxis.machine import Machine
+    from fiveaxis.model import Machine
 
     with pytest.raises(MachineError, match="axes XYZAC, and machine '650123' has XYZBC"):
         write_motion(MOTION, tmp_path / "motion.csv", Machine.from_code("650123"))

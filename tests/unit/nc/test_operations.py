@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.errors import InputError, JobError, SeveralOperations
+from fiveaxis.base.errors import InputError, JobError, SeveralOperations
 
 BALL = fx.Tool.ball(6)
 FACE = "T1 M6\nG0 B0 C0\nS2000 M3\nG0 X-40 Y0 M8\nG43 H1 Z50\nG1 Z0 F500\nX40\nG0 Z50\nM9\n"

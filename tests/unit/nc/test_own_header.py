@@ -4,17 +4,11 @@ from itertools import cycle
 
 import pytest
 
+from fiveaxis.model import parse_tool
 from fiveaxis.nc import DIALECTS
-from fiveaxis.nc.own_header import (
-    set_up_as_stated,
-    setup_comment,
-    stated_feed,
-    stated_tool,
-    tool_comments,
-)
+from fiveaxis.nc.own_header import set_up_as_stated, setup_comment, stated_feed, stated_tool, tool_comments
 from fiveaxis.nc.source import load_source
 from fiveaxis.nc.writing.header import comment_lines
-from fiveaxis.toolpath import parse_tool
 
 TOOLS = ("ball:8", "bull:16:4", "taper:4:5:10", "barrel:16:85:3")
 PROGRAMS = sorted(name for name, dialect in DIALECTS.items() if dialect.language == "blocks")

@@ -10,13 +10,10 @@ import numpy as np
 import pytest
 from support.unverified_text import write_text
 
-from fiveaxis.errors import MachineError, SettingError, ToolpathError
-from fiveaxis.kinematics import linear_positions, tool_poses
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.motion import Motion
+from fiveaxis.base.errors import MachineError, SettingError, ToolpathError
+from fiveaxis.model import Limits, Machine, Motion, MoveKind, linear_positions, tool_poses
 from fiveaxis.nc import ProgramSettings, read_program
 from fiveaxis.nc import compose_program as compose_with_lead_out
-from fiveaxis.toolpath import MoveKind
 
 # The lead-out has its own tests: here the last block is the last move.
 compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))

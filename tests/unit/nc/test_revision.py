@@ -10,8 +10,8 @@ import pytest
 from support.shop_programs import SHOPS
 
 import fiveaxis as fx
-from fiveaxis.errors import ToolpathError
-from fiveaxis.kinematics import tool_axes
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import tool_axes
 from fiveaxis.nc.operation_text import OperationText
 from fiveaxis.nc.options import ReadOptions
 from fiveaxis.nc.revised_words import Reviser

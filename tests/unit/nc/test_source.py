@@ -6,7 +6,7 @@ import gzip
 
 import pytest
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
 from fiveaxis.nc.source import load_source, with_lines
 
 

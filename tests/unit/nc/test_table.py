@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import MoveKind, Tool
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import MoveKind, Tool
 
 BALL = Tool.ball(10)
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.machine import load_machine
+from fiveaxis.model import Tool, load_machine
 from fiveaxis.nc import read_program, read_toolpath
-from fiveaxis.toolpath import Tool
 
 BALL = Tool.ball(10)
 

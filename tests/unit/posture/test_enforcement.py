@@ -5,9 +5,8 @@ import pytest
 from support.ring_path import ring
 from support.travel_optimiser import optimise
 
-from fiveaxis.errors import Infeasible, SettingError
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import load_machine
+from fiveaxis.base.errors import Infeasible, SettingError
+from fiveaxis.model import load_machine, tool_axes
 
 # The edge of a mask is found by queries; a path along it costs at most this share more than along a bound.
 DEARER = 0.02

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.errors import SettingError
+from fiveaxis.base.errors import SettingError
 from fiveaxis.posture.mask import RADIUS, Mask, Spots
 
 ROWS = np.array([3, 3, 4])

@@ -7,13 +7,11 @@ import pytest
 from support.ring_path import ring
 from support.travel_optimiser import optimise
 
-from fiveaxis.errors import Infeasible, MachineError, SettingError, ToolpathError
-from fiveaxis.geometry import angle_between
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.toolpath import Tool, Toolpath, parse_tool
-from fiveaxis.verification import tool_poses as pinocchio_poses
-from fiveaxis.verification import verify
+from fiveaxis.base import angle_between
+from fiveaxis.base.errors import Infeasible, MachineError, SettingError, ToolpathError
+from fiveaxis.check import verify
+from fiveaxis.check.verification.model import tool_poses as pinocchio_poses
+from fiveaxis.model import Limits, Machine, Tool, Toolpath, parse_tool, tool_axes
 
 TOLERANCE = 1e-9
 

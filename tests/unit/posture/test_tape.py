@@ -4,10 +4,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fiveaxis.machine import load_machine
+from fiveaxis.model import Tool, load_machine
 from fiveaxis.posture.tape import COSINE, INPUT, OUTPUT, SINE, Tape
 from fiveaxis.posture.terms import location_tapes
-from fiveaxis.toolpath import Tool
 
 
 @pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 200])

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from support.quick_optimiser import for_tilt, tilt_bounds
 
-from fiveaxis.machine import DirectionalDrive, Machine, load_machine
+from fiveaxis.model import DirectionalDrive, Machine, Tool, Toolpath, load_machine
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.terms import Term, location_tapes
-from fiveaxis.toolpath import Tool, Toolpath
 
 N = 12
 RNG = np.random.default_rng(5)

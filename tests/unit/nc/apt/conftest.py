@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from fiveaxis.model import Tool, Toolpath
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool, Toolpath
 
 
 @pytest.fixture

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from support.whole_files import each_path
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.findings import Severity
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.base.findings import Severity
+from fiveaxis.model import MoveKind, Tool
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import MoveKind, Tool
 
 BALL = Tool.ball(10)
 CUT, RAPID = MoveKind.CUT, MoveKind.RAPID

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.motion import PATH_TOLERANCE
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import PATH_TOLERANCE, MoveKind
 
 QUARTER_RIGHT = "CIRCLE/0,0,0,0,0,1\n"
 ROUNDING = 1e-9

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import Tool
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import Tool
 
 
 def fail(path):

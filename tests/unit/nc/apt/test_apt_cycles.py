@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.toolpath import MoveKind
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import MoveKind
 
 CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
 

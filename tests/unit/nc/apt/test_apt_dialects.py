@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fiveaxis.model import MoveKind
 from fiveaxis.nc import read_toolpath
-from fiveaxis.toolpath import MoveKind
 
 CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
 
 PLAIN = "MSYS/0,0,0,1,0,0,0,1,0\n"
 # Its x is the base's y, its y the base's x, its z points down.

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import SeveralOperations, ToolError
-from fiveaxis.findings import Severity
+from fiveaxis.base.errors import SeveralOperations, ToolError
+from fiveaxis.base.findings import Severity
+from fiveaxis.model import Tool, parse_tool
 from fiveaxis.nc import read_toolpath
 from fiveaxis.nc.apt.tools import cutter_from_apt
-from fiveaxis.toolpath import Tool, parse_tool
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from support import haas_trunnion as haas
 
-from fiveaxis.machine import Machine, load_machine
+from fiveaxis.model import Machine, load_machine
 from fiveaxis.nc import ReadMotion, read_program
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
 
 BALL = fx.Tool.ball(6)
 ISO = "G21 G90 G54\nG0 X0 Y0 Z50 A0 C0\n"

@@ -9,13 +9,14 @@ import pytest
 from support.nc_blocks import one_by_one
 from support.whole_files import each_path
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.geometry import angle_between
-from fiveaxis.machine import Axis, Chain, Line, Machine, parse_code
+from fiveaxis.base import angle_between
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import Axis, Line, Machine, MoveKind, Tool, Toolpath
+from fiveaxis.model.machine.chain import Chain
+from fiveaxis.model.machine.code import parse_code
 from fiveaxis.nc import read_operations, read_toolpath
 from fiveaxis.nc.languages import choice
 from fiveaxis.nc.source import load_source
-from fiveaxis.toolpath import MoveKind, Tool, Toolpath
 
 BALL = Tool.ball(6.0)
 INCH = 25.4

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.machine import load_machine
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import load_machine
 from fiveaxis.nc import read_program
 from fiveaxis.nc.languages.block import BlockError
 from fiveaxis.nc.languages.expressions import evaluate

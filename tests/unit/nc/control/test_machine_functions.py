@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.machine import Machine
+from fiveaxis.base.errors import SettingError, ToolpathError
+from fiveaxis.model import Machine, Tool
 from fiveaxis.nc import read_toolpath
 from fiveaxis.nc.options import ReadOptions
-from fiveaxis.toolpath import Tool
 
 MACHINE = Machine.from_code("640123")
 # A real post's order: TCP on by the machine builder's word, tips, and off again.

@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.errors import MachineError, SettingError, ToolpathError
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.base.errors import MachineError, SettingError, ToolpathError
+from fiveaxis.model import PATH_TOLERANCE, Machine, MoveKind, load_machine, tool_poses
 from fiveaxis.nc import compose_program, read_program
-from fiveaxis.toolpath import MoveKind
 
 CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
 MILL = Machine.from_code("0123")

@@ -11,14 +11,11 @@ import pytest
 from support.whole_files import each_path
 
 import fiveaxis as fx
-from fiveaxis.errors import ToolError, ToolpathError
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import angle_between
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Machine, load_machine
-from fiveaxis.motion import PATH_TOLERANCE
+from fiveaxis.base import angle_between
+from fiveaxis.base.errors import ToolError, ToolpathError
+from fiveaxis.base.findings import Severity
+from fiveaxis.model import PATH_TOLERANCE, Machine, MoveKind, load_machine, tool_axes
 from fiveaxis.nc.control.moves import MACHINE_MOVES
-from fiveaxis.toolpath import MoveKind
 
 CUT, RAPID = MoveKind.CUT, MoveKind.RAPID
 BALL = fx.Tool.ball(6)

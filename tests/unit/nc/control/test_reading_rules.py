@@ -7,9 +7,9 @@ import re
 import pytest
 from support.rs274 import interpret, needs_rs274
 
-from fiveaxis.errors import SettingError, ToolpathError
-from fiveaxis.findings import Severity
-from fiveaxis.machine import load_machine
+from fiveaxis.base.errors import SettingError, ToolpathError
+from fiveaxis.base.findings import Severity
+from fiveaxis.model import load_machine
 from fiveaxis.nc import find_dialect
 from fiveaxis.nc.writing.tables import DIALECTS
 

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from fiveaxis.collision import Fixture
-from fiveaxis.findings import Severity
+from fiveaxis.base.findings import Severity
+from fiveaxis.check import Fixture
 from fiveaxis.job import verify_program
-from fiveaxis.machine import Box, load_machine
+from fiveaxis.model import Box, Tool, load_machine
 from fiveaxis.nc import read_program
-from fiveaxis.toolpath import Tool
 
 MACHINE = replace(load_machine("linuxcnc-xyzac-trt"), control="fanuc")
 LINES = (

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.machine import load_machine
+from fiveaxis.model import Tool, load_machine
 from fiveaxis.nc import read_toolpath
 from fiveaxis.nc.control.program_toolpath import smoothed_lines
 from fiveaxis.nc.source import Source
-from fiveaxis.toolpath import Tool
 
 PAIRS = [
     ("COMPCAD", "COMPOF"),

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Machine
+from fiveaxis.model import Machine, Tool, tool_poses
 from fiveaxis.nc import read_program, read_toolpath
 from fiveaxis.nc.control.tip_frames import unevenness
-from fiveaxis.toolpath import Tool
 
 MACHINE = Machine.from_code("640123")
 

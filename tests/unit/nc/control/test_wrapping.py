@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import FiveAxisError, SettingError, ToolpathError
+from fiveaxis.base.errors import FiveAxisError, SettingError, ToolpathError
+from fiveaxis.model import Tool
 from fiveaxis.nc import compose_program, read_program, read_toolpath
-from fiveaxis.toolpath import Tool
 
 WORDS = "G21 G90 G94 G0 X0 Y0 Z0 A0 C350\n{}M30\n"
 

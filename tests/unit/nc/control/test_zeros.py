@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from support.rs274 import canonical, needs_rs274
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.machine import Machine, load_machine
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import Machine, MoveKind, Tool, load_machine
 from fiveaxis.nc import read_operations, read_program, read_toolpath
-from fiveaxis.toolpath import MoveKind, Tool
 
 HEAD = "G21 G90 G94 F100\nG0 X0 Y0 Z0\n"
 BALL = Tool.ball(4)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from fiveaxis.errors import SettingError, ToolpathError
+from fiveaxis.base.errors import SettingError, ToolpathError
+from fiveaxis.model import Tool
 from fiveaxis.nc import read_toolpath
 from fiveaxis.nc.languages.choice import ISO, KLARTEXT, LONGEST_LINE, find_language
 from fiveaxis.nc.source import Source, load_source
-from fiveaxis.toolpath import Tool
 
 
 def language_of(text, name="part.nc"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
 from fiveaxis.nc.languages.choice import ISO
 from fiveaxis.nc.source import Source
 

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from support.rs274 import canonical, needs_rs274
 
-from fiveaxis.errors import ToolpathError
-from fiveaxis.machine import Machine
+from fiveaxis.base.errors import ToolpathError
+from fiveaxis.model import Machine, MoveKind
 from fiveaxis.nc import read_program
-from fiveaxis.toolpath import MoveKind
 
 MOVE = re.compile(r"STRAIGHT_FEED\(([^)]*)\)")
 HEAD = "G21 G90 G94 F100\n"

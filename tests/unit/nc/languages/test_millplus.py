@@ -7,7 +7,7 @@ import pytest
 from support.whole_files import each_path
 
 import fiveaxis as fx
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
 from fiveaxis.nc.languages.choice import MILLPLUS
 from fiveaxis.nc.source import Source
 

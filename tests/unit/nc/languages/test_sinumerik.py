@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.nc_blocks import about, one_by_one
 
-from fiveaxis.errors import ToolpathError
+from fiveaxis.base.errors import ToolpathError
 from fiveaxis.nc.languages import tape
 from fiveaxis.nc.languages.choice import SINUMERIK
 from fiveaxis.nc.source import Source, load_source

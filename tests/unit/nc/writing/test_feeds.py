@@ -7,11 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from fiveaxis.kinematics import linear_positions
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.model import Machine, Motion, MoveKind, linear_positions
 from fiveaxis.nc import compose_program, read_program
-from fiveaxis.toolpath import MoveKind
 
 OPEN = Machine.from_code("640123")
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import JobError, SettingError
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.base.errors import JobError, SettingError
+from fiveaxis.base.settings import StrictModel, read_settings
+from fiveaxis.model import Machine, Motion
 from fiveaxis.nc import DIALECTS, Program, ProgramSettings, compose_program
-from fiveaxis.settings import StrictModel, read_settings
 
 OPEN = Machine.from_code("640123")
 MOTION = Motion("XYZAC", np.eye(5) / 2.0, np.ones(5), np.ones(5), np.zeros(5, int), np.arange(5))

@@ -11,12 +11,10 @@ import numpy as np
 import pytest
 from support.rs274 import canonical, needs_rs274
 
-from fiveaxis.machine import load_machine, machine_names
-from fiveaxis.motion import Motion
+from fiveaxis.model import Motion, MoveKind, load_machine, machine_names
 from fiveaxis.nc import ProgramSettings, read_program
 from fiveaxis.nc import compose_program as compose_with_lead_out
 from fiveaxis.nc.words import control_values
-from fiveaxis.toolpath import MoveKind
 
 # The lead-out has its own tests: here the last block is the last move.
 compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import SettingError
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Motion
+from fiveaxis.base.errors import SettingError
+from fiveaxis.model import Machine, Motion
 from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program
 
 OPEN = Machine.from_code("640123")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fiveaxis.errors import SettingError
-from fiveaxis.motion import Motion
+from fiveaxis.base.errors import SettingError
+from fiveaxis.model import Motion
 from fiveaxis.nc import DIALECTS, compose_program, find_dialect
 
 

@@ -12,14 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fiveaxis.errors import SettingError
-from fiveaxis.machine import Limits, Machine, load_machine
-from fiveaxis.motion import Motion
+from fiveaxis.base.errors import SettingError
+from fiveaxis.model import Limits, Machine, Motion, MoveKind, load_machine
 from fiveaxis.nc import DIALECTS, ProgramSettings
 from fiveaxis.nc import compose_program as compose_with_lead_out
 from fiveaxis.nc.writing.table_parts import Modulo
 from fiveaxis.nc.writing.turns import within_a_turn
-from fiveaxis.toolpath import MoveKind
 
 # The lead-out has its own tests: here the last block is the last move.
 compose_program = partial(compose_with_lead_out, settings=ProgramSettings(way_out=False))

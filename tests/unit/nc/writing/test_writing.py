@@ -11,19 +11,10 @@ import numpy as np
 import pytest
 from support.unverified_text import write_text
 
-from fiveaxis.errors import MachineError, SettingError, ToolpathError
-from fiveaxis.kinematics import tool_poses
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.motion import Motion
-from fiveaxis.nc import (
-    DIALECTS,
-    ProgramSettings,
-    compose_program,
-    read_program,
-    read_toolpath,
-)
+from fiveaxis.base.errors import MachineError, SettingError, ToolpathError
+from fiveaxis.model import Limits, Machine, Motion, MoveKind, Tool, tool_poses
+from fiveaxis.nc import DIALECTS, ProgramSettings, compose_program, read_program, read_toolpath
 from fiveaxis.nc.writing.feeds import HELD
-from fiveaxis.toolpath import MoveKind, Tool
 
 # mm/min: rapid moves take no time.
 INSTANT = 1e9

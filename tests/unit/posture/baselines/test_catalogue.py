@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from support.quick_optimiser import for_tilt, tilt_bounds
 
-from fiveaxis.energy import motion_energy, travel_costs
-from fiveaxis.errors import NoBaseline
-from fiveaxis.kinematics import tool_axes, within_limits
-from fiveaxis.kinematics.windings import nearest_turn
-from fiveaxis.motion import follow
+from fiveaxis.base.errors import NoBaseline
+from fiveaxis.model import Tool, Toolpath, follow, motion_energy, tool_axes, travel_costs, within_limits
+from fiveaxis.model.kinematics.windings import nearest_turn
 from fiveaxis.posture.baselines.branches import cheapest_sequence, postures
 from fiveaxis.posture.baselines.catalogue import (
     along_normal,
@@ -18,7 +16,6 @@ from fiveaxis.posture.baselines.catalogue import (
     leaned,
     single_posture,
 )
-from fiveaxis.toolpath import Tool, Toolpath
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -163,7 +160,7 @@ def test_an_inside_corner_keeps_every_location_its_own_posture(hayashi):
 def test_a_baseline_starts_on_the_turn_that_needs_no_rewind(hayashi):
     from dataclasses import replace
 
-    from fiveaxis.machine import Limits
+    from fiveaxis.model import Limits
 
     turn = np.linspace(np.radians(100.0), np.radians(604.0), 150)
     s, c = np.sin(np.radians(40.0)), np.cos(np.radians(40.0))
@@ -178,7 +175,7 @@ def test_a_baseline_starts_on_the_turn_that_needs_no_rewind(hayashi):
 
 @pytest.mark.parametrize("tool", [Tool.ball(8.0), Tool.bull(16.0, 3.0)], ids=["ball", "bull"])
 def test_no_single_posture_is_cheaper_than_the_chosen_one(hayashi, tool):
-    """Each posture of the grid is held along the whole path and priced by `fiveaxis.energy`."""
+    """Each posture of the grid is held along the whole path and priced by `fiveaxis.model.energy`."""
     turn = np.linspace(0.0, 2.0 * np.pi, 9)
     contact = np.stack([40.0 * np.cos(turn), 40.0 * np.sin(turn), 3.0 * turn], axis=1)
     path = for_tilt(Toolpath.from_contacts(contact, np.tile(UP, (9, 1)), tool), (10, 70))

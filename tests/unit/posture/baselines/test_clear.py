@@ -8,12 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.quick_optimiser import optimise, tilt_bounds
 
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import load_machine
-from fiveaxis.posture import Problem
-from fiveaxis.posture.baselines import find_baselines, moved_clear
+from fiveaxis.model import Tool, Toolpath, load_machine, tool_axes
+from fiveaxis.posture.baselines.catalogue import find_baselines
+from fiveaxis.posture.baselines.clear import moved_clear
 from fiveaxis.posture.mask import Mask
-from fiveaxis.toolpath import Tool, Toolpath
+from fiveaxis.posture.problem import Problem
 
 MACHINE = load_machine("hayashi-640123")
 N = 60

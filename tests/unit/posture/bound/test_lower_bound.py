@@ -10,13 +10,20 @@ from support.pairwise_cases import in_pairs
 from support.quick_optimiser import tilt_bounds
 
 import fiveaxis as fx
-from fiveaxis.errors import MachineError
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import DirectionalDrive, FrictionDrive, Limits, Machine
-from fiveaxis.posture import LowerBound, bound_energy, bound_travel
+from fiveaxis.base.errors import MachineError
+from fiveaxis.model import (
+    Constraints,
+    DirectionalDrive,
+    FrictionDrive,
+    Limits,
+    Machine,
+    Toolpath,
+    parse_tool,
+    tool_axes,
+)
+from fiveaxis.posture.bound.lower_bound import LowerBound, bound_energy, bound_travel
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.toolpath import Constraints, Toolpath, parse_tool
 
 TILT = (15.0, 60.0)
 ROUNDING = 1e-6  # J

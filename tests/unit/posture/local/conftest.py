@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from support.quick_optimiser import for_tilt, tilt_bounds
 
-from fiveaxis.machine import Limits, Machine, load_machine
+from fiveaxis.model import Limits, Machine, Tool, Toolpath, load_machine
 from fiveaxis.posture.problem import Problem
-from fiveaxis.toolpath import Tool, Toolpath
 
 N = 40
 TILT = (15.0, 75.0)

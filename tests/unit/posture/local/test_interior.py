@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from support.quick_optimiser import optimise
 
-from fiveaxis.machine import load_machine
+from fiveaxis.model import Tool, Toolpath, load_machine
 from fiveaxis.posture.local import kernel
 from fiveaxis.posture.local.interior import minimise, split_steps
 from fiveaxis.posture.local.ipopt import minimise_by_ipopt
 from fiveaxis.posture.local.rows import ChainModel, build_rows
 from fiveaxis.posture.problem import ALLOWED
-from fiveaxis.toolpath import Tool, Toolpath
 
 # Relative, of the cost: what the last barrier parameter and IPOPT's tolerance leave.
 GAP = 1e-6

@@ -8,12 +8,11 @@ import pytest
 from support.quick_optimiser import tilt_bounds
 from support.ring_path import ring
 
-from fiveaxis.errors import SettingError
-from fiveaxis.machine import load_machine
+from fiveaxis.base.errors import SettingError
+from fiveaxis.model import Tool, Toolpath, load_machine
 from fiveaxis.posture.baselines.catalogue import lead_lean
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.problem import ALLOWED, Problem
-from fiveaxis.toolpath import Tool, Toolpath
 
 RNG = np.random.default_rng(5)
 

@@ -14,16 +14,12 @@ from support.quick_optimiser import tilt_bounds
 from support.sampled_surfaces import SHAPES, cone, sampled, turned
 
 import fiveaxis as fx
-from fiveaxis.contour import plan_contour
-from fiveaxis.energy import BlockCosts, block_costs
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.motion import feed_times, standing_speeds
-from fiveaxis.posture import Problem
-from fiveaxis.posture.problem import ALLOWED
+from fiveaxis.cam import plan_contour
+from fiveaxis.model import BlockCosts, Toolpath, block_costs, feed_times, standing_speeds, tool_axes
+from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search import successors
 from fiveaxis.posture.search.successors import Resolution, path_anywhere
 from fiveaxis.posture.search.successors import sampled as postures_of
-from fiveaxis.toolpath import Toolpath
 
 DEGREE = np.pi / 180.0
 ANYWHERE = Resolution(1.0, 5.0 * DEGREE, 300)

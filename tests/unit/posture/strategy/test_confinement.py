@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from support.quick_optimiser import tilt_bounds
 
-from fiveaxis.kinematics import axis_positions, tool_axes
-from fiveaxis.machine import load_machine
+from fiveaxis.model import Tool, Toolpath, axis_positions, load_machine, tool_axes
 from fiveaxis.posture.local.optima import refine
 from fiveaxis.posture.mask import Mask
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.near import PINCH, Confinement, Planes, blended, pinched, windows_around
-from fiveaxis.toolpath import Tool, Toolpath
 
 MACHINE = load_machine("hayashi-640123")
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.job import ProgramOptions, make_job, make_program, run_job
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.nc import read_motion, write_motion
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
-from fiveaxis.verification import Against
+from fiveaxis.check import Against
+from fiveaxis.job import ProgramOptions, make_job, run_job
+from fiveaxis.job.program import make_program
+from fiveaxis.model import Constraints, Limits, Machine, Tool, Toolpath
+from fiveaxis.nc import write_motion
+from fiveaxis.nc.motion_table import read_motion
 
 RING = {"tilt": (15.0, 75.0), "effort": "quick"}
 HOP = {"tilt": (35.0, 80.0), "max_turn": 60.0, "effort": "quick"}

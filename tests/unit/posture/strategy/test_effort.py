@@ -4,9 +4,8 @@ import pytest
 from support.ring_path import ring
 from support.travel_optimiser import optimise
 
-from fiveaxis.errors import SettingError
-from fiveaxis.posture import Effort
-from fiveaxis.posture.strategy.effort import effort_of, resolution
+from fiveaxis.base.errors import SettingError
+from fiveaxis.posture.strategy.effort import Effort, effort_of, resolution
 
 ONE = Effort((resolution(2.0, 8.0, 60),))
 MANY = Effort((resolution(1.0, 5.0, 200),), contains=ONE)

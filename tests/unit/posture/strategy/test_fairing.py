@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from support.quick_optimiser import tilt_bounds
 
-from fiveaxis.geometry import angle_between
-from fiveaxis.kinematics import rotary_angles, tool_axes
+from fiveaxis.base import angle_between
+from fiveaxis.model import Tool, Toolpath, rotary_angles, tool_axes
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.fairing import faired
-from fiveaxis.toolpath import Tool, Toolpath
 
 TILT = (10.0, 20.0)
 

@@ -8,11 +8,9 @@ from support.ring_path import ring
 from support.travel_optimiser import find_front, optimise
 
 from fiveaxis import posture
-from fiveaxis.errors import SettingError
-from fiveaxis.kinematics import within_limits
-from fiveaxis.machine import Limits
+from fiveaxis.base.errors import SettingError
+from fiveaxis.model import Constraints, Limits, Tool, Toolpath, refined, within_limits
 from fiveaxis.posture.strategy.front import FrontPoint, undominated
-from fiveaxis.toolpath import Constraints, Tool, Toolpath, refined
 
 
 @pytest.fixture(scope="module")

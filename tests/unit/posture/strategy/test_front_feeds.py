@@ -7,8 +7,7 @@ import pytest
 from support.quick_optimiser import tilt_bounds
 from support.ring_path import ring
 
-from fiveaxis.machine import FrictionDrive, Machine
-from fiveaxis.motion import Filling, follow
+from fiveaxis.model import Filling, FrictionDrive, Machine, follow
 from fiveaxis.posture import Optimum
 from fiveaxis.posture.solution import USUAL_CLOCK, Baseline, program_energy
 from fiveaxis.posture.strategy.front import slowed

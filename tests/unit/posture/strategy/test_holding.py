@@ -7,11 +7,10 @@ import pytest
 from support.ring_path import ring
 from support.travel_optimiser import optimise
 
-from fiveaxis.errors import Infeasible, SettingError
-from fiveaxis.kinematics import tool_axes
+from fiveaxis.base.errors import Infeasible, SettingError
+from fiveaxis.check import verify
+from fiveaxis.model import Tool, Toolpath, tool_axes
 from fiveaxis.posture.strategy.holding import free_angles, hold, is_holding
-from fiveaxis.toolpath import Tool, Toolpath
-from fiveaxis.verification import verify
 
 DEGREE = np.pi / 180.0
 

@@ -7,10 +7,9 @@ import pytest
 from support.quick_optimiser import tilt_bounds
 from support.travel_optimiser import optimise
 
-from fiveaxis.errors import Infeasible
-from fiveaxis.machine import Limits
+from fiveaxis.base.errors import Infeasible
+from fiveaxis.model import Limits, Tool, Toolpath
 from fiveaxis.posture.strategy.infeasibility import unreachable
-from fiveaxis.toolpath import Tool, Toolpath
 
 
 def wall(n: int, n_z: np.ndarray | float, turns: float = 0.25) -> Toolpath:

@@ -7,16 +7,14 @@ import pytest
 from support.quick_optimiser import for_tilt, optimise, tilt_bounds
 
 import fiveaxis as fx
-from fiveaxis.errors import MachineError, SettingError
+from fiveaxis.base.errors import MachineError, SettingError
 from fiveaxis.job import make_job, run_job
-from fiveaxis.machine import Machine
-from fiveaxis.motion import Clock, Interpolation, follow, time_motion
+from fiveaxis.model import Clock, Constraints, Interpolation, Machine, Tool, Toolpath, follow, time_motion
 from fiveaxis.nc import DIALECTS
 from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.least_time import TIME_PRICE, by_time, from_rest_to_rest
 from fiveaxis.posture.strategy.turn_bounds import turn_bounds
-from fiveaxis.report.page import compose_page
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
+from fiveaxis.show.report.page import compose_page
 
 CONE = {"cone": 20.0, "effort": "quick"}
 # mm/s and rad/s, mm/s² and rad/s², of X Y Z A C.

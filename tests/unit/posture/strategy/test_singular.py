@@ -9,10 +9,9 @@ import pytest
 from support.quick_optimiser import tilt_bounds
 from support.travel_optimiser import optimise
 
-from fiveaxis.errors import SettingError
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.motion import follow
-from fiveaxis.posture import Problem
+from fiveaxis.base.errors import SettingError
+from fiveaxis.model import Constraints, Tool, Toolpath, follow, tool_axes
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.singular import (
     Cone,
     bounded_within,
@@ -20,7 +19,6 @@ from fiveaxis.posture.strategy.singular import (
     slow_findings,
     turning_within,
 )
-from fiveaxis.toolpath import Constraints, Tool, Toolpath
 
 CONE = Cone(np.radians(5.0))
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fiveaxis.errors import SettingError
+from fiveaxis.base.errors import SettingError
+from fiveaxis.model import Constraints, Tool, Toolpath, divided_rows, refined
 from fiveaxis.posture import Options, optimise_postures
 from fiveaxis.posture.strategy.turn_bounds import PROGRAMMED_SHARE, turn_bounds
-from fiveaxis.toolpath import Constraints, Tool, Toolpath, divided_rows, refined
 
 PLACES = np.array([[0.0, 0, 0], [5.0, 0, 0], [9.0, 0, 0], [12.0, 0, 0]])
 

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fiveaxis.geometry import Array
-from fiveaxis.machine import Limits, Machine
+from fiveaxis.base import Array
+from fiveaxis.model import Limits, Machine, Tool, Toolpath
 from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.unwrapped import better_phases, count_rewinds
-from fiveaxis.toolpath import Tool, Toolpath
 
 
 def one_turn(machine: Machine) -> Machine:

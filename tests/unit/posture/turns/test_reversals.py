@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 from support.quick_optimiser import tilt_bounds
 
-from fiveaxis.energy import motion_energy
-from fiveaxis.geometry import Array
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.motion import follow
-from fiveaxis.posture import Problem
+from fiveaxis.base import Array
+from fiveaxis.model import Limits, Machine, TiltBounds, Tool, Toolpath, follow, motion_energy, tool_axes
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.solution import Optimum
 from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.unwrapped import paths_without_reversals, rewind_solution
 from fiveaxis.posture.turns.winding import endless
-from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 
 
 def ranged(machine: Machine, low: float, high: float) -> Machine:

@@ -12,20 +12,28 @@ import pytest
 from support.quick_optimiser import tilt_bounds
 from support.travel_optimiser import optimise
 
-from fiveaxis.errors import Infeasible
-from fiveaxis.findings import Severity
-from fiveaxis.geometry import Array, angle_between
-from fiveaxis.kinematics import tool_axes, tool_poses, within_limits
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.motion import fill_in, follow
+from fiveaxis.base import Array, angle_between
+from fiveaxis.base.errors import Infeasible
+from fiveaxis.base.findings import Severity
+from fiveaxis.check import verify
+from fiveaxis.model import (
+    Limits,
+    Machine,
+    TiltBounds,
+    Tool,
+    Toolpath,
+    follow,
+    tool_axes,
+    tool_poses,
+    within_limits,
+)
+from fiveaxis.model.kinematics.windings import ON_LIMIT, TURN
+from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.nc import compose_program
 from fiveaxis.posture import Optimum
 from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.stops import find_stops, with_turn_changes
 from fiveaxis.posture.turns.winding import plan_turns, winding_columns
-from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
-from fiveaxis.verification import verify
 
 RANGES = [(-180.0, 180.0), (0.0, 360.0), (-10.0, 352.0), (-100.0, 300.0)]
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import fiveaxis as fx
-from fiveaxis.machine import Limits
-from fiveaxis.toolpath import MoveKind, Toolpath, parse_tool
+from fiveaxis.model import Limits, MoveKind, Toolpath, parse_tool
 
 
 def ring(tool: str, n: int = 60, rings: int = 2) -> Toolpath:

@@ -10,12 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.quick_optimiser import tilt_bounds
 
-from fiveaxis.geometry import Array, angle_between
-from fiveaxis.kinematics import tool_axes
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN
-from fiveaxis.machine import Limits, Machine
+from fiveaxis.base import Array, angle_between
+from fiveaxis.model import Limits, Machine, TiltBounds, Tool, Toolpath, tool_axes
+from fiveaxis.model.kinematics.windings import ON_LIMIT, TURN
 from fiveaxis.posture.turns.stops import bounds_between, find_turn_changes, with_turn_changes
-from fiveaxis.toolpath import TiltBounds, Tool, Toolpath
 
 
 def open_turns(angle: float, limits: Limits) -> int:

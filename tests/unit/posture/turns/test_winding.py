@@ -12,19 +12,16 @@ from hypothesis import strategies as st
 from support.quick_optimiser import tilt_bounds
 from support.travel_optimiser import optimise
 
-from fiveaxis.energy import motion_energy
-from fiveaxis.errors import Infeasible
-from fiveaxis.kinematics import tool_poses, within_limits
-from fiveaxis.kinematics.windings import ON_LIMIT, TURN
-from fiveaxis.machine import Limits, Machine
-from fiveaxis.motion import fill_in, follow
-from fiveaxis.posture import Problem
+from fiveaxis.base.errors import Infeasible
+from fiveaxis.model import Limits, Machine, Tool, Toolpath, follow, motion_energy, tool_poses, within_limits
+from fiveaxis.model.kinematics.windings import ON_LIMIT, TURN
+from fiveaxis.model.motion.filling import fill_in
 from fiveaxis.posture.local.optima import refine
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.turns.rewinding import insert_rewinds
 from fiveaxis.posture.turns.stops import CLEARANCE
 from fiveaxis.posture.turns.unwrapped import fewer_turns
 from fiveaxis.posture.turns.winding import endless, plan_turns, winding_columns
-from fiveaxis.toolpath import Tool, Toolpath
 
 HELIX_TURNS = 10
 

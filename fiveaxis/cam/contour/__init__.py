@@ -1,0 +1,1 @@
+"""Finishing passes of a ball end mill on a mesh, and contacts of programmed paths."""

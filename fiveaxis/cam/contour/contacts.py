@@ -1,0 +1,312 @@
+"""Contacts along a section: points of the wall with the normals at which the ball touches them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fiveaxis.base import Array, BoolArray, IntArray, angle_between
+from fiveaxis.cam.contour.sections import Loop
+from fiveaxis.cam.mesh.surface import Surface
+
+# mm: how deep a ball may sink into a flat facet on which it is placed along the smoothed normal.
+LEAN_DEPTH = 0.005
+# mm: how far a straight move of the ball's centre may cut off a convex arc.
+CHORD_DEPTH = 0.01
+# Most halvings of a step.
+REFINEMENTS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Rows along one section curve.
+
+    Parameters
+    ----------
+    points : (n, 3), mm
+    normals : (n, 3), unit vectors from the point to the ball's centre: those of the facets, turned towards
+        `smooth` as far as the ball then sinks by at most `LEAN_DEPTH`
+    smooth : (n, 3), unit vectors, normals of the surface, smoothed across facets: tilt refers to them; of
+        cutters that aren't balls the same as `normals`
+    rolling : (n,), rows at which the ball rolls about a sharp convex edge, between the walls that meet there;
+        the normal points from the edge to the ball's centre
+    closed : whether the first row follows the last
+    """
+
+    points: Array
+    normals: Array
+    smooth: Array
+    rolling: BoolArray
+    closed: bool
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def take(self, rows: IntArray, *, closed: bool) -> Contacts:
+        """Pick rows in a given order."""
+        return Contacts(self.points[rows], self.normals[rows], self.smooth[rows], self.rolling[rows], closed)
+
+    def reversed(self) -> Contacts:
+        """Return the rows in the other order."""
+        return self.take(np.arange(len(self))[::-1], closed=self.closed)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Contacts]) -> Contacts:
+        """Return the rows of several curves, one after the other."""
+        columns = [(part.points, part.normals, part.smooth, part.rolling) for part in parts]
+        points, normals, smooth, rolling = map(np.concatenate, zip(*columns, strict=True))
+        return cls(points, normals, smooth, rolling, closed=False)
+
+    def blended(self, other: Contacts, share: Array, rolling: BoolArray) -> Contacts:
+        """Blend with other contacts row by row; `share`, (n,), is that of the other ones."""
+        return Contacts(
+            points=self.points + share[:, None] * (other.points - self.points),
+            normals=turn_between(self.normals, other.normals, share),
+            smooth=turn_between(self.smooth, other.smooth, share),
+            rolling=rolling,
+            closed=self.closed,
+        )
+
+
+def sample_loop(
+    loop: Loop, surface: Surface, *, radius: float, spacing: float, roundest: float | None = None
+) -> Contacts | None:
+    """Place contacts along a section curve.
+
+    Neighbouring contacts are at most `spacing` apart, and closer on convex curves, where the straight move of
+    the ball's centre would cut off more than `CHORD_DEPTH` of its arc. About an edge, a step of a ball of
+    radius R may turn by ``2 acos(1 − depth / R)``.
+
+    Parameters
+    ----------
+    loop : section curve, material to its right
+    surface : the part; contacts lie on its exact faces where it has a model
+    radius, spacing : mm
+    roundest : mm, as for `placed_normals`
+
+    Returns
+    -------
+    Contacts, or None if no triangle of the curve has an area
+    """
+    facets = surface.facet_normals[loop.faces]
+    solid = np.linalg.norm(facets, axis=1) > 0.5
+    if not solid.any():
+        return None
+    facets, faces, points = facets[solid], loop.faces[solid], loop.points[solid].reshape(-1, 3)
+    if surface.model is not None:
+        points, normals = surface.onto(points, np.repeat(faces, 2))
+
+        def onto(segment: IntArray, share: Array) -> tuple[Array, Array]:
+            start, end = points[2 * segment], points[2 * segment + 1]
+            return surface.onto(start + share[:, None] * (end - start), faces[segment])
+
+        return follow(
+            points,
+            normals,
+            onto,
+            closed=loop.closed,
+            crease=surface.crease,
+            radius=radius,
+            roundest=roundest,
+            spacing=spacing,
+        )
+    both, smooth = np.repeat(facets, 2, axis=0), loop.normals[solid].reshape(-1, 3)
+    normals, smooth = placed_normals(both, smooth, radius, roundest)
+    sharp = angle_between(facets, np.roll(facets, -1, axis=0)) > surface.crease
+    turning = roundest or radius
+    curve = _Curve.through(
+        points, normals, smooth, sharp, closed=loop.closed, radius=turning, spacing=spacing
+    )
+    return curve.at(_stations(curve, closed=loop.closed, radius=radius), closed=loop.closed)
+
+
+def follow(
+    points: Array,
+    normals: Array,
+    onto: Callable[[IntArray, Array], tuple[Array, Array]],
+    *,
+    closed: bool,
+    crease: float,
+    radius: float,
+    roundest: float | None,
+    spacing: float,
+    hollow: float = np.inf,
+    sideways: float = np.inf,
+) -> Contacts:
+    """Place contacts along a curve on exact surfaces, as `sample_loop` does.
+
+    Parameters
+    ----------
+    points, normals : (2m, 3), mm and unit vectors: start and end of each segment
+    onto : finds exact points and normals of segments, (n,), at shares of their length, (n,)
+    closed : whether the last segment's end is the first one's start
+    crease : rad; about sharper edges between segments the ball rolls
+    radius, spacing : mm
+    roundest : mm, as for `placed_normals`
+    hollow, sideways : mm, how far straight moves of the ball's centre may be off a concave curve, and off the
+        curve to its sides
+    """
+    sharp = angle_between(normals[1::2], np.roll(normals[::2], -1, axis=0)) > crease
+    turning = roundest or radius
+    curve = _Curve.through(points, normals, normals, sharp, closed=closed, radius=turning, spacing=spacing)
+    stations = _stations(curve, closed=closed, radius=radius, hollow=hollow, sideways=sideways)
+    contacts, (interval, share) = curve.at(stations, closed=closed), curve.place(stations)
+    points, normals = contacts.points.copy(), contacts.normals.copy()
+    # Those at an edge, between the normals of two segments, stay.
+    rows = np.flatnonzero(interval % 2 == 0)
+    points[rows], normals[rows] = onto(interval[rows] // 2, share[rows])
+    return replace(contacts, points=points, normals=normals, smooth=normals)
+
+
+def placed_normals(
+    facets: Array, smooth: Array, radius: float, roundest: float | None
+) -> tuple[Array, Array]:
+    """Return the normals along which a cutter is placed on facets, and those that its lean refers to.
+
+    A ball turns about its centre, so its lean may refer to the smoothed surface. Another cutter, turned about
+    its contact, would sink into the facet.
+
+    Parameters
+    ----------
+    facets, smooth : (n, 3), unit vectors, and any length
+    radius : mm, of the ball
+    roundest : mm, largest radius of curvature of the cutter where it touches; None for a ball
+    """
+    normals = lean_normals(facets, smooth, lean_limit(radius if roundest is None else roundest))
+    return normals, lean_normals(facets, smooth, np.pi) if roundest is None else normals
+
+
+def lean_limit(radius: float) -> float:
+    """Return by what angle, rad, a ball's normal may be off a facet's: it then sinks by `LEAN_DEPTH`."""
+    return math.acos(max(0.0, 1.0 - LEAN_DEPTH / radius))
+
+
+def lean_normals(facets: Array, smooth: Array, limit: float | Array) -> Array:
+    """Turn facet normals towards the smoothed ones, by at most a limit.
+
+    A ball of radius R placed along a normal that is off the facet's by θ sinks ``R (1 − cos θ)`` into it.
+
+    Parameters
+    ----------
+    facets : (n, 3), unit vectors
+    smooth : (n, 3), any length
+    limit : rad, or (n,)
+
+    Returns
+    -------
+    (n, 3), unit vectors
+    """
+    length = np.linalg.norm(smooth, axis=1, keepdims=True)
+    towards = np.where(length > 0.0, smooth / np.where(length > 0.0, length, 1.0), facets)
+    angle = angle_between(facets, towards)
+    share = np.minimum(1.0, limit / np.maximum(angle, 1e-12))
+    return turn_between(facets, towards, share)
+
+
+def turn_between(a: Array, b: Array, share: Array) -> Array:
+    """Turn unit vectors a towards b by a share of the angle between them, (n, 3), (n, 3), (n,) → (n, 3)."""
+    angle = angle_between(a, b)
+    sine = np.sin(angle)
+    # The sine rule breaks down for nearly equal or opposite vectors; a linear blend is as good.
+    blend = sine < 1e-6
+    safe = np.where(blend, 1.0, sine)
+    from_a = np.where(blend, 1.0 - share, np.sin((1.0 - share) * angle) / safe)
+    to_b = np.where(blend, share, np.sin(share * angle) / safe)
+    mixed = from_a[:, None] * a + to_b[:, None] * b
+    length = np.linalg.norm(mixed, axis=1, keepdims=True)
+    return np.where(length > 1e-6, mixed / np.maximum(length, 1e-12), a)
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """A section curve with its normals, interpolated between its nodes.
+
+    Nodes are the start and end of each segment. Stations count steps from the curve's start. `jump` marks the
+    intervals between nodes in which the normal turns about a sharp edge.
+    """
+
+    nodes: Contacts
+    stations: Array
+    jump: BoolArray
+
+    @classmethod
+    def through(
+        cls,
+        points: Array,
+        normals: Array,
+        smooth: Array,
+        sharp: BoolArray,
+        *,
+        closed: bool,
+        radius: float,
+        spacing: float,
+    ) -> _Curve:
+        """Make the curve of nodes; `sharp`, (m,), marks segments that meet the next one at a sharp edge."""
+        if closed:
+            points, normals, smooth = (np.vstack([nodes, nodes[:1]]) for nodes in (points, normals, smooth))
+        nodes = Contacts(points, normals, smooth, np.zeros(len(points), dtype=bool), closed=False)
+        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        k = np.arange(len(lengths))
+        # Odd intervals join the end of a segment to the start of the next: same point, another normal.
+        jump = (k % 2 == 1) & sharp[k // 2]
+        largest_turn = 2.0 * math.acos(max(0.0, 1.0 - CHORD_DEPTH / radius))
+        # Steps in each interval, so that neither length nor turn exceeds its limit.
+        needs = np.maximum(lengths / spacing, _convex_turn(points, normals) / largest_turn)
+        return cls(nodes, np.concatenate([[0.0], np.cumsum(needs)]), jump)
+
+    def place(self, wanted: Array) -> tuple[IntArray, Array]:
+        """Find the intervals between nodes, (n,), and the shares of them, (n,), at stations.
+
+        Even intervals are segments.
+        """
+        k = np.searchsorted(self.stations, wanted, side="right") - 1
+        k = np.clip(k, 0, len(self.jump) - 1)
+        length = np.maximum(self.stations[k + 1] - self.stations[k], 1e-12)
+        return k, np.clip((wanted - self.stations[k]) / length, 0.0, 1.0)
+
+    def at(self, wanted: Array, *, closed: bool) -> Contacts:
+        """Return the contacts at stations, (n,) ascending."""
+        k, share = self.place(wanted)
+        rolling = self.jump[k] & (share > 0.0) & (share < 1.0)
+        before, after = (self.nodes.take(rows, closed=closed) for rows in (k, k + 1))
+        return before.blended(after, share, rolling)
+
+
+def _stations(
+    curve: _Curve, *, closed: bool, radius: float, hollow: float = np.inf, sideways: float = np.inf
+) -> Array:
+    """Return stations along a curve in equal steps of length and turning, refined.
+
+    Steps are halved in which the straight move of the ball's centre cuts off too much of a convex arc, or is
+    too far off the curve otherwise.
+    """
+    total = curve.stations[-1]
+    stations = np.linspace(0.0, total, max(3, int(np.ceil(total - 1e-9))) + 1)
+    for _ in range(REFINEMENTS):
+        middles = (stations[:-1] + stations[1:]) / 2.0
+        rows, between = curve.at(stations, closed=False), curve.at(middles, closed=False)
+        centres = rows.points + radius * rows.normals
+        sag = between.points + radius * between.normals - (centres[:-1] + centres[1:]) / 2.0
+        depth = np.einsum("ij,ij->i", sag, between.normals)
+        aside = np.linalg.norm(sag - depth[:, None] * between.normals, axis=1)
+        # 1 % for rounding, as steps are chosen to just meet the limit.
+        deep = (depth > 1.01 * CHORD_DEPTH) | (-depth > hollow) | (aside > sideways)
+        if not deep.any():
+            break
+        stations = np.sort(np.concatenate([stations, middles[deep]]))
+    return stations[:-1] if closed else stations
+
+
+def _convex_turn(points: Array, normals: Array) -> Array:
+    """Compute by what angle the normal turns in each interval where the curve is convex; else 0."""
+    steps = np.diff(points, axis=0)
+    length = np.linalg.norm(steps, axis=1, keepdims=True)
+    heading = np.divide(steps, length, out=np.zeros_like(steps), where=length > 0.0)
+    # Intervals between segments have no length; the headings before and after replace theirs.
+    along = heading + np.roll(heading, 1, axis=0) + np.roll(heading, -1, axis=0)
+    along[0::2] = heading[0::2]
+    opening = np.einsum("ij,ij->i", np.diff(normals, axis=0), along)
+    return np.where(opening > 0.0, angle_between(normals[:-1], normals[1:]), 0.0)

@@ -1,0 +1,226 @@
+"""Rigid shapes for the check of collisions: trees of boxes around convex bodies, and queries of two."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.base import Array, IntArray
+
+# Triangles in a leaf of a mesh's tree.
+LEAF = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One rigid shape.
+
+    Parameters
+    ----------
+    bodies : (leaves * width, m, 4), mm, own frame: convex bodies (`fiveaxis.check.collision.convex_pair`) in
+        the order of the leaves; the triangles of a mesh are padded with repetitions
+    boxes : (2 * leaves, 2, 3), mm, own frame; node 1 is the root, node i has the children 2i and 2i + 1
+    frame : (4, 4), mm, its own frame in the workpiece frame, every axis at 0
+    inner : (3,), mm, a point of it in its own frame
+    triangles : (t, 3, 3), mm, own frame; None unless it is a mesh
+    closed : whether its triangles enclose a volume
+    """
+
+    bodies: Array
+    boxes: Array
+    frame: Array
+    inner: Array
+    triangles: Array | None = None
+    closed: bool = False
+
+    @property
+    def low(self) -> Array:
+        """(3,), mm, lowest coordinates in its own frame."""
+        return self.boxes[1, 0]
+
+    @property
+    def high(self) -> Array:
+        """(3,), mm, highest coordinates in its own frame."""
+        return self.boxes[1, 1]
+
+    @property
+    def corners(self) -> Array:
+        """(8, 3), mm, corners of its bounding box in its own frame."""
+        return box_corners(self.low, self.high)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box, mm."""
+        return float(np.linalg.norm(self.high - self.low, axis=-1))
+
+    @property
+    def is_mesh(self) -> bool:
+        """Whether it is a surface of triangles, open or closed."""
+        return self.triangles is not None
+
+    @property
+    def memory(self) -> int:
+        """Memory of a mesh with its tree, bytes; 0 for other shapes."""
+        return 0 if self.triangles is None else self.bodies.nbytes + self.boxes.nbytes + self.triangles.nbytes
+
+
+def box_corners(low: Array, high: Array) -> Array:
+    """Return the corners, (8, 3) mm, of the box from its lowest to its highest coordinates, (3,) mm."""
+    picks = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, 8).T
+    return np.where(picks == 1, high, low)
+
+
+def hull_piece(points: Array, frame: Array) -> Piece:
+    """Build the convex hull of points, (v, 3) mm in its own frame; it is convex, so their mean is inside."""
+    return _convex(np.column_stack([points, np.zeros(len(points))]), frame)
+
+
+def box_piece(size: Array, frame: Array) -> Piece:
+    """Build a box of size (3,) mm, centred on the origin of its frame."""
+    half = np.asarray(size, dtype=float) / 2.0
+    return hull_piece(box_corners(-half, half), frame)
+
+
+def cylinder_piece(radius: float, height: float, frame: Array) -> Piece:
+    """Build a cylinder, mm, along z and centred on the origin of its frame."""
+    return _revolved(np.array([[radius, -height / 2.0], [radius, height / 2.0]]), frame)
+
+
+def revolved_pieces(outline: Array, frame: Array) -> list[Piece]:
+    """Revolve an outline about the z axis, as one or more convex pieces.
+
+    Parameters
+    ----------
+    outline : (m, 2), mm: distance from the axis and height, bottom up
+    frame : (4, 4), mm, the frame with that z axis, in the workpiece frame
+    """
+    return [_revolved(run, frame) for run in convex_runs(outline)]
+
+
+def convex_runs(outline: Array) -> list[Array]:
+    """Split an outline, (m, 2) mm, where it turns inwards; parts without height are left out."""
+    runs, begin = [], 0
+    steps = np.diff(outline, axis=0)
+    for i in range(1, len(steps)):
+        before, after = steps[i - 1], steps[i]
+        if before[0] * after[1] - before[1] * after[0] < -1e-12:
+            runs.append(outline[begin : i + 1])
+            begin = i
+    runs.append(outline[begin:])
+    return [run for run in runs if np.ptp(run[:, 1]) > 1e-9 and run[:, 0].max() > 0.0]
+
+
+def _revolved(run: Array, frame: Array) -> Piece:
+    """Revolve a convex outline: the hull of a circle for each of its points."""
+    radius, height = np.asarray(run, dtype=float).T
+    return _convex(np.column_stack([np.zeros((len(run), 2)), height, radius]), frame)
+
+
+def extended_piece(piece: Piece, offsets: Array) -> Piece:
+    """Build the hull of a piece, or of the box around a mesh, at offsets, (m, 3) mm in its own frame."""
+    circles = piece.bodies.reshape(-1, 4)
+    if piece.is_mesh:
+        circles = np.column_stack([piece.corners, np.zeros(len(piece.corners))])
+    moved = np.column_stack([offsets, np.zeros(len(offsets))])
+    return _convex((circles + moved[:, None]).reshape(-1, 4), piece.frame)
+
+
+def _convex(circles: Array, frame: Array) -> Piece:
+    """Build the hull of circles, (m, 4) mm: centre and radius, 0 for a point."""
+    centre = circles[:, :3]
+    wide = circles[:, 3:] * np.array([1.0, 1.0, 0.0])
+    box = np.array([(centre - wide).min(axis=0), (centre + wide).max(axis=0)])
+    return Piece(circles[None].copy(), np.stack([box, box]), frame, centre.mean(axis=0))
+
+
+def mesh_piece(vertices: Array, faces: IntArray, frame: Array, *, closed: bool) -> Piece:
+    """Build the tree of a mesh.
+
+    Parameters
+    ----------
+    vertices : (v, 3), mm, own frame
+    faces : (t, 3), indices of vertices
+    frame : (4, 4), mm, own frame in the workpiece frame, every axis at 0
+    closed : whether it encloses a volume
+    """
+    triangles = np.ascontiguousarray(vertices, dtype=float)[faces]
+    order = _leaf_order(triangles.mean(axis=1))
+    bodies = np.zeros((len(order), 3, 4))
+    bodies[:, :, :3] = triangles[order]
+    return Piece(bodies, _boxes(triangles[order]), frame, triangles[0, 0], triangles, closed)
+
+
+def _leaf_order(middles: Array) -> IntArray:
+    """Sort points, (t, 3) mm, into leaves by halving each node along its longest extent: (leaves * `LEAF`,).
+
+    Some are repeated so that all leaves are full.
+    """
+    leaves = 1
+    while leaves * LEAF < len(middles):
+        leaves *= 2
+    order = np.sort(np.resize(np.arange(len(middles)), leaves * LEAF))
+    nodes = 1
+    while nodes < leaves:
+        rows = order.reshape(nodes, -1)
+        along = np.ptp(middles[rows], axis=1).argmax(axis=1)
+        ranks = np.argsort(middles[rows, along[:, None]], axis=1, kind="stable")
+        order = np.take_along_axis(rows, ranks, axis=1).ravel()
+        nodes *= 2
+    return order
+
+
+def _boxes(ordered: Array) -> Array:
+    """Compute the boxes of a tree's nodes, (2 * leaves, 2, 3) mm, of triangles in the leaves' order."""
+    leaves = len(ordered) // LEAF
+    corners = ordered.reshape(leaves, -1, 3)
+    boxes = np.zeros((2 * leaves, 2, 3))
+    boxes[leaves:] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
+    while leaves > 1:
+        pairs = boxes[leaves : 2 * leaves].reshape(-1, 2, 2, 3)
+        leaves //= 2
+        boxes[leaves : 2 * leaves, 0] = pairs[:, :, 0].min(axis=1)
+        boxes[leaves : 2 * leaves, 1] = pairs[:, :, 1].max(axis=1)
+    return boxes
+
+
+class PairQuery:
+    """One pair of pieces, queried at many relative poses.
+
+    Parameters
+    ----------
+    mover, other : the pieces; a pose is that of the mover's own frame in the other's own frame, (4, 4) mm
+    """
+
+    def __init__(self, mover: Piece, other: Piece) -> None:
+        from fiveaxis.check.collision.tree_pair import depth_between, gap_between
+
+        self._trees = other.bodies, other.boxes, mover.bodies, mover.boxes
+        self._gap, self._depth = gap_between, depth_between
+        self.count = 0
+
+    def nearer(self, pose: Array, margin: float) -> bool:
+        """Check whether the pieces overlap or are nearer to each other than a margin.
+
+        Parameters
+        ----------
+        pose : (4, 4), mm
+        margin : mm, 0 or more
+        """
+        self.count += 1
+        return bool(self._gap(*self._trees, np.ascontiguousarray(pose), float(margin), False) <= margin)
+
+    def depth(self, pose: Array) -> float:
+        """Measure how far the mover would have to move to leave the triangle that it is deepest in.
+
+        Returns
+        -------
+        mm, 0 if they don't overlap
+        """
+        self.count += 1
+        return float(self._depth(*self._trees, np.ascontiguousarray(pose)))
+
+    def gap(self, pose: Array, most: float) -> float:
+        """Measure the gap between the pieces, mm, at most `most` and never too large."""
+        self.count += 1
+        return float(min(self._gap(*self._trees, np.ascontiguousarray(pose), float(most), True), most))

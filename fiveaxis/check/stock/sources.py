@@ -1,0 +1,266 @@
+"""Where a stock comes from: a box, a cylinder, a mesh, the part with an allowance, or an earlier program."""
+
+from __future__ import annotations
+
+import io
+import math
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fiveaxis.base import (
+    MOST_MESH_BYTES,
+    Array,
+    JobError,
+    MeshError,
+    SettingError,
+    Unit,
+    read_input,
+    require_suffix,
+    write_atomically,
+)
+from fiveaxis.cam import load_mesh
+from fiveaxis.check.stock.dexels import Bundle, Stock, default_resolution
+from fiveaxis.check.stock.sweeping import BallSweep
+from fiveaxis.model import Tool, cutter_pieces, shapes
+
+if TYPE_CHECKING:
+    import trimesh
+
+# Crossings of a ray with a mesh for which there is room at first.
+FIRST_HITS = 16
+SUFFIX = ".npz"
+# Forms of a stock that aren't files, with their figures in mm.
+BOX, CYLINDER, PART = "box", "cylinder", "part"
+FORMS = "box:X:Y:Z, cylinder:DIAMETER:HEIGHT, part+ALLOWANCE (mm), a mesh or an .npz file"
+
+
+def box(bounds: Array, resolution: float) -> Stock:
+    """Make a stock that fills bounds, (2, 3) mm."""
+    stock = Stock.empty(bounds, resolution)
+    for d, bundle in enumerate(stock.bundles):
+        bundle.ends[:, 1] = (stock.cells * stock.pitch)[d]
+        bundle.count[:] = 1
+    return stock
+
+
+def cylinder(foot: Array, axis: Array, radius: float, height: float, resolution: float) -> Stock:
+    """Make a bar from its foot, (3,) mm, along a unit vector, (3,)."""
+    from fiveaxis.check.stock.body_sweep import fill_body
+
+    # A disc reaches its radius times the sine of its axis's angle along each direction.
+    reach = radius * np.sqrt(np.maximum(1.0 - axis * axis, 0.0))
+    ends = np.array([foot, foot + height * axis])
+    stock = Stock.empty(np.array([ends.min(axis=0) - reach, ends.max(axis=0) + reach]), resolution)
+    (piece,) = cutter_pieces(Tool(shapes.flat(2.0 * radius, length=height)))
+    pose, body = (
+        np.array([foot - stock.low, axis, foot - stock.low, axis]),
+        np.array([radius, 0.0, height, 0.0, 0.0]),
+    )
+    for d, bundle in enumerate(stock.bundles):
+        fill_body(d, stock.pitch, stock.cells, bundle.ends, bundle.count, pose, piece.zones, body)
+    return stock
+
+
+def of_mesh(mesh: trimesh.Trimesh, resolution: float, *, name: str = "stock") -> Stock:
+    """Make a stock of a mesh, mm; `MeshError` if it isn't closed."""
+    return fill(Stock.empty(np.array(mesh.bounds, dtype=float), resolution), mesh, name)
+
+
+def fill(stock: Stock, mesh: trimesh.Trimesh, name: str = "part") -> Stock:
+    """Fill an empty stock with what its rays have of a closed mesh, mm.
+
+    Raises
+    ------
+    MeshError
+        The mesh isn't closed.
+    """
+    if not mesh.is_watertight:
+        raise MeshError(f"the {name}'s mesh isn't watertight, so it encloses no material to cut; repair it")
+    triangles = np.ascontiguousarray(mesh.triangles, dtype=float) - stock.low
+    for d in range(3):
+        _fill_bundle(stock, d, triangles, name)
+    return stock
+
+
+def _fill_bundle(stock: Stock, d: int, triangles: Array, name: str) -> None:
+    from fiveaxis.check.stock.rays import scan_triangles
+
+    bundle, room = stock.bundles[d], FIRST_HITS
+    many = np.zeros(len(bundle.count), np.int64)
+    while True:
+        hits = np.full((len(bundle.count), room), np.inf, np.float32)
+        many[:] = 0
+        scan_triangles(d, stock.pitch, stock.cells, triangles, hits, many)
+        if many.max() <= room:
+            break
+        room = 2 ** math.ceil(math.log2(many.max()))
+    odd = int((many % 2).sum())
+    if odd:
+        raise MeshError(f"the {name}'s mesh is open on {odd} rays along {'XYZ'[d]}; repair it")
+    hits.sort(axis=1)
+    while bundle.ends.shape[1] < many.max():
+        bundle.grow()
+    bundle.ends[:, : min(room, bundle.ends.shape[1])] = hits[:, : bundle.ends.shape[1]]
+    bundle.ends[~np.isfinite(bundle.ends)] = 0.0
+    bundle.count[:] = many // 2
+
+
+def with_allowance(mesh: trimesh.Trimesh, allowance: float, resolution: float) -> Stock:
+    """Make a stock of all points within an allowance, mm, above 0, of a closed mesh, mm.
+
+    The points within a distance of a triangle are a swept ball: all triangles' are cut from a full grid, and
+    what is left is turned into air.
+    """
+    from fiveaxis.check.stock.ball_sweep import TRIANGLE
+    from fiveaxis.check.stock.rays import remove_held, turn_inside_out
+
+    if not (math.isfinite(allowance) and allowance > 0.0):
+        raise SettingError(f"the stock's allowance is {allowance:g} mm; it must be a number above 0 mm")
+    bounds = np.array([mesh.bounds[0] - allowance, mesh.bounds[1] + allowance])
+    around = box(bounds, resolution)
+    part = fill(around.emptied(), mesh)
+    for bundle, held in zip(around.bundles, part.bundles, strict=True):
+        while remove_held(bundle.ends, bundle.cut_by, bundle.count, held.ends, held.count):
+            bundle.grow()
+    triangles = np.asarray(mesh.triangles, dtype=float)
+    nodes = np.concatenate([triangles, triangles[:, :2]], axis=1)
+    every = np.full(len(nodes), TRIANGLE)
+    around.cut(BallSweep(every, nodes, allowance, np.zeros(len(nodes), np.int64)), blocks=1)
+    found = around.emptied()
+    for d, (bundle, air) in enumerate(zip(found.bundles, around.bundles, strict=True)):
+        while bundle.ends.shape[1] < air.ends.shape[1] + 2:
+            bundle.grow()
+        turn_inside_out(air.ends, air.count, (found.cells * found.pitch)[d], bundle.ends, bundle.count)
+        bundle.trim()
+    return found
+
+
+def load_stock(
+    given: str | Path | trimesh.Trimesh,
+    part: trimesh.Trimesh,
+    resolution: float | None = None,
+    *,
+    unit: Unit | None = None,
+) -> Stock:
+    """Make the stock that is asked for.
+
+    Parameters
+    ----------
+    given : ``box:60:60:40`` and ``cylinder:60:40`` (about Z), mm, centred above the part's own centre and
+        from its lowest point upwards; ``part+0.5``, mm; a closed mesh or its file; or an ``.npz`` file that
+        `save_stock` wrote
+    part : the finished part, mm, workpiece frame
+    resolution : mm, largest distance of rays; by default the part's longest side in 600, or the stock's
+        in 1200 where that is coarser. A file has its own
+    unit : of a mesh's file
+
+    Raises
+    ------
+    SettingError
+        A form that isn't known, or a resolution that takes too much memory.
+    MeshError, JobError
+        A mesh or file that can't be read, an open mesh.
+    """
+    bounds = np.array(part.bounds, dtype=float)
+
+    def step(size: Array) -> float:
+        return default_resolution(bounds, size) if resolution is None else resolution
+
+    if not isinstance(given, str | Path):
+        return of_mesh(given, step(np.asarray(given.extents)))
+    text = str(given)
+    if names_file(text) and not names_mesh(text):
+        return read_stock(text)
+    kind, sign, rest = text.partition("+" if text.lower().startswith(f"{PART}+") else ":")
+    figures = _figures(rest, text) if sign and kind.lower() in (BOX, CYLINDER, PART) else ()
+    middle = (bounds[0] + bounds[1]) / 2.0
+    foot = np.array([middle[0], middle[1], bounds[0, 2]])
+    if kind.lower() == BOX and len(figures) == 3:
+        size = np.array(figures)
+        low = foot - np.array([size[0] / 2.0, size[1] / 2.0, 0.0])
+        return box(np.array([low, low + size]), step(size))
+    if kind.lower() == CYLINDER and len(figures) == 2:
+        size = np.array([figures[0], *figures])
+        return cylinder(foot, np.array([0.0, 0.0, 1.0]), figures[0] / 2.0, figures[1], step(size))
+    if kind.lower() == PART and len(figures) == 1:
+        return with_allowance(part, figures[0], step(bounds[1] - bounds[0] + 2.0 * figures[0]))
+    if figures:
+        raise SettingError(f"stock {text!r}: write {FORMS}")
+    mesh = load_mesh(text, unit=unit)
+    return of_mesh(mesh, step(np.asarray(mesh.extents)))
+
+
+def names_file(given: str | Path) -> bool:
+    """Check whether a stock that is asked for is a file."""
+    return not str(given).lower().startswith((f"{BOX}:", f"{CYLINDER}:", f"{PART}+"))
+
+
+def names_mesh(given: str | Path) -> bool:
+    """Check whether a stock that is asked for is the file of a mesh."""
+    return names_file(given) and Path(given).suffix.lower() != SUFFIX
+
+
+def _figures(rest: str, text: str) -> tuple[float, ...]:
+    try:
+        figures = tuple(float(word) for word in rest.split(":"))
+    except ValueError:
+        raise SettingError(f"stock {text!r}: write {FORMS}") from None
+    for figure in figures:
+        if not (math.isfinite(figure) and figure > 0.0):
+            raise SettingError(f"stock {text!r}: {figure:g} mm must be a number above 0 mm")
+    return figures
+
+
+def save_stock(stock: Stock, path: str | Path) -> Path:
+    """Write a stock to an ``.npz`` file, which is the stock of a following program.
+
+    Raises
+    ------
+    SettingError
+        Another suffix; the file can't be written.
+    """
+    require_suffix(path, (SUFFIX,), "a stock")
+    arrays: dict[str, Any] = {"low": stock.low, "pitch": stock.pitch, "cells": stock.cells}
+    for d, bundle in enumerate(stock.bundles):
+        # Ends behind a ray's last interval hold what was there before.
+        held = np.arange(bundle.ends.shape[1]) < 2 * bundle.count[:, None].astype(np.int64)
+        arrays |= {f"ends{d}": bundle.ends[held], f"count{d}": bundle.count}
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)
+    return write_atomically(path, content.getvalue())
+
+
+def read_stock(path: str | Path) -> Stock:
+    """Read a stock that `save_stock` wrote; no block has cut it yet.
+
+    Raises
+    ------
+    JobError
+        A file that is missing, too large, or isn't a stock.
+    """
+    content = read_input(path, MOST_MESH_BYTES, JobError)
+    try:
+        with np.load(io.BytesIO(content)) as held:
+            found = {name: held[name] for name in held.files}
+        low, pitch, cells = found["low"], found["pitch"], found["cells"]
+        stock = Stock.empty(np.array([low, low + cells * pitch]), float(pitch.max()))
+        for d, bundle in enumerate(stock.bundles):
+            _restore(bundle, found[f"ends{d}"], found[f"count{d}"])
+    except (KeyError, ValueError, OSError, zipfile.BadZipFile, EOFError):
+        raise JobError(
+            "isn't a stock that fiveaxis wrote; write it again (--stock-result)", file=path
+        ) from None
+    return stock
+
+
+def _restore(bundle: Bundle, ends: Array, count: Array) -> None:
+    if count.shape != bundle.count.shape or 2 * int(count.sum()) != len(ends) or not np.isfinite(ends).all():
+        raise ValueError("arrays of another grid")
+    while bundle.ends.shape[1] < 2 * int(count.max(initial=0)):
+        bundle.grow()
+    held = np.arange(bundle.ends.shape[1]) < 2 * count[:, None].astype(np.int64)
+    bundle.ends[held] = ends
+    bundle.count[:] = count

@@ -1,0 +1,252 @@
+"""What a cutter sweeps in the moves of a program: segments of its convex bodies.
+
+A move is divided into segments whose figures in `ball_sweep` and `body_sweep` leave the true sweep by no
+more than a tolerance. Ends of the axis move on curves, and a segment's are their chords. The axis itself
+describes a saddle: four triangles about its middle leave it by a sixteenth of its twist. Other bodies keep to
+their poses exactly, but where they turn, rays that they graze may be missed by little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from fiveaxis.base import Array, BoolArray, IntArray
+from fiveaxis.model import ConvexPiece, Tool, cutter_height, cutter_pieces, revolved_pieces
+
+# Fractional rows, (m,): 3.25 is after a quarter of the move from row 3 to row 4 → tips, (m, 3) mm, and axes,
+# (m, 3) unit vectors, in the workpiece frame.
+Poses: TypeAlias = Callable[[Array], tuple[Array, Array]]
+# Shares of the twist by which triangles and a fan leave a saddle.
+TRIANGLES, SADDLE = 1.0 / 4.0, 1.0 / 16.0
+# Share of a turning body's sideways movement by which rays that graze it may miss it, measured against fine
+# divisions; its depth isn't concave in time by at most turn times travel.
+GRAZING = 1.0 / 64.0
+# Share of the resolution within which the figures keep to the true sweep, and mm at most.
+SHARE, LARGEST = 0.1, 0.01
+# Rounds of measuring and dividing.
+MOST_ROUNDS = 12
+
+
+class BallSweep(NamedTuple):
+    """Segments of a ball, and of the cylinder above it that is as wide.
+
+    Parameters
+    ----------
+    kinds, nodes : (m,), (m, 5, 3) mm, see `fiveaxis.check.stock.ball_sweep`
+    radius : mm
+    block : (m,), ascending
+    """
+
+    kinds: IntArray
+    nodes: Array
+    radius: float
+    block: IntArray
+
+    def moved(self, by: Array) -> BallSweep:
+        """Move it by a vector, (3,) mm."""
+        return self._replace(nodes=np.ascontiguousarray(self.nodes + by))
+
+    def at(self, rows: slice | BoolArray) -> BallSweep:
+        """Select segments."""
+        return self._replace(kinds=self.kinds[rows], nodes=self.nodes[rows], block=self.block[rows])
+
+    def inflated(self, by: float) -> BallSweep:
+        """Inflate the ball by so much, mm; below 0 it shrinks."""
+        return self._replace(radius=self.radius + by)
+
+
+class BodySweep(NamedTuple):
+    """Segments of any convex body of revolution.
+
+    Parameters
+    ----------
+    poses : (m, 4, 3), tip and axis at the start and at the end, mm
+    zones : (z, 7), see `fiveaxis.model.toolpath.profile.inside`
+    body : (5,), mm, see `fiveaxis.check.stock.body_sweep`
+    block : (m,), ascending
+    """
+
+    poses: Array
+    zones: Array
+    body: Array
+    block: IntArray
+
+    def moved(self, by: Array) -> BodySweep:
+        """Move it by a vector, (3,) mm."""
+        poses = self.poses.copy()
+        poses[:, ::2] += by
+        return self._replace(poses=poses)
+
+    def at(self, rows: slice | BoolArray) -> BodySweep:
+        """Select segments."""
+        return self._replace(poses=self.poses[rows], block=self.block[rows])
+
+    def inflated(self, by: float) -> BodySweep:
+        """Inflate the body by so much, mm; below 0 it shrinks."""
+        return self._replace(body=np.append(self.body[:-1], by))
+
+
+Sweep: TypeAlias = BallSweep | BodySweep
+
+
+@dataclass(frozen=True, eq=False)
+class _Axis:
+    """The part of the tool axis that describes a body, with what surrounds it.
+
+    Parameters
+    ----------
+    low, high : mm above the tip, its ends
+    radius : mm, of the body about it
+    is_ball : whether the body is all points within the radius
+    """
+
+    low: float
+    high: float
+    radius: float
+    is_ball: bool
+
+
+def swept(tool: Tool, poses: Poses, rows: IntArray, tolerance: float, bounds: Array) -> tuple[Sweep, ...]:
+    """Divide moves into segments of each of the cutter's convex bodies.
+
+    Parameters
+    ----------
+    tool : its cutter sweeps, up to its cutting length. A cylinder as wide as its ball ends in a hemisphere
+    poses : of the tool, at fractional rows
+    rows : (m,), ascending; the row at which each move ends, and the segments' block
+    tolerance : mm, by which the segments may leave the true sweep
+    bounds : (2, 3), mm; what is beyond them isn't swept
+    """
+    return tuple(_swept_piece(axis, piece, poses, rows, tolerance, bounds) for axis, piece in _axes_of(tool))
+
+
+def swept_outline(
+    outline: Array, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
+) -> tuple[BodySweep, ...]:
+    """Divide moves into segments of a shank or holder, (2m, 2) mm, parameters as of `swept`."""
+    found = []
+    for piece in revolved_pieces(outline):
+        radius = float(piece.zones[:, 1].max())
+        sweep = _swept_piece(
+            _Axis(piece.low, piece.high, radius, False), piece, poses, rows, tolerance, bounds
+        )
+        if isinstance(sweep, BodySweep):
+            found.append(sweep)
+    return tuple(found)
+
+
+def _axes_of(tool: Tool) -> list[tuple[_Axis, ConvexPiece]]:
+    """Return the axis of each convex body; a ball and the cylinder as wide as it are one."""
+    height, found = cutter_height(tool), []
+    for piece in cutter_pieces(tool):
+        radius = float((piece.zones[:, 0] + piece.zones[:, 1]).max())
+        if piece.is_ball:
+            has_cylinder = not tool.cutter.zones[0].outline()[-1, 0] < radius - 1e-9
+            found.append(
+                (_Axis(radius, max(height - radius, radius) if has_cylinder else radius, radius, True), piece)
+            )
+            if has_cylinder:
+                break
+        else:
+            ends = max(piece.low, 0.0), min(piece.high, height)
+            found.append((_Axis(*ends, tool.radius, False), piece))
+    return found
+
+
+def _swept_piece(
+    axis: _Axis, piece: ConvexPiece, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
+) -> Sweep:
+    block, start, end = _divided(axis, poses, rows, tolerance, bounds)
+    ends = _ends(axis, start), _ends(axis, end)
+    near = _touches(ends, axis.radius + tolerance, bounds)
+    block = block[near]
+    if not axis.is_ball:
+        placed = np.stack([*start, *end], axis=1)[near]
+        body = np.array([axis.radius, axis.low, axis.high, 0.0, 0.0])
+        return BodySweep(np.ascontiguousarray(placed), piece.zones, body, block)
+    from fiveaxis.check.stock.ball_sweep import FAN, LINE, QUAD
+
+    (low, high), (low_end, high_end) = ends
+    middle = (low + high + low_end + high_end) / 4.0
+    nodes = np.stack([low, low_end, high_end, high, middle], axis=1)[near]
+    if axis.high - axis.low <= tolerance:
+        kinds = np.full(len(nodes), LINE)
+    else:
+        kinds = np.where(_twist(ends)[near] * TRIANGLES <= tolerance, QUAD, FAN)
+    return BallSweep(kinds, np.ascontiguousarray(nodes), axis.radius, block)
+
+
+def _ends(axis: _Axis, pose: tuple[Array, Array]) -> tuple[Array, Array]:
+    tip, along = pose
+    return tip + axis.low * along, tip + axis.high * along
+
+
+def _touches(
+    ends: tuple[tuple[Array, Array], tuple[Array, Array]], reach: Array | float, bounds: Array
+) -> BoolArray:
+    """Check which segments come within a reach, mm, of bounds; NaN is none."""
+    corners = np.stack([*ends[0], *ends[1]])
+    margin = np.reshape(reach, (-1, 1))
+    return np.asarray(
+        ((corners.min(axis=0) - margin < bounds[1]) & (corners.max(axis=0) + margin > bounds[0])).all(axis=1)
+    )
+
+
+def _twist(ends: tuple[tuple[Array, Array], tuple[Array, Array]]) -> Array:
+    """Compute by how much the axis's end leaves the plane of its travel, (m,) mm.
+
+    Where both ends move to opposite sides the axis turns about a point between them, and all of the turn
+    counts.
+    """
+    (low, high), (low_end, high_end) = ends
+    below, above = low_end - low, high_end - high
+    turn = above - below
+    across = np.cross(high + high_end - low - low_end, below + above)
+    size = np.linalg.norm(across, axis=1)
+    normal = np.abs(np.einsum("ij,ij->i", across, turn)) / np.maximum(size, 1e-12)
+    reversing = np.einsum("ij,ij->i", below, above) < 0.0
+    return np.where(reversing, np.linalg.norm(turn, axis=1), normal)
+
+
+def _divided(
+    axis: _Axis, poses: Poses, rows: IntArray, tolerance: float, bounds: Array
+) -> tuple[IntArray, tuple[Array, Array], tuple[Array, Array]]:
+    """Divide moves until the figures of their segments are within a tolerance; block, start and end poses."""
+    parts = np.ones(len(rows), dtype=np.int64)
+    left = np.arange(len(rows))
+    for _ in range(MOST_ROUNDS):
+        move = np.repeat(np.arange(len(left)), parts[left])
+        start, middle, end = (poses(place) for place in _places(rows[left], parts[left]))
+        ends = _ends(axis, start), _ends(axis, end)
+        halfway = _ends(axis, middle)
+        off = [np.linalg.norm(m - (a + b) / 2.0, axis=1) for m, a, b in zip(halfway, *ends, strict=True)]
+        chord = np.maximum(*off)
+        turned = np.linalg.norm(end[1] - start[1], axis=1)
+        bent = _twist(ends) * SADDLE
+        if not axis.is_ball:
+            bent = np.maximum(_twist(ends), axis.radius * turned) * GRAZING
+            chord = np.maximum(chord, turned * np.linalg.norm(end[0] - start[0], axis=1))
+        # A chord's error falls with the square of the parts, those of twist and turn with their number.
+        factor = np.maximum(np.sqrt(chord / tolerance), bent / tolerance)
+        near = _touches(ends, axis.radius + 2.0 * (chord + bent), bounds)
+        most = np.zeros(len(left))
+        np.maximum.at(most, move, np.where(near, factor, 0.0))
+        coarse = most > 1.0
+        if not coarse.any():
+            break
+        parts[left[coarse]] *= np.ceil(most[coarse] * 1.01).astype(np.int64)
+        left = left[coarse]
+    first, _, last = _places(rows, parts)
+    return np.repeat(rows, parts), poses(first), poses(last)
+
+
+def _places(rows: IntArray, parts: IntArray) -> tuple[Array, Array, Array]:
+    """Return the fractional rows at which parts of moves start, are halfway and end."""
+    row = np.repeat(rows - 1, parts).astype(float)
+    number = np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)
+    size = np.repeat(1.0 / parts, parts)
+    return row + number * size, row + (number + 0.5) * size, row + (number + 1) * size

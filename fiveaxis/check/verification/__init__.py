@@ -1,0 +1,1 @@
+"""An independent check of motions and programs, with other kinematics than the optimiser's."""

@@ -1,0 +1,139 @@
+"""The checks of what no row of a program shows: words in force in its cuts, and what stands between them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from fiveaxis.base import BoolArray, IntArray, Severity
+from fiveaxis.check.verification.report import Result, violated
+from fiveaxis.nc import DIALECTS, MachineMove, RequiredTechnology, Technology, TechnologyTrack, usual_words
+
+_WRITER = "the control's table"
+_UNCHECKED = (
+    "its effect on path, feed or spindle isn't checked; look it up, and post without it or, if it is meant, "
+    "put it into a control table of your own (start, or harmless)"
+)
+
+
+def found_in(
+    code: str,
+    track: TechnologyTrack,
+    rows: IntArray,
+    is_wrong: Callable[[Technology], bool],
+    text: Callable[[Technology], str],
+    checked: str,
+    severity: Severity = Severity.ERROR,
+) -> Result:
+    """Build the result of a check of the states in force."""
+    wrong = [is_wrong(state) for state in track.states]
+    bad = np.flatnonzero(np.array(wrong, dtype=bool)[track.state])
+    return violated(
+        code=code,
+        severity=severity,
+        rows=rows[bad],
+        message=lambda i: text(track.states[track.state[bad[i]]]),
+        checked=(checked,),
+    )
+
+
+def check_words(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Iterator[Result]:
+    """Check that nothing else is in force in the cuts, or stands between them, than the control's table has.
+
+    Without a job, or where the program names another control than the job's, that is what the table of that
+    control has, or those of the language. A table of one's own may stand for any control.
+    """
+    usual, harmless = usual_words(track.language, track.control)
+    severity = Severity.WARNING if asked is None else Severity.ERROR
+    wanted: frozenset[str] = frozenset()
+    if asked is not None and asked.language == track.language and _is_of(asked, track.control):
+        usual = wanted = frozenset(asked.technology.words)
+        harmless = asked.harmless
+    is_harmless = re.compile("|".join(f"(?:{pattern})" for pattern in harmless) or "(?!)").fullmatch
+
+    def strange(state: Technology) -> list[str]:
+        return [word for word in state.words if word not in usual and not is_harmless(word)]
+
+    def text(state: Technology) -> str:
+        found, lacking = strange(state), sorted(wanted.difference(state.words))
+        facts = [f"in force in this cut, and not written by {_WRITER}: {', '.join(found)}"] * bool(found)
+        facts += [f"not in force in this cut, although {_WRITER} writes it: {', '.join(lacking)}"] * bool(
+            lacking
+        )
+        return f"{'; '.join(facts)}; {_UNCHECKED}"
+
+    yield found_in(
+        "word-in-cut",
+        track,
+        rows,
+        lambda state: bool(strange(state) or wanted.difference(state.words)),
+        text,
+        "smoothing, tolerances, overrides, data: in every cut as the control's table writes them",
+        severity,
+    )
+    first, last = (int(track.steps[0]), int(track.steps[-1])) if len(rows) else (0, -1)
+    once = [each for each in track.once if first <= each[0] <= last and not is_harmless(each[2])]
+    yield violated(
+        "word-in-cut",
+        _cuts_at(track, rows, [step for step, _, _ in once]),
+        lambda i: (
+            f"line {once[i][1]}: {once[i][2]} stands between the cuts, and {_WRITER} doesn't write it; "
+            f"{_UNCHECKED}"
+        ),
+        severity=severity,
+        checked=("no other word between the cuts than the control's table has",),
+    )
+
+
+def _is_of(asked: RequiredTechnology, control: str) -> bool:
+    """Tell whether a program whose header names a control, or none, may be of the one that a job asks for."""
+    return control in ("", asked.control) or asked.control not in DIALECTS
+
+
+def machine_moves_between(
+    track: TechnologyTrack, whole: TechnologyTrack, rapid: BoolArray, *, any_way: bool
+) -> list[MachineMove]:
+    """Find the machine moves between the cuts, or right before them, whose ends aren't among the rows.
+
+    Without a path cuts are those of all operations: then a retract is none of these moves if the tool comes
+    back at rapid.
+    """
+    if not len(track.steps):
+        return []
+    first, last = int(track.steps[0]), int(track.steps[-1])
+    found = []
+    for move in track.machine_moves:
+        if move.step not in whole.placed and (first <= move.step <= last or move.step in track.unapproached):
+            back = int(np.searchsorted(whole.steps, move.step, side="right"))
+            if any_way or back == len(rapid) or not rapid[back]:
+                found.append(move)
+    return found
+
+
+def check_machine_moves(
+    track: TechnologyTrack, rows: IntArray, found: Sequence[MachineMove], severity: Severity
+) -> Result:
+    """Check that between the cuts nothing moves to positions that only the machine knows."""
+
+    def text(i: int) -> str:
+        move = found[i]
+        if not move.axes:
+            return (
+                f"line {move.line}: {move.word} between the cuts moves axes to a point of the machine, which "
+                "ones and where only the control knows (LinuxCNC's G28 alone moves all): the way there and "
+                "back isn't checked; write the retract in the program's coordinates"
+            )
+        return (
+            f"line {move.line}: {move.word} moves {', '.join(move.axes)} in machine coordinates between the "
+            "cuts, or right before them, and where the program's zero is in them isn't known: the way there "
+            "and back isn't checked; state it (zero, --zero), or write the move in the program's coordinates"
+        )
+
+    return violated("rapid-in-cut", _cuts_at(track, rows, [m.step for m in found]), text, severity=severity)
+
+
+def _cuts_at(track: TechnologyTrack, rows: IntArray, steps: Sequence[int]) -> IntArray:
+    """Return the rows, (m,), of the first cuts from steps on."""
+    return np.asarray(rows[np.searchsorted(track.steps, np.array(steps, dtype=np.int64))])

@@ -1,0 +1,16 @@
+from .calibration.calibration import calibrate_drive as calibrate_drive
+from .calibration.calibration_record import Calibration as Calibration
+from .calibration.calibration_record import RunEnergy as RunEnergy
+from .cutting.budget import Budget as Budget
+from .cutting.budget import Factors as Factors
+from .cutting.budget import Process as Process
+from .cutting.budget import job_budget as job_budget
+from .cutting.cutting_forces import CuttingCoefficients as CuttingCoefficients
+from .cutting.drilling import Drill as Drill
+from .cutting.engagement import STEP as STEP
+from .cutting.engagement import CutCourse as CutCourse
+from .cutting.engagement import EndMill as EndMill
+from .cutting.engagement import Engaged as Engaged
+from .surface.surface import PowerSurface as PowerSurface
+from .surface.surface import posture_costs as posture_costs
+from .surface.surface import power_surface as power_surface

@@ -1,0 +1,1 @@
+"""Drive powers fitted to logs of motions."""

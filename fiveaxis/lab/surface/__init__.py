@@ -1,0 +1,1 @@
+"""The power surface over two rotary angles."""

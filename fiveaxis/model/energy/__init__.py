@@ -1,0 +1,1 @@
+"""What motion costs: drives, totals, the power surface."""

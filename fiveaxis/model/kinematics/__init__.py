@@ -1,0 +1,1 @@
+"""Forward and inverse kinematics of a chain; `symbolic` has the same equations for CasADi."""

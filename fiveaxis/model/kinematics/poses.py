@@ -1,0 +1,201 @@
+"""Forward kinematics and the linear axes for given rotary angles, on arrays; links and the Jacobian."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fiveaxis.base import Array, DegenerateChain, MachineError, product, rotation_matrix
+from fiveaxis.model.machine.chain import Joint, why_not_positioning
+from fiveaxis.model.machine.model import Machine
+
+
+def tool_poses(machine: Machine, positions: Array) -> tuple[Array, Array]:
+    """Compute tool tip and tool axis in the workpiece frame for given axis values.
+
+    Parameters
+    ----------
+    positions : (n, k), mm and rad, columns in the order of `machine.axes`
+
+    Returns
+    -------
+    tip : (n, 3), mm, workpiece frame
+    axis : (n, 3), unit vectors from tip to shank, workpiece frame
+
+    References
+    ----------
+    Hayashi et al. (2018), Eqs. (2) and (3).
+    """
+    rows = np.asarray(positions, dtype=float)
+    if rows.shape[-1:] != (len(machine.letters),):
+        raise MachineError(
+            f"axis values {rows.shape}: machine {machine.name!r} has {len(machine.letters)} axes, columns "
+            f"{' '.join(machine.letters)}"
+        )
+    return _poses(machine, [machine.column(joint.letter) for joint in machine.chain.joints], rows)
+
+
+def tool_axes(machine: Machine, rotary: Array) -> Array:
+    """Compute the tool axis for given rotary angles.
+
+    Parameters
+    ----------
+    rotary : (..., r), rad, chain order (from the workpiece to the tool)
+
+    Returns
+    -------
+    (..., 3), unit vectors from tip to shank, workpiece frame
+    """
+    rotaries = machine.rotaries
+    columns = [rotaries.index(j.letter) if j.is_rotary else -1 for j in machine.chain.joints]
+    return _poses(machine, columns, np.asarray(rotary, dtype=float))[1]
+
+
+def linear_positions(machine: Machine, tip: Array, rotary: Array) -> Array:
+    """Solve the linear axes for given rotary angles.
+
+    The rotary angles fix the tool's orientation; the remaining three equations are linear in the linear axes
+    (form-shaping Eq. 5, with the chain's offsets).
+
+    Parameters
+    ----------
+    tip : (..., 3), mm, workpiece frame
+    rotary : (..., r), rad, chain order; broadcast against `tip`
+
+    Returns
+    -------
+    (..., k), mm and rad, columns in the order of `machine.axes`; the linear axes are NaN where a rotary axis
+    between them turns their directions into one plane
+
+    Raises
+    ------
+    DegenerateChain
+        The three linear directions don't span space in any posture.
+
+    References
+    ----------
+    Hayashi et al. (2018), Eqs. (2)-(5).
+    """
+    require_positioning(machine)
+    tip, rotary = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float)
+    from fiveaxis.model.kinematics.loops import linear_values
+
+    shape = np.broadcast_shapes(tip.shape[:-1], rotary.shape[:-1])
+    tip, rotary = (_rows(np.broadcast_to(columns, (*shape, columns.shape[-1]))) for columns in (tip, rotary))
+    positions = np.empty((len(tip), len(machine.axes)))
+    positions[:, machine.rotary_columns] = rotary
+    linear = [machine.column(letter) for letter in machine.chain.linears]
+    positions[:, linear] = linear_values(*machine.chain.figures, tip, rotary)
+    return positions.reshape(*shape, len(machine.axes))
+
+
+def require_positioning(machine: Machine) -> None:
+    """Check that the linear axes reach every position.
+
+    Raises
+    ------
+    DegenerateChain
+        Fewer than three linear axes, or three whose directions lie in a plane at home.
+    """
+    reason = why_not_positioning(machine.chain)
+    if reason is not None:
+        raise DegenerateChain(f"machine {machine.name!r}: {reason}")
+
+
+def _poses(machine: Machine, columns: list[int], values: Array) -> tuple[Array, Array]:
+    """Compute tips and tool axes, (..., 3) each, for values, (..., k), of the joints with a column."""
+    from fiveaxis.model.kinematics.loops import poses
+
+    tip, axis = poses(*machine.chain.figures, np.array(columns, dtype=np.int64), _rows(values))
+    return tip.reshape(*values.shape[:-1], 3), axis.reshape(*values.shape[:-1], 3)
+
+
+def _rows(columns: Array) -> Array:
+    """Return columns, (..., k), as rows, (n, k), in the one layout that the loops are compiled for."""
+    shape = math.prod(columns.shape[:-1]), columns.shape[-1]
+    return np.require(columns.reshape(shape), requirements=["C", "W"])
+
+
+def link_poses(machine: Machine, positions: Array) -> dict[str, Array]:
+    """Compute each link's displacement from its position at home (every axis 0), in the workpiece frame.
+
+    Links and joints alternate from workpiece to tool, so the j-th link has moved by ``E_1 … E_j``: the link
+    that carries the workpiece not at all, the bed by all table joints. In the workpiece frame a body is at
+    ``link_poses[body.link] @ machine.machine_frame @ body.shape.frame``.
+
+    Parameters
+    ----------
+    positions : (n, k), mm and rad, columns in the order of `machine.axes`
+
+    Returns
+    -------
+    Link -> (n, 4, 4), mm, workpiece frame; from the workpiece to the tool. Links are ``bed`` and the letter
+    of the axis that carries the link, the next one towards the bed. The last one times
+    `machine.chain.tool_home` is the tool's frame.
+    """
+    values = np.asarray(positions, dtype=float)
+    pose = np.broadcast_to(np.eye(4), (len(values), 4, 4))
+    links = machine.code.links
+    poses = {links[0]: pose}
+    for link, joint in zip(links[1:], machine.chain.joints, strict=True):
+        pose = product(pose, _motions(joint, values[:, machine.column(joint.letter)]))
+        poses[link] = pose
+    return poses
+
+
+def _motions(joint: Joint, values: Array) -> Array:
+    """Return a joint's factors ``E(value)``, (n, 4, 4) mm, for (n,) values in mm or rad."""
+    direction, point = np.array(joint.line.direction), np.array(joint.line.point)
+    motions = np.broadcast_to(np.eye(4), (len(values), 4, 4)).copy()
+    if not joint.is_rotary:
+        motions[:, :3, 3] = np.outer(values, direction)
+        return motions
+    # Rodrigues: a quarter turn is K + kk', half a turn 2kk' − I.
+    along = np.outer(direction, direction)
+    cross = rotation_matrix(direction, np.pi / 2.0) - along
+    cosine, sine = np.cos(values)[:, None, None], np.sin(values)[:, None, None]
+    motions[:, :3, :3] = along + cosine * (np.eye(3) - along) + sine * cross
+    motions[:, :3, 3] = point - product(motions[:, :3, :3], point)
+    return motions
+
+
+@dataclass(frozen=True, eq=False)
+class Jacobian:
+    """Derivatives of tool tip and tool axis with respect to the axis values.
+
+    Parameters
+    ----------
+    tip : (n, 3, k), mm per mm or rad, workpiece frame, columns in the order of `machine.axes`
+    axis : (n, 3, k), per mm or rad; 0 for linear axes
+    """
+
+    tip: Array
+    axis: Array
+
+
+def jacobian(machine: Machine, positions: Array) -> Jacobian:
+    """Differentiate the forward kinematics.
+
+    A linear axis moves the tip along its direction; a rotary axis turns tip and tool axis about its line:
+    ``∂r/∂q = k × (r − p)``, ``∂o/∂q = k × o``, with k and p in the workpiece frame.
+
+    Parameters
+    ----------
+    positions : (n, k), mm and rad, columns in the order of `machine.axes`
+    """
+    values = np.asarray(positions, dtype=float)
+    tip, axis = tool_poses(machine, values)
+    by_tip, by_axis = np.zeros((2, len(values), 3, values.shape[1]))
+    # The link before a joint carries the joint's line.
+    for pose, joint in zip(link_poses(machine, values).values(), machine.chain.joints, strict=False):
+        column = machine.column(joint.letter)
+        direction = product(pose[:, :3, :3], np.array(joint.line.direction))
+        if joint.is_rotary:
+            point = product(pose[:, :3, :3], np.array(joint.line.point)) + pose[:, :3, 3]
+            by_tip[:, :, column] = np.cross(direction, tip - point)
+            by_axis[:, :, column] = np.cross(direction, axis)
+        else:
+            by_tip[:, :, column] = direction
+    return Jacobian(by_tip, by_axis)

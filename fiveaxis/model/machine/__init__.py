@@ -1,0 +1,1 @@
+"""The machine: form-shaping code, chain, axes, bodies, setup, files."""

@@ -1,0 +1,1 @@
+"""Axis motion along a path, and its timing."""

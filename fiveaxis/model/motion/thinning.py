@@ -1,0 +1,326 @@
+"""Redundant blocks: locations that a control passes at the same time without a block."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fiveaxis.base import Array, BoolArray, IntArray, compiled, inner
+from fiveaxis.model.kinematics.loops import pose
+from fiveaxis.model.kinematics.poses import linear_positions, tool_axes, tool_poses
+from fiveaxis.model.machine.model import Machine
+from fiveaxis.model.motion.deviation import WRITTEN_TOLERANCE, turns_on_the_spot
+from fiveaxis.model.motion.motion import Motion
+from fiveaxis.model.motion.planes import AXIS_TOLERANCE
+from fiveaxis.model.motion.timing import axis_bounds
+from fiveaxis.model.toolpath.dividing import Band, longest_spans
+from fiveaxis.model.toolpath.path import Toolpath
+
+# Largest relative difference of the path speeds of the blocks in one span.
+SPEED_TOLERANCE = 0.01
+# The path is compared at the ends and the middle of every given block. A parabola through three points within
+# r of the path stays within 1.25 r of it between them.
+BETWEEN = 1.25
+# mm: largest deviation of the tool's centre at these points.
+FARTHEST = WRITTEN_TOLERANCE / BETWEEN
+# Largest distance between the ends of the tool axes' unit vectors at these points.
+LARGEST_CHORD = 2.0 * math.sin(AXIS_TOLERANCE / BETWEEN / 2.0)
+# Largest component of a tool axis across the plane that it stays in.
+FARTHEST_OUT = math.sin(AXIS_TOLERANCE / BETWEEN)
+# s: a shorter block has no duration.
+SHORTEST = 1e-9
+# Rounding, in mm and rad, and as a share of speeds.
+ROUNDING = 5e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Thinned:
+    """A motion without its redundant blocks.
+
+    Parameters
+    ----------
+    motion : m rows, the blocks
+    kept : (m,), rows of the given motion
+    course : the given motion
+    """
+
+    motion: Motion
+    kept: IntArray
+    course: _Course
+
+    @cached_property
+    def driven(self) -> Motion:
+        """N rows: the axes at the time of every given row when only the kept ones are written."""
+        return replace(self.course.motion, positions=self.course.driven(self.kept))
+
+
+def thinned(
+    toolpath: Toolpath,
+    machine: Machine,
+    motion: Motion,
+    *,
+    max_turn: float = math.inf,
+    tcp: bool = False,
+    needed: BoolArray | None = None,
+    planes: Array | None = None,
+    inside: BoolArray | None = None,
+) -> Thinned:
+    """Remove the rows that a control passes at the same time without a block.
+
+    From one kept row to the next the control moves all axes linearly in time or, with TCP interpolation, the
+    tip straight and the rotary axes in proportion. The tool's centre, and the contact where one is known,
+    stay within `WRITTEN_TOLERANCE` of where they may be at the same time: on the path's curve or chord, or
+    between. The tool axis stays within `AXIS_TOLERANCE` of the given one and of its plane. The given motion
+    is always the reference, so deviations don't add up. A span that becomes one block keeps its duration; it
+    contains no change of kind, feed or speed and no turn on the spot.
+
+    Each span is as long as possible from its start, and no two neighbouring spans could be one.
+
+    Parameters
+    ----------
+    toolpath, motion : n locations and the axes there, as from `fill_in`
+    machine : two rotary and three linear axes
+    max_turn : rad, of a rotary axis in a block that replaces several
+    tcp : whether the control interpolates the tip
+    needed : (n,), rows that stay in any case
+    planes : (n, 3), unit normals of the planes of the tool axis in the move to each row
+        (`AxisPlanes.demanded`); zero where there is none
+    inside : (n,), rows within rapid moves (`inside_rapids`), which never get a block
+    """
+    if inside is not None and inside.any():
+        # A span must not end at one of them.
+        needed = motion.rapid if needed is None else motion.rapid | needed
+    course = _Course(toolpath, machine, motion, max_turn, tcp, needed, planes, inside)
+    kept = longest_spans(len(motion) - 1, course.fits)
+    kept = kept if inside is None else kept[~inside[kept]]
+    # The last span of `reduceat` runs to the end, and the last row is always kept.
+    time = np.append(0.0, np.add.reduceat(motion.time, kept[:-1] + 1)) if len(kept) > 1 else motion.time[kept]
+    return Thinned(replace(motion.at(kept), time=time, location=None), kept, course)
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """The given motion, and checks whether spans of it can be single blocks."""
+
+    path: Toolpath
+    machine: Machine
+    motion: Motion
+    max_turn: float
+    tcp: bool
+    needed: BoolArray | None
+    planes: Array | None
+    inside: BoolArray | None
+
+    @cached_property
+    def clock(self) -> Array:
+        """(n,), s, time of each row."""
+        return np.cumsum(self.motion.time)
+
+    @cached_property
+    def rotary(self) -> Array:
+        """(n, r), rad, chain order."""
+        return self.motion.positions[:, self.machine.rotary_columns]
+
+    @cached_property
+    def poses(self) -> tuple[Array, Array]:
+        """Tip, mm, and tool axis, (n, 3) each, workpiece frame."""
+        return tool_poses(self.machine, self.motion.positions)
+
+    @cached_property
+    def middle_axes(self) -> Array:
+        """(n, 3), unit vectors: the tool axis halfway in the move to each row."""
+        return tool_axes(
+            self.machine, self.rotary - np.diff(self.rotary, axis=0, prepend=self.rotary[:1]) / 2.0
+        )
+
+    @cached_property
+    def speed(self) -> Array:
+        """(n,), mm/s, along the path in the block to each row."""
+        lasting = self.motion.time > SHORTEST
+        return np.divide(self.path.lengths, self.motion.time, out=np.zeros(len(self.motion)), where=lasting)
+
+    @cached_property
+    def needed_before(self) -> IntArray:
+        """(n,), number of rows up to each one that have to stay."""
+        motion = self.motion
+        stays = np.zeros(len(motion), dtype=bool) if self.needed is None else self.needed.copy()
+        stays[:-1] |= (np.diff(motion.kind) != 0) | (np.diff(motion.feed) != 0.0)
+        alone = np.append(False, turns_on_the_spot(self.machine, np.diff(motion.positions, axis=0)))
+        alone |= motion.time < SHORTEST
+        stays |= alone
+        stays[:-1] |= alone[1:]
+        return np.cumsum(stays)
+
+    @cached_property
+    def wanted(self) -> Array:
+        """(2n, 15), where the tool may be in the middle of the block to each row, and at its end.
+
+        For the tool's centre a point, mm, and the vector from there to the chord; the tool axis; the normal
+        on which the centre of a cutter whose pivot is off its axis depends; and that of the axis's plane.
+        """
+        path, curve, n = self.path, self.path.curve, len(self.path)
+        middles = Band.of(path, self.poses[1], np.maximum(np.arange(n) - 0.5, 0.0), self.middle_axes)
+        none = np.zeros((n, 3))
+        chord, planes = none if curve is None else curve.chord, none if self.planes is None else self.planes
+        middle = middles.curve, middles.chord, self.middle_axes, none, planes
+        end = path.pivot, chord, self.poses[1], path.normal, planes
+        return np.hstack([*middle, *end]).reshape(2 * n, 15)
+
+    @cached_property
+    def controlled(self) -> Array:
+        """(n, m), what the control moves linearly: the axes or, with TCP, the tip and the rotary axes."""
+        return np.hstack([self.poses[0], self.rotary]) if self.tcp else self.motion.positions
+
+    @cached_property
+    def clocks(self) -> Array:
+        """(2n,), s, time of the rows of `wanted`."""
+        return np.stack([self.clock - self.motion.time / 2.0, self.clock], axis=1).reshape(-1)
+
+    @cached_property
+    def zone(self) -> Array:
+        """Height and offset of the cutter's zone, mm."""
+        return np.array([self.path.zone.height, self.path.zone.offset])
+
+    @cached_property
+    def columns(self) -> IntArray:
+        """Columns of the joints in `controlled`; −1 for linear ones that follow the tip."""
+        machine, joints = self.machine, self.machine.chain.joints
+        if not self.tcp:
+            return np.array([machine.column(joint.letter) for joint in joints])
+        return np.array([3 + machine.rotaries.index(j.letter) if j.is_rotary else -1 for j in joints])
+
+    def fits(self, first: IntArray, last: IntArray) -> BoolArray:
+        """Check which spans, from row to row, (s,), can be single blocks."""
+        single = last - first == 1
+        ok = self.needed_before[last - 1] == self.needed_before[first]
+        turns = np.abs(self.rotary[last] - self.rotary[first]).max(axis=1, initial=0.0)
+        ok &= (turns <= self.max_turn) & ~single
+        at = np.flatnonzero(ok)
+        ok[at] = near(
+            *self.machine.chain.figures,
+            self.columns,
+            self.controlled,
+            self.tcp,
+            self.speed,
+            self.clocks,
+            self.wanted,
+            self.zone,
+            first[at],
+            last[at],
+        )
+        if self.tcp and len(at := np.flatnonzero(ok)):
+            ok[at] = self._drives_no_more(first[at], last[at])
+        return ok | single
+
+    def _positions(self, row: IntArray, first: IntArray, last: IntArray) -> Array:
+        """Compute the axes at the times of rows within spans, as the control moves them."""
+        share = (self.clock[row] - self.clock[first]) / (self.clock[last] - self.clock[first])
+        begin, end = self.controlled[first], self.controlled[last]
+        found = begin + share[:, None] * (end - begin)
+        return linear_positions(self.machine, found[:, :3], found[:, 3:]) if self.tcp else found
+
+    def _drives_no_more(self, first: IntArray, last: IntArray) -> BoolArray:
+        """Check which spans, (s,), keep axes that follow a tip within limits, speeds and the given travel.
+
+        A path that wavers within the tolerance does no harm to the part, but makes axes reverse, which costs
+        energy.
+        """
+        parts = last - first
+        begins = np.cumsum(parts) - parts
+        first, last = np.repeat(first, parts), np.repeat(last, parts)
+        row = first + np.arange(len(first)) - np.repeat(begins, parts) + 1
+        time, most = self.motion.time[row][:, None], axis_bounds(self.machine).speed
+        now = self._positions(row, first, last)
+        moves = np.abs(now - self._positions(row - 1, first, last))
+        bad = (moves > most * time * (1.0 + ROUNDING)) | np.isnan(now)
+        bad |= (now > self.machine.high + ROUNDING) | (now < self.machine.low - ROUNDING)
+        travel = np.add.reduceat(moves - np.abs(self.motion.moves[row]), begins)
+        return ~np.logical_or.reduceat(bad.any(axis=1), begins) & (travel <= ROUNDING).all(axis=1)
+
+    def driven(self, kept: IntArray) -> Array:
+        """Compute the axes at all rows when only some are written, (n, k); rapid moves stay as given."""
+        positions = self.motion.positions.copy()
+        gone = np.ones(len(positions), dtype=bool) if self.inside is None else ~self.inside
+        gone[kept] = False
+        left = np.flatnonzero(gone)
+        span = np.searchsorted(kept, left)
+        if len(left):
+            positions[left] = self._positions(left, kept[span - 1], kept[span])
+        return positions
+
+
+@compiled
+def near(
+    joints: Array,
+    home: Array,
+    columns: IntArray,
+    controlled: Array,
+    tcp: bool,
+    speed: Array,
+    clock: Array,
+    wanted: Array,
+    zone: Array,
+    firsts: IntArray,
+    lasts: IntArray,
+) -> BoolArray:
+    """Check which spans keep to the given motion, at the ends and the middles of all their blocks, (s,).
+
+    Parameters
+    ----------
+    joints, home : `Chain.figures`
+    columns, controlled, speed, wanted : of `_Course`
+    clock : (2n,), s, of the rows of `wanted`
+    zone : height and offset of the cutter's zone, mm
+    """
+    found, moved = np.empty(len(firsts), dtype=np.bool_), np.empty((1, controlled.shape[1]))
+    held, aside = np.empty((2, 1, 3)), np.empty(3)
+    for s in range(len(firsts)):
+        first, last = firsts[s], lasts[s]
+        count, begin = 2 * (last - first), 2 * first + 1
+        slowest, fastest = np.inf, 0.0
+        for row in range(first + 1, last + 1):
+            slowest, fastest = min(slowest, speed[row]), max(fastest, speed[row])
+        ok = fastest - slowest <= SPEED_TOLERANCE * fastest
+        for k in range(count):
+            if not ok:
+                break
+            # Most spans that are too long are off at half of their rows, where this begins.
+            at = begin + 1 + (2 * (count // 4) - 1 + k) % count
+            share = (clock[at] - clock[begin]) / (clock[2 * last + 1] - clock[begin])
+            for c in range(controlled.shape[1]):
+                moved[0, c] = controlled[first, c] + share * (controlled[last, c] - controlled[first, c])
+            pose(joints, home, columns, moved, held, 0)
+            if tcp:
+                for c in range(3):
+                    held[0, 0, c] = moved[0, c]
+            ok = not strays(wanted, at, held, zone, aside)
+        found[s] = ok
+    return found
+
+
+@inner
+def strays(wanted: Array, at: int, held: Array, zone: Array, aside: Array) -> bool:
+    """Check whether a tool, held (2, 1, 3), is too far from where a row of `_Course.wanted` has it."""
+    dot = square = 0.0
+    for c in range(3):
+        dot += wanted[at, 9 + c] * held[1, 0, c]
+        aside[c] = held[0, 0, c] + zone[0] * held[1, 0, c] - wanted[at, c]
+    for c in range(3):
+        square += (wanted[at, 9 + c] - dot * held[1, 0, c]) ** 2
+    if square > 1e-24:  # as in `across`; false for NaN
+        reach = zone[1] / math.sqrt(square)
+        for c in range(3):
+            aside[c] -= reach * (wanted[at, 9 + c] - dot * held[1, 0, c])
+    along = square = tilt = out = off = 0.0
+    for c in range(3):
+        along += aside[c] * wanted[at, 3 + c]
+        square += wanted[at, 3 + c] ** 2
+        tilt += (held[1, 0, c] - wanted[at, 6 + c]) ** 2
+        out += held[1, 0, c] * wanted[at, 12 + c]
+    share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    for c in range(3):
+        off += (aside[c] - share * wanted[at, 3 + c]) ** 2
+    return off > FARTHEST**2 or tilt > LARGEST_CHORD**2 or abs(out) > FARTHEST_OUT

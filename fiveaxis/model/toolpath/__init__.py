@@ -1,0 +1,3 @@
+"""The tool, the cutter locations, and the constraints on the tool's posture there."""
+
+from fiveaxis.model.toolpath import shapes as shapes

@@ -1,0 +1,273 @@
+"""Line and bar charts of the result and its baseline over the path and over time, as SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fiveaxis.base import Array
+from fiveaxis.lab import CutCourse
+from fiveaxis.model import Axis, Motion, move_powers, tool_axes
+from fiveaxis.posture import RESULT, Optimum
+from fiveaxis.show.report.chart import (
+    AFTER,
+    BEFORE,
+    BELOW,
+    LEFT,
+    RIGHT,
+    TOP,
+    WIDTH,
+    Panel,
+    Range,
+    heading,
+    svg,
+    text,
+    thin_rows,
+    widened,
+)
+from fiveaxis.show.report.words import number
+
+LOCATION_LABEL = "location along the path (row, from 0)"
+TIME_LABEL = "time (s)"
+# Height of a band and of the gap between two, points.
+BAND, GAP = 66.0, 12.0
+# A line of steps has two points per row, so it gets half the rows of a line of points.
+STEP_BUCKETS = 400
+# What the charts go over, as the page's script says it.
+PATH, TIME = "location", "time in s"
+
+
+def energy_bars(solution: Optimum, baseline: str | None) -> str:
+    """Draw the energy of each axis before and after, with the figures on the bars.
+
+    Parameters
+    ----------
+    baseline : name of the baseline shown as "before"; None draws the result alone
+    """
+    series, letters = series_of(solution, baseline), solution.machine.letters
+    energies = [solution.energies[name] for name in series]
+    heights = np.array([[energy.by_axis[letter] for letter in letters] for energy in energies])
+    most = max(float(heights.max()), 1e-9)
+    panel = Panel(TOP, 140.0, (-0.6, len(letters) - 0.4), (min(0.0, float(heights.min())), 1.12 * most))
+    parts = [
+        heading(series, "What each axis spends (feed drives only)"),
+        panel.frame("energy (J)", "machine axis", x_ticks=dict(enumerate(letters))),
+    ]
+    width = 0.8 / len(series)
+    for row, colour, shift in zip(heights, series.values(), shifts(len(series)), strict=True):
+        parts += [panel.bar(k + shift, 0.96 * width, h, colour, number(h)) for k, h in enumerate(row)]
+    return svg(panel.bottom + BELOW, parts, f"Bar chart: energy of each axis, {' and '.join(series)}")
+
+
+def spending_lines(solution: Optimum, baseline: str | None) -> str:
+    """Draw the energy added up along the path: it is spent where the line is steep."""
+    series, last = series_of(solution, baseline), len(solution.toolpath) - 1
+    spent = {}
+    for name in series:
+        if name in solution.spent:
+            spent[name] = solution.spent[name]
+            continue
+        motion = solution.timed(name)
+        spent[name] = np.cumsum(move_powers(solution.machine, motion).sum(axis=1) * motion.time)
+    most = max(float(values[-1]) for values in spent.values())
+    panel = Panel(TOP, 125.0, along(solution), (0.0, 1.05 * most or 1.0))
+    title, label = "Where along the path the energy is spent", "energy so far (J)"
+    lines = [thinned_line(panel, last, values, series[name], name) for name, values in spent.items()]
+    drawn = panel.group(label, [panel.frame(label, LOCATION_LABEL), *lines])
+    return svg(panel.bottom + BELOW, [heading(series, title), drawn], _line_chart(title, series), PATH)
+
+
+def axis_lines(solution: Optimum, baseline: str | None) -> str:
+    """Draw every axis and the tilt along the path, before and after, one band each."""
+    machine, series = solution.machine, series_of(solution, baseline)
+    shown = []
+    for name in series:
+        motion = solution.timed(name)
+        shown.append([*machine.shown(motion.positions).T, tilts_shown(solution, name)])
+    tilts, end = np.degrees([solution.tilt.low, solution.tilt.high]), len(solution.toolpath) - 1
+    names = [*(f"{axis.letter} ({axis.unit})" for axis in machine.axes), "tilt (deg)"]
+    title = "Axis values and tilt along the path"
+    parts = [heading(series, title)]
+    for k, label in enumerate(names):
+        values = [columns[k] for columns in shown]
+        last = label == names[-1]
+        panel = band(k, along(solution), widened(*values, *([tilts] if last else [])))
+        drawn = [panel.frame(label, LOCATION_LABEL if last else "")]
+        drawn += [panel.level(float(tilt)) for tilt in tilts] if last else []
+        drawn += [
+            thinned_line(panel, end, v, colour, name)
+            for v, (name, colour) in zip(values, series.items(), strict=True)
+        ]
+        parts.append(panel.group(label, drawn))
+    return svg(panel.bottom + BELOW, parts, _line_chart(title, series), PATH)
+
+
+def speed_lines(solution: Optimum, baseline: str | None) -> str:
+    """Draw every axis's mean speed in each move over time, with its highest speed dotted if it comes near.
+
+    Parameters
+    ----------
+    baseline : name of the baseline shown as "before"; None draws the result alone
+    """
+    machine = solution.machine
+    speeds = {
+        name: 60.0 * machine.shown(mean_speeds(solution.timed(name))).T
+        for name in series_of(solution, baseline)
+    }
+    names = [f"{axis.letter} ({axis.unit}/min)" for axis in machine.axes]
+    bounds = [
+        _highest(axis, widened(*(rows[k] for rows in speeds.values()))) for k, axis in enumerate(machine.axes)
+    ]
+    return _bands(solution, baseline, "Speed of every axis, mean over each move", names, speeds, bounds)
+
+
+def power_lines(solution: Optimum, baseline: str | None) -> str:
+    """Draw the power of every feed drive over time, at the mean speed of each move, and their sum."""
+    powers = {name: drive_powers(solution, name) for name in series_of(solution, baseline)}
+    names = [f"{letter} (W)" for letter in (*solution.machine.letters, "all")]
+    return _bands(solution, baseline, "Power of the feed drives", names, powers, [()] * len(names))
+
+
+def cut_lines(course: CutCourse) -> str:
+    """Draw the material removal rate, and the power of the cut where it is known, over time."""
+    values = {"removal (mm³/s)": course.rate}
+    if course.power is not None:
+        values["cut (W)"] = course.power
+    title, x = "What is cut of the stock", widened(np.array([0.0]), course.ends, margin=0.01)
+    parts = [heading({RESULT: AFTER}, title)]
+    for k, (label, rows) in enumerate(values.items()):
+        panel = band(k, x, widened(np.array([0.0]), rows))
+        kept = thin_rows(rows, STEP_BUCKETS)
+        drawn = [
+            panel.frame(label, TIME_LABEL if k == len(values) - 1 else ""),
+            panel.steps(course.ends[kept], rows[kept], AFTER, 1.0, RESULT),
+        ]
+        parts.append(panel.group(label, drawn))
+    return svg(panel.bottom + BELOW, parts, _line_chart(title, {RESULT: AFTER}), TIME)
+
+
+def drive_powers(solution: Optimum, name: str) -> Array:
+    """Compute the power of each drive in each move, and in the last row their sum, (k + 1, n) W."""
+    powers = move_powers(solution.machine, solution.timed(name)).T
+    return np.vstack([powers, powers.sum(axis=0)])
+
+
+def mean_speeds(motion: Motion) -> Array:
+    """Compute every axis's mean speed in the move that ends at the row, (n, k), mm/s and rad/s.
+
+    It is 0 for a move that takes no time.
+    """
+    timed = motion.time > 0.0
+    return np.where(timed[:, None], motion.moves / np.where(timed, motion.time, 1.0)[:, None], 0.0)
+
+
+def front_chart(
+    energy: Array,
+    label: str,
+    measures: Mapping[str, Array],
+    names: Sequence[str],
+    picked: int | None = None,
+    title: str = "What steadiness costs",
+) -> str:
+    """Draw the solutions of a front, (n,), over what they cost energy for, side by side.
+
+    Parameters
+    ----------
+    energy, label : J, and what it is
+    measures : by what they are
+    names : of the solutions, shown beside their marks
+    picked : the solution with a larger mark
+    """
+    share = WIDTH / len(measures)
+    parts = [text(title, LEFT, 12.0, bold=True)]
+    for k, (what, values) in enumerate(measures.items()):
+        x, y = widened(values), widened(energy, margin=0.1)
+        panel = Panel(TOP, 150.0, x, y, share - LEFT - RIGHT, LEFT + k * share)
+        parts += [panel.frame(label, what), panel.line(values, energy, AFTER, 1.0)]
+        for i, name in enumerate(names):
+            across, down = float(panel.across(values[i])), float(panel.down(energy[i]))
+            size = 5.0 if i == picked else 3.0
+            parts.append(f'<circle cx="{across:.2f}" cy="{down:.2f}" r="{size:g}" fill="{AFTER}"/>')
+            parts.append(text(name, across + 6.0, down - 5.0))
+    words = f"Line chart: energy over {' and '.join(measures)}, one point for each solution"
+    return svg(TOP + 150.0 + BELOW, parts, words)
+
+
+def _bands(
+    solution: Optimum,
+    baseline: str | None,
+    title: str,
+    names: list[str],
+    values: dict[str, Array],
+    bounds: list[tuple[float, ...]],
+) -> str:
+    """Draw values that hold for the whole move that ends at a row, one band per name."""
+    series = series_of(solution, baseline)
+    ends = {name: np.cumsum(solution.timed(name).time) for name in series}
+    x = widened(np.array([0.0]), *ends.values(), margin=0.01)
+    parts = [heading(series, title)]
+    for k, label in enumerate(names):
+        panel = band(k, x, widened(*(rows[k] for rows in values.values()), np.array(bounds[k])))
+        drawn = [panel.frame(label, TIME_LABEL if k == len(names) - 1 else "")]
+        drawn += [panel.level(bound) for bound in bounds[k]]
+        for name, colour in series.items():
+            rows = thin_rows(values[name][k], STEP_BUCKETS)
+            width = 1.0 if colour == AFTER else 2.0
+            drawn.append(panel.steps(ends[name][rows], values[name][k][rows], colour, width, name))
+        parts.append(panel.group(label, drawn))
+    return svg(panel.bottom + BELOW, parts, _line_chart(title, series), TIME)
+
+
+def _line_chart(title: str, series: dict[str, str]) -> str:
+    return f"Line chart: {title}, {' and '.join(series)}"
+
+
+def _highest(axis: Axis, shown: Range) -> tuple[float, ...]:
+    """Return the highest speeds, per minute, that the motion comes near; others would flatten the line."""
+    if axis.max_speed is None:
+        return ()
+    most = 60.0 * float(axis.shown(axis.max_speed))
+    return tuple(bound for bound in (most, -most) if 2.0 * shown[0] <= bound <= 2.0 * shown[1])
+
+
+def band(index: int, x: Range, y: Range) -> Panel:
+    """Make one of several panels below each other, numbered from 0."""
+    return Panel(TOP + index * (BAND + GAP), BAND, x, y)
+
+
+def along(solution: Optimum) -> Range:
+    """Compute the range of location numbers, with a little room."""
+    return widened(np.array([0.0, len(solution.toolpath) - 1.0]), margin=0.01)
+
+
+def thinned_line(panel: Panel, last: int, values: Array, colour: str, name: str) -> str:
+    """Draw a line from the first location to the last, thinned so that it looks the same."""
+    rows = thin_rows(values)
+    # A baseline with locations of its own is as long as the result.
+    stretch = last / max(len(values) - 1, 1)
+    # Where both lines coincide, "before" shows as a rim around "after".
+    width = 1.1 if colour == AFTER else 2.2
+    return panel.line(stretch * rows.astype(float), values[rows], colour, width, name)
+
+
+def tilts_shown(solution: Optimum, name: str) -> Array:
+    """Compute the angle between tool axis and reference along a chart's line, (n,) deg; NaN without one."""
+    motion, tilt = solution.timed(name), solution.tilt
+    path = None if name == RESULT else solution.compared[name].toolpath
+    if path is not None:
+        reference = path.axis if tilt.name == "programmed axis" else path.normal
+        tilt = replace(tilt, reference=reference, beside=()).only(path.bounding)
+    rotary = motion.positions[:, solution.machine.rotary_columns]
+    return np.degrees(tilt.angles(tool_axes(solution.machine, rotary)))
+
+
+def series_of(solution: Optimum, baseline: str | None) -> dict[str, str]:
+    """Return a chart's lines with their colours, "before" first."""
+    return ({} if baseline is None else {baseline: BEFORE}) | {RESULT: AFTER}
+
+
+def shifts(bars: int) -> Array:
+    """Compute the offsets of bars side by side at a tick."""
+    return (np.arange(bars) - (bars - 1) / 2.0) * 0.8 / bars

@@ -1,0 +1,309 @@
+"""The page: first the three answers, then the findings, then the evidence."""
+
+from __future__ import annotations
+
+import logging
+import math
+from base64 import b64encode
+from hashlib import sha256
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+from fiveaxis.base import require_suffix, write_atomically
+from fiveaxis.check import CutStock
+from fiveaxis.lab import STEP, Budget, CutCourse
+from fiveaxis.model import Machine
+from fiveaxis.posture import Optimum
+from fiveaxis.show.report import tables
+from fiveaxis.show.report.document import ReportDocument
+from fiveaxis.show.report.figures import (
+    axis_lines,
+    cut_lines,
+    energy_bars,
+    power_lines,
+    speed_lines,
+    spending_lines,
+)
+from fiveaxis.show.report.finished import finished_section
+from fiveaxis.show.report.landscape import FIRST_STEP, MOST_LOCATIONS, SECOND_STEP, Admits, feed_mm_min
+from fiveaxis.show.report.maps import draw_location, draw_valley
+from fiveaxis.show.report.sections import (
+    answers_section,
+    edge_section,
+    front_section,
+    limit_strips,
+    program_section,
+    setup_section,
+)
+from fiveaxis.show.report.surfaces import location_surface, path_valley
+from fiveaxis.show.report.tables import scroll
+from fiveaxis.show.report.words import THIN_SPACE, number, plain, plain_list, what_stays
+
+logger = logging.getLogger(__name__)
+
+# The browser applies only the page's own style, runs only its own script, and fetches nothing.
+POLICY = (
+    "default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
+    "form-action 'none'"
+)
+
+
+def write_report(document: ReportDocument, path: str | Path, *, admits: Admits | None = None) -> Path:
+    """Write a run's page: one file without network access, the same bytes for the same inputs.
+
+    Parameters
+    ----------
+    document : the facts of the run
+    path : the ``.html`` file
+    admits : checks, for locations (m,) and rotary angles (m, 2), rad, which postures are clear of collisions
+
+    Raises
+    ------
+    SettingError
+        The file can't be written there.
+    """
+    page = compose_page(document, admits)
+    logger.info("%s: %d kB about %d locations", Path(path).name, len(page) // 1000, document.locations)
+    return write_atomically(path, page)
+
+
+def compose_page(document: ReportDocument, admits: Admits | None = None) -> str:
+    """Compose the page as HTML text."""
+    solution, baseline = document.solution, document.baseline
+    room = files("fiveaxis.show.report")
+    template = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
+    style, script = (room.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
+    body = template.substitute(
+        heading=escape(document.name),
+        facts=_facts(document),
+        answers=answers_section(document),
+        compared=_compared(document),
+        setup=setup_section(document.setup_search) + front_section(document.front) + edge_section(document),
+        programs=f"{'' if baseline is None else f'“{escape(baseline)}” and of '}the optimised program",
+        axis_table=scroll(tables.axis_table(document)),
+        budget=_budget(document.budget),
+        steadiness_table=scroll(tables.steadiness_table(document)),
+        reference=escape(solution.tilt.name),
+        findings=_findings(document),
+        checked=_checked(document),
+        finished=finished_section(document.verdict.cut),
+        solver=_solver(document),
+        machine=_machine(document.machine),
+        inputs=scroll(tables.input_table(document.inputs)),
+        time_caption=escape(_time_caption(document)),
+        energy_bars=energy_bars(solution, baseline),
+        spending_lines=spending_lines(solution, baseline),
+        limit_strips=limit_strips(solution, document.timed_against),
+        axis_lines=axis_lines(solution, baseline),
+        speed_lines=speed_lines(solution, baseline),
+        power_lines=power_lines(solution, baseline),
+        **_posture(solution, admits),
+    )
+    return page_of(document.name, style, script, body)
+
+
+def write_finished(cut: CutStock, path: str | Path, title: str) -> Path:
+    """Write a page of the finished part alone.
+
+    Raises
+    ------
+    SettingError
+        Another suffix than ``.html``, or the file can't be written.
+    """
+    require_suffix(path, (".html",), "the map of a finished part")
+    style = files("fiveaxis.show.report").joinpath("page.css").read_text(encoding="utf-8")
+    body = f"<main>\n<h1>{escape(title)}</h1>\n{finished_section(cut)}\n</main>"
+    return write_atomically(path, page_of(title, style, "", body))
+
+
+def page_of(title: str, style: str, script: str, body: str) -> str:
+    """Return a page whose own style and script a browser knows by their hashes; it accepts nothing else.
+
+    Parameters
+    ----------
+    title : plain text
+    body : HTML, with text from files escaped
+    """
+    shell = Template(files("fiveaxis.show.report").joinpath("shell.html").read_text(encoding="utf-8"))
+    policy = POLICY.format(style=_digest(style), script=_digest(script))
+    return shell.substitute(title=escape(title), policy=policy, style=style, script=script, body=body)
+
+
+def _digest(text: str) -> str:
+    """Return the hash by which a content security policy knows an inline style or script."""
+    return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
+
+
+def _facts(document: ReportDocument) -> str:
+    machine, solution = document.machine, document.solution
+    low, high = map(plain, document.tilt)
+    return escape(
+        f"{number(document.locations)} locations · {document.tool} · "
+        f"machine {machine.name} (code {machine.code}, axes {' '.join(machine.letters)}) · "
+        f"tool axis {low}…{high}° from the {solution.tilt.name}"
+    )
+
+
+def _time_caption(document: ReportDocument) -> str:
+    """Say what the causes of the strips mean, and what isn't known."""
+    if document.solution.energy.timing == "accelerations":
+        return (
+            "Stops: speeding up from rest, braking to it, and turning back. Speed: an axis at its highest. "
+            "Acceleration: other changes of speed and direction. Feed: nothing else limits the speed; "
+            f"{document.solution.clock.basis}."
+        )
+    return (
+        "Speed: an axis at its highest. Feed: nothing else limits the speed. What stops and corners cost "
+        f"isn’t known: the machine states no max_acceleration of {', '.join(document.accelerations_unknown)}."
+    )
+
+
+def _compared(document: ReportDocument) -> str:
+    if not document.solution.baselines:
+        return (
+            f"<p>There is no baseline to compare with.</p>\n{_missing(document)}{program_section(document)}"
+        )
+    return (
+        f"{scroll(tables.baseline_table(document))}\n{_missing(document)}\n{_measures(document)}"
+        f"{program_section(document)}"
+    )
+
+
+def _missing(document: ReportDocument) -> str:
+    items = tables.missing_list(document)
+    return f'<ul class="small">\n{items}\n</ul>' if items else ""
+
+
+def _measures(document: ReportDocument) -> str:
+    base = document.machine.base_power
+    with_base = (
+        "The machine’s base power isn’t known, so totals with base power can’t be computed; a posture that "
+        "takes longer may cost more than it saves."
+        if base is None
+        else f"With base power: plus {number(base)} W over the cycle time."
+    )
+    error = document.solution.energy.travel_error
+    difference = (
+        ""
+        if error is None
+        else "For the optimised program the metric is off the energy by "
+        f"{number(100.0 * error, 1, signed=True)}{THIN_SPACE}%. "
+    )
+    return (
+        '<p class="small">Energy: ∫P dt of the feed drives over the duration of each block; a drive draws '
+        "its whole constant power between its slowest and its fastest measured speed, and outside of them in "
+        "proportion to speed. Travel metric: every axis is charged for its travel at the programmed feed "
+        "(Σ W|Δq|). Neither includes spindle, coolant or cutting power. "
+        f"{difference}{with_base}{_left(document)}</p>"
+    )
+
+
+def _left(document: ReportDocument) -> str:
+    """Say how much any posture could still save; empty without a lower bound."""
+    bound, words = document.solution.bound, document.solution.left
+    if bound is None or words is None:
+        return ""
+    return f" {words[0].upper()}{words[1:]} (certified lower bound: {number(bound.total)} J)."
+
+
+def _budget(budget: Budget | None) -> str:
+    """Write the electricity of the whole job; empty if it wasn't computed."""
+    if budget is None:
+        return ""
+    text = f"Together {number(budget.total)} J ({budget.kwh:.4f} kWh) in {budget.time:.1f} s"
+    text += "" if budget.complete else ", without the consumers that aren’t known"
+    if budget.cost is not None:
+        text += f"; {budget.cost:.4f} {budget.factors.currency}"
+    if budget.co2 is not None:
+        text += f"; {1000.0 * budget.co2:.1f} g CO₂"
+    heading = "<h2>Electricity of the whole job</h2>"
+    table = f"{heading}\n{scroll(tables.budget_table(budget))}\n<p>{escape(text)}.</p>"
+    return f"<section>\n{table}\n{_cut(budget.cut)}</section>"
+
+
+def _cut(course: CutCourse | None) -> str:
+    if course is None:
+        return ""
+    words = (
+        f"What the program removes of the stock, {number(course.volume.sum())} mm³ together, by cutting it "
+        f"along the blocks; means over {STEP:g} s."
+    )
+    return f"<figure>\n{cut_lines(course)}\n<figcaption>{words}</figcaption>\n</figure>\n"
+
+
+def _posture(solution: Optimum, admits: Admits | None) -> dict[str, str]:
+    """Draw which postures could be chosen, with the words of the captions."""
+    valley, surface = path_valley(solution, admits=admits), location_surface(solution)
+    first, second = solution.machine.rotaries
+    n = len(solution.toolpath)
+    hatched = (
+        f"Hatched: only collisions of the tool or its holder rule out every {second}, by a map of directions "
+        "with a grid of some degrees."
+    )
+    return {
+        "valley": draw_valley(valley),
+        "surface": draw_location(surface, {"S_W": surface.power.total}),
+        "first": first,
+        "second": second,
+        "grid": f"{FIRST_STEP:g}° × {SECOND_STEP:g}°",
+        "feed": f"{feed_mm_min(solution):.0f}",
+        "sampled": f" {MOST_LOCATIONS} of {number(n)} locations are sampled." if n > MOST_LOCATIONS else "",
+        "collisions": "Collisions aren’t in this map." if admits is None else hatched,
+        "middle": str(surface.location),
+        "stays": what_stays(solution.toolpath.tool),
+    }
+
+
+def _findings(document: ReportDocument) -> str:
+    summary = document.summary
+    if not summary:
+        return "<p>No findings.</p>"
+    total = number(sum(cause.count for cause in summary))
+    listed = number(len(document.findings))
+    head = f"{total} findings, one row for each cause; the JSON report lists {listed} places."
+    return f"<p>{escape(head)}</p>\n{scroll(tables.causes_table(summary))}"
+
+
+def _checked(document: ReportDocument) -> str:
+    report = document.verdict
+    items = "\n".join(f"<li>{escape(sentence)}</li>" for sentence in report.passed)
+    listed = f'<ul class="small">\n{items}\n</ul>\n' if items else "<p>Nothing was checked.</p>\n"
+    return f"{listed}{scroll(tables.measured_table(report.figures))}"
+
+
+def _solver(document: ReportDocument) -> str:
+    solution = document.solution
+    residuals = solution.residuals()
+    audit = (
+        f"Residuals of the optimised program: tilt overrun {math.degrees(residuals['tilt']):.2g}°, limit "
+        f"overrun {residuals['limit']:.2g} mm or rad, contact error {residuals['contact']:.2g} mm."
+    )
+    kkt = solution.kkt
+    if kkt is not None:
+        audit += (
+            f" Residuals of the optimality conditions: {kkt.dual:.2g} J/rad, bounds violated by "
+            f"{kkt.primal:.2g}, complementarity {kkt.complementarity:.2g} J."
+        )
+    return f'{scroll(tables.solver_table(solution.stages))}\n<p class="small">{escape(audit)}</p>'
+
+
+def _machine(machine: Machine) -> str:
+    figures = machine.provenance
+    assumed = sum(f.assumed for f in figures)
+    text = f"{machine.description or machine.name}. "
+    text += (
+        f"{assumed} of {len(figures)} figures are assumed, not measured or printed; the results rest on them."
+        if assumed
+        else "No figure is assumed."
+    )
+    if machine.tool_length:
+        text += f" The tool is {machine.tool_length:g} mm long from the spindle's gauge point to its tip."
+    setup = machine.setup
+    if any((*setup.offset, *setup.rotation_deg)):
+        text += (
+            f" The workpiece's zero is at ({plain_list(setup.offset)}) mm in the machine frame, "
+            f"turned by ({plain_list(setup.rotation_deg)}) deg about the machine's X, Y, Z."
+        )
+    return f"<p>{escape(text)}</p>\n{scroll(tables.machine_table(figures))}"

@@ -1,0 +1,1 @@
+"""Simulation of the result in a browser: machine, part, path coloured by power; works offline."""

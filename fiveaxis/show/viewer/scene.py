@@ -1,0 +1,355 @@
+"""The scene, mm: the workpiece with its path, the machine's links and the tool, and what of them is in view.
+
+The page's script moves the links by the chain (`chain.js`), so a scene has no frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fiveaxis.base import Array, CadFile, Finding, Severity, inverse_transform
+from fiveaxis.cam import Model, load_mesh, model_of
+from fiveaxis.check import Standing, Surroundings, box_corners, with_nose, with_stated_table
+from fiveaxis.model import BED, CUTTER, HOLDER, SHANK, Body, Machine, Tool, Toolpath, link_poses, tool_poses
+from fiveaxis.show.viewer.moves import Side, shown_points
+from fiveaxis.show.viewer.numbers import number_marks
+from fiveaxis.show.viewer.schematic import schematic_bodies
+from fiveaxis.show.viewer.solids import (
+    corners,
+    identify,
+    is_flat,
+    load_meshcat,
+    make_geometry,
+    mesh_geometry,
+    pose_of,
+    revolve,
+    scatter_marks,
+)
+from fiveaxis.show.viewer.whole import UNKNOWN, WholeProgram
+
+if TYPE_CHECKING:
+    import trimesh
+
+    from fiveaxis.posture import Optimum
+
+ROOT = "fiveaxis"
+STAGE = f"{ROOT}/stage"
+# Radius of a finding's mark, as a share of the path's size.
+MARK = 0.018
+BACKGROUND = ((0.16, 0.18, 0.22), (0.09, 0.10, 0.12))
+CAMERA = (1.75, 1.05, 1.75)  # x, up, -y
+# Rows at which the space that the tool and the part need is looked at.
+LOOKED_AT = 200
+# Without a holder, this many diameters of the tool are in view; a schematic spindle begins there.
+TOOL_IN_VIEW = 4.0
+PART_COLOUR, STOCK_COLOUR, FIXTURE_COLOUR = 0xB8BEC8, 0x8FB89A, 0xA77BCA
+BED_COLOUR, TABLE_COLOUR, HEAD_COLOUR = 0x7C828D, 0x5B8FC7, 0xC9A24B
+ASSUMED_COLOUR = 0xD06A4C
+CUTTER_COLOUR = 0xE8C468
+SHANK_COLOUR, HOLDER_COLOUR = 0xAEB6C2, 0x6F7C91
+MARK_COLOURS = {Severity.ERROR: 0xFF4D5E, Severity.WARNING: 0xFFB224, Severity.NOTE: 0x6CB8FF}
+# Part, path and tool stay visible behind the machine.
+MACHINE_OPACITY = 0.3
+# Most triangles of part and stock, and of each fixture and machine body, which serve orientation only.
+MOST_PART_TRIANGLES, MOST_TRIANGLES = 150_000, 20_000
+# Diameters: length of the shank drawn if the tool has no holder.
+SHANK_LENGTH = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Extent:
+    """A box that is in view, mm."""
+
+    low: Array
+    high: Array
+
+    @classmethod
+    def of(cls, points: Array) -> Extent:
+        """Return the box around points, (p, 3)."""
+        return cls(points.min(axis=0), points.max(axis=0))
+
+    @property
+    def middle(self) -> Array:
+        """(3,), mm."""
+        return (self.low + self.high) / 2.0
+
+    @property
+    def size(self) -> float:
+        """The longest side, mm."""
+        return max(float((self.high - self.low).max()), 1e-3)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Contents and arrangement of a scene.
+
+    Parameters
+    ----------
+    extents : what is in view: ``part`` in the workpiece frame, ``work`` and ``machine`` in the machine frame
+    has_part, has_numbers, has_stock, has_marks : whether they are in the scene
+    cuts_stock : whether the page's script adds the stock as it is cut
+    is_schematic : whether the machine is drawn from its chain alone
+    assumed : names of the bodies that nobody described and that are checked all the same
+    fixtures : their names, in the order of their nodes
+    """
+
+    extents: dict[str, Extent]
+    has_part: bool
+    has_numbers: bool
+    has_stock: bool
+    has_marks: bool
+    cuts_stock: bool
+    is_schematic: bool
+    assumed: tuple[str, ...]
+    fixtures: tuple[str, ...]
+
+
+def build_scene(
+    vis: Any,
+    solution: Optimum | WholeProgram,
+    sides: Sequence[Side],
+    part: str | Path | trimesh.Trimesh | None = None,
+    *,
+    surroundings: Surroundings | None = None,
+    findings: Sequence[Finding] = (),
+    standing: Standing | None = None,
+    cad: CadFile = CadFile(),
+) -> Scene:
+    """Build the meshcat scene of a solution, every axis at 0.
+
+    Parameters
+    ----------
+    vis : a meshcat visualizer
+    solution : to show
+    sides : its motions, the result first
+    part : mesh of the part in mm, or its file; None takes that of the surroundings
+    surroundings : stock and fixtures
+    findings : of verification, on the solution's motion; shown as marks at their locations
+    standing : how the part stands over an assumed table, which is shown there
+    cad : how a file of the part is taken
+
+    Raises
+    ------
+    MeshError
+        A mesh of the part, a fixture or the machine can't be read.
+    """
+    machine, path = solution.machine, solution.toolpath
+    mesh, around = gather(part, surroundings, cad)
+    points = path.pivot if mesh is None else np.vstack([path.pivot, mesh.vertices])
+    part_box = Extent.of(points)
+    workpiece = f"{STAGE}/workpiece"
+    model = None
+    if mesh is not None:
+        add_part(vis, workpiece, mesh)
+        model = model_of(mesh)
+    if model is not None:
+        add_numbers(vis, workpiece, model)
+    add_surroundings(vis, workpiece, around)
+    own = max(float(np.ptp(path.pivot, axis=0).max()), path.tool.diameter)
+    marked = add_marks(vis, workpiece, findings, shown_points(path), MARK * own)
+    tool_height = max(float(outlined.outline[-1, 1]) for outlined in path.tool.parts())
+    if path.tool.holder is None:
+        tool_height = max(TOOL_IN_VIEW * path.tool.diameter, min(tool_height, 2.0 * own))
+    bodies = machine.bodies or schematic_bodies(
+        machine, radius=max(0.75 * part_box.size, 40.0), nose_height=tool_height
+    )
+    assumed = _assumed(machine, path, surroundings or Surroundings(), standing)
+    add_bodies(vis, f"{STAGE}/links", machine, (*bodies, *assumed))
+    if isinstance(solution, WholeProgram):
+        for number, tool in enumerate(solution.tools):
+            add_tool(vis, f"{STAGE}/tool/{number}", tool or UNKNOWN, machine.tool_length)
+    else:
+        add_tool(vis, f"{STAGE}/tool", path.tool, machine.tool_length)
+    boxes = [box_corners(part_box.low, part_box.high), *(corners(f.shape) for f in around.fixtures)]
+    extents = _extents(machine, sides, np.vstack(boxes), tool_height, bodies)
+    _set_stage(vis, max(own, part_box.size))
+    return Scene(
+        extents=extents,
+        has_part=mesh is not None,
+        has_numbers=model is not None,
+        has_stock=around.stock is not None,
+        has_marks=marked,
+        cuts_stock=around.blank is not None,
+        is_schematic=not machine.bodies,
+        assumed=tuple(body.assumed for body in assumed),
+        fixtures=tuple(fixture.name for fixture in around.fixtures),
+    )
+
+
+def _assumed(
+    machine: Machine, path: Toolpath, around: Surroundings, standing: Standing | None
+) -> tuple[Body, ...]:
+    """Return spindle nose and table as they are assumed where the machine has no bodies."""
+    whole = with_nose(machine, path.tool)
+    whole = with_stated_table(whole, around, path) if standing is None else whole
+    bodies = whole.bodies if standing is None else (*whole.bodies, standing.body)
+    return tuple(body for body in bodies if body.assumed)
+
+
+def _extents(
+    machine: Machine, sides: Sequence[Side], points: Array, tool_height: float, bodies: Sequence[Body]
+) -> dict[str, Extent]:
+    """Return what is in view in either frame; points, (p, 3) mm, are those of part and fixtures."""
+    positions = sides[0].motion.positions[sides[0].on_path]
+    rows = np.unique(np.linspace(0, len(positions) - 1, LOOKED_AT).astype(np.int64))
+    tip, axis = tool_poses(machine, positions[rows])
+    tool = np.stack([tip, tip + tool_height * axis], axis=1)
+    beds = link_poses(machine, positions[rows])[BED]
+    moved = []
+    for ends, bed in zip(tool, beds, strict=True):
+        to_machine = machine.setup.frame @ inverse_transform(bed)
+        moved.append(np.vstack([points, ends]) @ to_machine[:3, :3].T + to_machine[:3, 3])
+    drawn = [corners(body.shape) for body in bodies]
+    work = np.vstack(moved)
+    return {
+        "part": Extent.of(np.vstack([points, tool.reshape(-1, 3)])),
+        "work": Extent.of(work),
+        "machine": Extent.of(np.vstack([work, *drawn])),
+    }
+
+
+def _set_stage(vis: Any, size: float) -> None:
+    """Aim the camera, replace grid and axes by a triad at the workpiece's zero."""
+    for name in ("/Grid", "/Axes"):
+        vis[name].set_property("visible", False)
+    for key, colour in zip(("top_color", "bottom_color"), BACKGROUND, strict=True):
+        vis["/Background"].set_property(key, list(colour))
+    vis["/Cameras/default/rotated/<object>"].set_property("position", list(CAMERA))
+    triad = load_meshcat().geometry.triad(size / 6.0)
+    vis[f"{STAGE}/workpiece/zero"].set_object(identify(triad, "zero"))
+
+
+def gather(
+    part: str | Path | trimesh.Trimesh | None, surroundings: Surroundings | None, cad: CadFile = CadFile()
+) -> tuple[trimesh.Trimesh | None, Surroundings]:
+    """Return the part to show, and the surroundings without it.
+
+    Parameters
+    ----------
+    part : mesh in mm, or its file; takes precedence over that of the surroundings
+    surroundings : of the job
+    cad : how a file of the part is taken
+
+    Raises
+    ------
+    MeshError
+        The part can't be read.
+    """
+    around = surroundings or Surroundings()
+    shown = around.part if part is None else part
+    if isinstance(shown, str | Path):
+        mesh = load_mesh(shown, allow_open=True, mesh_tolerance=cad.mesh_tolerance, body=cad.body)
+    else:
+        mesh = shown
+    return mesh, replace(around, part=None)
+
+
+def add_part(vis: Any, root: str, mesh: trimesh.Trimesh) -> None:
+    """Add the finished part, half transparent."""
+    geometry = mesh_geometry(mesh.vertices, mesh.faces, MOST_PART_TRIANGLES)
+    look = {"color": PART_COLOUR, "opacity": 0.55, "flatShading": True, "depthWrite": False}
+    _add(vis, f"{root}/part", "part", geometry, **look)
+
+
+def add_numbers(vis: Any, root: str, model: Model) -> None:
+    """Add the numbers of a model's faces, seen from outside only, and hidden at first."""
+    shapes = load_meshcat().geometry
+    body = shapes.TriangularMeshGeometry(*number_marks(model))
+    node = vis[f"{root}/numbers"]
+    material = shapes.MeshBasicMaterial(vertexColors=True, side=0)
+    node.set_object(identify(shapes.Mesh(body, material), "numbers"))
+    node.set_property("visible", False)
+
+
+def add_surroundings(vis: Any, root: str, around: Surroundings) -> None:
+    """Add fixtures, and a stock that isn't cut, hidden at first."""
+    if around.stock is not None and around.blank is None:
+        geometry = mesh_geometry(around.stock.vertices, around.stock.faces, MOST_PART_TRIANGLES)
+        look = {"color": STOCK_COLOUR, "opacity": 0.25, "flatShading": True, "depthWrite": False}
+        _add(vis, f"{root}/stock", "stock", geometry, **look).set_property("visible", False)
+    # Numbered, as a name may contain any characters.
+    for i, fixture in enumerate(around.fixtures):
+        name = f"fixtures/{i}"
+        geometry = make_geometry(fixture.shape, MOST_TRIANGLES)
+        look = {"color": FIXTURE_COLOUR, "flatShading": is_flat(fixture.shape)}
+        _add(vis, f"{root}/{name}", name, geometry, **look).set_transform(pose_of(fixture.shape))
+
+
+def add_bodies(vis: Any, node: str, machine: Machine, bodies: Sequence[Body]) -> None:
+    """Add the bodies of a machine, one object each, below a node per link; every axis at 0."""
+    for i, body in enumerate(bodies):
+        name = f"{node}/{body.link}/{i}"
+        geometry = make_geometry(body.shape, MOST_TRIANGLES)
+        look = {"color": _body_colour(body, machine), "opacity": MACHINE_OPACITY}
+        look |= {"flatShading": is_flat(body.shape), "depthWrite": False}
+        _add(vis, name, name, geometry, **look).set_transform(machine.machine_frame @ pose_of(body.shape))
+
+
+def add_tool(vis: Any, node: str, tool: Tool, length: float = 0.0) -> None:
+    """Add a tool, each part a body of revolution about z, with its tip at zero.
+
+    `length`, mm, is from the spindle's gauge point to the tip; 0 where it isn't known.
+    """
+    shapes = load_meshcat().geometry
+    for part, outline in tool_outlines(tool, length).items():
+        name = f"{node}/{part}"
+        colour = {CUTTER: CUTTER_COLOUR, HOLDER: HOLDER_COLOUR}.get(part, SHANK_COLOUR)
+        geometry = shapes.TriangularMeshGeometry(*revolve(outline))
+        _add(vis, name, name, geometry, color=colour, flatShading=False)
+
+
+def tool_outlines(tool: Tool, length: float = 0.0) -> dict[str, Array]:
+    """Return the outlines of a tool's parts, closed at the bottom, as collision checks use them.
+
+    Returns
+    -------
+    By name of the part, (m, 2), mm, as `Tool.parts`; a tool without a holder gets a shank of `SHANK_LENGTH`,
+    as a cutter alone is hard to see
+    """
+    outlines = {part.name: part.outline for part in tool.parts()}
+    if tool.holder is None:
+        thick, top = tool.cutter.outline()[-1].tolist()
+        thick = thick if tool.shank_diameter is None else tool.shank_diameter / 2.0
+        end = max(length, top) if length else top + SHANK_LENGTH * tool.diameter
+        outlines[SHANK] = np.array([[thick, top], [thick, end]])
+    return {name: np.vstack([[0.0, rows[0, 1]], rows]) for name, rows in outlines.items()}
+
+
+def add_marks(vis: Any, root: str, findings: Sequence[Finding], points: Array, radius: float) -> bool:
+    """Add the findings' marks, one object per severity, visible through everything, if there are any.
+
+    They stand at points, (n, 3) mm, where the result's locations are drawn; findings without one get none.
+    """
+    shapes = load_meshcat().geometry
+    marked = False
+    for severity, colour in MARK_COLOURS.items():
+        found = (f.place.location for f in findings if f.severity is severity)
+        rows = sorted({row for row in found if row is not None and 0 <= row < len(points)})
+        if rows:
+            name, marked = f"marks/{severity}", True
+            body = shapes.TriangularMeshGeometry(*scatter_marks(points[rows], radius))
+            # Transparent objects are drawn last; without a depth test nothing hides them.
+            material = shapes.MeshBasicMaterial(color=colour, transparent=True, depthTest=False)
+            vis[f"{root}/{name}"].set_object(identify(shapes.Mesh(body, material), name))
+    return marked
+
+
+def _add(vis: Any, path: str, name: str, geometry: Any, **look: Any) -> Any:
+    """Add a lit object, identified by a name, at a path, and return its node."""
+    shapes = load_meshcat().geometry
+    node = vis[path]
+    node.set_object(identify(shapes.Mesh(geometry, shapes.MeshPhongMaterial(**look)), name))
+    return node
+
+
+def _body_colour(body: Body, machine: Machine) -> int:
+    if body.assumed:
+        return ASSUMED_COLOUR
+    if body.link not in machine.code.letters:
+        return BED_COLOUR
+    return TABLE_COLOUR if body.link in machine.code.table else HEAD_COLOUR

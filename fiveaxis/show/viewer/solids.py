@@ -1,0 +1,150 @@
+"""Shapes as meshcat's geometries: boxes, cylinders, thinned meshes, bodies of revolution, marks.
+
+meshcat is imported when needed, and its objects get reproducible identifiers.
+"""
+
+from __future__ import annotations
+
+import uuid
+import warnings
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.base import Array, IntArray
+from fiveaxis.cam import load_mesh
+from fiveaxis.check import box_corners
+from fiveaxis.model import Box, Cylinder, MeshShape, Shape
+
+# Identifiers of scene objects follow from this and their name, so a scene always has the same bytes.
+NAMESPACE = uuid.UUID("5d0a4f0e-6c1b-5e55-9a0f-640123000000")
+# Turns meshcat's cylinder, which lies along y about its middle, along z.
+UPRIGHT = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
+# Corners and faces of an octahedron of radius 1, anticlockwise seen from outside.
+CORNERS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
+FACES = np.array(
+    [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], dtype=np.int64
+)
+
+
+def load_meshcat() -> Any:
+    """Import meshcat without the deprecation warning of its import of zmq."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", message="zmq.eventloop.ioloop is deprecated", category=DeprecationWarning
+        )
+        return import_module("meshcat")
+
+
+def identify(thing: Any, name: str) -> Any:
+    """Set the identifiers of a meshcat object, its geometry and its material, from a name.
+
+    meshcat's own come from the clock and the network card.
+    """
+    thing.uuid = str(uuid.uuid5(NAMESPACE, name))
+    thing.geometry.uuid = str(uuid.uuid5(NAMESPACE, f"{name}/geometry"))
+    thing.material.uuid = str(uuid.uuid5(NAMESPACE, f"{name}/material"))
+    return thing
+
+
+def make_geometry(shape: Shape, most_triangles: int) -> Any:
+    """Make a shape's geometry in its own frame; a mesh is thinned."""
+    shapes = load_meshcat().geometry
+    if isinstance(shape, Box):
+        return shapes.Box(list(shape.size))
+    if isinstance(shape, Cylinder):
+        return shapes.Cylinder(shape.height, shape.radius)
+    mesh = load_mesh(shape.file, allow_open=True)
+    return mesh_geometry(shape.scale * np.asarray(mesh.vertices, dtype=float), mesh.faces, most_triangles)
+
+
+def mesh_geometry(vertices: Array, faces: IntArray, most_triangles: int) -> Any:
+    """Make a mesh's geometry, thinned if it is too fine to be shown: (v, 3) mm, (f, 3)."""
+    thin = thin_mesh(np.asarray(vertices, dtype=float), np.asarray(faces), most_triangles)
+    return load_meshcat().geometry.TriangularMeshGeometry(*thin)
+
+
+def pose_of(shape: Shape) -> Array:
+    """Return the pose of a shape's geometry, (4, 4) mm; meshcat's cylinder lies along y."""
+    return shape.frame @ UPRIGHT if isinstance(shape, Cylinder) else shape.frame
+
+
+def corners(shape: Shape) -> Array:
+    """Return the corners, (8, 3) mm, of a shape's bounding box along the axes of its frame.
+
+    Raises
+    ------
+    MeshError
+        The mesh can't be read.
+    """
+    if isinstance(shape, MeshShape):
+        vertices = shape.scale * np.asarray(load_mesh(shape.file, allow_open=True).vertices, dtype=float)
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+    else:
+        sides = shape.size if isinstance(shape, Box) else (2 * shape.radius, 2 * shape.radius, shape.height)
+        high = np.asarray(sides, dtype=float) / 2.0
+        low = -high
+    return box_corners(low, high) @ shape.frame[:3, :3].T + shape.frame[:3, 3]
+
+
+def is_flat(shape: Shape) -> bool:
+    """Check whether faces are lit flat: a mesh has no normals here, while a cylinder has smooth ones."""
+    return isinstance(shape, MeshShape)
+
+
+def revolve(outline: Array, sectors: int = 36) -> tuple[Array, IntArray]:
+    """Make the closed body of revolution of an outline about the z axis.
+
+    Parameters
+    ----------
+    outline : (m, 2), mm, distance from the axis and height, from the bottom up
+    sectors : of a turn
+
+    Returns
+    -------
+    vertices : (v, 3), mm
+    faces : (f, 3), indices of vertices, anticlockwise seen from outside
+    """
+    import trimesh
+
+    body = trimesh.creation.revolve(np.vstack([outline, [[0.0, outline[-1, 1]]]]), sections=sectors)
+    return np.asarray(body.vertices), np.asarray(body.faces)
+
+
+def scatter_marks(points: Array, radius: float) -> tuple[Array, IntArray]:
+    """Make one mesh, (6 m, 3) mm and (8 m, 3), with an octahedron at every point, (m, 3) mm."""
+    vertices = (points[:, None] + radius * CORNERS).reshape(-1, 3)
+    first = len(CORNERS) * np.arange(len(points))
+    return vertices, (first[:, None, None] + FACES).reshape(-1, 3)
+
+
+def thin_mesh(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntArray]:
+    """Merge neighbouring vertices of a mesh until it has at most `most` triangles.
+
+    Returns
+    -------
+    vertices, faces : (v, 3) mm and (f, 3); unchanged if few enough, else on a grid as fine as `most` allows
+    """
+    cells = 1024
+    thin = vertices, faces
+    while len(thin[1]) > most:
+        thin = _merge_cells(vertices, faces, cells)
+        # The number of triangles grows with the square of the cells, which nearly gives the right grid.
+        cells = int(cells * min(0.95, np.sqrt(most / max(len(thin[1]), 1))))
+    return thin
+
+
+def _merge_cells(vertices: Array, faces: IntArray, cells: int) -> tuple[Array, IntArray]:
+    from trimesh.grouping import unique_rows
+
+    low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
+    x, y, z = np.round((vertices - low) / size * cells).astype(np.int64).T
+    # One number per cell, as unique rows take a hundred times as long.
+    _, first, merged = np.unique(
+        (x * (cells + 1) + y) * (cells + 1) + z, return_index=True, return_inverse=True
+    )
+    joined = merged[faces]
+    a, b, c = joined.T
+    kept = joined[(a != b) & (b != c) & (c != a)]
+    return vertices[first], kept[np.sort(unique_rows(np.sort(kept, axis=1))[0])]

@@ -1,0 +1,147 @@
+"""Forward kinematics against published equations."""
+
+import numpy as np
+import pytest
+
+from fiveaxis.base.errors import DegenerateChain, MachineError, ToolpathError
+from fiveaxis.model import Machine, axis_positions, linear_positions, rotary_angles, tool_poses
+
+RNG = np.random.default_rng(20261121)
+TOLERANCE = 1e-12
+
+
+@pytest.fixture(scope="module")
+def ideal() -> Machine:
+    return Machine.from_code("640123")
+
+
+@pytest.fixture(scope="module")
+def positions() -> np.ndarray:
+    return RNG.uniform(-1.0, 1.0, (200, 5)) * [100.0, 100.0, 100.0, 2.0, 7.0]
+
+
+def homogeneous(kind: str, value: float) -> np.ndarray:
+    """The paper's A1, A2, A3 (translations), A4 and A6 (rotations), written out."""
+    c, s = np.cos(value), np.sin(value)
+    rows = {
+        "A1": [[1, 0, 0, value], [0, 1, 0, 0], [0, 0, 1, 0]],
+        "A2": [[1, 0, 0, 0], [0, 1, 0, value], [0, 0, 1, 0]],
+        "A3": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, value]],
+        "A4": [[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]],
+        "A6": [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0]],
+    }
+    return np.array([*rows[kind], [0, 0, 0, 1]], dtype=float)
+
+
+def test_forward_kinematics_is_the_product_of_the_papers_matrices(ideal, positions):
+    tip, axis = tool_poses(ideal, positions)
+    for q, r, o in zip(positions, tip, axis, strict=True):
+        x, y, z, a, c = q
+        chain = [homogeneous("A6", c), homogeneous("A4", a), homogeneous("A1", x)]
+        product = np.linalg.multi_dot([*chain, homogeneous("A2", y), homogeneous("A3", z)])
+        np.testing.assert_allclose(product @ [0, 0, 0, 1], [*r, 1.0], atol=1e-10)
+        np.testing.assert_allclose(product @ [0, 0, 1, 0], [*o, 0.0], atol=TOLERANCE)
+
+
+def test_the_sign_that_equation_4_misprints_is_minus(ideal):
+    """r_y of a pure z move: the product gives −z sinφ cosθ, the paper's Eq. (4) prints +."""
+    phi, theta, z = 0.4, 0.3, 10.0
+    tip, _ = tool_poses(ideal, np.array([[0.0, 0.0, z, phi, theta]]))
+    assert tip[0, 1] == pytest.approx(-z * np.sin(phi) * np.cos(theta))
+
+
+def test_linear_axes_are_those_of_equation_5(ideal, positions):
+    r = RNG.uniform(-50.0, 50.0, (len(positions), 3))
+    phi, theta = positions[:, 3], positions[:, 4]
+    found = linear_positions(ideal, r, np.stack([theta, phi], axis=1))
+    rx, ry, rz = r.T
+    c, s = np.cos, np.sin
+    expected = np.stack(
+        [
+            rx * c(theta) + ry * s(theta),
+            -rx * c(phi) * s(theta) + ry * c(phi) * c(theta) + rz * s(phi),
+            rx * s(phi) * s(theta) - ry * s(phi) * c(theta) + rz * c(phi),
+        ],
+        axis=1,
+    )
+    np.testing.assert_allclose(found[:, :3], expected, atol=1e-11)
+
+
+def test_both_branches_of_the_inverse_reach_the_pose(trunnion):
+    positions = RNG.uniform(-1, 1, (500, 5)) * [100, 100, 100, 2.0, 3.0]
+    tip, axis = tool_poses(trunnion, positions)
+    branches = axis_positions(trunnion, tip, axis)
+    assert branches.shape == (2, 500, 5)
+    for branch in branches:
+        reached_tip, reached_axis = tool_poses(trunnion, branch)
+        np.testing.assert_allclose(reached_tip, tip, atol=1e-9)
+        np.testing.assert_allclose(reached_axis, axis, atol=1e-9)
+    # One of the two is the given posture, the other leans to the opposite side.
+    nearest = np.abs(branches - positions).max(axis=2).min(axis=0)
+    assert nearest.max() < 1e-7
+    np.testing.assert_allclose(branches[0, :, 3], -branches[1, :, 3], atol=1e-7)
+
+
+def test_near_the_singular_direction_the_pose_keeps_its_digits(ideal):
+    tilts = 10.0 ** np.linspace(-11, -1, 60)
+    positions = np.column_stack([np.ones((60, 3)), tilts, np.full(60, 0.7)])
+    tip, axis = tool_poses(ideal, positions)
+    for branch in axis_positions(ideal, tip, axis):
+        np.testing.assert_allclose(tool_poses(ideal, branch)[1], axis, atol=1e-13)
+
+
+def test_a_tool_axis_out_of_reach_is_nan_in_every_branch():
+    # A nutating table: 45° about (0,1,1), then C at the table can't lean the tool beyond 90°.
+    from fiveaxis.model import Axis, Line
+    from fiveaxis.model.machine.chain import Chain
+    from fiveaxis.model.machine.code import parse_code
+
+    code = parse_code("650123")
+    chain = Chain.from_code(code, {"B": Line((0.0, 1.0, 1.0))})
+    machine = Machine("nutating", code, chain, tuple(Axis(c) for c in "XYZBC"))
+    down, level = np.array([[0.0, 0.0, -1.0]]), np.array([[1.0, 0.0, 0.0]])
+    assert np.isnan(rotary_angles(machine, down)).all()
+    assert np.isfinite(rotary_angles(machine, level)).all()
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("401236", "C, the rotary axis next to the tool, only spins the tool"),
+        ("6402", "write all of 1, 2, 3 into the code"),
+    ],
+)
+def test_a_chain_without_enough_freedom_is_refused_with_the_reason(code, said):
+    machine = Machine.from_code(code)
+    with pytest.raises(DegenerateChain, match=said):
+        axis_positions(machine, np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
+
+
+@pytest.mark.parametrize(
+    ("tip", "axis", "said"),
+    [
+        ([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.1]], "isn't a unit vector"),
+        ([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], "isn't a unit vector"),
+        ([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], "rows of three"),
+        ([[0.0, 0.0]], [[0.0, 0.0, 1.0]], "rows of three"),
+    ],
+)
+def test_an_invalid_pose_is_refused(ideal, tip, axis, said):
+    with pytest.raises(ToolpathError, match=said):
+        axis_positions(ideal, tip, axis)
+
+
+def test_a_nan_row_has_no_posture_and_leaves_the_others_alone(ideal):
+    axis = np.array([[0.0, 0.6, 0.8], [np.nan] * 3, [0.0, 0.6, 0.8]])
+    found = axis_positions(ideal, np.zeros((3, 3)), axis)
+    assert np.isnan(found[:, 1]).all()
+    np.testing.assert_array_equal(found[:, 0], found[:, 2])
+
+
+def test_lists_are_accepted_like_arrays(ideal):
+    tip, axis = tool_poses(ideal, [[1, 2, 3, 0, 0]])
+    assert tip.tolist() == [[1.0, 2.0, 3.0]]
+    assert axis_positions(ideal, tip.tolist(), axis.tolist()).shape == (2, 1, 5)
+    assert linear_positions(ideal, [[1, 2, 3]], [[0, 0]])[0].tolist() == [1.0, 2.0, 3.0, 0.0, 0.0]
+    with pytest.raises(MachineError, match="has 5 axes, columns X Y Z A C"):
+        tool_poses(ideal, [[1, 2, 3, 0]])
