@@ -22,12 +22,20 @@ ANYWHERE |= sys.stdlib_module_names
 # The calls to a higher room, by file, as ARCHITECTURE.md says: imported in the function, when it is called.
 UPWARDS = re.compile(r"^One call goes up: `([\w/.]+)` calls `(\w+)`", re.MULTILINE)
 ((UPWARD_FILE, UPWARD_ROOM),) = UPWARDS.findall(ARCHITECTURE)
-HOUSE = re.compile(r"^\| `(\w+)` \| ((?:`\w+`(?:, )?)*) \| [^|]+ \|$", re.MULTILINE)
+HOUSE = re.compile(r"^\| `(\w+)` \| (nothing|all above|`[`\w, ]+`) \| [^|]+ \|$", re.MULTILINE)
 ROW = re.compile(r"^\| `(\w+)` \| `(\w+)` \| (\d+) \| [^|]+ \|([^|]*)\|$", re.MULTILINE)
 LIBRARY = re.compile(r"(\w+)(?: \(([^)]*)\))?")
 
-# House → houses that it may import.
-HOUSES = {name: set(re.findall(r"\w+", cell)) for name, cell in HOUSE.findall(ARCHITECTURE)}
+
+def read_houses() -> dict[str, set[str]]:
+    """Read house → houses that it may import."""
+    houses: dict[str, set[str]] = {}
+    for name, cell in HOUSE.findall(ARCHITECTURE):
+        houses[name] = set(houses) if cell == "all above" else set(re.findall(r"`(\w+)`", cell))
+    return houses
+
+
+HOUSES = read_houses()
 
 
 class Room(NamedTuple):
