@@ -214,7 +214,7 @@ MUTANTS = (
         "contained tool length with the wrong sign",
         "else -self.contained",
         "else self.contained",
-        READING,
+        (*READING, "property/test_tool_length.py"),
     ),
     Mutant(
         "nc/apt/feedrate.py",

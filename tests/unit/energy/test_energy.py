@@ -7,7 +7,7 @@ from fiveaxis.energy import drive_power, motion_energy, move_energies, power_sur
 from fiveaxis.errors import MachineError, SettingError
 from fiveaxis.geometry import normalise
 from fiveaxis.kinematics import linear_positions, rotary_angles
-from fiveaxis.machine import DirectionalDrive
+from fiveaxis.machine import DirectionalDrive, load_machine, with_powers
 from fiveaxis.motion import Motion, follow
 
 DEGREE = np.pi / 180.0
@@ -122,3 +122,17 @@ def test_a_surface_needs_a_feed_and_a_place(hayashi, feed):
         power_surface(hayashi, np.zeros(3), feed, ([0.0], [0.0]))
     with pytest.raises(SettingError, match="isn't finite"):
         power_surface(hayashi, [0.0, np.nan, 0.0], 1000.0, ([0.0], [0.0]))
+
+
+def test_a_turn_against_gravity_costs_the_same_in_one_block_and_in_many():
+    machine = with_powers(load_machine("umc-750")).with_load(100.0, (80.0, 0.0, 120.0))
+
+    def energy(blocks: int) -> float:
+        positions = np.zeros((blocks + 1, 5))
+        positions[:, machine.column("B")] = np.radians(np.linspace(-5.0, 45.0, blocks + 1))
+        time, still = np.append(0.0, np.full(blocks, 20.0 / blocks)), np.zeros(blocks + 1, dtype=np.int64)
+        return motion_energy(
+            machine, Motion(machine.letters, positions, np.ones(blocks + 1), time, still, still)
+        ).total
+
+    assert energy(1) == pytest.approx(energy(200), rel=1e-4)
