@@ -33,7 +33,7 @@ SHARED = Path(__file__).parents[2] / "shared"
 BOUND = 2.0
 # What is run first, and compiles most loops; and rooms of `unit` that compile hardly anything.
 COMPILING = "test_program_truth.py"
-UNCOMPILED = {"energy", "kinematics", "machine", "nc", "toolpath"}
+UNCOMPILED = {"kinematics", "machine", "nc", "toolpath"}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -111,17 +111,17 @@ MUTANTS = (
         MOTION,
     ),
     Mutant(
-        "energy/block_costs.py",
+        "toolpath/steps.py",
         "mean slope of several blocks by one block more",
-        "/ np.diff(rows)[:, None]",
-        "/ (np.diff(rows)[:, None] + 1)",
+        "total / spans[:, None] ** spread",
+        "total / (spans[:, None] + 1) ** spread",
         ("unit/energy", "unit/posture/test_terms.py", "unit/posture/search"),
     ),
     Mutant(
-        "energy/block_costs.py",
+        "toolpath/steps.py",
         "way back priced as the way there",
-        "part[::-1, steps]",
-        "part[:, steps]",
+        'there[::-1] if given["axis"] else there',
+        "there",
         ("unit/energy", "unit/posture/test_terms.py", "unit/posture/search"),
     ),
     Mutant(
@@ -214,7 +214,7 @@ MUTANTS = (
         "contained tool length with the wrong sign",
         "else -self.contained",
         "else self.contained",
-        READING,
+        (*READING, "property/test_tool_length.py"),
     ),
     Mutant(
         "nc/apt/feedrate.py",

@@ -11,7 +11,7 @@ from pathlib import Path
 RUN = """
 import os, signal, sys
 from pathlib import Path
-from fiveaxis.files import temporary_folder, write_atomically
+from fiveaxis.base.files import temporary_folder, write_atomically
 os.fsync = lambda _: os.kill(os.getpid(), signal.SIGKILL)
 with temporary_folder(Path(sys.argv[1])):
     write_atomically(Path(sys.argv[1], "part.ngc"), "half")

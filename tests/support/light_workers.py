@@ -14,7 +14,7 @@ DIGEST = "0" * 64
 # The command line on light workers, of which each runs the Python text that is its first argument.
 COMMAND = """
 import sys
-from fiveaxis.batch import pool, tasks
+from fiveaxis.job.batch import pool, tasks
 from fiveaxis.cli import main
 from support.light_workers import DIGEST, light_entry
 

@@ -13,7 +13,7 @@ import fiveaxis
 PACKAGE = Path(fiveaxis.__file__).parent
 SCRIPT = """
 import numpy as np
-from fiveaxis.mesh import TriangleTree
+from fiveaxis.cam import TriangleTree
 import fiveaxis.cam.mesh.kernels
 print(TriangleTree.build(np.eye(3)[None]).distances(np.zeros((1, 3)))[0])
 """

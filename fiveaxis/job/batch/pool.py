@@ -49,7 +49,7 @@ if sys.platform == "win32":
         sys.__excepthook__(*fault)
         os._exit({FAULT})
     sys.excepthook = leave
-from fiveaxis.batch.worker import main
+from fiveaxis.job.batch.worker import main
 main()
 """
 # Libraries that would otherwise use every core in each worker.

@@ -100,7 +100,7 @@ def test_a_job_whose_setup_is_searched_opens_each_file_once(folder):
 def test_a_program_that_is_revised_in_its_lines_is_opened_once(folder):
     act = """
 from pathlib import Path
-from fiveaxis.errors import AlreadyBetter
+from fiveaxis.base import AlreadyBetter
 from fiveaxis.job import make_job, revise_operations
 given = {"machine": "mill.toml", "part": Path("plate.stl"), "tool": "cutter.toml"}
 given |= {"effort": "quick", "cone": 20}
@@ -129,8 +129,8 @@ def test_a_batch_opens_each_file_once_in_the_process_that_runs_its_jobs(folder):
     write_job(folder, more=TILT + 'part = "part.stl"\n' + CLAMP)
     act = """
 from pathlib import Path
-from fiveaxis.batch.tasks import QueuedJob
-from fiveaxis.batch.worker import run_queued
+from fiveaxis.job.batch.tasks import QueuedJob
+from fiveaxis.job.batch.worker import run_queued
 row = run_queued(QueuedJob("job", Path("job.toml")), Path("out"), lambda *_: None)
 assert row.digest, row
 """

@@ -286,3 +286,10 @@ def test_an_automatic_search_is_about_the_place_that_is_chosen_and_keeps_ranges_
     assert (low + high) / 2.0 == there[1]
     assert ranged.search.ranges["z"][0] == there[2]
     assert choose_search(job, "auto").setup.search.auto
+
+
+def test_an_automatic_search_goes_a_quarter_of_the_shortest_travel_to_both_sides(ring):
+    setup = {"offset": (1.0, 2.0, 3.0), "search": {"auto": True}}
+    job = make_job(input=ring, machine="linuxcnc-xyzac-trt", tool="ball:10", tilt=(15, 75), setup=setup)
+    ranges = resolve(job).job.setup.search.ranges
+    assert (ranges["x"], ranges["y"], ranges["z"]) == ((-49.0, 51.0), (-48.0, 52.0), (3.0, 53.0))

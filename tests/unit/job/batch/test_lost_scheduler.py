@@ -22,7 +22,7 @@ SCHEDULER = """
 import sys, threading
 from distributed import LocalCluster
 import fiveaxis.job.batch.worker as worker
-from fiveaxis.errors import Infeasible
+from fiveaxis.base import Infeasible
 def run(job, tell, checkpoint):
     if job.input.name != "path_a.csv":
         threading.Event().wait(600)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 SCRIPT = """
 import os
-from fiveaxis.batch import worker
+from fiveaxis.job.batch import worker
 
 class Answer:
     def as_dict(self):

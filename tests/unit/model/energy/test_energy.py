@@ -12,9 +12,11 @@ from fiveaxis.model import (
     drive_power,
     follow,
     linear_positions,
+    load_machine,
     motion_energy,
     rotary_angles,
     travel_costs,
+    with_powers,
 )
 from fiveaxis.model.energy.totals import move_energies
 
@@ -130,3 +132,17 @@ def test_a_surface_needs_a_feed_and_a_place(hayashi, feed):
         power_surface(hayashi, np.zeros(3), feed, ([0.0], [0.0]))
     with pytest.raises(SettingError, match="isn't finite"):
         power_surface(hayashi, [0.0, np.nan, 0.0], 1000.0, ([0.0], [0.0]))
+
+
+def test_a_turn_against_gravity_costs_the_same_in_one_block_and_in_many():
+    machine = with_powers(load_machine("umc-750")).with_load(100.0, (80.0, 0.0, 120.0))
+
+    def energy(blocks: int) -> float:
+        positions = np.zeros((blocks + 1, 5))
+        positions[:, machine.column("B")] = np.radians(np.linspace(-5.0, 45.0, blocks + 1))
+        time, still = np.append(0.0, np.full(blocks, 20.0 / blocks)), np.zeros(blocks + 1, dtype=np.int64)
+        return motion_energy(
+            machine, Motion(machine.letters, positions, np.ones(blocks + 1), time, still, still)
+        ).total
+
+    assert energy(1) == pytest.approx(energy(200), rel=1e-4)

@@ -5,7 +5,7 @@ import pytest
 
 from fiveaxis.base.errors import SettingError, ToolpathError
 from fiveaxis.model import Constraints, Tool, Toolpath
-from fiveaxis.model.toolpath.edge import EdgeUse
+from fiveaxis.model.toolpath.edge import EdgeUse, cut_lengths
 from fiveaxis.model.toolpath.edge import admitted as admitted_angles
 
 RPM = 2.0 * np.pi / 60.0
@@ -115,3 +115,8 @@ def test_unevenness_is_how_far_a_mm_of_cut_is_from_even_use():
     assert use.as_dict()["peak_over_mean"] == {"one": pytest.approx(12.0)}
     # Within a bin nothing is told apart: from 30 or 35 deg to 15…75 it is 18 and a bit.
     assert np.degrees(use.unevenness["one"]) == pytest.approx(17.0, abs=1.5)
+
+
+def test_each_cut_counts_half_for_either_of_its_ends():
+    path = plane().at(np.array([0, 1, 4, 6]))
+    np.testing.assert_allclose(cut_lengths(path), [5.0, 20.0, 25.0, 10.0])
