@@ -49,9 +49,9 @@ app = typer.Typer(
 )
 
 
-def print_version(asked: bool) -> None:
+def print_version(wanted: bool) -> None:
     """Print the version and stop, if it is asked for."""
-    if asked:
+    if wanted:
         from fiveaxis import __version__
 
         write_results(f"fiveaxis {__version__}\n")

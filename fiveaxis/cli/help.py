@@ -20,9 +20,9 @@ RANKS: dict[str, int] = {"output": 2, "tool": 4, "verbose": LAST, "quiet": LAST}
 HELP = ("help_all", "help")
 
 
-def show_all(context: typer.Context, asked: bool) -> None:
+def show_all(context: typer.Context, wanted: bool) -> None:
     """Print the help with every option and stop, if it is asked for."""
-    if asked:
+    if wanted:
         context.meta[ALL] = True
         write_results(context.get_help() + "\n")
         raise typer.Exit

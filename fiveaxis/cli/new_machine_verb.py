@@ -125,8 +125,8 @@ def _ask(question: Question, letter: str, answers: Answers, base: Machine | None
         # Without a structure there is no machine: nothing stands in for it.
         required = question.name == "structure"
         offer = "" if required else f" [{default or UNKNOWN}]"
-        asked = f"{of}{question.text} ({question.form_of(letter)}){offer}: "
-        alarm.print(asked, end="", markup=False)
+        prompt = f"{of}{question.text} ({question.form_of(letter)}){offer}: "
+        alarm.print(prompt, end="", markup=False)
         # A terminal may send bytes that are no text.
         line = sys.stdin.buffer.readline().decode("utf-8", errors="replace")
         if not line:

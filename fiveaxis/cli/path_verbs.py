@@ -371,8 +371,8 @@ def _print_details(outcome: Outcome) -> None:
     if outcome.part_size is not None:
         out.print(f"part {size_text(outcome.part_size)}", highlight=False)
     if outcome.scallop is not None:
-        asked, largest = outcome.scallop
-        out.print(f"ridges between passes up to {largest:.4g} mm, asked {asked:g} mm", highlight=False)
+        wanted, largest = outcome.scallop
+        out.print(f"ridges between passes up to {largest:.4g} mm, asked {wanted:g} mm", highlight=False)
     _print_energies(solution)
     made = outcome.report.program
     if made is not None:

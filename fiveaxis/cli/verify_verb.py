@@ -206,7 +206,7 @@ def load_checked(
     from fiveaxis.nc import read_toolpath
 
     tool = None if options["tool"] is None else parse_tool(options["tool"])
-    around, toolpath, asked = _surroundings(options), None, None
+    around, toolpath, required = _surroundings(options), None, None
     given = read_flags(ProgramBounds, options)
     bounds = Checking(**given).bounds
     gouge = options["gouge_tolerance"]
@@ -222,7 +222,7 @@ def load_checked(
         bounds = replace(job.bounds, **given)
         gouge = gouge or job.surrounding.gouge_tolerance
         meshes = {"crease": job.meshes.crease, "part_unit": part_unit(job) or "mm"} | meshes
-        asked = ProgramOptions(control=options["control"] or stated_control(job), settings=job.nc)
+        required = ProgramOptions(control=options["control"] or stated_control(job), settings=job.nc)
     else:
         given_to = read_flags(OnMachine, options)
         machine = load_machine(require_machine(options["machine"]), given_to.get("assume"))
@@ -240,7 +240,7 @@ def load_checked(
         cutter,
         around,
         Constraints.of(bounds),
-        program=asked,
+        program=required,
         **tolerance,
         **meshes,
     )

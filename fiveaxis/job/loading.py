@@ -190,8 +190,8 @@ def read_path(job: Job, tool: Tool | None) -> Toolpath:
 def revises(job: Job) -> bool:
     """Check whether a job's postures go into the lines of its input, a program, and no other is asked for."""
     settings: Any = job.nc
-    asked = {"control", "coordinates"} & job.model_fields_set or settings.model_fields_set
-    if asked or job.program.machine is not None or job.setup.search is not None or is_mesh(job.input):
+    own_program = {"control", "coordinates"} & job.model_fields_set or settings.model_fields_set
+    if own_program or job.program.machine is not None or job.setup.search is not None or is_mesh(job.input):
         return False
     require_input(job.input)
     source = load_source(job.input)

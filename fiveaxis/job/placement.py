@@ -93,8 +93,8 @@ def with_ranges(job: Job, machine: Machine) -> Job:
     side = min(WIDEST, 0.25 * float(travels.min()))
     x, y, z = job.setup.offset
     ends = {"x": (x - side, x + side), "y": (y - side, y + side), "z": (z, z + side), "angle": ROUND}
-    asked = search.model_copy(update={"auto": False} | ends | search.ranges)
-    return job.model_copy(update={"setup": job.setup.model_copy(update={"search": asked})})
+    ranged = search.model_copy(update={"auto": False} | ends | search.ranges)
+    return job.model_copy(update={"setup": job.setup.model_copy(update={"search": ranged})})
 
 
 def placed(

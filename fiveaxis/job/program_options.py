@@ -77,7 +77,7 @@ class ProgramOptions(Writing):
         require_program_suffix(path, self.dialect.suffix)
         return self.named(Path(path).stem)
 
-    def asked(self, machine: Machine, mode: Coordinates) -> RequiredTechnology | None:
+    def required(self, machine: Machine, mode: Coordinates) -> RequiredTechnology | None:
         """Return what is asked of a program in coordinates that need not be these.
 
         Raises
@@ -88,8 +88,8 @@ class ProgramOptions(Writing):
         modes = self.dialect.modes
         coordinates = mode if mode in modes else next(iter(modes))
         wording = replace(self, coordinates=coordinates).wording(machine)
-        asked = RequiredTechnology.of(wording, self.settings)
-        if asked is None or mode in modes:
-            return asked
+        required = RequiredTechnology.of(wording, self.settings)
+        if required is None or mode in modes:
+            return required
         # What F means depends on the coordinates.
-        return replace(asked, technology=asked.technology._replace(feed_mode=""))
+        return replace(required, technology=required.technology._replace(feed_mode=""))

@@ -269,8 +269,8 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
         parts.append(Part(operation, outcome, why, priced, better))
     made = RevisedProgram(source, tuple(parts))
     if not made.outcomes and not any(part.better for part in parts):
-        asked = [p for p in parts if p.why != NOT_CHOSEN]
-        each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in asked)
+        chosen = [p for p in parts if p.why != NOT_CHOSEN]
+        each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in chosen)
         raise JobError(f"no operation can be revised:{each}", file=job.input)
     _require_together(job, made)
     return made

@@ -311,20 +311,20 @@ def _with_ridges(job: Job, solution: Solution) -> tuple[Solution, tuple[float, f
     -------
     The solution, with a finding where they are too high, and the height asked for and the largest one, mm
     """
-    path, asked = solution.toolpath, job.planning.scallop
-    if asked is None or not path.zone.offset or not is_mesh(job.input):
+    path, scallop = solution.toolpath, job.planning.scallop
+    if scallop is None or not path.zone.offset or not is_mesh(job.input):
         return solution, None
     axis = tool_axes(solution.machine, solution.motion.positions[:, solution.machine.rotary_columns])
     ridges = measure_plan(job, replace(path, axis=axis))
-    if not ridges.scallop_largest > MOST_SCALLOP * asked:
-        return solution, (asked, ridges.scallop_largest)
+    if not ridges.scallop_largest > MOST_SCALLOP * scallop:
+        return solution, (scallop, ridges.scallop_largest)
     message = (
         f"as {path.tool} leans, ridges between passes are up to {ridges.scallop_largest:.3g} mm high and "
-        f"{ridges.scallop_mean:.3g} mm in the mean (scallop {asked:g} mm was asked for); narrow lead and "
+        f"{ridges.scallop_mean:.3g} mm in the mean (scallop {scallop:g} mm was asked for); narrow lead and "
         "lean, or ask for less; on sharp edges cutters that aren't balls leave more"
     )
     found = Finding(Severity.WARNING, "scallop-over", message, Place(file=path.name), ridges.scallop_largest)
-    return add_findings(solution, found), (asked, ridges.scallop_largest)
+    return add_findings(solution, found), (scallop, ridges.scallop_largest)
 
 
 def program_header(solution: Optimum, inputs: Sequence[InputFile], *, moved: bool = False) -> Header:

@@ -106,15 +106,15 @@ def verify_program(
     FiveAxisError
         As `read_program`, `verify` and `find_contacts`; bounds that refer to a path or part that isn't given.
     """
-    machine, asked = machine.with_control(given.control), None
+    machine, required = machine.with_control(given.control), None
     if given.settings is not None:
-        asked = ProgramOptions(control=given.control, settings=given.settings).on(machine)
+        required = ProgramOptions(control=given.control, settings=given.settings).on(machine)
     against = Against(
         given.toolpath,
         given.tool,
         Surroundings.of(given, given, given.fixtures, given.clearances),
         Constraints.of(given.bounds),
-        program=asked,
+        program=required,
         part_unit=given.part_unit or "mm",
         crease=given.crease,
     )

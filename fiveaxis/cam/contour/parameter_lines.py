@@ -207,7 +207,7 @@ class Tracer:
         allowed: Allowed,
     ) -> list[tuple[int, Line]]:
         """Find the lines of neighbouring faces on which lines go on from their loose ends."""
-        asked = [
+        pairs = [
             (row, face)
             for row in loose
             for face in self.model.neighbours[lines[row // 2][1].face]
@@ -215,9 +215,9 @@ class Tracer:
             and (self._bounds[face, 0] <= ends.points[row]).all()
             and (ends.points[row] <= self._bounds[face, 1]).all()
         ]
-        if not asked:
+        if not pairs:
             return []
-        rows, faces = np.array(asked).T
+        rows, faces = np.array(pairs).T
         foot = self.model.nearest(ends.points[rows], faces)
         turn = angle_between(foot.normal, ends.normals[rows])
         values = self.model.evaluate(faces, foot.uv)

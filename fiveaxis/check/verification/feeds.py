@@ -138,14 +138,14 @@ def check_cutter_speed(context: CheckContext, known: BoolArray) -> Result:
     ----------
     known : (n,), whether the motion's feed is what F says
     """
-    path, asked = context.toolpath, context.motion.feed * context.motion.time
+    path, programmed = context.toolpath, context.motion.feed * context.motion.time
     points = {"tool's centre": context.centre, "contact": path.contact}
     steps = np.nan_to_num([_steps(point) for point in points.values()])
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = steps.max(axis=0) / asked - 1.0
+        share = steps.max(axis=0) / programmed - 1.0
     # Where the tip stands F counts degrees.
-    cuts = context.cutting & known & (_steps(context.tip) > STANDSTILL) & (asked > 0.0)
-    fast = np.flatnonzero(cuts & (share > BLOCK) & (steps.max(axis=0) > asked * (1.0 + BLOCK) + WORDS))
+    cuts = context.cutting & known & (_steps(context.tip) > STANDSTILL) & (programmed > 0.0)
+    fast = np.flatnonzero(cuts & (share > BLOCK) & (steps.max(axis=0) > programmed * (1.0 + BLOCK) + WORDS))
     worst = fast[np.argmax(share[fast])][None] if len(fast) else fast
 
     def message(_: int) -> str:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 class Requested(Protocol):
     """A program that was asked for."""
 
-    def asked(self, machine: Machine, mode: Coordinates) -> RequiredTechnology | None:
+    def required(self, machine: Machine, mode: Coordinates) -> RequiredTechnology | None:
         """Return the spindle, tool, offsets and coolant that it has to put in force."""
 
 
@@ -125,12 +125,12 @@ class ProgramRows:
         under = self.read.motion.tcp[self.read.motion.cutting]
         return "tip" if under.size and under.all() else "axes"
 
-    def asked(self, machine: Machine) -> RequiredTechnology | None:
+    def required(self, machine: Machine) -> RequiredTechnology | None:
         """Return what has to be in force in the cuts; None if nobody said."""
         if self.against.program is None:
             return None
         tip: Coordinates = "tip" if self.read.motion.tcp.any() else "axes"
-        return self.against.program.asked(machine, "vector" if self.read.by_direction else tip)
+        return self.against.program.required(machine, "vector" if self.read.by_direction else tip)
 
 
 def check_program_feeds(context: CheckContext, rows: ProgramRows) -> Iterator[Result]:

@@ -125,7 +125,7 @@ class ReadBack:
         return self.wording.dialect.language != "blocks"
 
     @property
-    def asked(self) -> RequiredTechnology | None:
+    def required(self) -> RequiredTechnology | None:
         """Spindle, tool, offsets and coolant that were asked for; None for a list of cutter locations."""
         return RequiredTechnology.of(self.wording, self.settings)
 

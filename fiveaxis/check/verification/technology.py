@@ -37,7 +37,7 @@ SAME_HEIGHT = 5e-3
 def check_technology(
     track: TechnologyTrack,
     rows: IntArray,
-    asked: RequiredTechnology | None,
+    required: RequiredTechnology | None,
     rapid: BoolArray,
     whole: TechnologyTrack,
     *,
@@ -49,37 +49,37 @@ def check_technology(
     ----------
     track : of the moves that cut, (m,)
     rows : (m,), row for findings on each of them
-    asked : what a job asks of the program; without it only contradictions are found: a spindle that stands
+    required : what a job asks of the program; without it only contradictions are found: a spindle that stands
         in some cuts, a tool change between them
     rapid : (n,), whether each move of the program is rapid
     whole : of all n moves
     has_path : whether a path says which moves are cuts, so that what stands between them is a fault
     """
     between = machine_moves_between(track, whole, rapid, any_way=has_path)
-    if asked is not None and asked.language != track.language:
+    if required is not None and required.language != track.language:
         # Offsets have other names, and tools another way of having their length, on another control.
-        unnamed = asked.technology._replace(length="", work_offset="")
-        asked = replace(asked, technology=unnamed)
-    yield _check_start(track, rows, asked)
-    yield _check_end(track, rows, asked)
-    yield _check_spindle(track, rows, asked)
-    yield _check_tool(track, rows, asked)
+        unnamed = required.technology._replace(length="", work_offset="")
+        required = replace(required, technology=unnamed)
+    yield _check_start(track, rows, required)
+    yield _check_end(track, rows, required)
+    yield _check_spindle(track, rows, required)
+    yield _check_tool(track, rows, required)
     yield _check_changes(track, rows)
-    yield _check_length(track, rows, asked)
-    yield _check_work_offset(track, rows, asked)
-    yield _check_coolant(track, rows, asked)
+    yield _check_length(track, rows, required)
+    yield _check_work_offset(track, rows, required)
+    yield _check_coolant(track, rows, required)
     yield _check_order(track, rows)
-    yield _check_retract(track, rows, asked)
+    yield _check_retract(track, rows, required)
     yield check_machine_moves(track, rows, between, Severity.ERROR if has_path else Severity.WARNING)
-    yield from check_words(track, rows, asked)
+    yield from check_words(track, rows, required)
 
 
 def check_feed_mode(
-    track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None
+    track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None
 ) -> Iterator[Result]:
     """Check what F means in a program whose durations leave room, since the control chooses the angles."""
-    wanted = "" if asked is None else asked.technology.feed_mode
-    if asked is not None and wanted and asked.language == track.language:
+    wanted = "" if required is None else required.technology.feed_mode
+    if required is not None and wanted and required.language == track.language:
         yield found_in(
             "feed-differs",
             track,
@@ -136,14 +136,14 @@ def check_switched(tcp: BoolArray, cuts: IntArray) -> Result:
     )
 
 
-def _check_start(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
+def _check_start(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
     """Check that nothing of an earlier program is left on where the first move begins.
 
     It is a warning in a program of another source, which may rely on the control's own reset.
     """
     wanted: Mapping[str, str] = usually_cancelled(track.language)
-    if asked is not None and asked.control == track.control:
-        wanted = asked.cancelled
+    if required is not None and required.control == track.control:
+        wanted = required.cancelled
     elif track.control in DIALECTS:
         wanted = cancelled_by(DIALECTS[track.control])[1]
     left = {mode: block for mode, block in wanted.items() if mode not in track.cancelled}
@@ -160,9 +160,9 @@ def _check_start(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolo
     )
 
 
-def _check_end(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
+def _check_end(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
     """Check that what the table of the control switches off at the end is off after the last cut."""
-    wanted = asked.ended if asked is not None and asked.control == track.control else {}
+    wanted = required.ended if required is not None and required.control == track.control else {}
     last = int(track.steps[-1]) if len(rows) else 0
     left = {mode: block for mode, block in wanted.items() if track.ended.get(mode, 0) <= last}
     return violated(
@@ -181,9 +181,9 @@ def _unasked(code: str, sentence: str, add: str) -> Result:
     return said(code, not_checked=(gap,))
 
 
-def _check_spindle(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
-    if asked is not None and asked.spindle:
-        wanted = asked.technology.spindle
+def _check_spindle(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+    if required is not None and required.spindle:
+        wanted = required.technology.spindle
         return found_in(
             "spindle-off",
             track,
@@ -224,10 +224,10 @@ def _speed(spindle: float) -> str:
     return f"an unstated speed ({sense})" if np.isnan(spindle) else f"{abs(spindle):g} rev/min ({sense})"
 
 
-def _check_tool(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
-    if asked is None or not asked.tool:
+def _check_tool(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+    if required is None or not required.tool:
         return _unasked("wrong-tool", "tool: no number was given", "tool_number")
-    wanted, is_loaded = asked.technology.tool, asked.technology.loaded > 0
+    wanted, is_loaded = required.technology.tool, required.technology.loaded > 0
 
     def text(state: Technology) -> str:
         if state.tool == wanted:
@@ -257,14 +257,14 @@ def _check_changes(track: TechnologyTrack, rows: IntArray) -> Result:
     )
 
 
-def _check_length(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
-    wanted = None if asked is None else asked.technology.length
-    if asked is None or not wanted:
+def _check_length(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+    wanted = None if required is None else required.technology.length
+    if required is None or not wanted:
         return _unasked("length-offset", "tool length offset: none was given", "length_offset")
 
     def is_wrong(state: Technology) -> bool:
         # Without a tool's number the control's own number is as good as any other.
-        return state.length != wanted if asked.tool else not state.length
+        return state.length != wanted if required.tool else not state.length
 
     def text(state: Technology) -> str:
         found = f"length offset {state.length}" if state.length else "no length offset"
@@ -278,8 +278,8 @@ def _check_length(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnol
     )
 
 
-def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
-    wanted = None if asked is None else asked.technology.work_offset
+def _check_work_offset(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+    wanted = None if required is None else required.technology.work_offset
     if not wanted:
         return _unasked("work-offset", "work offset: none was given", "work_offset")
     return found_in(
@@ -295,10 +295,10 @@ def _check_work_offset(track: TechnologyTrack, rows: IntArray, asked: RequiredTe
     )
 
 
-def _check_coolant(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
-    if asked is None or not asked.coolant:
+def _check_coolant(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+    if required is None or not required.coolant:
         return _unasked("coolant-off", "coolant: none was asked for", "coolant")
-    wanted = asked.technology.coolant
+    wanted = required.technology.coolant
     return found_in(
         "coolant-off",
         track,
@@ -325,14 +325,14 @@ def _check_order(track: TechnologyTrack, rows: IntArray) -> Result:
     )
 
 
-def _check_retract(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Result:
-    if asked is None or not (asked.before or asked.after) or not len(rows):
+def _check_retract(track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None) -> Result:
+    if required is None or not (required.before or required.after) or not len(rows):
         return _unasked("no-retract", "retract: none was asked for", "retract")
     first, last = int(track.steps[0]), int(track.steps[-1])
     moves = [move for move in track.machine_moves if "Z" in move.axes]
     sides = (
-        (int(rows[0]), "before the first cut", asked.before, [m for m in moves if m.step < first]),
-        (int(rows[-1]), "after the last", asked.after, [m for m in moves if m.step > last]),
+        (int(rows[0]), "before the first cut", required.before, [m for m in moves if m.step < first]),
+        (int(rows[-1]), "after the last", required.after, [m for m in moves if m.step > last]),
     )
     bad: list[int] = []
     texts: list[str] = []

@@ -271,15 +271,15 @@ def _technology(e: Examination) -> Iterable[Result]:
         if (technology := back.read.motion.technology) is not None:
             rapid, track = back.motion.kind == MoveKind.RAPID, technology.at(back.end[cuts])
             rows = e.text.rows[cuts]
-            yield from check_technology(track, rows, back.asked, rapid, technology, has_path=True)
+            yield from check_technology(track, rows, back.required, rapid, technology, has_path=True)
     elif e.rows is not None and (technology := e.rows.read.motion.technology) is not None:
-        read, asked = e.rows.read, e.rows.asked(e.context.machine)
+        read, required = e.rows.read, e.rows.required(e.context.machine)
         cuts = cutting_rows(e.context, e.rows.match)
         track = technology.at(cuts)
         rapid, has_path = e.context.toolpath.rapid, e.rows.match is not None
-        yield from check_technology(track, cuts, asked, rapid, technology, has_path=has_path)
+        yield from check_technology(track, cuts, required, rapid, technology, has_path=has_path)
         if read.by_control:
-            yield from check_feed_mode(track, cuts, asked)
+            yield from check_feed_mode(track, cuts, required)
         yield check_switched(read.motion.tcp, cuts)
         yield from check_descent(read, e.context.machine)
         yield from check_joins(e.context, read)

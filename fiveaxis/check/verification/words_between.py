@@ -39,18 +39,20 @@ def found_in(
     )
 
 
-def check_words(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnology | None) -> Iterator[Result]:
+def check_words(
+    track: TechnologyTrack, rows: IntArray, required: RequiredTechnology | None
+) -> Iterator[Result]:
     """Check that nothing else is in force in the cuts, or stands between them, than the control's table has.
 
     Without a job, or where the program names another control than the job's, that is what the table of that
     control has, or those of the language. A table of one's own may stand for any control.
     """
     usual, harmless = usual_words(track.language, track.control)
-    severity = Severity.WARNING if asked is None else Severity.ERROR
+    severity = Severity.WARNING if required is None else Severity.ERROR
     wanted: frozenset[str] = frozenset()
-    if asked is not None and asked.language == track.language and _is_of(asked, track.control):
-        usual = wanted = frozenset(asked.technology.words)
-        harmless = asked.harmless
+    if required is not None and required.language == track.language and _is_of(required, track.control):
+        usual = wanted = frozenset(required.technology.words)
+        harmless = required.harmless
     is_harmless = re.compile("|".join(f"(?:{pattern})" for pattern in harmless) or "(?!)").fullmatch
 
     def strange(state: Technology) -> list[str]:
@@ -87,9 +89,9 @@ def check_words(track: TechnologyTrack, rows: IntArray, asked: RequiredTechnolog
     )
 
 
-def _is_of(asked: RequiredTechnology, control: str) -> bool:
+def _is_of(required: RequiredTechnology, control: str) -> bool:
     """Tell whether a program whose header names a control, or none, may be of the one that a job asks for."""
-    return control in ("", asked.control) or asked.control not in DIALECTS
+    return control in ("", required.control) or required.control not in DIALECTS
 
 
 def machine_moves_between(

@@ -291,7 +291,7 @@ def region(cells: Cells, first: float, second: float) -> int:
 
 
 @inner
-def asked_of_rows(locations: Locations, moves: Array, i: int) -> Array:
+def targets_of_rows(locations: Locations, moves: Array, i: int) -> Array:
     """Compute what moves ask of their rows at location i + 1, (m, 2); NaN where there is none.
 
     Where a move isn't to the end of a bound it is what is added to the state's own value.
@@ -312,9 +312,9 @@ def asked_of_rows(locations: Locations, moves: Array, i: int) -> Array:
 
 
 @innermost
-def aim_of(positions: Array, j: int, row: int, asked: float) -> float:
+def aim_of(positions: Array, j: int, row: int, target: float) -> float:
     """Compute the value that a row shall have from state j of axis values, (s, k): axes start from theirs."""
-    return asked + positions[j, row] if row < positions.shape[1] else asked
+    return target + positions[j, row] if row < positions.shape[1] else target
 
 
 @innermost
@@ -431,7 +431,7 @@ def candidates(
     axes, count, least = len(locations.low), 0, np.inf
     there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
     directions, reach = bound_directions(locations, i), reach_of_rows(locations, corridor, i)
-    model, asked = np.empty((axes + len(directions), 6)), asked_of_rows(locations, moves, i)
+    model, targets = np.empty((axes + len(directions), 6)), targets_of_rows(locations, moves, i)
     near = len(corridor.path) > 0
     only_path = near and not corridor.free[i + 1]
     first_move = (ONTO_PATH if only_path else BESIDE_PATH) if near else 0
@@ -449,8 +449,8 @@ def candidates(
                     aim1, aim2 = layer.positions[j, row1], corridor.path[i + 1, cells.spin]
                 else:
                     row1, row2 = int(moves[move, 0, ROW]), int(moves[move, 1, ROW])
-                    aim1 = aim_of(layer.positions, j, row1, asked[move, 0])
-                    aim2 = aim_of(layer.positions, j, row2, asked[move, 1])
+                    aim1 = aim_of(layer.positions, j, row1, targets[move, 0])
+                    aim2 = aim_of(layer.positions, j, row2, targets[move, 1])
                     # Most moves are too far: that is seen before they are solved.
                     if not (
                         abs(model[row1, 0] - aim1) <= reach[row1]
@@ -651,7 +651,7 @@ def solved(
             given[n, 2 + d] = locations.given[i + 1, d]
     there, up, down = np.empty(axes), np.empty(axes), np.empty(axes)
     course, along_it = np.empty((MOST_COURSE_PARTS, 8)), np.empty((MOST_COURSE_PARTS, 3 * (axes + 3)))
-    left, asked = count, asked_of_rows(locations, moves, i)
+    left, targets = count, targets_of_rows(locations, moves, i)
     for _ in range(NEWTON_STEPS):
         play(*problem.first_order, given[:left], values[:left])
         again = 0
@@ -664,8 +664,8 @@ def solved(
                     aim1, aim2 = layer.positions[j, row1], corridor.path[i + 1, cells.spin]
                 else:
                     row1, row2 = int(moves[move, 0, ROW]), int(moves[move, 1, ROW])
-                    aim1 = aim_of(layer.positions, j, row1, asked[move, 0])
-                    aim2 = aim_of(layer.positions, j, row2, asked[move, 1])
+                    aim1 = aim_of(layer.positions, j, row1, targets[move, 0])
+                    aim2 = aim_of(layer.positions, j, row2, targets[move, 1])
                 f, f1, f2 = residual(locations.references, i + 1, row1, aim1, values, n)
                 g, g1, g2 = residual(locations.references, i + 1, row2, aim2, values, n)
                 determinant = f1 * g2 - f2 * g1

@@ -55,7 +55,7 @@ IGES_FACE = re.compile(rb"^ {5}(?:143|144|510).{64}D", re.MULTILINE)
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Request:
     """What is asked of the reader: a key under which the model is kept.
 
     Parameters
@@ -118,63 +118,63 @@ def load_model(
         )
     limit = seconds or SECONDS + SECONDS_PER_MEGABYTE * len(content) / MEGABYTE
     digest = hashlib.sha256(content).digest()
-    return _load(_Asked(file, digest, faces, unit, mesh_tolerance, body or None, limit))
+    return _load(_Request(file, digest, faces, unit, mesh_tolerance, body or None, limit))
 
 
 @lru_cache(maxsize=4)
-def _load(asked: _Asked) -> Model:
+def _load(request: _Request) -> Model:
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "model.npz"
-        _run(asked, output)
+        _run(request, output)
         with np.load(output) as arrays:
             facts = json.loads(str(arrays["facts"]))
-            _require_whole(facts, asked)
+            _require_whole(facts, request)
             found = tuple(
                 Face(kind=KINDS[kind], **{**face, "box": tuple(face["box"])})
                 for face, kind in zip(facts["faces"], arrays["kind"], strict=True)
             )
-            return Model.of(str(asked.file), arrays, found, tuple(map(tuple, facts["meeting"])))
+            return Model.of(str(request.file), arrays, found, tuple(map(tuple, facts["meeting"])))
 
 
-def _run(asked: _Asked, output: Path) -> None:
+def _run(request: _Request, output: Path) -> None:
     """Run the reader to its end, or end it."""
     options = {
-        "tolerance": asked.tolerance,
-        "factor": FACTORS[asked.unit] if asked.unit else 0.0,
-        "body": asked.body or "",
+        "tolerance": request.tolerance,
+        "factor": FACTORS[request.unit] if request.unit else 0.0,
+        "body": request.body or "",
         "memory": MEMORY,
-        "seconds": int(asked.seconds) + 1,
+        "seconds": int(request.seconds) + 1,
     }
     # -P: modules beside the reader don't hide those of the standard library.
-    call = [sys.executable, "-P", str(READER), str(asked.file.resolve()), str(output)]
+    call = [sys.executable, "-P", str(READER), str(request.file.resolve()), str(output)]
     call += [f"--{option}={value}" for option, value in options.items()]
     try:
         done = subprocess.run(
-            call, stdin=subprocess.DEVNULL, capture_output=True, timeout=asked.seconds, check=False
+            call, stdin=subprocess.DEVNULL, capture_output=True, timeout=request.seconds, check=False
         )
     except subprocess.TimeoutExpired:
         raise MeshError(
-            f"isn't read within {asked.seconds:g} s: it is damaged; export it again", file=asked.file
+            f"isn't read within {request.seconds:g} s: it is damaged; export it again", file=request.file
         ) from None
     last = (done.stderr.decode("utf-8", "replace").strip().splitlines() or [""])[-1]
     if done.returncode == 2:
-        raise MeshError(last, file=asked.file)
+        raise MeshError(last, file=request.file)
     if done.returncode == 3 or "bad_alloc" in last or "MemoryError" in last:
         raise MeshError(
             f"takes more than {MEMORY >> 30} GB of memory to read: it is damaged, or too large; export the "
             "part alone, or take a larger mesh_tolerance",
-            file=asked.file,
+            file=request.file,
         )
     if done.returncode:
         raise MeshError(
             f"Open Cascade failed on it ({last or done.returncode}): it is damaged; export it again",
-            file=asked.file,
+            file=request.file,
         )
 
 
-def _require_whole(facts: dict[str, Any], asked: _Asked) -> None:
+def _require_whole(facts: dict[str, Any], request: _Request) -> None:
     """Raise unless the reader found the unit, the body, and all faces of the file."""
-    name, faces, unit, body = asked.file, asked.faces, asked.unit, asked.body
+    name, faces, unit, body = request.file, request.faces, request.unit, request.body
     units = facts["units"]
     if not units and unit is None:
         raise MeshError("states no unit; say which it is (--unit mm, --unit inch)", file=name)

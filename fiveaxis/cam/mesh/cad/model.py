@@ -180,8 +180,8 @@ class Model:
         face's parameters, whose depth is a 64th of the mesh's.
         """
         points = np.ascontiguousarray(points, float)
-        asked = _all(-1 if faces is None else faces, len(points))
-        return self._foot(points, *self._feet(points, asked, 2.0 * self.deviation))
+        wanted = _all(-1 if faces is None else faces, len(points))
+        return self._foot(points, *self._feet(points, wanted, 2.0 * self.deviation))
 
     def onto(self, points: Array, triangles: IntArray) -> Foot:
         """Move points of triangles, (n, 3) mm and (n,), onto the surface of each triangle's own face."""
