@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 import fiveaxis as fx
+from fiveaxis.posture import bound_travel
 
 RADIUS, BELOW, POINTS = 30.0, 25.0, 60  # mm, degrees below the equator, contact points
 CENTRE = (40.0, 0.0, 30.0)  # mm, of the ball, beside the C axis
@@ -36,7 +37,7 @@ def main() -> None:
     for name, share in solution.savings().items():
         print(f"saved against {name}: {share:.1%}")
     # More work gives a higher bound; fx.optimise(…, bound=True) takes a minute for it.
-    bound = fx.posture.bound_travel(solution.toolpath, machine, solution.tilt, work=6e8)
+    bound = bound_travel(solution.toolpath, machine, solution.tilt, work=6e8)
     print(f"travel metric {spent.travel:.0f} J; {bound.in_words(spent.travel)}")
     report = fx.verify(solution.motion, machine, toolpath, tilt=(15, 75))
     print(f"verified: {report.ok}, findings {dict(report.counts)}")

@@ -11,8 +11,7 @@ import trimesh
 
 import fiveaxis as fx
 from fiveaxis.check import Clearances, Fixture, Surroundings
-from fiveaxis.model import Box
-from fiveaxis.model.toolpath.tool import Holder, Section
+from fiveaxis.model import Box, Holder, Section
 
 TILT = (15, 75)  # degrees between tool axis and surface normal
 

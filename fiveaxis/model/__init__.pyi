@@ -46,6 +46,7 @@ from .kinematics.windings import into_limits as into_limits
 from .kinematics.windings import nearest_turn as nearest_turn
 from .kinematics.windings import one_turn_from as one_turn_from
 from .kinematics.windings import outwards as outwards
+from .kinematics.windings import reachable_positions as reachable_positions
 from .kinematics.windings import within_limits as within_limits
 from .machine.answers import KINDS as KINDS
 from .machine.answers import QUESTIONS as QUESTIONS
@@ -69,6 +70,7 @@ from .machine.check import check_machine as check_machine
 from .machine.check import check_text as check_text
 from .machine.code import BED as BED
 from .machine.code import FormShapingCode as FormShapingCode
+from .machine.code import parse_code as parse_code
 from .machine.drafting import DEFAULT_NAME as DEFAULT_NAME
 from .machine.drafting import draft_machine as draft_machine
 from .machine.drives import AffineDrive as AffineDrive
@@ -195,6 +197,8 @@ from .toolpath.steps import per_step as per_step
 from .toolpath.tool import CUTTER as CUTTER
 from .toolpath.tool import HOLDER as HOLDER
 from .toolpath.tool import SHANK as SHANK
+from .toolpath.tool import Holder as Holder
+from .toolpath.tool import Section as Section
 from .toolpath.tool import Tool as Tool
 from .toolpath.tool import parse_tool as parse_tool
 from .toolpath.tool import tools_by_number as tools_by_number

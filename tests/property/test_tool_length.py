@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from fiveaxis.base.findings import Severity
 from fiveaxis.check import Fixture
 from fiveaxis.job import resolve
 from fiveaxis.job.reading import make_job
-from fiveaxis.model import Machine, linear_positions, load_machine, tool_poses
+from fiveaxis.model import Machine, linear_positions, load_machine, save_machine, tool_poses
 from fiveaxis.model.machine.bodies import Box
 from fiveaxis.nc import read_program, read_toolpath
 from fiveaxis.nc.own_header import length_comment
@@ -184,8 +185,16 @@ def test_an_operation_that_is_revised_in_its_lines_is_where_the_machine_has_it(s
     suffix, text = WAYS[way](machine, control_values(machine, wanted), 150.0)
     file = tmp_path / f"part{suffix}"
     file.write_text(text)
+    # Words of axes alone don't tell an ISO control.
+    stated = replace(load_machine(structure), control="fanuc" if suffix == ".nc" else "sinumerik")
+    save_machine(stated, tmp_path / "mill.toml")
     reading = {"zero": {"X": 0.0}, "positions": "table", "rapid": 10_000.0}
-    given: dict[str, Any] = {"machine": structure, "tool": "ball:6", "tool_length": 150.0, "cone": 20.0}
+    given: dict[str, Any] = {
+        "machine": tmp_path / "mill.toml",
+        "tool": "ball:6",
+        "tool_length": 150.0,
+        "cone": 20.0,
+    }
     job = make_job(input=file, program=reading, setup={"offset": offset}, **given)
     placed = resolve(job)
     path = placed.toolpath

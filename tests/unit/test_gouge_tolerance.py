@@ -127,7 +127,7 @@ def test_the_verb_verify_takes_and_names_it(program, floor):
     assert any("(gouge tolerance 0.04 mm)" in sentence for sentence in document["passed"])
     wrong = run(*words, "--gouge-tolerance", "-1")
     assert wrong.exit_code == 2
-    assert "gouge_tolerance is -1 mm" in wrong.stderr
+    assert "gouge_tolerance = -1 mm" in wrong.stderr
 
 
 def test_the_verb_post_takes_it_and_its_report_names_it(program, floor, tmp_path):

@@ -158,6 +158,11 @@ def test_doors_have_what_others_take_and_no_more():
         for other, name in written(path, types=True):
             if other.startswith("fiveaxis.") and house_of(other) != house_of(module):
                 taken[house_of(other)].add(name)
+    for path in [*ROOT.glob("docs/pages/**/*.md"), *ROOT.glob("examples/**/*.py")]:
+        for house, names in re.findall(
+            r"from fiveaxis\.(\w+) import ([\w, ]+)", path.read_text(encoding="utf-8")
+        ):
+            taken[house] |= set(re.findall(r"\w+", names))
     for node in ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ImportFrom):
             taken[str(node.module)] |= {alias.name for alias in node.names}

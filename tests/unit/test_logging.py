@@ -37,7 +37,7 @@ class Kept(logging.Handler):
 
     def of(self, room: str, level: int) -> str:
         """Give a room's messages of one level, a line each."""
-        own = (r for r in self.records if r.name.split(".")[1] == room and r.levelno == level)
+        own = (r for r in self.records if room in r.name.split(".") and r.levelno == level)
         return "\n".join(record.getMessage() for record in own)
 
 
@@ -84,7 +84,7 @@ def told(tmp_path_factory) -> Kept:
         ("collision", "", "holder against part: 5 of 5 locations and the moves to them; 0 overlap, 0 come"),
         ("verification", "5 locations on hayashi-640123: found nothing", "checked: "),
         ("verification", "pairs of bodies along 5 locations: ", "not checked: "),
-        ("energy", "without ", "feed drives: "),
+        ("lab", "without ", "feed drives: "),
     ],
 )
 def test_a_room_says_what_it_did(told, room, gist, detail):
@@ -94,7 +94,7 @@ def test_a_room_says_what_it_did(told, room, gist, detail):
 
 def test_every_room_of_a_job_logs_under_its_own_name(told):
     rooms = {part for record in told.records for part in record.name.split(".")}
-    assert rooms >= {"nc", "collision", "posture", "verification", "energy"}
+    assert rooms >= {"nc", "collision", "posture", "verification", "lab"}
 
 
 def test_the_report_says_how_large_its_page_is(tmp_path, caplog, monkeypatch):
@@ -121,7 +121,7 @@ def test_a_calibration_says_what_it_fits_and_what_it_drops(tmp_path, caplog):
     power = 5.0 + 0.4 * np.abs(speed)
     rows = np.column_stack([time, speed, power])
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t,v,p", comments="")
-    with caplog.at_level(logging.DEBUG, logger="fiveaxis.model.energy"):
+    with caplog.at_level(logging.DEBUG, logger="fiveaxis.lab"):
         columns = {"power": "p", "velocity": "v", "time": "t"}
         units = {"power_unit": "W", "velocity_unit": "mm/s", "time_unit": "s"}
         calibrate_drive(

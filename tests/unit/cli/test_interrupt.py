@@ -32,10 +32,10 @@ main()
 DEAF = """
 import sys, time
 import fiveaxis.job
-def deaf(job, progress, checkpoint):
+def deaf(task, progress, checkpoint):
     print("solving", file=sys.stderr, flush=True)
     time.sleep(600)
-fiveaxis.job.run_job = deaf
+fiveaxis.job.run_task = deaf
 from fiveaxis.cli import main
 main()
 """
@@ -111,15 +111,16 @@ def test_ctrl_c_doesnt_wait_for_a_step_that_hears_nothing(tmp_path):
 @pytest.mark.parametrize(
     ("work", "words"),
     [
-        ("fiveaxis.job:program_energy", "energy part.ngc --machine hayashi-640123"),
+        ("fiveaxis.job:price_program", "energy part.ngc --machine hayashi-640123"),
         (
-            "fiveaxis.lab.calibration.calibration:calibrate_drive",
+            "fiveaxis.lab:calibrate_drive",
             "calibrate log.csv --axis X --model affine --power p --power-unit W",
         ),
-        ("fiveaxis.check.verification:check_program", "verify part.ngc --machine hayashi-640123"),
+        ("fiveaxis.check:check_program", "verify part.ngc --machine hayashi-640123"),
     ],
 )
 def test_other_verbs_work_in_the_thread_too_and_dont_wait_for_it(tmp_path, work, words):
+    (tmp_path / "part.ngc").write_text("G21 G90 G94 F100\nG1 X1\nM2\n")
     with subprocess.Popen(
         [sys.executable, "-c", DEAF_VERB, work, *words.split()],
         stdout=subprocess.PIPE,

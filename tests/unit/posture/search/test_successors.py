@@ -15,7 +15,7 @@ from support.sampled_surfaces import SHAPES, cone, sampled, turned
 
 import fiveaxis as fx
 from fiveaxis.cam import plan_contour
-from fiveaxis.model import BlockCosts, Toolpath, block_costs, feed_times, standing_speeds, tool_axes
+from fiveaxis.model import BlockCosts, Limits, Toolpath, block_costs, feed_times, standing_speeds, tool_axes
 from fiveaxis.posture.problem import ALLOWED, Problem
 from fiveaxis.posture.search import successors
 from fiveaxis.posture.search.successors import Resolution, path_anywhere
@@ -154,9 +154,7 @@ def test_a_search_says_how_far_it_came(hayashi):
     path = sampled(SHAPES["wave"], 40, rings=1)
     machine = replace(
         hayashi,
-        axes=tuple(
-            a if a.is_rotary else replace(a, limits=fx.machine.Limits(-1.0, 1.0)) for a in hayashi.axes
-        ),
+        axes=tuple(a if a.is_rotary else replace(a, limits=Limits(-1.0, 1.0)) for a in hayashi.axes),
     )
     problem, costs = problem_of(path, machine)
     found = successors.cheapest_path(problem, costs, ANYWHERE)

@@ -10,6 +10,7 @@ from support.travel_optimiser import find_front, optimise
 from fiveaxis import posture
 from fiveaxis.base.errors import SettingError
 from fiveaxis.model import Constraints, Limits, Tool, Toolpath, refined, within_limits
+from fiveaxis.posture.problem import Problem
 from fiveaxis.posture.strategy.front import FrontPoint, undominated
 
 
@@ -103,7 +104,7 @@ def test_bends_cost_the_same_however_finely_their_moves_are_divided(hayashi):
     for parts in (1, 7):
         row = np.arange(11 * parts + 1) / parts
         finer = refined(path, row)
-        built = posture.Problem.build(finer, hayashi, bounds.lean_bounds(finer), bend_price=50.0)
+        built = Problem.build(finer, hayashi, bounds.lean_bounds(finer), bend_price=50.0)
         turns = np.diff(np.stack([np.interp(row, np.arange(12), a) for a in rotary.T], axis=1), axis=0)
         costs.append((built.bend_price[:, None] * turns**2).sum())
     assert costs[1] == pytest.approx(costs[0])
