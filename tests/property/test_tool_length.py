@@ -190,7 +190,7 @@ def test_an_operation_that_is_revised_in_its_lines_is_where_the_machine_has_it(s
     save_machine(stated, tmp_path / "mill.toml")
     reading = {"zero": {"X": 0.0}, "positions": "table", "rapid": 10_000.0}
     given: dict[str, Any] = {
-        "machine": tmp_path / "mill.toml",
+        "machine": str(tmp_path / "mill.toml"),
         "tool": "ball:6",
         "tool_length": 150.0,
         "cone": 20.0,

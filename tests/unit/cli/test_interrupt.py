@@ -120,7 +120,7 @@ def test_ctrl_c_doesnt_wait_for_a_step_that_hears_nothing(tmp_path):
     ],
 )
 def test_other_verbs_work_in_the_thread_too_and_dont_wait_for_it(tmp_path, work, words):
-    (tmp_path / "part.ngc").write_text("G21 G90 G94 F100\nG1 X1\nM2\n")
+    (tmp_path / "part.ngc").write_text("G21 G90 G94 F100\nG0 X0 Y0 Z0 A0 C0\nG1 X1\nM2\n")
     with subprocess.Popen(
         [sys.executable, "-c", DEAF_VERB, work, *words.split()],
         stdout=subprocess.PIPE,
