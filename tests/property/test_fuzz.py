@@ -7,7 +7,7 @@ from fuzzing.readers import Reader, readers
 from fuzzing.trial import try_reader
 
 # `tests/benchmarks/fuzz.py` gives each a hundred thousand.
-COUNT = 60
+COUNT = 40
 
 
 # A process of Open Cascade reads each STEP file.
