@@ -75,14 +75,14 @@ def test_two_searches_give_the_same_document(ring):
 
 
 def test_setups_without_a_path_are_skipped_and_listed(ring, monkeypatch):
-    whole = setup_search.optimise
+    whole = setup_search.optimise_postures
 
     def fenced(path, machine, constraints, options):
         if machine.setup.offset[0] < 20.0:
             raise Infeasible("out of reach", [])
         return whole(path, machine, constraints, options)
 
-    monkeypatch.setattr(setup_search, "optimise", fenced)
+    monkeypatch.setattr(setup_search, "optimise_postures", fenced)
     found = run_job(make(ring, (25.0, 0.0, 0.0), x=(-30.0, 30.0), tries=6)).document["setup_search"]
     refused = [tried for tried in found["tried"] if tried["rough"] is None]
     assert refused
