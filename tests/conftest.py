@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
@@ -30,14 +31,16 @@ settings.load_profile("push")
 
 SHARED = Path(__file__).parents[2] / "shared"
 # s of processor time, of a test with its processes, where all loops are compiled: a longer one is `slow`.
-BOUND = 2.0
+# Those that were measured so are listed; FIVEAXIS_WRITE_SLOW=1 adds what a run finds.
+BOUND, MEASURED = 1.0, Path(__file__).with_name("slow.txt")
 # What is run first, and compiles most loops; and rooms of `unit` that compile hardly anything.
 COMPILING = "test_program_truth.py"
 UNCOMPILED = {"kinematics", "machine", "nc", "toolpath"}
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let one of two processes compile while the other runs what needs no loops; mark what needs real inputs.
+    """Let one of two processes compile while the other runs what needs no loops; mark `slow` and `shared`.
 
     In a fresh checkout both would compile the optimiser's loops at the same time. Processes take whole files
     (`--dist loadfile`), so a file's fixtures are made once.
@@ -47,9 +50,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return 0 if item.path.name == COMPILING else 1 if UNCOMPILED & set(item.path.parts) else 2
 
     items.sort(key=turn)
+    measured = set(MEASURED.read_text(encoding="utf-8").splitlines())
     for item in items:
+        if short(item.nodeid) in measured:
+            item.add_marker("slow")
         if "data" in getattr(item, "fixturenames", ()):
             item.add_marker("shared")
+
+
+def short(nodeid: str) -> str:
+    """Name a test by its file and itself: folders may change."""
+    return re.sub(r"^[^\[]*/", "", nodeid)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -73,6 +84,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.section(f"over {BOUND:g} s, but not slow (or compiling for the first time)")
         for seconds, name in long:
             terminalreporter.write_line(f"{seconds:6.1f} s  {name}")
+    if os.environ.get("FIVEAXIS_WRITE_SLOW"):
+        names = {*MEASURED.read_text(encoding="utf-8").splitlines(), *(short(name) for _, name in long)}
+        MEASURED.write_text("".join(f"{name}\n" for name in sorted(names)), encoding="utf-8")
 
 
 @pytest.fixture(scope="session")

@@ -49,111 +49,111 @@ class Mutant:
     compiled: bool = False
 
 
-KINEMATICS = ("unit/kinematics", "property/test_kinematics.py")
-MOTION = ("unit/motion",)
-ENERGY = ("unit/energy",)
-COLLISION = ("unit/collision",)
-VERIFICATION = ("unit/verification",)
+KINEMATICS = ("unit/model/kinematics", "property/test_kinematics.py")
+MOTION = ("unit/model/motion",)
+ENERGY = ("unit/model/energy",)
+COLLISION = ("unit/check/collision",)
+VERIFICATION = ("unit/check/verification",)
 READING = ("unit/nc",)
 WRITING = ("unit/nc", "golden")
-CONTOUR = ("unit/contour",)
-STOCK = ("unit/stock",)
-PATHS = ("unit/toolpath",)
+CONTOUR = ("unit/cam/contour",)
+STOCK = ("unit/check/stock",)
+PATHS = ("unit/model/toolpath",)
 
 MUTANTS = (
     Mutant(
-        "kinematics/inverse.py",
+        "model/kinematics/inverse.py",
         "both branches on one side",
         "np.stack([middle + spread, middle - spread])",
         "np.stack([middle + spread, middle + spread])",
         KINEMATICS,
     ),
     Mutant(
-        "kinematics/windings.py",
+        "model/kinematics/windings.py",
         "a turn too many within the limits",
         "most = np.floor((high + ON_LIMIT - angle) / TURN)\n    turns",
         "most = np.ceil((high + ON_LIMIT - angle) / TURN)\n    turns",
         KINEMATICS,
     ),
     Mutant(
-        "kinematics/singularity.py",
+        "model/kinematics/singularity.py",
         "largest lean from the nearer limit",
         "math.pi if through_opposite else max(first, last)",
         "math.pi if through_opposite else min(first, last)",
         KINEMATICS,
     ),
     Mutant(
-        "motion/run_time.py",
+        "model/motion/run_time.py",
         "first row is no block of its own",
         "ends[0] = True",
         "ends[0] = False",
         MOTION,
     ),
     Mutant(
-        "motion/timing.py",
+        "model/motion/timing.py",
         "rapid feed of a rotary axis in rad",
         "np.radians(feed)[:, None], feed[:, None])\n    known",
         "feed[:, None], feed[:, None])\n    known",
         MOTION,
     ),
     Mutant(
-        "motion/timing.py",
+        "model/motion/timing.py",
         "axes faster than they can",
         "times = np.maximum(times, axis_times(machine, moves))",
         "times = np.minimum(times, axis_times(machine, moves))",
         MOTION,
     ),
     Mutant(
-        "motion/limiting.py",
+        "model/motion/limiting.py",
         "corners ahead taken for corners back",
         "(along[1:] * along[:-1]).sum(axis=1) < 0.0",
         "(along[1:] * along[:-1]).sum(axis=1) > 0.0",
         MOTION,
     ),
     Mutant(
-        "toolpath/steps.py",
+        "model/toolpath/steps.py",
         "mean slope of several blocks by one block more",
         "total / spans[:, None] ** spread",
         "total / (spans[:, None] + 1) ** spread",
-        ("unit/energy", "unit/posture/test_terms.py", "unit/posture/search"),
+        ("unit/model/energy", "unit/posture/test_terms.py", "unit/posture/search"),
     ),
     Mutant(
-        "toolpath/steps.py",
+        "model/toolpath/steps.py",
         "way back priced as the way there",
         'there[::-1] if given["axis"] else there',
         "there",
-        ("unit/energy", "unit/posture/test_terms.py", "unit/posture/search"),
+        ("unit/model/energy", "unit/posture/test_terms.py", "unit/posture/search"),
     ),
     Mutant(
-        "energy/drilling.py",
+        "lab/cutting/drilling.py",
         "thrust gives power back",
         "(torque * spindle + thrust * speed) / WATT",
         "(torque * spindle - thrust * speed) / WATT",
-        ENERGY,
+        ("unit/lab/cutting",),
     ),
     Mutant(
-        "energy/totals.py",
+        "model/energy/totals.py",
         "torque at the start of each part, not its middle",
         "rest = 1.0 - begin - 0.5 / parts[row]",
         "rest = 1.0 - begin - 1.0 / parts[row]",
         ENERGY,
     ),
     Mutant(
-        "collision/scene.py",
+        "check/collision/scene.py",
         "shank too lenient by a radius",
         "min(low + radius, high)",
         "min(low + 2.0 * radius, high)",
-        (*COLLISION, "unit/verification/test_collisions.py"),
+        (*COLLISION, "unit/check/verification/test_collisions.py"),
     ),
     Mutant(
-        "collision/travel.py",
+        "check/collision/travel.py",
         "bound on the second derivative misses half the cross term",
         "(step * distance + 2.0 * moved)",
         "(step * distance + 1.0 * moved)",
-        (*COLLISION, "unit/verification/test_collisions.py"),
+        (*COLLISION, "unit/check/verification/test_collisions.py"),
     ),
     Mutant(
-        "collision/shrinking.py",
+        "check/collision/shrinking.py",
         "a ball takes away at its end only",
         "a, b = pivot[row - 1], pivot[row]",
         "a, b = pivot[row], pivot[row]",
@@ -161,35 +161,35 @@ MUTANTS = (
         compiled=True,
     ),
     Mutant(
-        "verification/checks.py",
+        "check/verification/checks.py",
         "lean at locations held to the bound between them",
         "np.where(between, context.tolerances.lean_between, context.tolerances.lean)",
         "np.where(between, context.tolerances.lean, context.tolerances.lean_between)",
         VERIFICATION,
     ),
     Mutant(
-        "verification/feeds.py",
+        "check/verification/feeds.py",
         "F of a turn counts rad",
         "turn = np.degrees(moves.max(axis=1, initial=0.0))",
         "turn = moves.max(axis=1, initial=0.0)",
         VERIFICATION,
     ),
     Mutant(
-        "verification/gouging.py",
+        "check/verification/gouging.py",
         "bound on the second derivative without the cross term",
         "(step * arm + 2.0 * moved)",
         "(step * arm)",
         VERIFICATION,
     ),
     Mutant(
-        "verification/standing.py",
+        "check/verification/standing.py",
         "lowest point of a circle above its centre",
         "(centres - tilted[:, None] * circles[:, 3])",
         "(centres + tilted[:, None] * circles[:, 3])",
         (*VERIFICATION, "unit/job/test_over_the_table.py"),
     ),
     Mutant(
-        "verification/turns.py",
+        "check/verification/turns.py",
         "a link between cuts of one line counts as a cut",
         "(line[1:] != line[:-1]) | (cutting[1:] != cutting[:-1])",
         "(line[1:] != line[:-1])",
@@ -308,21 +308,21 @@ MUTANTS = (
         ("unit/job/test_setup_choice.py", "unit/job/test_placement.py"),
     ),
     Mutant(
-        "contour/ordering.py",
+        "cam/contour/ordering.py",
         "an open pass begins at its farther end",
         "return found.reversed() if end < start else found",
         "return found.reversed() if end > start else found",
         CONTOUR,
     ),
     Mutant(
-        "contour/leaning.py",
+        "cam/contour/leaning.py",
         "shares across from the wrong end of lead",
         "np.maximum(sideways[0], square - ahead[1])",
         "np.maximum(sideways[0], square - ahead[0])",
         CONTOUR,
     ),
     Mutant(
-        "stock/rays.py",
+        "check/stock/rays.py",
         "a tile ends with the last begin of its material",
         "max(high, ends[ray, 2 * count[ray] - 1])",
         "max(high, ends[ray, 2 * count[ray] - 2])",
@@ -330,14 +330,14 @@ MUTANTS = (
         compiled=True,
     ),
     Mutant(
-        "toolpath/cutter.py",
+        "model/toolpath/cutter.py",
         "pivot of a tip on the other side of the axis",
         "+ self.height * axis - self.offset * across(normal, axis)",
         "+ self.height * axis + self.offset * across(normal, axis)",
         PATHS,
     ),
     Mutant(
-        "toolpath/edge.py",
+        "model/toolpath/edge.py",
         "half of each cut to the location before the wrong one",
         "np.append(half[1:], 0.0), 0.0)",
         "np.append(0.0, half[:-1]), 0.0)",

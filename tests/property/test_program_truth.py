@@ -73,11 +73,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 # A third of a minute each, with all searches, or longer.
-SLOW = {"inches", "fan", "three tools"}
+SLOW = {"inches", "fan", "three tools", "haas", "linuxcnc"}
 
 
 # Shop programs that are revised without a trade, too, at each push.
-TWICE = {"fanuc", "heidenhain"}
+TWICE = {"fanuc"}
 
 
 def marked(slow: set[str]) -> list[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from opening import command, count_opened
+from support.opened_files import command, count_opened
 
 from fiveaxis.model import load_machine, machine_text
 

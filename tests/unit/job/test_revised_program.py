@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -347,3 +348,23 @@ def test_a_way_beyond_the_travel_is_found_from_any_zero(tmp_path):
     report = fx.verify_program(file, machine, operation=1, rapid=1e4)
     [found] = [f for f in report.findings if f.code == "axis-limit"]
     assert found.message.startswith("X goes over 500.5 mm, beyond its travel of 500 mm")
+
+
+@pytest.mark.parametrize(
+    ("after", "trades", "is_worth"),
+    [
+        ({"total": 990.0}, (), True),
+        ({"total": 996.0}, (), False),
+        ({"total": 990.0, "time": 100.9}, (), True),
+        ({"total": 990.0, "time": 101.1}, ("slower",), False),
+        ({"total": 990.0, "starts": 11, "reversals": 11}, (), True),
+        ({"total": 990.0, "time": 102.0, "starts": 12, "reversals": 11}, ("slower", "rougher"), False),
+    ],
+)
+def test_a_text_is_worth_it_that_saves_enough_and_is_no_trade(after, trades, is_worth):
+    """Half a percent less, at most one percent longer, at most a tenth more starts and reversals."""
+    before = {"total": 1000.0, "time": 100.0, "starts": 10, "reversals": 10}
+    compared = Comparison(SimpleNamespace(**before), SimpleNamespace(**(before | after)), "energy")
+    assert compared.trades == trades
+    assert compared.is_worth() is is_worth
+    assert compared.is_worth(trades) is (after["total"] < 995.0)

@@ -13,7 +13,7 @@ from fiveaxis.model import Machine, link_poses
 
 TOLERANCE = 0.05
 SAMPLES = 60
-TORUS = trimesh.creation.torus(major_radius=25.0, minor_radius=6.0, major_sections=24, minor_sections=12)
+TORUS = trimesh.creation.torus(major_radius=25.0, minor_radius=6.0, major_sections=16, minor_sections=8)
 OBSTACLES = {
     "box": box_piece(np.array([20.0, 5.0, 30.0]), translation((25.0, 0.0, 10.0))),
     "torus": mesh_piece(TORUS.vertices, TORUS.faces, np.eye(4), closed=True),

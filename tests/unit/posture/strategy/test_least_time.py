@@ -51,7 +51,12 @@ def machine(hayashi) -> Machine:
 
 
 @pytest.fixture(
-    scope="module", params=["within 5 um", pytest.param("LinuxCNC", marks=pytest.mark.slow), "LinuxCNC, tip"]
+    scope="module",
+    params=[
+        "within 5 um",
+        pytest.param("LinuxCNC", marks=pytest.mark.slow),
+        pytest.param("LinuxCNC, tip", marks=pytest.mark.slow),
+    ],
 )
 def solution(request, machine):
     told = {
