@@ -41,10 +41,13 @@ TEMPORARY = ".fiveaxis-"
 # Windows refuses to replace or remove a file that another program has open: an antivirus for a moment, a
 # spreadsheet until it is closed. Its error codes; how often it is tried again, and the s in between.
 HELD, MOST_TRIES, PAUSE = (5, 32, 33), 40, 0.05
-# Path, size, time of the last change (ns) and inode: while they stay, a file is what it was. The clocks of
-# file systems are coarse, so this doesn't hold for one that was changed within so many ns.
-State = tuple[str, int, int, int]
-SETTLED = 100_000_000
+# Path, size, inode, and the times (ns) of the last change of the content, which a copy may set to that of its
+# original, and of anything of the file: while they stay, a file is what it was. The clocks of file systems
+# are coarse, so this doesn't hold for one that was changed within so many ns; those of memory cards and old
+# network drives count whole seconds, or every second one.
+State = tuple[str, int, int, int, int]
+SECOND = 1_000_000_000
+SETTLED, SETTLED_IN_SECONDS = SECOND // 10, 2 * SECOND + SECOND // 10
 # Hashes of the files that were read.
 _HASHES: dict[State, str] = {}
 # A spreadsheet takes text that begins so for a formula; in wide form too, where East Asian text is typed.
@@ -175,11 +178,12 @@ def kept_by_file(most: int) -> Callable[[F], F]:
 
 
 def _state(path: str | Path, found: os.stat_result) -> State:
-    return os.path.realpath(path), found.st_size, found.st_mtime_ns, found.st_ino
+    return os.path.realpath(path), found.st_size, found.st_ino, found.st_mtime_ns, found.st_ctime_ns
 
 
 def _is_settled(state: State) -> bool:
-    return time.time_ns() - state[2] > SETTLED
+    changed = state[3]
+    return time.time_ns() - changed > (SETTLED if changed % SECOND else SETTLED_IN_SECONDS)
 
 
 def _require_size(path: str | Path, size: int, most: int, error: type[InputError]) -> None:

@@ -211,6 +211,30 @@ def test_a_file_is_read_once_as_long_as_it_stays_as_it_is(tmp_path):
     assert read(file, suffix="!") == "b!"
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="its files have no time of their own change")
+def test_a_copy_with_size_and_time_of_what_it_replaces_is_read_again(tmp_path):
+    """As ``cp -p`` and archives leave it."""
+    file = tmp_path / "part.stl"
+    read = kept_by_file(2)(Path.read_text)
+    for content in ("a", "b"):
+        file.write_text(content, encoding="utf-8")
+        os.utime(file, (1, 1))
+        assert read(file) == content
+        assert hash_input(file, InputError) == hashlib.sha256(content.encode()).hexdigest()
+        time.sleep(0.05)
+
+
+def test_where_the_clock_counts_seconds_a_file_is_kept_later(tmp_path):
+    file, opened = tmp_path / "mill.toml", []
+    read = kept_by_file(2)(opened.append)
+    file.write_text("a", encoding="utf-8")
+    second = time.time_ns() // 10**9 - 1
+    os.utime(file, ns=(second * 10**9, second * 10**9))
+    read(file)
+    read(file)
+    assert len(opened) == 2
+
+
 def test_a_file_that_was_written_just_now_is_read_each_time(tmp_path):
     """The clock of a file system may be too coarse to tell two changes apart."""
     file, opened = tmp_path / "mill.toml", []
