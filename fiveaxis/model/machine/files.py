@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from fiveaxis.base import (
@@ -47,7 +48,8 @@ def load_machine(name: str | Path, assume: Mapping[str, str] | None = None) -> M
         An assumption about something else than a figure, or in another form.
     """
     path = find_machine(name)
-    machine = READERS[path.suffix.lower()](path)
+    # What is kept of a file is shared: a caller who changes arrays of the machine changes his own.
+    machine = replace(READERS[path.suffix.lower()](path))
     return assuming(machine, assume) if assume else machine
 
 

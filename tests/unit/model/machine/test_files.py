@@ -121,3 +121,10 @@ def test_borrowed_powers_are_marked_as_assumed(trunnion, hayashi):
     entry = next(p for p in borrowed.provenance if p.figure == "Z drive")
     assert entry.assumed
     assert "hayashi-640123" in entry.origin
+
+
+def test_a_machine_whose_arrays_are_changed_is_loaded_as_its_file_has_it():
+    changed = load_machine("hayashi-640123")
+    low = changed.low.copy()
+    changed.low[:] = 0.0
+    np.testing.assert_array_equal(load_machine("hayashi-640123").low, low)
