@@ -11,7 +11,17 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from fiveaxis.base import Reading, SettingError, Severity, Unit, group_findings, options_of, require_suffix
+from fiveaxis.base import (
+    CAD_SUFFIXES,
+    Reading,
+    SettingError,
+    Severity,
+    Unit,
+    group_findings,
+    options_of,
+    require_file,
+    require_suffix,
+)
 from fiveaxis.cli.options import AsJson, takes
 from fiveaxis.cli.process import write_results
 from fiveaxis.cli.terminal import err, errors_explained, out, print_causes, print_json, print_written
@@ -28,6 +38,8 @@ MachineFileName = Annotated[
     typer.Argument(help="name (`fiveaxis machines`) or file: .toml, .ini, .urdf, .mch", metavar="MACHINE"),
 ]
 
+
+MACHINE_SUFFIXES = (".toml", ".ini", ".urdf", ".mch")
 
 NO_MACHINE = """\
 No machine is given: where cuts by axis words are while rotary axes turn (?), limits, axis speeds, energy,
@@ -98,8 +110,6 @@ def info(
     **_: Any,
 ) -> None:
     """Show a machine (chain, limits, powers, figures' sources), a program's operations, or a part's faces."""
-    from fiveaxis.base import CAD_SUFFIXES
-
     with errors_explained(as_json):
         reading = reading_of(context.params)
         if machine is not None and code is None and Path(machine).suffix.lower() in CAD_SUFFIXES:
@@ -113,6 +123,8 @@ def info(
             raise SettingError("--tool and --body are for CAD files, and none is named; leave them out")
         if (machine is None) == (code is None):
             raise SettingError("give either a machine (`fiveaxis machines` lists the names) or --code")
+        if machine is not None:
+            _require_readable(Path(machine))
         with shown_work(err, hidden=as_json):
             from fiveaxis.model import Machine, load_machine
             from fiveaxis.show import describe_machine
@@ -126,7 +138,17 @@ def _is_program(path: Path) -> bool:
     """Check whether a file is a program or CL file: no machine has its suffix or content."""
     from fiveaxis.nc import holds_path
 
-    return path.suffix.lower() not in (".toml", ".ini", ".urdf", ".mch", ".xml") and holds_path(path)
+    return path.suffix.lower() not in (*MACHINE_SUFFIXES, ".xml") and holds_path(path)
+
+
+def _require_readable(path: Path) -> None:
+    """Raise `SettingError` for a file that is missing, or neither a machine nor what else is shown."""
+    if path.suffix and path.suffix.lower() not in MACHINE_SUFFIXES:
+        require_file(path, SettingError)
+        raise SettingError(
+            f"is no program, CAD file ({', '.join(CAD_SUFFIXES)}) or machine ({', '.join(MACHINE_SUFFIXES)})",
+            file=path,
+        )
 
 
 def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_json: bool) -> None:

@@ -437,6 +437,15 @@ def test_machines_and_info_answer_in_words_and_in_json():
     assert all(figure["source"] for figure in shown["figures"])
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("nosuch.nc", "no such file"), ("part.stl", "is no program, CAD file (.step, .stp, .iges, .igs) or")],
+)
+def test_info_of_what_it_cant_show_says_what_is_wrong_with_the_file(name, said, tmp_path):
+    (tmp_path / "part.stl").write_text("solid", encoding="utf-8")
+    assert f"{name}: {said}" in refused(run("info", tmp_path / name))
+
+
 def test_info_names_the_nearest_machine():
     assert "did you mean linuxcnc-xyzac-trt" in refused(run("info", "linuxcnc-xyzac"))
 
