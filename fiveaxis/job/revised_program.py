@@ -12,6 +12,7 @@ from fiveaxis.base import (
     AlreadyBetter,
     Bounds,
     FiveAxisError,
+    Infeasible,
     JobError,
     Meshes,
     Progress,
@@ -228,6 +229,8 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
     ------
     JobError
         No operation can be revised, with the reason of each.
+    Infeasible
+        Likewise, and every one that was tried has locations without a posture.
     FiveAxisError
         Operations that can't be put into one text.
     """
@@ -251,7 +254,7 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
     if first is not None:
         job = job.model_copy(update={"setup": resolve(_of(job, first, tool=tool_of[first])).job.setup})
     machine = load_job_machine(job)
-    parts = []
+    parts, faults = [], list[FiveAxisError]()
     for operation in operations:
         number, better, outcome = operation.number, None, None
         why = reasons[number]
@@ -265,12 +268,17 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
                 if len(operations) == 1:
                     raise
                 why = str(fault)
+                faults.append(fault)
         priced = None if outcome is not None else _price(source, machine, job, number)
         parts.append(Part(operation, outcome, why, priced, better))
     made = RevisedProgram(source, tuple(parts))
     if not made.outcomes and not any(part.better for part in parts):
         chosen = [p for p in parts if p.why != NOT_CHOSEN]
         each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in chosen)
+        without = [fault for fault in faults if isinstance(fault, Infeasible)]
+        if without and len(without) == len(faults):
+            findings = [finding for fault in without for finding in fault.findings]
+            raise Infeasible(f"{job.input}: no operation can be revised:{each}", findings)
         raise JobError(f"no operation can be revised:{each}", file=job.input)
     _require_together(job, made)
     return made

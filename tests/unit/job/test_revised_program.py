@@ -13,7 +13,7 @@ from support.shop_programs import SHOPS, Shop, wall
 from typer.testing import CliRunner
 
 import fiveaxis as fx
-from fiveaxis.base.errors import JobError, ToolpathError
+from fiveaxis.base.errors import Infeasible, JobError, ToolpathError
 from fiveaxis.cli.commands import app
 from fiveaxis.job import make_job, revise_operations, takes_operations, write_revised
 from fiveaxis.job.program_choice import Comparison
@@ -98,6 +98,17 @@ def test_where_nothing_can_be_revised_the_error_says_why_of_each(tmp_path):
     assert "2: lines 15-18, drilling" in told
     assert "drilling work is never leaned" in told
     assert "name it (--tool 3=ball:10)" in told
+
+
+def test_where_the_bounds_admit_no_posture_in_any_operation_the_locations_are_listed(tmp_path):
+    file = shop_file(tmp_path, "fanuc")
+    job = make_job(input=file, tool="3=ball:6", **QUICK, hold={"C": 140.0})
+    with pytest.raises(
+        Infeasible, match=r"no operation can be revised:\n(.*\n)*  3: .*no admissible"
+    ) as told:
+        revise_operations(job)
+    assert told.value.exit_code == 3
+    assert {finding.code for finding in told.value.findings} == {"no-posture"}
 
 
 def test_a_tool_that_no_operation_has_is_refused(tmp_path):
