@@ -197,6 +197,16 @@ def tilt_of(lead: Range | None, lean: Range | None) -> Range:
     return _combined_tilt(least), _combined_tilt(most)
 
 
+def require_common_tilt(tilt: Range, lead: Range | None, lean: Range | None) -> None:
+    """Check that a range of the tilt, deg, meets what lead and lean, rad, give; `SettingError` else."""
+    low, high = (math.degrees(end) for end in tilt_of(lead, lean))
+    if high <= tilt[0] or low >= tilt[1]:
+        raise SettingError(
+            f"tilt range {tilt[0]:g}…{tilt[1]:g} deg is never met: lead and lean lean the tool by "
+            f"{low:.4g}…{high:.4g} deg; change one of the ranges"
+        )
+
+
 def lead_lean_bounds(toolpath: Toolpath, lead: Range | None, lean: Range | None) -> tuple[TiltBounds, ...]:
     """Return ranges of lead and lean as bounds, two for each range.
 

@@ -14,6 +14,7 @@ from fiveaxis.model.toolpath.bounds import (
     TiltBounds,
     cutting_speed_bounds,
     lead_lean_bounds,
+    require_common_tilt,
     require_lead_lean,
     tilt_of,
 )
@@ -74,8 +75,8 @@ class Constraints:
         ------
         SettingError
             Both `tilt` and `cone`; a range that is empty, reversed or outside 0…180° (lead and lean:
-            −90…90°); a zero plane vector; a bound on turns that isn't positive; a singular rate without its
-            cone, a least cutting speed without the spindle's.
+            −90…90°); a tilt that no lead and lean give; a zero plane vector; a bound on turns that isn't
+            positive; a singular rate without its cone, a least cutting speed without the spindle's.
         """
         if bounds.tilt is not None and bounds.cone is not None:
             raise SettingError(EITHER)
@@ -84,6 +85,8 @@ class Constraints:
         for name, ends in (("lead", bounds.lead), ("lean", bounds.lean)):
             if ends is not None:
                 require_lead_lean(name, *ends)
+        if bounds.tilt is not None:
+            require_common_tilt(bounds.tilt, _radians_of(bounds.lead), _radians_of(bounds.lean))
         across = None if bounds.plane is None else np.asarray(bounds.plane, dtype=float)
         if across is not None and (
             across.shape != (3,) or not np.linalg.norm(across, axis=-1) > SHORTEST_DIRECTION

@@ -130,7 +130,7 @@ class _Tried:
             axis = _leaning(tilt.reference[row], angles[:, None, None], turns[:, None]).reshape(-1, 3)
             if tilt.beside:
                 some = axis[::DRAWN_STRIDE]
-                axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)))])
+                axis = np.concatenate([axis, *_drawn(some, tilt.at(np.full(len(some), row)), far=far)])
             found = postures(machine, toolpath.at(np.full(len(axis), row)), axis)
             axis = np.tile(axis, (len(found.positions), 1))
             positions = found.positions.reshape(-1, found.positions.shape[-1])
@@ -198,9 +198,10 @@ def _angles(tilt: TiltBounds, least: float, most: float) -> Array:
     return np.concatenate([inside, above, below, [a for a in (least, most) if least < most]])
 
 
-def _drawn(axis: Array, bounds: TiltBounds) -> Iterator[Array]:
-    """Draw sampled axes into all bounds, and into all but one, as narrow sets fall between samples."""
-    for kept in (bounds.all, *([b for b in bounds.all if b is not left] for left in bounds.all)):
+def _drawn(axis: Array, bounds: TiltBounds, *, far: bool) -> Iterator[Array]:
+    """Draw sampled axes into all bounds, if `far` also into all but one: narrow sets fall between samples."""
+    fewer = [[b for b in bounds.all if b is not left] for left in bounds.all] if far else []
+    for kept in (bounds.all, *fewer):
         first, *others = (replace(b, beside=()) for b in kept)
         for inset in INSETS:
             yield replace(first, beside=tuple(others)).draw_in(axis, inset)

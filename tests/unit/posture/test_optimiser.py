@@ -157,6 +157,10 @@ def test_impossible_input_is_refused(hayashi, trunnion):
     path = ring()
     with pytest.raises(SettingError, match=r"75…15 deg is empty, reversed"):
         optimise(path, hayashi, tilt=(75, 15))
+    with pytest.raises(SettingError, match=r"tilt range 15…75 deg is never met: .* by 85\.06…89 deg"):
+        optimise(path, hayashi, tilt=(15, 75), lead=(60, 70), lean=(85, 89))
+    with pytest.raises(SettingError, match=r"tilt range 30…60 deg is never met: .* by 0…20.08 deg"):
+        optimise(path, hayashi, tilt=(30, 60), lead=(-2, 2), lean=(0, 20))
     with pytest.raises(SettingError, match="give either tilt"):
         optimise(path, hayashi)
     with pytest.raises(ToolpathError, match="no programmed tool axes"):
