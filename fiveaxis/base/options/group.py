@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import inspect
 import math
 import operator
@@ -217,16 +218,22 @@ def keywords_of(record: Callable[P, R]) -> Spread[P, R]:
 
     def spread(function: Any) -> Any:
         *own, last = inspect.signature(function).parameters.values()
+        keywords = inspect.signature(record).parameters.values()
+        known = [each.name for each in (*own, *keywords)]
 
         @wraps(function)
         def call(*args: Any, **given: Any) -> Any:
+            wrong = next((name for name in given if name not in known), None)
+            if wrong is not None:
+                near = difflib.get_close_matches(wrong, known, n=1)
+                hint = f"; did you mean {near[0]!r}?" if near else ""
+                raise TypeError(f"{function.__name__}() got an unexpected keyword argument {wrong!r}{hint}")
             named = {each.name: given.pop(each.name) for each in own if each.name in given}
             return function(*args, **named, **{last.name: group(**given)})
 
         before, raises, after = inspect.cleandoc(function.__doc__ or "").partition("\n\nRaises\n")
         call.__doc__ = f"{before}\n\n{section}{raises}{after}"
         kinds = {name: kind for name, (kind, _) in options_of(group).items()}
-        keywords = inspect.signature(record).parameters.values()
         spelled = [each.replace(annotation=kinds.get(each.name, each.annotation)) for each in keywords]
         call.__signature__ = inspect.signature(function).replace(parameters=[*own, *spelled])  # type: ignore[attr-defined]
         return call

@@ -70,7 +70,9 @@ def test_a_group_takes_the_fields_of_records_and_the_last_one_wins():
 def test_keywords_become_the_record_and_positions_may_be_named():
     assert cut("a", tilt=(1.0, 2.0), feed=2.0) == ("a", Cutting(tilt=(1.0, 2.0), feed=2.0))
     assert cut(path="a") == ("a", Cutting())
-    with pytest.raises(TypeError, match="unexpected keyword argument 'tlit'"):
+    with pytest.raises(
+        TypeError, match=r"cut\(\) got an unexpected keyword argument 'tlit'; did you mean 'tilt'"
+    ):
         cut("a", tlit=(1.0, 2.0))
 
 
