@@ -160,7 +160,7 @@ def _read(kind: Any, flag: str, value: Any) -> Any:
         return parse_integers(flag, value) if is_one_or_more(kind) else tuple(parse_words(value) or ())
     count = len(get_args(whole))
     form, separator = ("MIN:MAX", ":") if count == RANGE else ("X,Y,Z", ",")
-    return tuple(parse_numbers(value, count, form, separator))
+    return tuple(parse_numbers(value, count, form, separator, flag=flag))
 
 
 BOUNDS, PROGRAM_BOUNDS = flags_of(Bounds), flags_of(ProgramBounds)

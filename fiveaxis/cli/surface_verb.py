@@ -106,7 +106,7 @@ def _at_tip(source: str, options: Mapping[str, Any]) -> Drawn:
         load_powered(require_machine(options["machine"]), options["drives"], assume),
         tip,
         FEED if feed is None else feed,
-        normal=None if normal is None else parse_numbers(normal, 3, "X,Y,Z"),
+        normal=None if normal is None else parse_numbers(normal, 3, "X,Y,Z", flag="--normal"),
         tilt=None if tilt is None else _range(tilt),
         step_deg=options["step"] or STEP,
     )
@@ -134,5 +134,5 @@ def _of_job(source: Path, options: Mapping[str, Any], progress: Progress) -> Dra
 
 
 def _range(text: str) -> tuple[float, float]:
-    low, high = parse_numbers(text, 2, "MIN:MAX", ":")
+    low, high = parse_numbers(text, 2, "MIN:MAX", ":", flag="--tilt")
     return low, high

@@ -159,14 +159,14 @@ def load_powered(name: str, drives: str | None, assume: Mapping[str, str] | None
     return machine
 
 
-def parse_numbers(text: str, count: int, form: str, separator: str = ",") -> list[float]:
+def parse_numbers(text: str, count: int, form: str, separator: str = ",", *, flag: str = "") -> list[float]:
     """Parse an option of several finite numbers; `form` shows the user what it should look like."""
     try:
         values = [float(part) for part in text.split(separator)]
     except ValueError:
         values = []
     if len(values) != count or not all(map(math.isfinite, values)):
-        raise SettingError(f"{text!r} isn't of the form {form} ({count} numbers)")
+        raise SettingError(f"{flag} {text!r} isn't of the form {form} ({count} numbers)".lstrip())
     return values
 
 

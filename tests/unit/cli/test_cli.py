@@ -227,7 +227,7 @@ def test_a_folder_is_not_an_input(tmp_path, name):
     [
         (("--tilt", "75:15"), "tilt range 75…15 deg is empty, reversed"),
         (("--tilt", "20:20"), "tilt range 20…20 deg is empty"),
-        (("--tilt", "a:b"), "'a:b' isn't of the form MIN:MAX"),
+        (("--tilt", "a:b"), "--tilt 'a:b' isn't of the form MIN:MAX"),
         (("--tilt", "nan:75"), "'nan:75' isn't of the form MIN:MAX"),
         (("--tilt", "15"), "'15' isn't of the form MIN:MAX"),
         (("--cone", "nan"), "cone = nan must be a finite number"),
