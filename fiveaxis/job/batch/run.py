@@ -57,7 +57,7 @@ class Batch:
 
 
 def run_batch(
-    files: Iterable[str | Path],
+    files: str | Path | Iterable[str | Path],
     folder: str | Path,
     *,
     machines: Sequence[str] = (),
@@ -76,7 +76,7 @@ def run_batch(
 
     Parameters
     ----------
-    files : job files; one with a ``[sweep]`` stands for many jobs
+    files : job files, or one; one with a ``[sweep]`` stands for many jobs
     folder : for the results: ``results.html``, ``results.csv``, ``results.jsonl`` and a folder for each job
     machines : on each of which every job runs, in place of its own machine and of a sweep
     settings : of the jobs on these machines, by key of a job
@@ -100,7 +100,8 @@ def run_batch(
     """
     limits = Limits(job_timeout, job_memory)
     _require_limits(workers, limits, scheduler)
-    planned = plan_tasks(map(Path, files), machines, settings)
+    each = [files] if isinstance(files, str | Path) else files
+    planned = plan_tasks(map(Path, each), machines, settings)
     require_folder(Path(folder))
     if scheduler is not None:
         require_scheduler(scheduler)

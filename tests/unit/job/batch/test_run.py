@@ -41,6 +41,10 @@ def test_jobs_of_every_kind_of_end_are_listed_and_none_stops_the_others(jobs, pr
     assert sorted(p.name for p in (tmp_path / "out").iterdir() if p.is_dir()) == ["d"]
 
 
+def test_one_job_needs_no_list(jobs, pretended, tmp_path):
+    assert [row.name for row in run_batch(jobs[0], tmp_path / "out", workers=1).rows] == ["a"]
+
+
 def test_a_job_with_errors_gives_1_and_no_program(jobs, pretended, tmp_path):
     pretended.unsound = {"path_a.csv"}
     done = run_batch(jobs[:2], tmp_path / "out", workers=1)
