@@ -42,7 +42,9 @@ class AxisFacts(FitDrive):
         if self.rotary and self.moved_mass is not None:
             raise SettingError(f"{self.axis} is rotary: its inertia is fitted; leave out the moved mass")
         if self.model == "weight" and self.moved_mass is None:
-            raise SettingError("the weight model needs the moved mass in kg, with workpiece and fixture")
+            raise SettingError(
+                "the weight model needs the moved mass in kg (--moved-mass), with workpiece and fixture"
+            )
         if self.model == "friction":
             self._check_friction()
 
@@ -57,13 +59,13 @@ class AxisFacts(FitDrive):
             raise SettingError("the terms of a friction drive lack friction; add it")
         if not self.rotary and self.moved_mass is None and self.max_acceleration is None:
             raise SettingError(
-                "the friction model of a linear axis needs its moved mass in kg; without it, fit the steady "
-                "rows alone with a max acceleration"
+                "the friction model of a linear axis needs its moved mass in kg (--moved-mass); without it, "
+                "fit the steady rows alone with a max acceleration (--max-acceleration)"
             )
         if self.axis == "Z" and self.gravity is None:
             raise SettingError(
-                "the friction model of Z needs gravity, in N: 9.81 per kg of a head that rises while Z "
-                "grows, minus 9.81 per kg of a table that sinks, 0 for a horizontal Z"
+                "the friction model of Z needs gravity (--gravity), in N: 9.81 per kg of a head that rises "
+                "while Z grows, minus 9.81 per kg of a table that sinks, 0 for a horizontal Z"
             )
 
     @property
