@@ -79,7 +79,7 @@ def energy(
     """
     with errors_explained(as_json) as written:
         with shown_work(err, hidden=as_json) as work:
-            from fiveaxis.base import require_suffix
+            from fiveaxis.base import ToolpathError, require_file, require_suffix
             from fiveaxis.job import Pricing, price_program
             from fiveaxis.model import parse_tool
             from fiveaxis.nc import load_source
@@ -87,6 +87,8 @@ def energy(
 
             for path in output or ():
                 require_suffix(path, DRAWN_SUFFIXES, "a table or a figure")
+            for path in programs:
+                require_file(path, ToolpathError)
             used = _machine(context.params)
             given = reading_of(context.params)
             how: Any = {"corners": _corners(corners), "control": control, "process": process}

@@ -215,6 +215,11 @@ def test_a_missing_file_is_named(tmp_path, name):
     assert f"{name}: no such file" in message
 
 
+def test_a_missing_program_is_all_that_is_told_where_powers_would_be_estimated(tmp_path):
+    message = refused(run("energy", tmp_path / "gone.nc", "-m", "dmu50ev"))
+    assert "gone.nc: no such file" in message
+
+
 @pytest.mark.parametrize("name", ["folder", "folder.csv", "folder.stl"])
 def test_a_folder_is_not_an_input(tmp_path, name):
     (tmp_path / name).mkdir()
