@@ -141,21 +141,23 @@ def optimise(
                 resumable,
                 run_task,
                 takes_operations,
+                withdrawing,
                 write_outcome,
             )
 
             if output is not None:
                 require_folder(output)
             job = job_of(context.params)
-            if takes_operations(job):
-                return _revise(job, output, work, written, as_json=as_json)
-            task = work.run(partial(resolve, job))
-            # Only now: what is hashed is what was read.
-            digest = "" if output is None else digest_job(job)
-            with resumable(digest, output) as checkpoint:
-                outcome = work.run(partial(run_task, task, checkpoint=checkpoint))
-                if output is not None:
-                    written += write_outcome(outcome, output, work.step)
+            with withdrawing(output):
+                if takes_operations(job):
+                    return _revise(job, output, work, written, as_json=as_json)
+                task = work.run(partial(resolve, job))
+                # Only now: what is hashed is what was read.
+                digest = "" if output is None else digest_job(job)
+                with resumable(digest, output) as checkpoint:
+                    outcome = work.run(partial(run_task, task, checkpoint=checkpoint))
+                    if output is not None:
+                        written += write_outcome(outcome, output, work.step)
         if output is not None:
             print_written(output, *(str(path.relative_to(output)) for path in written))
         if as_json:

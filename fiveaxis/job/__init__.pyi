@@ -38,6 +38,7 @@ from .reading import require_input as require_input
 from .release import Gate as Gate
 from .results import clear_postures as clear_postures
 from .results import require_folder as require_folder
+from .results import withdrawing as withdrawing
 from .results import write_outcome as write_outcome
 from .results import write_revised as write_revised
 from .revised_program import Part as Part

@@ -10,8 +10,10 @@ from functools import partial
 from pathlib import Path
 
 from fiveaxis.base import (
+    Infeasible,
     Progress,
     SettingError,
+    Unverified,
     persistently,
     remove_leftovers,
     temporary_folder,
@@ -96,6 +98,28 @@ def _filled(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
         raise unwritable(folder, fault) from None
 
 
+@contextmanager
+def withdrawing(folder: Path | None) -> Iterator[None]:
+    """Remove the NC programs of an earlier run where this one ends without: they would look like its result.
+
+    Parameters
+    ----------
+    folder : for the results of what runs within; None where nothing is written
+    """
+    try:
+        yield
+    except (Infeasible, Unverified):
+        for path in () if folder is None else _programs(folder):
+            persistently(partial(path.unlink, missing_ok=True))
+        raise
+
+
+def _programs(folder: Path) -> list[Path]:
+    """List where an NC program may stand in a folder of results."""
+    suffixes = (*PROGRAM_SUFFIXES, *(dialect.suffix for dialect in DIALECTS.values()))
+    return [folder / f"program{suffix}" for suffix in dict.fromkeys(suffixes)]
+
+
 def require_folder(folder: Path) -> Path:
     """Raise unless a folder for results can be made and written; called before the work.
 
@@ -123,12 +147,10 @@ def require_folder(folder: Path) -> Path:
 def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
     """Move finished files into a folder, in place of those of an earlier run."""
     targets = [folder / path.relative_to(source) for path in made]
-    suffixes = (*PROGRAM_SUFFIXES, *(dialect.suffix for dialect in DIALECTS.values()))
-    programs = [f"program{suffix}" for suffix in dict.fromkeys(suffixes)]
     earlier = [folder / FRONT / str(number) for number in range(1, MOST_OF_FRONT + 1)]
     earlier += sorted(folder.glob(f"{OPERATION}[0-9]*"))
-    stale = [folder / name for name in programs]
-    stale += [inner / name for inner in earlier for name in (*FILES, *programs)]
+    stale = [*_programs(folder), *(path for inner in earlier for path in _programs(inner))]
+    stale += [inner / name for inner in earlier for name in FILES]
     taken = next((path for path in (*targets, *stale) if path.is_dir()), None)
     if taken is not None:
         raise SettingError("is a folder, and a file of that name is to be written", file=taken)

@@ -384,6 +384,16 @@ def test_a_real_path_that_the_machine_cannot_reach_ends_with_exit_code_3(data, t
     assert not (tmp_path / "out").exists()
 
 
+def test_the_program_of_an_earlier_run_goes_where_this_one_has_no_posture(downward, tmp_path):
+    earlier, notes = tmp_path / "out" / "program.ngc", tmp_path / "out" / "notes.txt"
+    earlier.parent.mkdir()
+    for file in (earlier, notes):
+        file.write_text("of an earlier run\n")
+    assert run("optimise", downward, *MACHINE, *BALL, *CONE, "-o", tmp_path / "out").exit_code == 3
+    assert not earlier.exists()
+    assert notes.exists()
+
+
 # Exit code 1, and interruption
 
 
