@@ -440,9 +440,9 @@ def test_every_call_that_takes_a_part_takes_a_body_of_its_file(parts, hayashi):
     assert np.abs(radii - 5.0).max() < 1e-5
     assert path_quality(path, two, **taken).part_size == pytest.approx([10.0, 10.0, 10.0], abs=0.2)
     for call in (
-        lambda: fx.optimise(path, hayashi, tilt=(15, 75), part=two, cad=CadFile(body="3")),
-        lambda: fx.verify(solution.motion, solution.machine, path, part=two, cad=CadFile(body="3")),
-        lambda: fx.verify_program("any.nc", hayashi, tool=path.tool, part=two, cad=CadFile(body="3")),
+        lambda: fx.optimise(path, hayashi, tilt=(15, 75), part=two, body="3"),
+        lambda: fx.verify(solution.motion, solution.machine, path, part=two, body="3"),
+        lambda: fx.verify_program("any.nc", hayashi, tool=path.tool, part=two, body="3"),
         lambda: write_preview(solution, parts / "page.html", part=two, cad=CadFile(body="3")),
         lambda: fx.find_contacts(leaned, two, body="3"),
     ):
