@@ -109,9 +109,22 @@ def withdrawing(folder: Path | None) -> Iterator[None]:
     try:
         yield
     except (Infeasible, Unverified):
-        for path in () if folder is None else _programs(folder):
-            persistently(partial(path.unlink, missing_ok=True))
+        if folder is not None:
+            withdraw_programs(folder)
         raise
+
+
+def withdraw_programs(folder: Path) -> None:
+    """Remove the NC programs of an earlier run from its folder, with those of a front and of operations."""
+    for inner in (folder, *_earlier(folder)):
+        for path in _programs(inner):
+            persistently(partial(path.unlink, missing_ok=True))
+
+
+def _earlier(folder: Path) -> list[Path]:
+    """List the folders of the solutions of a front, and of operations, in a folder of results."""
+    solutions = [folder / FRONT / str(number) for number in range(1, MOST_OF_FRONT + 1)]
+    return solutions + sorted(folder.glob(f"{OPERATION}[0-9]*"))
 
 
 def _programs(folder: Path) -> list[Path]:
@@ -147,8 +160,7 @@ def require_folder(folder: Path) -> Path:
 def _move_in(made: Sequence[Path], source: Path, folder: Path) -> list[Path]:
     """Move finished files into a folder, in place of those of an earlier run."""
     targets = [folder / path.relative_to(source) for path in made]
-    earlier = [folder / FRONT / str(number) for number in range(1, MOST_OF_FRONT + 1)]
-    earlier += sorted(folder.glob(f"{OPERATION}[0-9]*"))
+    earlier = _earlier(folder)
     stale = [*_programs(folder), *(path for inner in earlier for path in _programs(inner))]
     stale += [inner / name for inner in earlier for name in FILES]
     taken = next((path for path in (*targets, *stale) if path.is_dir()), None)

@@ -19,7 +19,7 @@ from fiveaxis.base import Progress, SettingError
 from fiveaxis.job.batch.ledger import own_folder
 from fiveaxis.job.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.job.batch.tasks import QueuedJob
-from fiveaxis.job.results import write_outcome
+from fiveaxis.job.results import withdraw_programs, write_outcome
 from fiveaxis.job.setup_choice import run_task
 from fiveaxis.job.task import resolve
 from fiveaxis.job.unfinished import digest_job, resumable
@@ -69,8 +69,7 @@ def _digest(task: QueuedJob) -> str:
 def remove_program(folder: Path, name: str) -> None:
     """Remove the NC program of an earlier run, which would look like the result of the failed job."""
     with suppress(OSError, SettingError):  # if it stays, the row still says that the job failed
-        for program in own_folder(folder, name).glob("program.*"):
-            program.unlink()
+        withdraw_programs(own_folder(folder, name))
 
 
 class Throttle:

@@ -391,7 +391,8 @@ class Delivery:
 
         What a round finds may need further locations: the next one solves them, too.
         """
-        here = best = None
+        here: Delivered | None = None
+        tried: list[Delivered] = []
         for number in range(most):
             self.options.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
             share = sharpness[min(number, len(sharpness) - 1)]
@@ -410,13 +411,12 @@ class Delivery:
             self.stages.append(
                 SolverStep(f"program, round {number + 1}", self._status(here), 0, was, here.cost)
             )
-            saves = best is None or (here.broken, (1.0 + WORTHWHILE) * here.cost) < rank(best)
-            best = here if best is None else min(best, here, key=rank)
+            saves = not tried or (here.broken, (1.0 + WORTHWHILE) * here.cost) < min(map(rank, tried))
+            tried.append(here)
             if (number + 1 >= len(sharpness) or self._is_flat) and not saves:
                 break
             instance, rotary = here.denser, here.filled
-        assert best is not None  # there is a round
-        return best
+        return min(tried, key=rank)
 
     def _cured(self, here: Delivered, resolution: Resolution) -> Delivered:
         """Search a corridor about a program's postures, and again while that breaks a bound.

@@ -384,14 +384,15 @@ def test_a_real_path_that_the_machine_cannot_reach_ends_with_exit_code_3(data, t
     assert not (tmp_path / "out").exists()
 
 
-def test_the_program_of_an_earlier_run_goes_where_this_one_has_no_posture(downward, tmp_path):
-    earlier, notes = tmp_path / "out" / "program.ngc", tmp_path / "out" / "notes.txt"
-    earlier.parent.mkdir()
-    for file in (earlier, notes):
+def test_programs_of_an_earlier_run_go_where_this_one_has_no_posture(downward, tmp_path):
+    out = tmp_path / "out"
+    earlier = [out / "program.ngc", out / "front" / "2" / "program.ngc", out / "operation-3" / "program.mpf"]
+    for file in (*earlier, out / "notes.txt"):
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text("of an earlier run\n")
-    assert run("optimise", downward, *MACHINE, *BALL, *CONE, "-o", tmp_path / "out").exit_code == 3
-    assert not earlier.exists()
-    assert notes.exists()
+    assert run("optimise", downward, *MACHINE, *BALL, *CONE, "-o", out).exit_code == 3
+    assert [file for file in earlier if file.exists()] == []
+    assert (out / "notes.txt").exists()
 
 
 # Exit code 1, and interruption
