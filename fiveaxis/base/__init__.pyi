@@ -129,10 +129,14 @@ from .options.writing import Coordinates as Coordinates
 from .options.writing import Framing as Framing
 from .options.writing import Winding as Winding
 from .options.writing import Writing as Writing
+from .progress import CHOOSING as CHOOSING
+from .progress import STAGES as STAGES
 from .progress import UNKEPT as UNKEPT
 from .progress import Checkpoint as Checkpoint
 from .progress import Found as Found
+from .progress import Meter as Meter
 from .progress import Progress as Progress
+from .progress import ProgressReport as ProgressReport
 from .progress import Steps as Steps
 from .progress import uncounted as uncounted
 from .progress import unheard as unheard

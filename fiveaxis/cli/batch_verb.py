@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 # Rows of a live table: one longer than the screen can't be redrawn.
 SHOWN = 24
 # Heads of a job's figures.
+# Jobs that have to be done before a remaining time is told.
+SURE = 0.2
 FIGURES = ("J", "saved", "s", "starts", "reversals")
 
 
@@ -96,10 +98,20 @@ class Board:
         # A copy: the table is drawn by one thread while others record events.
         return sum(event.state == state for event in list(self._latest.values()))
 
+    def _left(self) -> float | None:
+        """Time until the batch's end, s, by what is done and the shares of what runs; None while unsure."""
+        # What an earlier batch had done took no time of this one.
+        events = [event for event in list(self._latest.values()) if not event.again]
+        done = sum(1.0 if event.row is not None else event.share for event in events)
+        past = time.monotonic() - self._start
+        return past * (len(events) - done) / done if done >= SURE and past >= 1.0 else None
+
     def __rich__(self) -> Table:
         states = ("done", "running", "waiting")
         counts = ", ".join(f"{self.count(state)} {state}" for state in states)
-        title = f"{counts}, {clock_text(time.monotonic() - self._start)}"
+        past, left = time.monotonic() - self._start, self._left()
+        more = "" if left is None else f", about {clock_text(left)} more"
+        title = f"{counts}, {clock_text(past)}{more}"
         table = Table("job", "state", "where", "stage", "s", "J", title=title, box=None, title_justify="left")
         order = ("running", "done", "waiting")
         latest = sorted(self._latest.values(), key=lambda event: order.index(event.state))

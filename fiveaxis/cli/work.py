@@ -24,7 +24,7 @@ from rich.progress import Progress as ProgressLine
 from rich.table import Column
 from rich.text import Text
 
-from fiveaxis.base import Progress
+from fiveaxis.base import Meter, Progress, ProgressReport
 
 logger = logging.getLogger(__name__)
 
@@ -39,28 +39,22 @@ GRACE = 0.5
 PICTURES, WIDTH = 8, 24
 
 
-class Far(ProgressColumn):
-    """How far a stage is, how long the work has taken, and how long the stage still takes.
+class Times(ProgressColumn):
+    """How long the work has taken, and how long it still takes."""
 
-    Parameters
-    ----------
-    elapsed : s, since the work began
-    """
-
-    def __init__(self, elapsed: Callable[[], float]) -> None:
+    def __init__(self, work: Work) -> None:
         super().__init__(Column(no_wrap=True))
-        self._elapsed = elapsed
+        self._work = work
 
-    def render(self, task: Task) -> Text:
-        """Draw it, of a stage without steps to be counted the time alone."""
-        steps = "" if task.total is None else f"{task.completed:.0f}/{task.total:.0f}"
-        left = task.time_remaining
-        more = f", this stage about {clock_text(left)} more" if left else ""
-        return Text(f"{steps} {clock_text(self._elapsed())}{more}".strip())
+    def render(self, _task: Task) -> Text:
+        """Draw them; of work whose share isn't known the time alone."""
+        left = self._work.left
+        more = "" if left is None else f", about {clock_text(left)} more"
+        return Text(f"{clock_text(self._work.elapsed)}{more}")
 
 
 class Work:
-    """The work of a command: the stage that it is in, how far, and since when.
+    """The work of a command: what it does, how much of it is done, and since when.
 
     Parameters
     ----------
@@ -71,10 +65,11 @@ class Work:
         self._clock = clock
         self._began = clock()
         self._stopped = threading.Event()
+        self._meter = Meter(self._show, clock)
+        self._left: tuple[float, float] | None = None
         name, bar = TextColumn("{task.description}", markup=False), BarColumn(bar_width=WIDTH)
-        self.line = ProgressLine(SpinnerColumn(), name, bar, Far(lambda: self.elapsed), get_time=clock)
-        self._shown = "starting", 1
-        self._stage = self.line.add_task("starting", total=None)
+        self.line = ProgressLine(SpinnerColumn(), name, bar, Times(self), get_time=clock)
+        self._task, self._stage = self.line.add_task("starting", total=None), "starting"
         # Draws the line at once.
         self.draw: Callable[[], object] = lambda: None
 
@@ -82,6 +77,14 @@ class Work:
     def elapsed(self) -> float:
         """Time since the work began, s."""
         return self._clock() - self._began
+
+    @property
+    def left(self) -> float | None:
+        """Time until its end, s; None where that isn't known."""
+        if self._left is None:
+            return None
+        at, left = self._left
+        return max(left - (self._clock() - at), 0.0)
 
     def step(self, stage: str, done: int, total: int) -> None:
         """Say what is being done, and how many of its steps are done.
@@ -93,14 +96,15 @@ class Work:
         """
         if self._stopped.is_set():
             raise KeyboardInterrupt
-        if (stage, total) == self._shown and done > self.line.tasks[0].completed:
-            self.line.update(self._stage, completed=done)
-            return
-        before, self._shown = self._shown[0], (stage, total)
-        self.line.remove_task(self._stage)
-        self._stage = self.line.add_task(stage, total=total if total > 1 else None, completed=done)
-        if stage != before:
-            logger.info("%s", stage)
+        self._meter(stage, done, total)
+
+    def _show(self, report: ProgressReport) -> None:
+        self._left = None if report.left is None else (self._clock(), report.left)
+        total = None if report.share is None else 1.0
+        self.line.update(self._task, description=report.stage, total=total, completed=report.share or 0.0)
+        if report.stage != self._stage:
+            self._stage = report.stage
+            logger.info("%s", report.stage)
             # At once: a library may hold Python's lock for seconds, and the line would show the stage before.
             self.draw()
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fiveaxis.base import (
+    STAGES,
     Array,
     Bounds,
     Coordinates,
@@ -208,7 +209,7 @@ def keep_clear(
     FiveAxisError
         As `solve`.
     """
-    progress("finding postures that are clear", 0, 1)
+    progress(STAGES["clear"], 0, 1)
     admits = find_accessible(constraints.zoned(toolpath), machine, around)
     mask = own if admits is None else Mask(admits, admits.rough, OF_BODIES)
     if admits is not None:
@@ -227,7 +228,7 @@ def keep_clear(
     best, fewest, rounds, spots = solution, len(toolpath) + 1, 0, Spots()
     mask = (mask or Mask(wording=OF_BODIES)).refusing(spots)
     while solution.unwrapped is None:  # with rewinds the path has other rows than the mask
-        progress("checking the path for collisions", 0, 1)
+        progress(STAGES["collisions"], 0, 1)
         rows = colliding_rows(solution, around)
         if len(rows) < fewest:
             best, fewest = solution, len(rows)

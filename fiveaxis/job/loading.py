@@ -10,6 +10,7 @@ from typing import Any
 
 from fiveaxis.base import (
     MESH_SUFFIXES,
+    STAGES,
     USUAL_CONTROL,
     CadFile,
     JobError,
@@ -155,7 +156,7 @@ def load_job_toolpath(job: Job, progress: Progress = unheard) -> Toolpath:
     if is_mesh(job.input):
         return plan_mesh(job, progress).toolpath
     require_input(job.input)
-    progress("reading the input", 0, 1)
+    progress(STAGES["read"], 0, 1)
     return read_path(job, None if job.tool is None else parse_tool(job.tool))
 
 
@@ -264,7 +265,7 @@ def _with_tool(machine: Machine, job: Job) -> Machine:
 def plan_mesh(job: Job, progress: Progress = unheard) -> Plan:
     """Plan passes on a job's mesh; `JobError` without a tool or file, or for settings of a path."""
     require_input(job.input)
-    progress("reading the input", 0, 1)
+    progress(STAGES["read"], 0, 1)
     if job.tool is None:
         raise JobError("tool is missing: planning on a mesh needs one; give e.g. ball:10", file=job.input)
     foreign = sorted(job.model_fields_set & {"columns"}) + ["program"] * bool(job.program.model_fields_set)
@@ -277,7 +278,7 @@ def plan_mesh(job: Job, progress: Progress = unheard) -> Plan:
     options = PlanOptions.of(
         *(job.planning, job.meshes, job.bounds),
         unit=job.unit,
-        progress=partial(progress, "planning passes"),
+        progress=partial(progress, STAGES["plan"]),
     )
     options = options if job.feed is None else replace(options, feed_mm_min=job.feed)
     plan = plan_passes(job.input, parse_tool(job.tool), options)

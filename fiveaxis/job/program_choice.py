@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.base import AlreadyBetter, Infeasible, Objective, ToolpathError, within
+from fiveaxis.base import CHOOSING, AlreadyBetter, Infeasible, Objective, ToolpathError, within
 from fiveaxis.job.clearing import Cleared
 from fiveaxis.job.description import Trade
 from fiveaxis.job.in_place import RevisedOperation
@@ -170,12 +170,13 @@ def choose(
     job, before, objective = task.job, operation.as_it_was.energy, options.objective
     found: list[tuple[str, Comparison, Cleared, Solution]] = []
     faults: list[Infeasible] = []
-    for name, changes in _ways(options, operation):
+    ways = list(_ways(options, operation))
+    for number, (name, changes) in enumerate(ways):
         if found and not changes["holds_ends"]:
             break
         try:
-            told = within(options.progress, f"postures {name}")
-            cleared = solved(replace(options, **changes, progress=told))
+            of_way = within(options.progress, f"postures {name}", number, len(ways), CHOOSING)
+            cleared = solved(replace(options, **changes, progress=of_way))
         except Infeasible as fault:
             faults.append(fault)
             continue

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from fiveaxis.base import (
+    STAGES,
     Infeasible,
     Progress,
     SettingError,
@@ -64,8 +65,8 @@ def write_outcome(outcome: Outcome, folder: Path, progress: Progress = unheard) 
             for number, one in enumerate(outcome.members, start=1):
                 inner = temporary / FRONT / str(number)
                 inner.mkdir(parents=True)
-                told = within(progress, f"solution {number} of {len(outcome.members)}")
-                made += _make_files(one, inner, told)
+                of_one = within(progress, f"solution {number} of {len(outcome.members)}")
+                made += _make_files(one, inner, of_one)
     return made
 
 
@@ -78,8 +79,8 @@ def write_revised(made: RevisedProgram, folder: Path, progress: Progress = unhea
         for number, outcome in made.outcomes.items():
             inner = temporary / f"{OPERATION}{number}"
             inner.mkdir()
-            told = within(progress, f"operation {number}")
-            files += _make_files(outcome, inner, told, with_program=False)
+            of_one = within(progress, f"operation {number}")
+            files += _make_files(outcome, inner, of_one, with_program=False)
         if made.ok and made.outcomes:
             suffix = next(iter(made.outcomes.values())).program.text.suffix
             files.append(write_atomically(temporary / f"program{suffix}", made.data))
@@ -201,7 +202,7 @@ def _make_files(
 ) -> list[Path]:
     """Write the files of one solution."""
     solution = outcome.solution
-    progress("writing the report", 0, 1)
+    progress(STAGES["report"], 0, 1)
     made = [
         write_motion(
             solution.motion if outcome.revision is None else outcome.program.blocks,
@@ -211,7 +212,7 @@ def _make_files(
         write_json(outcome.report, folder / "report.json"),
         write_report(outcome.report, folder / "report.html", admits=clear_postures(outcome)),
     ]
-    progress("writing the preview", 0, 1)
+    progress(STAGES["preview"], 0, 1)
     made.append(
         write_preview(
             solution,

@@ -249,19 +249,21 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
             )
     tool_of = {o.number: tools.get(o.tool, tools.get("")) for o in operations}
     reasons = {o.number: _reason(job, o, tool_of[o.number]) for o in operations}
+    chosen = [number for number, why in reasons.items() if not why]
     # The part stands where the first operation that is revised has it, in all of them.
-    first = next((number for number, why in reasons.items() if not why), None)
-    if first is not None:
-        job = job.model_copy(update={"setup": resolve(_of(job, first, tool=tool_of[first])).job.setup})
+    if chosen:
+        first = _of(job, chosen[0], tool=tool_of[chosen[0]])
+        job = job.model_copy(update={"setup": resolve(first).job.setup})
     machine = load_job_machine(job)
-    parts, faults = [], list[FiveAxisError]()
+    parts, faults, begun = [], list[FiveAxisError](), 0
     for operation in operations:
         number, better, outcome = operation.number, None, None
         why = reasons[number]
         if not why:
-            told = within(progress, f"operation {number} of {len(operations)}")
+            of_one = within(progress, f"operation {number} of {len(operations)}", begun, len(chosen))
+            begun += 1
             try:
-                outcome = run_job(_of(job, number, tool=tool_of[number]), told)
+                outcome = run_job(_of(job, number, tool=tool_of[number]), of_one)
             except AlreadyBetter as kept:
                 why, better = str(kept), kept
             except FiveAxisError as fault:
@@ -273,8 +275,8 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
         parts.append(Part(operation, outcome, why, priced, better))
     made = RevisedProgram(source, tuple(parts))
     if not made.outcomes and not any(part.better for part in parts):
-        chosen = [p for p in parts if p.why != NOT_CHOSEN]
-        each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in chosen)
+        looked_at = [p for p in parts if p.why != NOT_CHOSEN]
+        each = "".join(f"\n  {p.operation.number}: {p.operation}: {p.why}" for p in looked_at)
         without = [fault for fault in faults if isinstance(fault, Infeasible)]
         if without and len(without) == len(faults):
             findings = [finding for fault in without for finding in fault.findings]

@@ -10,6 +10,7 @@ from itertools import count
 import numpy as np
 
 from fiveaxis.base import (
+    CHOOSING,
     UNKEPT,
     Array,
     Checkpoint,
@@ -82,9 +83,10 @@ def run_task(task: JobTask, progress: Progress = unheard, checkpoint: Checkpoint
     numbers = count(1)
 
     def run(setup: SetupTable, start: Array | None = None) -> Outcome | Infeasible:
-        told = within(progress, f"setup in full, run {next(numbers)}")
+        number = next(numbers)
+        of_run = within(progress, f"setup in full, run {number}", number - 1, MOST_RUNS, CHOOSING)
         try:
-            return run_stages(task.at(setup), told, start=start, checkpoint=checkpoint)
+            return run_stages(task.at(setup), of_run, start=start, checkpoint=checkpoint)
         except Infeasible as fault:
             return fault
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.base import Array, Infeasible, JobError, Progress, unheard
+from fiveaxis.base import STAGES, Array, Infeasible, JobError, Progress, unheard
 from fiveaxis.check import Surroundings, find_accessible
 from fiveaxis.job.box_search import SCATTERED, follow_compass, halton, search_box
 from fiveaxis.job.description import SetupSearch, SetupTable
@@ -46,7 +46,7 @@ def search_setups(task: JobTask, progress: Progress = unheard) -> SetupTrials:
     def cost(setup: SetupTable) -> float:
         nonlocal steps
         steps += 1
-        progress("trying setups", min(steps, tries), tries)
+        progress(STAGES["setups"], min(steps, tries), tries)
         return costs.free(setup)
 
     trials = SetupTrials(job.setup, job.setup.search, cost, costs.clear if costs.has_obstacles else None)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.base import UNKEPT, Array, Checkpoint, Finding, Place, Progress, Severity, unheard
+from fiveaxis.base import STAGES, UNKEPT, Array, Checkpoint, Finding, Place, Progress, Severity, unheard
 from fiveaxis.cam import mesh_size
 from fiveaxis.check import Report
 from fiveaxis.job.clearing import Cleared, solve_clear
@@ -196,7 +196,7 @@ def run_stages(
     solutions = (cleared.solution,) if front is None else front.solutions
     outcomes = []
     for number, one in enumerate(solutions, start=1):
-        progress("writing and verifying the program", number - 1, len(solutions))
+        progress(STAGES["verify"], number - 1, len(solutions))
         outcomes.append(_finished(task, one, cleared, chosen, inputs))
     return outcomes[0] if front is None else _picked(job, front, outcomes)
 

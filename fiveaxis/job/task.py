@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from fiveaxis.base import Infeasible, JobError, Progress, Severity, unheard
+from fiveaxis.base import STAGES, Infeasible, JobError, Progress, Severity, unheard
 from fiveaxis.cam import mesh_size, on_part, size_findings
 from fiveaxis.check import Surroundings, build_scene
 from fiveaxis.job.description import Job, SetupTable
@@ -132,9 +132,9 @@ def resolve(job: Job, progress: Progress = unheard) -> JobTask:
         job = kept
     job, toolpath = with_usual_cone(job, toolpath)
     stated = job.setup.model_copy(update={"search": None})
-    progress("reading part and stock", 0, 1)
+    progress(STAGES["part"], 0, 1)
     around = load_surroundings(job)
-    progress("placing the part", 0, 1)
+    progress(STAGES["place"], 0, 1)
     job, findings = place(
         job, machine, toolpath, around if job.surrounding.keep_clear else None, in_place=in_place
     )

@@ -11,6 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fiveaxis.base import (
+    STAGES,
     Array,
     Finding,
     Infeasible,
@@ -352,7 +353,7 @@ class Attempts:
         if blocked:
             share = f"{len(blocked)} of {len(path)} locations"
             raise Infeasible(f"{share} have no admissible posture on {machine.name}", blocked)
-        options.progress("computing baselines", 0, 1)
+        options.progress(STAGES["baselines"], 0, 1)
         baselines, missing = find_baselines(path, machine, bounds, options.checkpoint)
         compared = baselines
         if mask is not None:
@@ -386,7 +387,7 @@ class Attempts:
         sound = [rotary for rotary in known if problem.violation(rotary) <= ALLOWED]
         if sound:
             return min(sound, key=problem.path_cost)
-        self.options.progress("searching postures", 0, 1)
+        self.options.progress(STAGES["search"], 0, 1)
         costs = BlockCosts.of_travel(problem.plus, problem.minus)
         admits = None if mask is None else mask.roughly_admits
         found = path_anywhere(problem, costs, self._starting.everywhere[0], admits)

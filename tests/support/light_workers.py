@@ -56,6 +56,6 @@ def work(act: Callable[[str], object]) -> None:
             task, _folder = _Unpickler(sys.stdin.buffer).load()
         except EOFError:
             return
-        send(stage="start", done=0, total=1)
+        send(stage="start", share=0.0)
         act(task.name)
         send(row={"name": task.name, "file": f"{task.name}.toml", "status": "fine", "digest": DIGEST})

@@ -99,8 +99,8 @@ def run_remotely(task: QueuedJob, folder: str, version: str, topic: str) -> dict
         return replace(task.blank, message=message).as_dict()
     worker, place = get_worker(), {"name": task.name, "worker": platform.node(), "pid": os.getpid()}
 
-    def tell(stage: str, done: int, total: int) -> None:
-        worker.log_event(topic, place | {"stage": stage, "done": done, "total": total})
+    def tell(stage: str, share: float) -> None:
+        worker.log_event(topic, place | {"stage": stage, "share": share})
 
     return run_queued(task, Path(folder), Throttle(tell)).as_dict()
 

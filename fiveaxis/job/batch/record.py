@@ -287,7 +287,7 @@ class Event:
     state : ``waiting``, ``running`` or ``done``; a job whose worker died waits again
     row : its result, when it is done
     again : whether an earlier batch had done it
-    stage, share : its progress, the share between 0 and 1
+    stage, share : what it does, and the share of the whole job that is done, 0 to 1
     worker, pid : where it runs: number of the worker or name of its computer, and its process
     """
 
@@ -301,9 +301,9 @@ class Event:
     pid: int | None = None
 
     @classmethod
-    def running(cls, name: str, stage: str, done: int, total: int, worker: str, pid: int) -> Event:
-        """Make the event of a job's progress from steps done and steps in all."""
-        return cls(name, "running", stage=stage, share=done / max(total, 1), worker=worker, pid=pid)
+    def running(cls, name: str, stage: str, share: float, worker: str, pid: int) -> Event:
+        """Make the event of a job's progress."""
+        return cls(name, "running", stage=stage, share=share, worker=worker, pid=pid)
 
 
 Listener = Callable[[Event], None]

@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from fiveaxis.base import Progress, SettingError
+from fiveaxis.base import Meter, Progress, ProgressReport, SettingError
 from fiveaxis.job.batch.ledger import own_folder
 from fiveaxis.job.batch.record import Row, Status, row_of, row_of_fault
 from fiveaxis.job.batch.tasks import QueuedJob
@@ -73,19 +73,27 @@ def remove_program(folder: Path, name: str) -> None:
 
 
 class Throttle:
-    """Passes on a job's progress: each new stage, and steps of a stage not too often."""
+    """Passes on a job's progress: each new stage, and its share of the whole job not too often.
 
-    def __init__(self, tell: Progress) -> None:
-        self._tell = tell
+    Parameters
+    ----------
+    tell : called with the stage and the share
+    """
+
+    def __init__(self, tell: Callable[[str, float], None]) -> None:
+        self._tell, self._meter = tell, Meter(self._pass_on)
         self._stage, self._sent = "", 0.0
         self("starting", 0, 1)
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Pass on a step, unless one of its stage went just before."""
+        """Take a step: a `Progress`."""
+        self._meter(stage, done, total)
+
+    def _pass_on(self, report: ProgressReport) -> None:
         now = time.monotonic()
-        if stage != self._stage or now - self._sent >= PAUSE:
-            self._stage, self._sent = stage, now
-            self._tell(stage, done, total)
+        if report.stage != self._stage or now - self._sent >= PAUSE:
+            self._stage, self._sent = report.stage, now
+            self._tell(report.stage, report.share or 0.0)
 
 
 def main() -> None:
@@ -99,7 +107,7 @@ def main() -> None:
     threading.Thread(target=_receive, args=(_take_stdin(), tasks), daemon=True).start()
     while True:
         task, folder = tasks.get()
-        progress = Throttle(lambda stage, done, total: send(stage=stage, done=done, total=total))
+        progress = Throttle(lambda stage, share: send(stage=stage, share=share))
         send(row=run_queued(task, folder, progress).as_dict())
 
 

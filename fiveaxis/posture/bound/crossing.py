@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fiveaxis.base import Array, IntArray, Progress
+from fiveaxis.base import STAGES, Array, IntArray, Progress
 from fiveaxis.model import Machine, TiltBounds, Toolpath
 from fiveaxis.posture.bound.cells import AngleCells, enclose
 from fiveaxis.posture.bound.corners import FAR, Corners, Lattice
@@ -131,7 +131,7 @@ def cross(
     quantum = quantum_of(lattice, visits.plus, visits.minus)
     total, most, work = 0, 0, CUT * len(cells.axis) + (VISIT + CELL * len(cells.axis)) * count
     for i, visit in enumerate(reach_visits(visits, cells, lattice, quantum, pool)):
-        progress("bounding the cost from below", i, count)
+        progress(STAGES["bound"], i, count)
         corners = len(visit.corners.cost)
         work += visit.looked + ENCLOSED * visit.corners.cells + CORNER * corners
         most = max(most, corners)

@@ -16,7 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from fiveaxis.base import Array, BoolArray, NoBaseline, Steps, at_once, unheard
+from fiveaxis.base import STAGES, Array, BoolArray, NoBaseline, Steps, at_once, unheard
 from fiveaxis.model import (
     AxisPlanes,
     BlockCosts,
@@ -58,7 +58,7 @@ WIDE, DETOUR = resolution(0.5, 2.0, 400, 60.0), 12
 FARTHER, LITTLE = 1.5, np.radians(0.5)
 # Terms of the objective that are priced at the given locations, beside the program's blocks.
 BESIDE = ("bends", "waits")
-SEARCHING, FAIRING = "searching postures", "fairing"
+FAIRING = "fairing"
 # rad: how far postures are moved to run smoothly.
 FARTHEST = tuple(np.radians([0.02, 0.05, 0.1, 0.2]))
 
@@ -182,7 +182,7 @@ class Delivery:
     @property
     def _pricing(self) -> Steps:
         """Takes the baselines that have been priced, and their number."""
-        return partial(self.options.progress, "pricing baselines as programs")
+        return partial(self.options.progress, STAGES["price"])
 
     def run(self, rotary: Array, *, everywhere: bool = False) -> Delivered:
         """Find the best program from a path, (n, 2) rad, chain order, at the given locations.
@@ -218,7 +218,7 @@ class Delivery:
     @property
     def _steps(self) -> Steps:
         """Takes the locations that a search has done, and their number."""
-        return partial(self.options.progress, SEARCHING)
+        return partial(self.options.progress, STAGES["search"])
 
     @cached_property
     def _every(self) -> Array:
@@ -394,7 +394,7 @@ class Delivery:
         here: Delivered | None = None
         tried: list[Delivered] = []
         for number in range(most):
-            self.options.progress(f"solving for the program's blocks, round {number + 1}", 0, 1)
+            self.options.progress(STAGES["blocks"], number, most)
             share = sharpness[min(number, len(sharpness) - 1)]
             problem = self._local(instance, rotary, share, self._costs(instance, here))
             if here is not None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fiveaxis.base import Array, Objective, SettingError
+from fiveaxis.base import CHOOSING, Array, Objective, SettingError, within
 from fiveaxis.model import (
     Constraints,
     Energy,
@@ -93,8 +93,7 @@ def find_front(
     ----------
     toolpath, machine, constraints : as for `optimise_postures`
     n : how many solutions are sought, at least two
-    options : as for `optimise_postures`, without `smoothing` and `bound`; the stage ``front`` of its progress
-        counts the runs
+    options : as for `optimise_postures`, without `smoothing` and `bound`
     feed_share : least share of the feed to which cuts may be slowed where that saves energy; by default they
         keep their feed
 
@@ -112,17 +111,14 @@ def find_front(
     """
     _require_sense(n, options, feed_share)
     by_clock = not options.is_timed and not options.clock.is_programmed(machine)
-    done, progress = 0, options.progress
-
-    def tell(stage: str, step: int, steps: int) -> None:
-        progress(f"front, run {done + 1} of {n}: {stage}", step, steps)
+    done = 0
 
     def searched(**changes: Any) -> Optimum:
         nonlocal done
-        own = replace(options, bound=False, progress=tell, **changes)
+        of_run = within(options.progress, f"front, run {done + 1} of {n}", done, n, CHOOSING)
+        own = replace(options, bound=False, progress=of_run, **changes)
         found = optimise_postures(toolpath, machine, constraints, own)
         done += 1
-        progress("front", done, n)
         return found
 
     solution = searched()

@@ -26,7 +26,7 @@ def line(work: Work, width: int = 100) -> str:
     return console.file.getvalue()
 
 
-def test_the_line_has_the_stage_its_steps_and_the_time_since_the_beginning():
+def test_the_line_has_the_stage_and_the_time_since_the_beginning():
     clock = Clock()
     work = Work(clock)
     work.step("reading the input", 0, 1)
@@ -34,17 +34,17 @@ def test_the_line_has_the_stage_its_steps_and_the_time_since_the_beginning():
     work.step("planning passes", 4, 9)
     clock.time += 65.0
     assert "planning passes" in line(work)
-    assert "4/9 0:01:08" in line(work)
+    assert "0:01:08" in line(work)
     assert "reading" not in line(work)
 
 
-def test_the_line_tells_how_long_a_stage_still_takes_and_forgets_it_with_the_stage():
+def test_the_line_tells_how_long_work_of_one_stage_still_takes_and_forgets_it_with_the_stage():
     clock = Clock()
     work = Work(clock)
     for done in range(11):
         work.step("searching", done, 30)
         clock.time += 0.5
-    assert "this stage about 0:00:10 more" in line(work)
+    assert "about 0:00:10 more" in line(work)
     work.step("refining", 0, 7)
     assert "more" not in line(work)
 

@@ -151,8 +151,8 @@ def pretend() -> Iterator[Pretended]:
         tasks: Sequence[QueuedJob], folder: Path, workers: int, _limits: object, tell: Listener
     ) -> Iterator[Row]:
         def run(task: QueuedJob) -> Row:
-            def step(stage: str, done: int, total: int) -> None:
-                tell(Event.running(task.name, stage, done, total, worker="1", pid=os.getpid()))
+            def step(stage: str, _done: int, _total: int) -> None:
+                tell(Event.running(task.name, stage, 0.5, worker="1", pid=os.getpid()))
 
             return Row.from_dict(run_queued(task, folder, step).as_dict())
 

@@ -163,7 +163,7 @@ def test_of_workers_killed_at_random_only_a_job_that_kills_its_own_is_broken(run
                 os.kill(event.pid, signal.SIGKILL)
                 kills += 1
 
-    slow = "(send(stage='half', done=1, total=2), time.sleep(0.02))"
+    slow = "(send(stage='half', share=0.5), time.sleep(0.02))"
     names = "abcdefghijklmnos"
     rows = run(f"work(lambda name: os.abort() if name == 's' else {slow})", names, tell=kill)
     assert kills >= 12

@@ -169,7 +169,8 @@ def test_the_same_front_comes_out_again(found, hayashi):
 def test_progress_counts_the_runs_of_a_front_up_to_the_last(hayashi):
     steps = []
     find_front(ring(24), hayashi, 3, tilt=(15, 75), progress=lambda *step: steps.append(step))
-    assert [step[1:] for step in steps if step[0] == "front"] == [(k, 3) for k in range(1, 4)]
+    runs = [step[0].partition(":")[0] for step in steps if step[0].startswith("front")]
+    assert list(dict.fromkeys(runs)) == [f"front, run {k} of 3" for k in range(1, 4)]
     # The stages of one point would look as if all were done.
     assert "refining postures" not in {stage for stage, _, _ in steps}
 
