@@ -10,6 +10,7 @@ from .check import verify as verify
 from .job import Solution as Solution
 from .job import compare as compare
 from .job import cutting_power as cutting_power
+from .job import look as look
 from .job import optimise as optimise
 from .job import post_program as post_program
 from .job import program_energy as program_energy

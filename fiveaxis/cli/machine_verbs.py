@@ -30,6 +30,7 @@ from fiveaxis.cli.work import shown_work
 
 if TYPE_CHECKING:
     from fiveaxis.cam import FaceSheet
+    from fiveaxis.job import OperationLook
     from fiveaxis.model import FormShapingCode
 
 
@@ -41,6 +42,8 @@ MachineFileName = Annotated[
 
 MACHINE_SUFFIXES = (".toml", ".ini", ".urdf", ".mch")
 
+# Slow places of an operation that are printed.
+MOST_SLOW = 5
 NO_MACHINE = """\
 No machine is given: where cuts by axis words are while rotary axes turn (?), limits, axis speeds, energy,
 collisions and new postures need it (--machine; `fiveaxis machines`)."""
@@ -153,24 +156,30 @@ def _require_readable(path: Path) -> None:
 
 def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_json: bool) -> None:
     """Print the operations of a program or CL file as a table."""
-    from fiveaxis.model import load_machine
+    from fiveaxis.job import look
     from fiveaxis.nc import ProgramReading, measure_operations
 
-    with shown_work(err, hidden=as_json):
-        used = None if machine is None else load_machine(machine)
-        found = measure_operations(path, ProgramReading.of(reading, machine=used))
-    doubts = [finding for each in found for finding in each.findings if finding.severity != Severity.NOTE]
-    print_causes(group_findings(dict.fromkeys(doubts)), err)
+    with shown_work(err, hidden=as_json) as work:
+        if machine is None:
+            facts, seen = measure_operations(path, ProgramReading.of(reading)), None
+        else:
+            how = {name: getattr(reading, name) for name in options_of(Reading)}
+            seen = work.run(lambda progress: look(path, machine, progress=progress, **how))
+            facts = tuple(each.facts for each in seen.operations)
+    found = [finding for each in facts for finding in each.findings]
+    causes = group_findings(dict.fromkeys(found)) if seen is None else seen.summary
+    print_causes([cause for cause in causes if cause.severity != Severity.NOTE], err)
     if as_json:
-        return print_json({"program": str(path), "operations": [each.as_dict() for each in found]})
-    if not found:
+        listed = {"program": str(path), "operations": [each.as_dict() for each in facts]}
+        return print_json(listed if seen is None else seen.as_dict())
+    if not facts:
         return out.print("a list of points: it has no operations")
-    first = found[0].operation
+    first = facts[0].operation
     control = f", control {first.control}" if first.control else ", its words don't tell the control"
     out.print(f"{path.name}: {first.language}{control}, {first.unit}", markup=False, highlight=False)
-    heads = ("", "lines", "kind", "tool", "S", "coolant", "zero", "rows", "cut mm", "cut s", "tip mm/min")
-    table = Table(*heads, box=None)
-    for each in found:
+    heads = ["", "lines", "kind", "tool", "S", "coolant", "zero", "rows", "cut mm", "cut s", "tip mm/min"]
+    table = Table(*heads, *(() if seen is None else ("s", "J", "starts", "reversals", "lost s")), box=None)
+    for number, each in enumerate(facts):
         at = each.operation
         kind = at.kind + (", TCP" if at.tcp else "") + (", plane" if at.plane is not None else "")
         tool = " ".join(word for word in (at.tool, each.cutter) if word)
@@ -178,15 +187,48 @@ def _print_operations(path: Path, machine: str | None, reading: Reading, *, as_j
         lines = f"{at.first_line}-{at.last_line}"
         length = "?" if each.cut_length is None else f"{each.cut_length:.0f}"
         feeds = " to ".join(dict.fromkeys(f"{feed:.0f}" for feed in each.feeds)) if each.feeds else "?"
-        counts = (str(each.locations), length, f"{each.cut_time:.1f}", feeds)
-        table.add_row(str(at.number), lines, kind, tool, spindle, at.coolant, at.work_offset, *counts)
+        cells = [str(at.number), lines, kind, tool, spindle, at.coolant, at.work_offset, str(each.locations)]
+        cells += [length, f"{each.cut_time:.1f}", feeds]
+        if seen is not None:
+            cells += _costs(seen.operations[number])
+        table.add_row(*cells)
     out.print(table)
-    for each in found:
+    for each in facts:
         if each.operation.why:
             what = f"{each.operation.number} can't be read: {each.operation.why}"
             out.print(what, markup=False, highlight=False, soft_wrap=True)
-    if machine is None and first.language != "APT":
-        out.print(NO_MACHINE, markup=False, highlight=False)
+    if seen is None:
+        if first.language != "APT":
+            out.print(NO_MACHINE, markup=False, highlight=False)
+        return None
+    for operation in seen.operations:
+        _print_slow(operation)
+    for assumed in seen.assumed:
+        out.print(f"assumed: {assumed}", markup=False, soft_wrap=True)
+    return None
+
+
+def _costs(seen: OperationLook) -> list[str]:
+    """Return what an operation takes, as cells of a table."""
+    spent = seen.energy
+    if spent is None:
+        return ["?"] * 5
+    counts = (f"{spent.time:.1f}", f"{spent.total:.0f}", str(spent.starts), str(spent.reversals))
+    return [*counts, f"{seen.lost:.1f}"]
+
+
+def _print_slow(seen: OperationLook) -> None:
+    """Print where an operation is slow, and why."""
+    number = seen.facts.operation.number
+    if seen.fault:
+        out.print(f"{number} has no price: {seen.fault}", markup=False, soft_wrap=True)
+    for place in seen.slow[:MOST_SLOW]:
+        feeds = "" if place.asked is None else f", {place.got:.0f} of {place.asked:.0f} mm/min"
+        lines = str(place.first) if place.first == place.last else f"{place.first}-{place.last}"
+        what = f"{number} is slow at {lines}: {place.lost:.1f} s lost to {place.cause or 'its limits'}{feeds}"
+        out.print(what, markup=False, highlight=False, soft_wrap=True)
+    if (more := len(seen.slow) - MOST_SLOW) > 0:
+        out.print(f"{number} is slow at {more} more places; --json lists them", highlight=False)
 
 
 @takes()

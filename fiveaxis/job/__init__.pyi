@@ -21,6 +21,8 @@ from .loading import measure_plan as measure_plan
 from .loading import part_unit as part_unit
 from .loading import plan_mesh as plan_mesh
 from .loading import stated_control as stated_control
+from .look import OperationLook as OperationLook
+from .look import look as look
 from .posting import Posted as Posted
 from .posting import post_program as post_program
 from .posting import write_program as write_program

@@ -30,6 +30,7 @@ from fiveaxis.job.process import ProcessFigures, make_process, read_process
 from fiveaxis.lab import Budget, Process, job_budget
 from fiveaxis.model import (
     Energy,
+    Limiting,
     Machine,
     Motion,
     MoveKind,
@@ -81,6 +82,8 @@ class ProgramEnergy:
     motion : its blocks as a motion, with the times that the energies belong to
     by_block : (n, k), J: ∫P dt of the move that ends at the row, by axis
     energy : totals
+    programmed : (n,), s, by the feed words alone; 0 where the move's start or end isn't known
+    limiting : what limits the speed of each block, and for how long
     law : how the motion runs under the axes' accelerations; None where times are programmed or predicted
     texts : (n,), the blocks as written
     tool : the programmed feed is the speed of its centre; None for the tip
@@ -92,6 +95,8 @@ class ProgramEnergy:
     motion: ReadMotion
     by_block: Array
     energy: Energy
+    programmed: Array
+    limiting: Limiting
     law: TimeLaw | None
     texts: tuple[str, ...]
     tool: Tool | None
@@ -241,8 +246,8 @@ def price_program(source: Source, machine: Machine, options: Pricing = Pricing()
     # A control that moves the tip straight swings the axes within a block.
     spent = motion_energy(machine, motion, integral, rounding, force, ~read.tcp | block_ends(read))
     limiting = limits()
-    limited = replace(limiting, time=limiting.time * known[:, None]).by_cause
-    energy = replace(spent, feed_time=feed_time, timing=timing, limited=limited)
+    limiting = replace(limiting, time=limiting.time * known[:, None])
+    energy = replace(spent, feed_time=feed_time, timing=timing, limited=limiting.by_cause)
     budget = None if cut is None else job_budget(machine, motion, cut, None, integral)
     coordinates: Coordinates = "tip" if read.tcp.any() else "axes"
     # What axis words cost doesn't depend on where the tool goes.
@@ -252,8 +257,19 @@ def price_program(source: Source, machine: Machine, options: Pricing = Pricing()
     findings += tuple(_assumed_feeds(motion, taken_over))
     if corners == "control" and taken.assumed:
         findings += (Finding(Severity.NOTE, "corners-assumed", taken.assumed, Place(file=motion.name)),)
-    shown = tuple(text[:BLOCK_TEXT] for text in texts)
-    return ProgramEnergy(machine, motion, by_block, energy, law, shown, tool, budget, findings)
+    return ProgramEnergy(
+        machine=machine,
+        motion=motion,
+        by_block=by_block,
+        energy=energy,
+        programmed=np.where(lost, 0.0, read.time),
+        limiting=limiting,
+        law=law,
+        texts=tuple(text[:BLOCK_TEXT] for text in texts),
+        tool=tool,
+        budget=budget,
+        findings=findings,
+    )
 
 
 def _cut(process: ProcessFigures, tool: Tool | None, motion: ReadMotion) -> Process:

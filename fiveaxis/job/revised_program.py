@@ -248,7 +248,10 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
                 file=job.input,
             )
     tool_of = {o.number: tools.get(o.tool, tools.get("")) for o in operations}
-    reasons = {o.number: _reason(job, o, tool_of[o.number]) for o in operations}
+    asked = _chosen(job) or tool_of
+    reasons = {
+        o.number: why_it_stays(o, tool_of[o.number]) if o.number in asked else NOT_CHOSEN for o in operations
+    }
     chosen = [number for number, why in reasons.items() if not why]
     # The part stands where the first operation that is revised has it, in all of them.
     if chosen:
@@ -324,10 +327,8 @@ def _of(job: Job, number: int, **changes: Any) -> Job:
     return job.model_copy(update={"program": program, **changes})
 
 
-def _reason(job: Job, operation: Operation, tool: str | None) -> str:
-    """Say why an operation stays as it is; empty where it is revised."""
-    if _chosen(job) and operation.number not in _chosen(job):
-        return NOT_CHOSEN
+def why_it_stays(operation: Operation, tool: str | None) -> str:
+    """Say why an operation with a tool, or an unknown one, stays as it is; empty where it can be revised."""
     if operation.kind == "unread":
         return f"it can't be read: {operation.why}"
     if operation.kind != "simultaneous":

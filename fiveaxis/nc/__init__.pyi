@@ -23,6 +23,7 @@ from .languages.choice import KLARTEXT as KLARTEXT
 from .languages.choice import control_of as control_of
 from .languages.choice import find_language as find_language
 from .motion_table import write_motion as write_motion
+from .operation_facts import OperationFacts as OperationFacts
 from .operation_facts import measure_operations as measure_operations
 from .operation_text import OperationText as OperationText
 from .options import ProgramReading as ProgramReading

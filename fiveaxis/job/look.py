@@ -1,0 +1,253 @@
+"""A program as it is: what each operation takes, which can be improved, and where it is slow and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fiveaxis.base import (
+    STAGES,
+    Array,
+    Cause,
+    Finding,
+    FiveAxisError,
+    Progress,
+    Reading,
+    group_findings,
+    keywords_of,
+    unheard,
+)
+from fiveaxis.job.program_costs import Pricing, ProgramEnergy, price_program
+from fiveaxis.job.revised_program import why_it_stays
+from fiveaxis.model import (
+    Energy,
+    Machine,
+    load_machine,
+    tool_poses,
+    tools_by_number,
+    unknown_figures,
+    with_powers,
+)
+from fiveaxis.nc import RAPID, OperationFacts, ProgramReading, load_source, measure_operations
+
+# Share by which a slow block takes longer than its F says, and how many lines that are quick enough may lie
+# between two slow ones of one place.
+SLOW, APART = 0.1, 4
+# s: less is lost in places that aren't told.
+LEAST_LOST = 0.05
+# mm: along shorter paths the tool turns about its tip, and no feed is told.
+TURNS = 1e-3
+
+
+@dataclass(frozen=True)
+class SlowPlace:
+    """Blocks one after the other that take longer than F says.
+
+    Parameters
+    ----------
+    first, last : lines of the program
+    lost : s, beyond the programmed time
+    cause : that costs most time there, as `Limiting` names it
+    asked, got : mm/min, speed of the tool's tip by F and as timed; None where the tool only turns
+    """
+
+    first: int
+    last: int
+    lost: float
+    cause: str
+    asked: float | None
+    got: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data for JSON."""
+        return vars(self).copy()
+
+
+@dataclass(frozen=True)
+class Missing:
+    """A figure that the machine doesn't state.
+
+    Parameters
+    ----------
+    name : of the question, as ``--assume`` has it: ``A.points``, ``X.speeds``; ``tool_length`` and ``rapid``
+        are the job's
+    text : what it is
+    """
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class OperationLook:
+    """An operation as it is.
+
+    Parameters
+    ----------
+    facts : lines, kind, tool, cut
+    energy : time, energy, starts and reversals of the feed drives; None where its lines don't say them
+    lost : s, by which its blocks take longer than F says
+    slow : places where it is slow, the costliest first
+    stays : why its postures can't be improved; empty where they can
+    fault : why there is no energy
+    findings : of reading and pricing it
+    """
+
+    facts: OperationFacts
+    energy: Energy | None
+    lost: float
+    slow: tuple[SlowPlace, ...]
+    stays: str
+    fault: str
+    findings: tuple[Finding, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data for JSON."""
+        return self.facts.as_dict() | {
+            "energy": None if self.energy is None else self.energy.as_dict(),
+            "lost": self.lost,
+            "slow": [place.as_dict() for place in self.slow],
+            "stays": self.stays or None,
+            "fault": self.fault or None,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramLook:
+    """A program as it is on a machine.
+
+    Parameters
+    ----------
+    program : its file
+    machine : with the powers that were used
+    operations : in the program's order
+    missing : what the machine doesn't state, and something depends on
+    assumed : what was taken in its place, in words
+    """
+
+    program: str
+    machine: Machine
+    operations: tuple[OperationLook, ...]
+    missing: tuple[Missing, ...]
+    assumed: tuple[str, ...]
+
+    @property
+    def summary(self) -> tuple[Cause, ...]:
+        """The findings of all operations by cause."""
+        return group_findings([finding for each in self.operations for finding in each.findings])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data for JSON."""
+        return {
+            "program": self.program,
+            "machine": self.machine.name,
+            "operations": [each.as_dict() for each in self.operations],
+            "missing": [vars(each) for each in self.missing],
+            "assumed": self.assumed,
+            "summary": [cause.as_dict() for cause in self.summary],
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Looking(Reading):
+    """All that `look` takes as keywords."""
+
+    tool: str | None = None
+    tool_length: float | None = None
+    drives: str | None = None
+    progress: Progress = unheard
+
+
+@keywords_of(Looking)
+def look(program: str | Path, machine: str | Path | Machine, given: Looking) -> ProgramLook:
+    """Look at a program as it is: operations, time, energy, starts and reversals, slow places.
+
+    Parameters
+    ----------
+    program : of any control that is read
+    machine : that it was written for, or its name or file
+    tool : ``ball:6``, or ``3=ball:6,5=bull:10:2`` by numbers, where its comments don't say it
+    tool_length : mm, from the spindle's gauge point to the tip
+    drives : machine whose axis powers are used; by default its own, or else ``estimated``
+    progress : called with what is being done, steps done and steps in all
+
+    Raises
+    ------
+    FiveAxisError
+        No machine, or a file that is no program.
+    """
+    used = machine if isinstance(machine, Machine) else load_machine(str(machine))
+    if given.tool_length is not None:
+        used = used.with_tool_length(given.tool_length)
+    missing, assumed, drives = tuple(_missing(used, given)), [], given.drives
+    if drives is None and not used.has_powers:
+        drives = "estimated"
+        assumed.append("axis powers: estimated from the machine's size; compare joules, nothing more")
+    powered = with_powers(used, drives)
+    if any(each.name == "rapid" for each in missing):
+        assumed.append(f"rapid speed: {RAPID:g} mm/min (deg/min)")
+    reading, source = replace(given, rapid=given.rapid or RAPID), load_source(program)
+    given.progress(STAGES["read"], 0, 1)
+    facts = measure_operations(program, ProgramReading.of(reading, machine=used))
+    tool = given.tool or ""
+    named = tools_by_number(tool) if "=" in tool else {"": given.tool}
+    found = []
+    for number, each in enumerate(facts):
+        given.progress("timing operations", number, len(facts))
+        at = each.operation
+        stays = why_it_stays(at, named.get(at.tool) or named.get("") or each.cutter)
+        try:
+            priced = price_program(source, powered, Pricing.of(Reading.of(reading), operation=at.number))
+        except FiveAxisError as fault:
+            found.append(OperationLook(each, None, 0.0, (), stays, str(fault), each.findings))
+            continue
+        lost, slow = float(_late(priced).sum()), tuple(slow_places(priced))
+        found.append(OperationLook(each, priced.energy, lost, slow, stays, "", priced.findings))
+    return ProgramLook(source.name, powered, tuple(found), missing, tuple(assumed))
+
+
+def slow_places(program: ProgramEnergy) -> Iterator[SlowPlace]:
+    """Yield the places of a program where blocks take longer than F says, the costliest first."""
+    motion, time, asked = program.motion, program.motion.time, program.programmed
+    late = _late(program)
+    slow = np.flatnonzero(late > SLOW * np.maximum(asked, 1e-9))
+    if not len(slow):
+        return
+    tips, _ = tool_poses(program.machine, motion.positions)
+    length = np.nan_to_num(np.linalg.norm(np.diff(tips, axis=0, prepend=tips[:1]), axis=1))
+    causes, by_cause = program.limiting.causes, program.limiting.time.copy()
+    # The feed doesn't make a block late, and a dwell is asked for.
+    by_cause[:, [causes.index(name) for name in ("feed", "dwell")]] = 0.0
+    places = []
+    for rows in np.split(slow, np.flatnonzero(np.diff(motion.source[slow]) > APART) + 1):
+        block = slice(int(rows[0]), int(rows[-1]) + 1)
+        lost, path = float(late[block].sum()), float(length[block].sum())
+        if lost < LEAST_LOST:
+            continue
+        spent = by_cause[block].sum(axis=0)
+        feeds = (None, None) if path < TURNS else (60.0 * path / float(t[block].sum()) for t in (asked, time))
+        cause = causes[int(spent.argmax())] if spent.any() else ""
+        lines = motion.source[block]
+        places.append(SlowPlace(int(lines.min()), int(lines.max()), lost, cause, *feeds))
+    yield from sorted(places, key=lambda place: -place.lost)
+
+
+def _late(program: ProgramEnergy) -> Array:
+    """Compute by how much each block takes longer than F says, (n,) s; rapid moves have no F."""
+    late = np.maximum(program.motion.time - program.programmed, 0.0)
+    return np.where(program.motion.rapid, 0.0, late)
+
+
+def _missing(machine: Machine, given: Looking) -> Iterator[Missing]:
+    """Yield what a machine doesn't state and times, paths or energies depend on."""
+    for figure in unknown_figures(machine):
+        yield Missing(figure.name, figure.text)
+    for axis in machine.axes:
+        if axis.max_speed is None:
+            yield Missing(f"{axis.letter}.speeds", f"how fast {axis.letter} can move")
+    if given.rapid is None and any(axis.max_speed is None for axis in machine.axes if not axis.is_rotary):
+        yield Missing("rapid", "how fast rapid moves are")
