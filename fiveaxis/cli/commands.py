@@ -13,6 +13,7 @@ from fiveaxis.cli.energy_verb import energy
 from fiveaxis.cli.help import Command
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
+from fiveaxis.cli.page_verb import serve_page
 from fiveaxis.cli.path_verbs import optimise, plan, preview
 from fiveaxis.cli.post_verb import controls, post
 from fiveaxis.cli.process import write_results
@@ -45,7 +46,8 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Choose the tool posture of a 5-axis path that costs the machine the least energy.",
+    help="Choose the tool posture of a 5-axis path that costs the machine the least energy. `fiveaxis app` "
+    "opens a page to drop a program or a part into.",
 )
 
 
@@ -70,6 +72,7 @@ def shared(
 
 # In the order of `fiveaxis --help`, the most used first.
 VERBS: dict[str, Callable[..., None]] = {
+    "app": serve_page,
     "optimise": optimise,
     "verify": verify,
     "energy": energy,

@@ -24,6 +24,7 @@ from fiveaxis.base import (
 from fiveaxis.job.program_costs import Pricing, ProgramEnergy, price_program
 from fiveaxis.job.revised_program import why_it_stays
 from fiveaxis.model import (
+    QUESTIONS,
     Energy,
     Machine,
     load_machine,
@@ -76,10 +77,12 @@ class Missing:
     name : of the question, as ``--assume`` has it: ``A.points``, ``X.speeds``; ``tool_length`` and ``rapid``
         are the job's
     text : what it is
+    form : of an answer, with its unit
     """
 
     name: str
     text: str
+    form: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,10 +247,14 @@ def _late(program: ProgramEnergy) -> Array:
 
 def _missing(machine: Machine, given: Looking) -> Iterator[Missing]:
     """Yield what a machine doesn't state and times, paths or energies depend on."""
+    forms = {question.name: question for question in QUESTIONS}
     for figure in unknown_figures(machine):
-        yield Missing(figure.name, figure.text)
+        letter, _, question = figure.name.rpartition(".")
+        form = forms[question].form_of(letter) if question in forms else "mm"
+        yield Missing(figure.name, figure.text, form)
     for axis in machine.axes:
         if axis.max_speed is None:
-            yield Missing(f"{axis.letter}.speeds", f"how fast {axis.letter} can move")
+            name, form = f"{axis.letter}.speeds", forms["speeds"].form_of(axis.letter)
+            yield Missing(name, f"how fast {axis.letter} can move", form)
     if given.rapid is None and any(axis.max_speed is None for axis in machine.axes if not axis.is_rotary):
-        yield Missing("rapid", "how fast rapid moves are")
+        yield Missing("rapid", "how fast rapid moves are", "mm/min")

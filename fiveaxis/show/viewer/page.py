@@ -59,7 +59,7 @@ HEADERS = {
 
 
 def write_preview(
-    solution: Optimum,
+    solution: Optimum | WholeProgram,
     path: str | Path,
     *,
     program: ShownProgram | None = None,
@@ -72,7 +72,7 @@ def write_preview(
 
     Parameters
     ----------
-    solution : to show
+    solution : to show; or a program as it is
     path : of the page
     program : of the solution, as `make_program` makes it: its moves and blocks are shown instead of the
         path's locations
