@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fiveaxis.base import Meshes, Progress, SettingError
+from fiveaxis.base import Meshes, Meter, Progress, ProgressReport, SettingError
 from fiveaxis.cli.help import HELP
 from fiveaxis.cli.options import NOT_GIVEN, PLANNING, POSTURE, READING, flags_of, takes
 from fiveaxis.cli.path_verbs import job_of
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 INI = "INI_FILE_NAME"
 # Options in a comment of either style, among the first lines of a program.
 OPTIONS, HEAD = re.compile(r"[(;]\s*fiveaxis:([^()]*)", re.IGNORECASE), 100
-# How long the whole takes isn't known: each stage fills this share of what is left of the bar.
-SHARE = 0.1
 # Of wrong options. Since typer keeps click to itself, only a child of it has a public name.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
@@ -98,19 +96,24 @@ def _stated_options(
 
 def on_the_bar(progress: Progress) -> Progress:
     """Return a progress that also writes to stderr what LinuxCNC's bar reads, ``FILTER_PROGRESS=n``."""
-    left, last, shown = 100.0, "", -1
+    shown = -1
 
-    def told(stage: str, done: int, total: int) -> None:
-        nonlocal left, last, shown
-        progress(stage, done, total)
-        left, last = (left if stage == last else left * (1.0 - SHARE)), stage
+    def show(report: ProgressReport) -> None:
+        nonlocal shown
+        percent = int(100.0 * (report.share or 0.0))
         # One line for each number: LinuxCNC reads one every 0.1 s, and a full pipe would stop the work.
-        if not err.quiet and (percent := int(100.0 - left)) != shown:
+        if percent > shown and not err.quiet:
             shown = percent
             sys.stderr.write(f"FILTER_PROGRESS={percent}\n")
             sys.stderr.flush()
 
-    return told
+    meter = Meter(show)
+
+    def step(stage: str, done: int, total: int) -> None:
+        progress(stage, done, total)
+        meter(stage, done, total)
+
+    return step
 
 
 def _what_became(made: RevisedProgram) -> list[str]:
