@@ -212,7 +212,8 @@ def make(base, options, program="fiveaxis", head=PROPERTIES["Head"][2]):
     """
     document = base.Document
     document.openTransaction("Postures by fiveaxis")
-    obj = document.addObject("Path::FeaturePython", "Postures")
+    # FreeCAD's own dress-ups, on top of this one, find the tool below what has "Dressup" in its name.
+    obj = document.addObject("Path::FeaturePython", "PosturesDressup")
     Dressup(obj)
     obj.Base, obj.Options, obj.Program, obj.Head = base, options, program, head
     replace(base, obj)

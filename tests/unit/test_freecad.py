@@ -22,7 +22,7 @@ found["second"] = [plain(second), second.Answer, members()]
 document.undo()
 found["undone once"] = members()
 document.undo()
-found["undone"] = [members(), plain(base), document.getObject("Postures") is None]
+found["undone"] = [members(), plain(base), document.getObject("PosturesDressup") is None]
 answer(found)
 """
 
@@ -61,9 +61,9 @@ def test_commands_that_are_not_revised_keep_every_digit_and_comments(dressed):
 
 @pytest.mark.slow
 def test_the_dress_up_stands_in_the_job_in_place_of_the_base_until_it_is_undone(dressed):
-    assert dressed["members"] == ["Postures"]
-    assert dressed["second"][2] == ["Postures001"]
-    assert dressed["undone once"] == ["Postures"]
+    assert dressed["members"] == ["PosturesDressup"]
+    assert dressed["second"][2] == ["PosturesDressup001"]
+    assert dressed["undone once"] == ["PosturesDressup"]
     assert dressed["undone"] == [["Wall"], dressed["base"], True]
 
 
@@ -71,7 +71,7 @@ def test_the_dress_up_stands_in_the_job_in_place_of_the_base_until_it_is_undone(
 def test_a_path_that_is_already_better_stays_and_the_answer_says_so(dressed):
     path, answer, _ = dressed["second"]
     assert path == dressed["path"]
-    assert answer.startswith("The path of Postures stays: your program is already better")
+    assert answer.startswith("The path of PosturesDressup stays: your program is already better")
 
 
 @pytest.mark.slow
