@@ -10,6 +10,7 @@ from typer.main import get_command
 from fiveaxis.cli.batch_verb import batch, compare
 from fiveaxis.cli.calibration_verb import calibrate
 from fiveaxis.cli.energy_verb import energy
+from fiveaxis.cli.filter_verb import filter_program
 from fiveaxis.cli.help import Command
 from fiveaxis.cli.job_verb import job
 from fiveaxis.cli.machine_verbs import check, import_machine, info, machines, urdf
@@ -79,6 +80,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "plan": plan,
     "preview": preview,
     "post": post,
+    "filter": filter_program,
     "info": info,
     "job": job,
     "batch": batch,

@@ -264,15 +264,17 @@ def urdf(
     """Write a machine as URDF, for pinocchio, ROS and other programs."""
     with errors_explained(False):
         from fiveaxis.base import write_atomically
-        from fiveaxis.model import load_machine
+        from fiveaxis.model import load_machine, stand_ins
 
         if output is not None:
             require_suffix(output, [".urdf"], "a URDF file")
-        text = load_machine(machine).to_urdf(root)
+        described = load_machine(machine)
+        text = described.to_urdf(root)
         if output is None:
             write_results(text)
         else:
             print_written(write_atomically(output, text))
+        err.print(stand_ins(described), markup=False)
 
 
 def _print_sheet(sheet: dict[str, Any], code: FormShapingCode) -> None:

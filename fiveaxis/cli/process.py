@@ -78,8 +78,8 @@ def interrupt(_signal: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-def write_results(text: str) -> None:
-    """Write text to stdout, through to whoever reads it.
+def write_results(text: str | bytes) -> None:
+    """Write text, or the bytes of one, to stdout, through to whoever reads it.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def write_results(text: str) -> None:
         The pipe is closed.
     """
     try:
-        sys.stdout.write(text)
+        sys.stdout.write(text) if isinstance(text, str) else sys.stdout.buffer.write(text)
         sys.stdout.flush()
     except OSError as fault:
         if not is_closed_pipe(fault):

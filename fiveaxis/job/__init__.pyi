@@ -20,6 +20,7 @@ from .loading import load_surroundings as load_surroundings
 from .loading import measure_plan as measure_plan
 from .loading import part_unit as part_unit
 from .loading import plan_mesh as plan_mesh
+from .loading import revises as revises
 from .loading import stated_control as stated_control
 from .look import OperationLook as OperationLook
 from .look import look as look
@@ -45,6 +46,7 @@ from .results import write_outcome as write_outcome
 from .results import write_revised as write_revised
 from .revised_program import Part as Part
 from .revised_program import RevisedProgram as RevisedProgram
+from .revised_program import operations_of as operations_of
 from .revised_program import revise_operations as revise_operations
 from .revised_program import revise_program as revise_program
 from .revised_program import takes_operations as takes_operations

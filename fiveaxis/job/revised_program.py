@@ -235,7 +235,7 @@ def revise_operations(job: Job, progress: Progress = unheard) -> RevisedProgram:
         Operations that can't be put into one text.
     """
     source = load_source(job.input)
-    operations = _operations(job)
+    operations = operations_of(job)
     if (last := max(_chosen(job), default=0)) > len(operations):
         raise JobError(f"has no operation {last}; it holds {len(operations)}", file=job.input)
     tools = _tools(job, source, operations)
@@ -295,10 +295,11 @@ def takes_operations(job: Job) -> bool:
         return False
     if job.tool is None or "=" in job.tool or len(_chosen(job)) > 1:
         return True
-    return not _chosen(job) and len(_operations(job)) > 1
+    return not _chosen(job) and len(operations_of(job)) > 1
 
 
-def _operations(job: Job) -> tuple[Operation, ...]:
+def operations_of(job: Job) -> tuple[Operation, ...]:
+    """List the operations of a job's program, read as the job asks."""
     reading = ProgramReading.of(job.reading, operation=None, machine=program_machine(job))
     return list_operations(load_source(job.input), reading)
 

@@ -106,6 +106,7 @@ from .machine.unknown import require_stated as require_stated
 from .machine.unknown import unknown_figures as unknown_figures
 from .machine.urdf import TOOL as TOOL
 from .machine.urdf import link_name as link_name
+from .machine.urdf import stand_ins as stand_ins
 from .motion.deviation import PATH_TOLERANCE as PATH_TOLERANCE
 from .motion.deviation import WRITTEN_TOLERANCE as WRITTEN_TOLERANCE
 from .motion.filling import Fill as Fill

@@ -61,6 +61,7 @@ from .traced_program import with_feeds_of as with_feeds_of
 from .words import control_values as control_values
 from .writing.feeds import HELD as HELD
 from .writing.feeds import lowest_speed as lowest_speed
+from .writing.header import comment_lines as comment_lines
 from .writing.program_settings import ProgramSettings as ProgramSettings
 from .writing.start_and_end import NO_ROW as NO_ROW
 from .writing.start_and_end import RequiredTechnology as RequiredTechnology

@@ -1,12 +1,13 @@
 """Take the pictures of README and documentation from the current code, in a real browser.
 
-Usage: python tests/benchmarks/pictures.py [FOLDER] [--only stock]
+Usage: python tests/benchmarks/pictures.py [FOLDER] [--only stock|freecad]
 
 Runs `job.toml` and `complete.toml` of `examples/overhang` on the command line, and writes terminal.png,
 report.png, simulation.png and postures.png of the first, terminal-green.png and report-green.png of the other
 (by default into docs/pages/pictures); program-better.png, program-trade.png and program-stays.png of programs
-that are revised in their own lines; and stock.png of the first with a stock and narrower passes, half cut,
-which is all that `--only stock` makes.
+that are revised in their own lines; stock.png of the first with a stock and narrower passes, half cut, which
+is all that `--only stock` makes; and freecad.svg, of what FreeCAD's command gives back with the dress-up of
+`examples/freecad`, which `--only freecad` makes without a browser.
 """
 
 from __future__ import annotations
@@ -18,11 +19,17 @@ import tempfile
 from html import escape
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.figure import Figure
+
+from fiveaxis import load_machine
 
 HERE = Path(__file__).parents[2]
-sys.path.insert(0, str(HERE / "tests"))
+sys.path[:0] = [str(HERE / "tests"), str(HERE / "docs")]
+from figures import GREY, ORANGE, STYLE  # noqa: E402
 from support.browser import Browser  # noqa: E402
+from support.freecad import in_freecad  # noqa: E402
 from support.shop_programs import SHOPS, Row, wall  # noqa: E402
 
 # Where in the program the simulation is shown: a share of its duration.
@@ -59,10 +66,14 @@ def main() -> None:
     """Run the example and take the pictures."""
     parser = argparse.ArgumentParser(description="Take the pictures of README and documentation.")
     parser.add_argument("folder", nargs="?", type=Path, default=HERE / "docs" / "pages" / "pictures")
-    parser.add_argument("--only", choices=["stock"])
+    parser.add_argument("--only", choices=["stock", "freecad"])
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as made:
+        if asked.only != "stock":
+            draw_dressup(Path(made), asked.folder / "freecad.svg")
+        if asked.only == "freecad":
+            return
         browser = Browser(Path(made) / "profile")
         try:
             if asked.only is None:
@@ -110,6 +121,45 @@ def take_programs(browser: Browser, made: Path, folder: Path) -> None:
         page.write_text(said_of(rows, made, *more), encoding="utf-8")
         browser.open(page.as_uri())
         browser.shoot(folder / f"program-{name}.png")
+
+
+def draw_dressup(made: Path, file: Path) -> None:
+    """Draw the path of an operation in FreeCAD, and that of its dress-up."""
+    script = "obj = dressup.make(base, given['options'], given['program'])\nanswer([plain(base), plain(obj)])"
+    given, better = (in_words(commands) for commands in in_freecad(made, script))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 2.6), layout="constrained")
+        sides = figure.subplots(1, 3)
+        for axes, rows, name, colour in (
+            (sides[0], given, "base", GREY),
+            (sides[1], better, "dress-up", ORANGE),
+        ):
+            # The control counts both rotary axes of this table against those of the machine.
+            _, lean = load_machine("linuxcnc-xyzac-trt").forward(
+                rows * np.array([1, 1, 1, *[-np.pi / 180.0] * 2])
+            )
+            top = rows[:, :3] + 25.0 * lean
+            axes.plot([rows[:, 0], top[:, 0]], [rows[:, 2], top[:, 2]], color=colour, lw=0.8)
+            axes.plot(rows[:, 0], rows[:, 2], color="black")
+            axes.set(title=f"tool axes, {name}", xlabel="X, mm", ylabel="Z, mm", aspect="equal")
+            for column, letter in ((3, "A"), (4, "C")):
+                sides[2].plot(
+                    rows[:, 0], rows[:, column], color=colour, label=name if letter == "C" else None
+                )
+        sides[2].set(title="A and C", xlabel="X, mm", ylabel="deg")
+        sides[2].legend(frameon=False)
+        figure.savefig(file, metadata={"Date": None})
+
+
+def in_words(commands: list[tuple[str, dict[str, float]]]) -> np.ndarray:
+    """Return where the axes are at the end of each cut, (n, 5) mm and deg, in words of X Y Z A C."""
+    words: dict[str, float] = {}
+    rows = []
+    for name, given in commands:
+        words |= given
+        if name == "G1":
+            rows.append([words[letter] for letter in "XYZAC"])
+    return np.array(rows)
 
 
 def said_of(rows: list[Row], folder: Path, *more: str) -> str:

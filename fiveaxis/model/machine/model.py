@@ -411,7 +411,8 @@ class Machine(Posing, ShownAsTable):
         -----
         URDF requires both ends of a range: a missing one is 100 m or 1000 turns from the other, or from 0.
         This holds for an endless rotary axis too: a ``continuous`` joint would lose its turn count. A highest
-        speed of 0 means that it isn't known; forces, which URDF requires, are all 0, and there are no masses.
+        speed that isn't stated is 100 m/s or 1000 turns/s, every effort 1e6 N or N m, and every moving link
+        has 1 kg, as simulators refuse one without. A comment in the file lists these stand-ins.
         Meshes are file URIs with %20 for a space, which pinocchio doesn't read: for pinocchio, keep them in
         folders without spaces.
         """

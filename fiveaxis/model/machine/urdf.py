@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
@@ -28,8 +29,14 @@ ROOTS = (WORKPIECE, BED)
 METRE = 1000.0  # mm
 # URDF requires both ends of a range: a missing one is this far from the other, or from 0, more than any
 # machine travels. An endless rotary axis isn't `continuous` either: readers keep such a joint as a point on
-# the circle and lose its turn count, which is part of an axis value.
+# the circle and lose its turn count, which is part of an axis value. A speed that isn't stated goes so far in
+# a second: readers built on urdfdom (pinocchio, ROS) refuse a limit without a speed or with an infinite one,
+# and planners take 0 for "can't move".
 FAR_LINEAR, FAR_ROTARY = 100.0 * METRE, 1000.0 * 2.0 * math.pi
+# N or N m, more than any drive has: URDF requires an effort, too.
+EFFORT = 1e6
+# kg and kg m2 of a moving link, which MuJoCo and other simulators refuse without: a ball of 100 mm.
+MASS, INERTIA = 1.0, 0.001
 DECIMALS = 15  # of metres, radians and directions; further digits are rounding that differs by platform
 
 
@@ -63,8 +70,10 @@ def write_urdf(machine: Machine, root: str) -> str:
     at_first, at_last = (translation(-origins[link]) for link in (links[0], links[-1]))
     placed = product(at_first, machine.setup.frame)
     robot = ElementTree.Element("robot", name=machine.name)
+    robot.append(ElementTree.Comment(f" {stand_ins(machine)} "))
     ElementTree.SubElement(robot, "link", name=WORKPIECE)
-    robot.extend(_link(link, origins[link], bodies) for link in links)
+    moving = {branching.child for branching in tree}
+    robot.extend(_link(link, origins[link], bodies, moves=link in moving) for link in links)
     ElementTree.SubElement(robot, "link", name=TOOL)
     if root == BED:
         robot.append(_joint("setup", "fixed", links[0], WORKPIECE, placed))
@@ -75,6 +84,19 @@ def write_urdf(machine: Machine, root: str) -> str:
     ElementTree.indent(robot)
     # Readers based on lxml refuse text whose declaration names an encoding.
     return f'<?xml version="1.0"?>\n{ElementTree.tostring(robot, encoding="unicode")}\n'
+
+
+def stand_ins(machine: Machine) -> str:
+    """Say which figures of a machine's URDF the machine doesn't state."""
+    slow = [axis.letter for axis in machine.axes if axis.max_speed is None]
+    open_ended = [axis.letter for axis in machine.axes if None in axis.limits.ends]
+    figures = [
+        *([f"velocity 100 m/s or 1000 turns/s of {', '.join(slow)}"] * bool(slow)),
+        *([f"ends 100 m or 1000 turns away of {', '.join(open_ended)}"] * bool(open_ended)),
+        f"effort {EFFORT:g} N or N m of every joint",
+        f"{MASS:g} kg and {INERTIA:g} kg m2 of every moving link",
+    ]
+    return f"stand-ins for what the machine file doesn't state: {'; '.join(figures)}"
 
 
 def _tree(joints: Sequence[Joint], links: Sequence[str], start: int) -> list[_Branching]:
@@ -108,17 +130,24 @@ def _moving(branching: _Branching, axis: Axis, origins: Mapping[str, Array]) -> 
 
 
 def _limit(axis: Axis) -> dict[str, str]:
-    """Return the attributes of a joint's limit; an unknown figure that URDF requires is 0."""
+    """Return the attributes of a joint's limit; what is unknown has a stand-in."""
     scale, far = (1.0, FAR_ROTARY) if axis.is_rotary else (METRE, FAR_LINEAR)
     low, high = axis.limits.ends
     lower = (high or 0.0) - far if low is None else low
     upper = (low or 0.0) + far if high is None else high
-    figures = {"lower": lower, "upper": upper, "effort": 0.0, "velocity": axis.max_speed or 0.0}
-    return {name: _number(figure / scale) for name, figure in figures.items()}
+    speed = far if axis.max_speed is None else axis.max_speed
+    figures = {"lower": lower / scale, "upper": upper / scale, "effort": EFFORT, "velocity": speed / scale}
+    return {name: _number(figure) for name, figure in figures.items()}
 
 
-def _link(link: str, origin: Array, bodies: Sequence[Body]) -> ElementTree.Element:
+def _link(link: str, origin: Array, bodies: Sequence[Body], *, moves: bool) -> ElementTree.Element:
     element = ElementTree.Element("link", name=link_name(link))
+    if moves:
+        inertial = ElementTree.SubElement(element, "inertial")
+        ElementTree.SubElement(inertial, "mass", value=_number(MASS))
+        pairs = combinations_with_replacement("xyz", 2)
+        moments = {f"i{a}{b}": _number(INERTIA * (a == b)) for a, b in pairs}
+        ElementTree.SubElement(inertial, "inertia", moments)
     for body in bodies:
         if body.link == link:
             element.extend(_body(kind, body, origin) for kind in ("visual", "collision"))

@@ -90,7 +90,7 @@ def _joint(element: ElementTree.Element, path: Path) -> Link:
         letter=name if name in LETTERS.values() else None,
         low=low if stated and low > -far else None,
         high=high if stated and high < far else None,
-        max_speed=figures["velocity"] if figures.get("velocity", 0.0) > 0.0 else None,
+        max_speed=figures["velocity"] if 0.0 < figures.get("velocity", 0.0) < far else None,
     )
 
 

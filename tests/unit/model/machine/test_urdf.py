@@ -23,6 +23,7 @@ from fiveaxis.model import (
     MeshShape,
     load_machine,
     machine_names,
+    stand_ins,
     tool_poses,
 )
 from fiveaxis.model.kinematics.poses import link_poses
@@ -192,7 +193,8 @@ def limits_of(machine: Machine) -> dict[str, tuple[str, dict[str, str]]]:
 
 def test_limits_and_speeds_are_in_metres_and_radians(trunnion):
     found = limits_of(trunnion)
-    assert found["X"] == ("prismatic", {"lower": "-0.2", "upper": "0.2", "effort": "0", "velocity": "0.02"})
+    limit = {"lower": "-0.2", "upper": "0.2", "effort": "1000000", "velocity": "0.02"}
+    assert found["X"] == ("prismatic", limit)
     kind, limit = found["A"]
     assert kind == "revolute"
     assert float(limit["lower"]) == pytest.approx(math.radians(-50))
@@ -205,8 +207,46 @@ def test_a_rotary_axis_without_limits_keeps_its_turn(hayashi):
     kind, limit = limits_of(hayashi)["C"]
     assert kind == "revolute"
     assert float(limit["upper"]) == -float(limit["lower"]) > 6000.0
-    assert limit["velocity"] == limit["effort"] == "0"
     assert pin.buildModelFromXML(hayashi.to_urdf()).nq == 5
+
+
+def test_a_speed_that_is_not_stated_is_no_0_which_planners_read_as_standing_still(hayashi):
+    found = limits_of(hayashi)
+    assert found["X"][1]["velocity"] == "100"
+    assert float(found["C"][1]["velocity"]) == pytest.approx(2000.0 * math.pi)
+    model = pin.buildModelFromXML(hayashi.to_urdf())
+    assert (model.velocityLimit >= 100.0).all()
+
+
+def test_stand_ins_are_named_in_the_file_and_states_are_not(hayashi, trunnion):
+    speeds = "velocity 100 m/s or 1000 turns/s of X, Y, Z, A, C;"
+    assert speeds in stand_ins(hayashi)
+    assert "velocity" not in stand_ins(trunnion)
+    for machine in (hayashi, trunnion):
+        assert f"<!-- {stand_ins(machine)} -->" in machine.to_urdf()
+
+
+def test_a_speed_that_is_not_stated_stays_unknown_when_the_file_is_read(hayashi, trunnion, tmp_path):
+    for machine in (hayashi, trunnion):
+        file = tmp_path / f"{machine.name}.urdf"
+        file.write_text(machine.to_urdf(), encoding="utf-8")
+        again = load_machine(file)
+        for axis in machine.axes:
+            speed = again.axis(axis.letter).max_speed
+            assert speed == (None if axis.max_speed is None else pytest.approx(axis.max_speed))
+
+
+@both_roots
+@pytest.mark.parametrize("structure", ["table-table", "head-head", "all of it", "3-axis, table moves"])
+def test_every_link_that_moves_has_a_mass_and_the_root_has_none(structure, root):
+    """Simulators refuse a moving body without mass; KDL drops the mass of a root link, with a warning."""
+    model = pin.buildModelFromXML(MACHINES[structure].to_urdf(root))
+    moving = [model.inertias[joint] for joint in range(1, model.njoints)]
+    assert len(moving) == len(MACHINES[structure].axes)
+    for inertia in moving:
+        assert inertia.mass == pytest.approx(1.0)
+        assert np.linalg.eigvalsh(inertia.inertia).min() > 0.0
+    assert model.inertias[0].mass == 0.0
 
 
 def test_pinocchio_reads_the_limits(trunnion):
