@@ -69,7 +69,7 @@ class Visitor:
 
     def wait(self, script: str) -> None:
         end = time.monotonic() + PATIENCE
-        while not self.browser.run(script):
+        while not self.browser.run(f"!!({script})"):
             assert time.monotonic() < end, self.text("body")
             time.sleep(0.05)
 
