@@ -11,6 +11,7 @@ import numpy as np
 
 from fiveaxis.base import (
     STAGES,
+    USUAL_CONE,
     Array,
     Cause,
     Finding,
@@ -21,19 +22,32 @@ from fiveaxis.base import (
     keywords_of,
     unheard,
 )
+from fiveaxis.job.placement import as_it_runs, choose_offset
 from fiveaxis.job.program_costs import Pricing, ProgramEnergy, price_program
-from fiveaxis.job.revised_program import why_it_stays
+from fiveaxis.job.revised_program import STAND_IN, why_it_stays
 from fiveaxis.model import (
     QUESTIONS,
+    Constraints,
     Energy,
     Machine,
     load_machine,
+    parse_tool,
     tool_poses,
     tools_by_number,
     unknown_figures,
     with_powers,
 )
-from fiveaxis.nc import RAPID, OperationFacts, ProgramReading, load_source, measure_operations
+from fiveaxis.nc import (
+    RAPID,
+    OperationFacts,
+    ProgramReading,
+    ReadOptions,
+    Source,
+    load_source,
+    measure_operations,
+    read_path_of,
+    set_up_as_stated,
+)
 
 # Share by which a slow block takes longer than its F says, and how many lines that are quick enough may lie
 # between two slow ones of one place.
@@ -198,19 +212,48 @@ def look(program: str | Path, machine: str | Path | Machine, given: Looking) -> 
     facts = measure_operations(program, ProgramReading.of(reading, machine=used))
     tool = given.tool or ""
     named = tools_by_number(tool) if "=" in tool else {"": given.tool}
+    cutters = [named.get(each.operation.tool) or named.get("") or each.cutter for each in facts]
+    stay = [why_it_stays(each.operation, cutter) for each, cutter in zip(facts, cutters, strict=True)]
+    # The part stands where a run that revises the program would have it.
+    able = [n for n, each in enumerate(facts) if each.operation.kind == "simultaneous" and each.operation.tcp]
+    first = min(able, key=lambda n: (bool(stay[n]), n), default=None)
+    stands: tuple[Finding, ...] = ()
+    if first is not None:
+        its_own = replace(reading, operation=facts[first].operation.number)
+        powered, stands = _standing(source, powered, its_own, cutters[first])
     found = []
-    for number, each in enumerate(facts):
+    for number, (each, stays) in enumerate(zip(facts, stay, strict=True)):
         given.progress("timing operations", number, len(facts))
         at = each.operation
-        stays = why_it_stays(at, named.get(at.tool) or named.get("") or each.cutter)
         try:
             priced = price_program(source, powered, Pricing.of(Reading.of(reading), operation=at.number))
         except FiveAxisError as fault:
             found.append(OperationLook(each, None, 0.0, (), stays, str(fault), each.findings))
             continue
         lost, slow = float(_late(priced).sum()), tuple(slow_places(priced))
-        found.append(OperationLook(each, priced.energy, lost, slow, stays, "", priced.findings))
+        findings = (*stands, *priced.findings) if number == first else priced.findings
+        found.append(OperationLook(each, priced.energy, lost, slow, stays, "", findings))
     return ProgramLook(source.name, powered, tuple(found), missing, tuple(assumed))
+
+
+def _standing(
+    source: Source, machine: Machine, reading: Looking, cutter: str | None
+) -> tuple[Machine, tuple[Finding, ...]]:
+    """Place the part as `place` does for a program under TCP; a cutter that nobody knows is a small ball."""
+    there, told = set_up_as_stated(machine, source)
+    if there.setup.stated or reading.zero:
+        return there, told
+    tool = STAND_IN if cutter is None else parse_tool(cutter)
+    try:
+        path = read_path_of(source, ReadOptions.of(Reading.of(reading), tool=tool, machine=machine))
+        bounds = as_it_runs(path, machine, None) or Constraints.of_degrees(cone=USUAL_CONE)
+        chosen = choose_offset(path, machine, bounds, None)
+    except FiveAxisError:  # its operation says why it can't be read
+        return machine, ()
+    if chosen is None:
+        return machine, ()
+    offset, finding = chosen
+    return machine.with_setup(offset, machine.setup.rotation_deg), (finding,)
 
 
 def slow_places(program: ProgramEnergy) -> Iterator[SlowPlace]:

@@ -68,16 +68,20 @@ def place(
     if in_place and not said:
         if job.reading.zero or (toolpath.operation is not None and not toolpath.operation.tcp):
             return job, ()  # where the path lies on the part hangs on where the part stands
-        # A program that is revised in its lines runs as it is, if this machine can take its postures at all.
-        as_it_is = Constraints.of_degrees(cone=AS_IT_IS)
-        own = Reach.of(toolpath, machine, as_it_is, job.setup.rotation, around)
-        bounds = as_it_is if own.reached_wherever().all() else bounds
+        bounds = as_it_runs(toolpath, machine, around) or bounds
     chosen = None if said else choose_offset(toolpath, machine, bounds, around)
     if chosen is None:
         return job, ()
     offset, finding = chosen
     setup = job.setup.model_copy(update={"offset": offset})
     return job.model_copy(update={"setup": setup}), (finding,)
+
+
+def as_it_runs(toolpath: Toolpath, machine: Machine, around: Surroundings | None) -> Constraints | None:
+    """Return bounds that keep a program's own postures; None if the machine can't take them anywhere."""
+    own = Constraints.of_degrees(cone=AS_IT_IS)
+    reach = Reach.of(toolpath, machine, own, machine.setup.rotation_deg, around)
+    return own if reach.reached_wherever().all() else None
 
 
 def with_ranges(job: Job, machine: Machine) -> Job:
